@@ -21,7 +21,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17, HALPE26, OPENPOSE18
 from ..pipeline.core.pose import PoseSequence
 from .kit.json import Images, beginning, each, entries, field, first_detection, load, numbers
-from .kit.tracks import Detection, counted, sequences, triples
+from .kit.tracks import Detection, sequences, triples
 
 name = "alphapose"
 gives = "keypoints"
@@ -64,15 +64,16 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
         listed, images = enumerate(each(path, what)), Images()
         found = (_from_entry(entry, images, track, f"{path}, entry {i}") for i, (_, entry) in listed)
         layouts = (COCO17, HALPE26)
-    return sequences(counted(found, str(path)), layouts, str(path))
+    return sequences(found, layouts, str(path))
 
 
 def _from_entry(entry: Any, images: Images, track: bool, where: str) -> Detection:
     image = field(entry, "image_id", where)
     if "track_id" in entry and "idx" not in entry:
         raise InputError(
+            "format-unknown",
             f"{where}: expected a person's idx, as AlphaPose calls it, got a track_id, which adapter coco reads (--set "
-            "read.keypoints_adapter=coco)."
+            "read.keypoints_adapter=coco).",
         )
     return Detection(
         frame=images.number(image, where),
@@ -88,8 +89,9 @@ def track_named(idx: Any, where: str) -> str:
     ids = numbers(idx, where).ravel()
     if len(ids) == 0 or not (ids == ids[0]).all() or ids[0] % 1 != 0:
         raise InputError(
+            "people-mixed",
             f"{where}: expected one track number as idx, got {reprlib.repr(idx)}; pass track=true "
-            "(--set keypoints.track=true) to ignore idx and join people to the nearest of the frames before."
+            "(--set keypoints.track=true) to ignore idx and join people to the nearest of the frames before.",
         )
     return f"{ids[0]:.0f}"
 
@@ -122,6 +124,7 @@ def _refuse_head_as_neck(points: np.ndarray, where: str) -> None:
     shoulders = points[OPENPOSE18.indices(["l_shoulder", "r_shoulder"]), :2].mean(axis=0)
     if np.abs(points[OPENPOSE18.index("neck"), :2] - shoulders).max() > _PIXEL:
         raise InputError(
+            "wrong-content",
             f"{where}: expected the neck between the shoulders, where AlphaPose puts it with COCO models; with Halpe "
-            "models --format writes the top of the head instead, so run AlphaPose again without --format."
+            "models --format writes the top of the head instead, so run AlphaPose again without --format.",
         )

@@ -31,7 +31,6 @@ reads = "alphapose-results.json of AlphaPose's SMPL model: 3D joints (pred_xyz_j
 _KEY = "pred_xyz_jts"
 _SMPL = Layout("SMPL24", (*SMPL, "l_hand", "r_hand"))
 _SHAPE = (len(_SMPL), 3)
-_IMAGE_AXES = (0, 1)
 _STATURE_M = (0.9, 2.6)
 
 
@@ -48,24 +47,11 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
     InputError when the file is not of this form, when a body is no human's in that unit, and when a person is in a
     frame twice because nobody was tracked.
     """
-    people: dict[str, Bodies] = {}
-    seen: set[tuple[str, int]] = set()
-    for frame, named, joints, box in _entries(path):
-        person = "" if track else named
-        if not track and (person, frame) in seen:
-            raise InputError(
-                f"{path}: expected each person once a frame, got person {person} twice in frame {frame}, so people are "
-                "not tracked in this file; run AlphaPose with --pose_track, or pass track=true (-O track=true)."
-            )
-        seen.add((person, frame))
-        people.setdefault(person, Bodies(_SMPL)).add(frame, unit_m * joints, box=box)
-    if not people:
-        raise InputError(f"{path}: no person was found in any frame.")
-    return tuple(
-        _of_smpl(poses if track else poses.with_(person=person), path)
-        for person, bodies in people.items()
-        for poses in bodies.sequences(CAMERA.with_(origin="body model"), _IMAGE_AXES, str(path))
-    )
+    bodies = Bodies(_SMPL)
+    for frame, person, joints, box in _entries(path):
+        bodies.add(frame, unit_m * joints, box=box, person=None if track else person)
+    people = bodies.sequences(CAMERA.with_(origin="body model"), str(path))
+    return tuple(_of_smpl(poses, path) for poses in people)
 
 
 def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:
@@ -73,12 +59,13 @@ def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:
     stature = implied_stature(joints)
     if not _STATURE_M[0] < stature < _STATURE_M[1]:
         raise InputError(
+            "wrong-axes",
             f"{path}: expected a body of human size, got limbs of a person of {stature:.2g} m; say the file's unit in "
-            "metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over 1000."
+            "metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over 1000.",
         )
     made = poses.with_(joints=joints, layout=H36M17, confidence=None)
-    derived = ["nose = before the neck's end, as the shoulders face", "head = along the neck"]
-    return made.noted("smpl", derived=derived)
+    derived = {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
+    return made.deriving("smpl", derived)
 
 
 def _entries(path: Path) -> Iterator[tuple[int, str, np.ndarray, np.ndarray | None]]:
@@ -87,7 +74,9 @@ def _entries(path: Path) -> Iterator[tuple[int, str, np.ndarray, np.ndarray | No
         where = f"{path}, entry {i}"
         joints = numbers(field(entry, _KEY, where), f"{where}, {_KEY}")
         if joints.shape != _SHAPE:
-            raise InputError(f"{where}: expected {_KEY} of shape {_SHAPE}, got {joints.shape}.")
+            raise InputError(
+                "wrong-content", f"{where}: expected {_KEY} of shape {_SHAPE}, got {joints.shape}."
+            )
         frame = frame_number(field(entry, "image_id", where), where)
         yield frame, track_named(entry.get("idx", 0), where), joints, _box(entry.get("box"), where)
 
@@ -97,5 +86,8 @@ def _box(box: Any, where: str) -> np.ndarray | None:
         return None
     values = numbers(box, f"{where}, box")
     if values.shape != (4,):
-        raise InputError(f"{where}: expected a box of left, top, width and height, got shape {values.shape}.")
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected a box of left, top, width and height, got shape {values.shape}.",
+        )
     return np.concatenate([values[:2], values[:2] + values[2:]])

@@ -16,9 +16,10 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import UNSAID, MadeBy, PoseSequence
+from ..pipeline.files.arrays import keys, load, load_all
 from ..pipeline.files.markers import Markers, Up
 from ..pipeline.files.skeletons import SMPL
-from .kit.numpy import arrays_in, keys, load, load_all
+from .kit.numpy import arrays_in
 from .kit.world import Maker, maker, people_of
 
 name = "amass"
@@ -48,13 +49,16 @@ def read(
     held = keys(path)
     if "joints" not in held and _PARAMETERS & set(held):
         raise InputError(
+            "wrong-content",
             f"{path}: expected an array 'joints', got parameters of a body model alone (AMASS); run the body model and "
-            "save its joints with a frame rate."
+            "save its joints with a frame rate.",
         )
     joints = load(path, ("frames", "joints", 3), key="joints")
     rate = next((float(load(path, (), (1,), key=key).squeeze()) for key in _RATES if key in held), 0.0)
     if not 0 < rate < 10_000:
-        raise InputError(f"{path}: expected a frame rate in {', '.join(_RATES)}, got {rate or 'none'}.")
+        raise InputError(
+            "needs-rate", f"{path}: expected a frame rate in {', '.join(_RATES)}, got {rate or 'none'}."
+        )
     rows = np.arange(len(joints))
     names = _names(path, held, joints.shape[1])
     found = Markers(names, joints.astype(np.float64), rows / rate, unit, "z", rows)
@@ -75,5 +79,8 @@ def _names(path: Path, held: tuple[str, ...], count: int) -> list[str]:
     else:
         names = [*SMPL[:count], *(f"more{i}" for i in range(count - len(SMPL)))]
     if len(names) != count:
-        raise InputError(f"{path}: expected a name for each of {how_many(count, 'joint')}, got {len(names)}.")
+        raise InputError(
+            "wrong-content",
+            f"{path}: expected a name for each of {how_many(count, 'joint')}, got {len(names)}.",
+        )
     return names

@@ -12,7 +12,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import FRAMES, Frame
 from ..pipeline.core.layouts import layout_named
 from ..pipeline.core.pose import PoseSequence
-from .kit.numpy import keys, load
+from ..pipeline.files.arrays import keys, load
 from .kit.world import Maker, maker
 
 name = "arrays"
@@ -51,14 +51,15 @@ def read(
     index = beside.get("frame_index")
     if index is not None and (index != np.floor(index)).any():
         raise InputError(
-            f"{path}, array 'frame_index': expected whole numbers of video frames, got fractions."
+            "wrong-content",
+            f"{path}, array 'frame_index': expected whole numbers of video frames, got fractions.",
         )
     return (PoseSequence(joints=joints, layout=joint_layout, frame=axes, made_by=maker(made_by), **beside),)
 
 
 def _axes(frame: str, unit: str) -> Frame:
     if frame.upper() not in _FRAMES:
-        raise InputError(f"Expected a frame of {', '.join(_FRAMES)}; got '{frame}'.")
+        raise InputError("bad-value", f"Expected a frame of {', '.join(_FRAMES)}; got '{frame}'.")
     axes = _FRAMES[frame.upper()]
     return replace(axes, unit=unit, origin="camera" if axes.family == "camera" else axes.origin)
 
@@ -69,6 +70,7 @@ def _key_of_joints(path: Path, held: tuple[str, ...], key: str | None) -> str | 
         return key
     if len(could_be) != 1:
         raise InputError(
-            f"{path} holds the arrays {', '.join(held)}; name the joints with key=NAME (--option key=NAME)."
+            "choose-entry",
+            f"{path} holds the arrays {', '.join(held)}; name the joints with key=NAME (--option key=NAME).",
         )
     return could_be[0]

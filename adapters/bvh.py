@@ -15,7 +15,6 @@ import numpy as np
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import PoseSequence
-from ..pipeline.files.bvh import read_motion
 from ..pipeline.files.markers import Up
 from ..pipeline.files.skeletons import UNITS
 from .kit.beginning import first_bytes
@@ -42,13 +41,19 @@ def read(
     not say. InputError when the file is damaged or its joints have names that are not in use.
     """
     if unit is not None and unit not in UNITS:
-        raise InputError(f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
+        raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
+    from ..pipeline.files.bvh import read_motion
+
     try:
         found = read_motion(path.read_text(encoding="utf-8", errors="replace"), unit)
     except OSError as error:
-        raise InputError(f"Expected a BVH file at {path}: {error.strerror or error}.") from None
+        raise InputError(
+            "cannot-open", f"Expected a BVH file at {path}: {error.strerror or error}."
+        ) from None
     except InputError as error:
-        raise InputError(f"{path}: {str(error).replace('--unit', 'unit= (--option unit=cm)')}") from None
+        raise InputError(
+            error.code, f"{path}: {str(error).replace('--unit', 'unit= (--option unit=cm)')}"
+        ) from None
     poses = PoseSequence(
         joints=found.joints,
         layout=H36M17,
@@ -58,4 +63,4 @@ def read(
     )
     if up is None:
         check_upright(poses, str(path))
-    return (poses.noted("bvh", unit=found.unit, frames_left_out=found.first, derived=list(found.derived)),)
+    return (poses.deriving("bvh", found.derived, unit=found.unit, frames_left_out=found.first),)

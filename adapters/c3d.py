@@ -51,9 +51,9 @@ def read(
     the file is no C3D, or its points are not joint centres under names in use.
     """
     if not path.is_file():
-        raise InputError(f"Expected a C3D file at {path}, found no file there.")
+        raise InputError("cannot-open", f"Expected a C3D file at {path}, found no file there.")
     try:
         found = read_c3d(path)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise InputError(error.code, f"{path}: {error}") from None
     return people_of(found, str(path), unit, up, maker(made_by, found.made_by))

@@ -95,7 +95,9 @@ def _annotations(content: dict[str, Any], where: str) -> Iterator[tuple[Any, int
         here = f"{where}, annotation {i}"
         image = field(entry, "image_id", here)
         if str(image) not in listed:
-            raise InputError(f"{here}: expected an image that the file lists, got {reprlib.repr(image)}.")
+            raise InputError(
+                "wrong-content", f"{here}: expected an image that the file lists, got {reprlib.repr(image)}."
+            )
         if "keypoints" in entry:
             yield entry, images.number(*listed[str(image)], identity=str(image)), here
 

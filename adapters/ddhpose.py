@@ -24,12 +24,11 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import CAMERA
-from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.metric import FRAMES, check_metric, looks_metric
-from .kit.numpy import load, peek
+from ..pipeline.files.arrays import load
+from .kit.metric import FRAMES, check_metric, in_camera, looks_metric
+from .kit.numpy import peek
 
 name = "ddhpose"
 gives = "poses"
@@ -65,23 +64,20 @@ def read(path: Path, frames: int | None = None) -> tuple[PoseSequence]:
         and frames != _CLIP
     ):
         raise InputError(
+            "needs-input",
             f"{path}: shape {stored.shape} can be steps and proposals of one video of {_CLIP} frames, or clips from "
             f"which squeeze removed an axis; pass frames={_CLIP} (--option frames={_CLIP}) "
-            "for the former, else save without squeeze."
+            "for the former, else save without squeeze.",
         )
     proposals = _last_step(stored)
     if proposals.ndim == len(_CLIPS) + 1:
         proposals = _joined(path, proposals, frames)
     elif frames not in (None, proposals.shape[1]):
         raise InputError(
-            f"{path}: expected {how_many(frames, 'frame')}, as option frames says, got {proposals.shape[1]}."
+            "bad-value",
+            f"{path}: expected {how_many(frames, 'frame')}, as option frames says, got {proposals.shape[1]}.",
         )
-    poses = PoseSequence(
-        joints=proposals.mean(axis=0, dtype=np.float64),
-        layout=H36M17,
-        frame=CAMERA.with_(origin="camera"),
-        seams=tuple(range(_CLIP, proposals.shape[1], _CLIP)),
-    )
+    poses = in_camera(proposals.mean(axis=0, dtype=np.float64), _CLIP)
     check_metric(path, poses.joints)
     clamped = int(np.isclose(np.abs(proposals), _CLAMP_M, rtol=0, atol=1e-6).sum())
     return (poses.noted("clamped", values=clamped, limit_m=_CLAMP_M) if clamped else poses,)
@@ -101,16 +97,18 @@ def _joined(path: Path, clips: np.ndarray, frames: int | None) -> np.ndarray:
     count = clips.shape[1]
     if frames is None:
         raise InputError(
+            "needs-input",
             f"{path} holds {how_many(count, 'clip')} of {_CLIP} frames, the last of which overlaps "
             "the one before it or was filled "
-            "up; pass frames=N (--option frames=N) with the number of frames of the video."
+            "up; pass frames=N (--option frames=N) with the number of frames of the video.",
         )
     last = frames - (count - 1) * _CLIP
     if not 0 < last <= _CLIP:
         raise InputError(
+            "bad-value",
             f"{path} holds {how_many(count, 'clip')} of {_CLIP} frames, which make "
             f"{(count - 1) * _CLIP + 1} to {count * _CLIP} "
-            f"frames, got the option frames={frames}; give the number of frames of the video."
+            f"frames, got the option frames={frames}; give the number of frames of the video.",
         )
     tail = clips[:, -1, :last] if count == 1 else clips[:, -1, _CLIP - last :]
     return np.concatenate([*np.moveaxis(clips[:, :-1], 1, 0), tail], axis=1)

@@ -42,8 +42,9 @@ def read(path: Path, sequence: str | None = None) -> tuple[PoseSequence]:
         sequence = next(iter(held))
     if sequence not in held:
         raise InputError(
+            "choose-entry",
             f"{path} holds the sequences {', '.join(sorted(held)) or 'of no test video'}; "
-            f"name one with sequence=TS1 (--option sequence=TS1), got {sequence or 'none'}."
+            f"name one with sequence=TS1 (--option sequence=TS1), got {sequence or 'none'}.",
         )
     shape = (3, len(MPI3DHP17), "frames")
     stored = numbers(f"{path}: expected '{sequence}'", held[sequence], (*shape, "steps"), shape)

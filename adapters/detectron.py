@@ -43,7 +43,8 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         classes = _list(entry, where)
         if len(classes) != 2:
             raise InputError(
-                f"{where}: expected [[], keypoints], got {how_many(len(classes), 'entry', 'entries')}."
+                "wrong-content",
+                f"{where}: expected [[], keypoints], got {how_many(len(classes), 'entry', 'entries')}.",
             )
         if len(classes[1]):
             people = _people(classes[1], where)
@@ -53,7 +54,9 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
 
 def _list(value: Any, where: str) -> list[Any]:
     if not isinstance(value, list):
-        raise InputError(f"{where}: expected a list of detections, got {type(value).__name__}.")
+        raise InputError(
+            "wrong-content", f"{where}: expected a list of detections, got {type(value).__name__}."
+        )
     return value
 
 
@@ -61,7 +64,9 @@ def _people(value: Any, where: str) -> np.ndarray:
     """(people, 4, 17) float64."""
     people = np.asarray(value) if isinstance(value, np.ndarray) else np.zeros(())
     if people.ndim != 3 or people.shape[1:] != (4, len(COCO17)) or people.dtype.kind not in "fiu":
-        raise InputError(f"{where}: expected keypoints of shape (people, 4, 17), got {people.shape}.")
+        raise InputError(
+            "wrong-content", f"{where}: expected keypoints of shape (people, 4, 17), got {people.shape}."
+        )
     if np.isinf(people).any():
-        raise InputError(f"{where}: expected finite keypoints, got an infinite one.")
+        raise InputError("file-damaged", f"{where}: expected finite keypoints, got an infinite one.")
     return people.astype(np.float64)

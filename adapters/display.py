@@ -18,13 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.core.rotations import rotate, transpose
-from .kit.metric import FRAMES, check_metric, looks_metric
-from .kit.numpy import load, peek
+from ..pipeline.files.arrays import load
+from .kit.metric import FRAMES, check_metric, in_camera, looks_metric
+from .kit.numpy import peek
 from .kit.quaternions import rotations
 
 name = "display"
@@ -57,20 +57,17 @@ def read(path: Path, undo: bool = False) -> tuple[PoseSequence]:
     rebase = _rebase(stored)
     if rebase is None:
         raise InputError(
+            "wrong-axes",
             f"{path}: expected poses turned for display, with the lowest joint at height 0 in the file or in each "
-            "frame, got other heights; adapter videopose3d or ddhpose reads the raw output."
+            "frame, got other heights; adapter videopose3d or ddhpose reads the raw output.",
         )
     if not undo:
         raise InputError(
+            "wrong-axes",
             f"{path}: these poses were turned for display, with the orientation of one Human3.6M camera and the lowest "
-            f"joint of {rebase} at height 0; give the raw output, or pass undo=true (--option undo=true) to undo both."
+            f"joint of {rebase} at height 0; give the raw output, or pass undo=true (--option undo=true) to undo both.",
         )
-    poses = PoseSequence(
-        joints=_undone(stored),
-        layout=H36M17,
-        frame=CAMERA.with_(origin="camera"),
-        seams=tuple(range(_CLIP, stored.shape[-3], _CLIP)) if stored.ndim == len(_ALL) else (),
-    )
+    poses = in_camera(_undone(stored), _CLIP if stored.ndim == len(_ALL) else None)
     check_metric(path, poses.joints)
     return (poses.noted("undo display", rebase=rebase).saying(notice("display-undone")),)
 

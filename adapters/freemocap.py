@@ -25,8 +25,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Z_UP
 from ..pipeline.core.layouts import BLAZEPOSE33, COCO23, Layout, remap
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import load
 from .kit.beginning import first_bytes
-from .kit.numpy import load, peek
+from .kit.numpy import peek
 from .kit.tables import opened_table
 from .kit.world import check_upright
 
@@ -63,20 +64,23 @@ def read(path: Path) -> tuple[PoseSequence]:
     found = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))]
     if len(found) and (np.ptp(found, axis=1).max(axis=0) == 0).any():
         raise InputError(
+            "wrong-content",
             f"{path}: expected bodies in space, got flat ones, as FreeMoCap writes them from a single camera; lift its "
-            "2D detections instead."
+            "2D detections instead.",
         )
     if not _in_millimetres(poses):
         raise InputError(
+            "wrong-axes",
             f"{path}: expected millimetres, got a body whose limbs imply a stature of "
-            f"{implied_stature(remap(poses).joints):.4g}; describe the array with --adapter arrays."
+            f"{implied_stature(remap(poses).joints):.4g}; describe the array with --adapter arrays.",
         )
     try:
         check_upright(poses, str(path))
     except InputError:
         raise InputError(
+            "wrong-axes",
             f"{path}: expected a person who stands along z, as FreeMoCap aligns its skeletons, got one who does not; "
-            "run FreeMoCap's alignment or ground plane, or describe the array with --adapter arrays."
+            "run FreeMoCap's alignment or ground plane, or describe the array with --adapter arrays.",
         ) from None
     return (poses,)
 
@@ -128,8 +132,9 @@ def _layout(joints: set[str], path: Path) -> Layout:
     fits = (layout for layout in (COCO23, BLAZEPOSE33) if set(layout.joints) <= joints)
     if (layout := next(fits, None)) is None:
         raise InputError(
+            "wrong-content",
             f"{path}: expected the points of a body, RTMPose's {len(COCO23)} or MediaPipe's {len(BLAZEPOSE33)}, got "
-            f"{', '.join(sorted(joints)) or 'none of them'}."
+            f"{', '.join(sorted(joints)) or 'none of them'}.",
         )
     return layout
 
@@ -151,7 +156,8 @@ def _rows(path: Path) -> Iterator[tuple[int, str, tuple[float, ...]]]:
                 frame, place = -1, ()
             if not 0 <= frame < _MOST_FRAMES or np.isinf(place).any():
                 raise InputError(
-                    f"{path}, line {line}: expected a frame's number and x, y, z, got {row!r:.100}."
+                    "wrong-content",
+                    f"{path}, line {line}: expected a frame's number and x, y, z, got {row!r:.100}.",
                 )
             yield frame, joint, place
 

@@ -20,6 +20,7 @@ from ..pipeline.core.rotations import transpose
 from ..pipeline.signals.imu import Imu, imu_from_samples
 from .kit.beginning import first_bytes
 from .kit.quaternions import rotations
+from .kit.tables import filled_lines
 
 name = "imu_csv"
 gives = "imu"
@@ -47,14 +48,14 @@ def read(
     Raises InputError for missing columns, cells that are no numbers, a rate that contradicts the time stamps, and
     signals that are no specific force with its orientation (pipeline/signals/imu.py).
     """
-    try:
-        lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if _content(line)]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Expected an IMU's CSV file at {path}, which cannot be read: {error}.") from None
+    lines = [line for line in filled_lines(path, "an IMU's CSV file") if _content(line)]
     names = _names(lines)
     wanted = (*_FORCE, *(_QUATERNION if set(_QUATERNION) & set(names) else ()))
     if not set(wanted) <= set(names):
-        raise InputError(f"Expected columns {', '.join(wanted)} in {path}, got {', '.join(names) or 'none'}.")
+        raise InputError(
+            "wrong-content",
+            f"Expected columns {', '.join(wanted)} in {path}, got {', '.join(names) or 'none'}.",
+        )
     table = _table(path, lines, names)
     return (
         imu_from_samples(
@@ -91,11 +92,12 @@ def _table(path: Path, lines: list[str], names: list[str]) -> dict[str, np.ndarr
             rows.append([float(cells[place].strip() or "nan") for place in places])
         except (ValueError, IndexError):
             raise InputError(
+                "file-damaged",
                 f"Expected {len(names)} numbers in each line of {path}, got '{line[:60]}' in line {number} of its "
-                "data and header; write or copy the file again."
+                "data and header; write or copy the file again.",
             ) from None
     if len(rows) < 2:
-        raise InputError(f"Expected samples of an IMU in {path}, got {len(rows)}.")
+        raise InputError("nothing-usable", f"Expected samples of an IMU in {path}, got {len(rows)}.")
     return dict(zip(wanted, np.array(rows).T, strict=True))
 
 
@@ -103,16 +105,21 @@ def _times(path: Path, table: dict[str, np.ndarray], rate_hz: float | None) -> n
     rows = len(table["ax"])
     if "time_s" not in table:
         if rate_hz is None:
-            raise InputError(f"{path} has no column time_s; give the samples a second (--rate HZ).")
+            raise InputError(
+                "needs-rate", f"{path} has no column time_s; give the samples a second (--rate HZ)."
+            )
         return np.arange(rows) / rate_hz
     time_s = table["time_s"]
     if not np.isfinite(time_s).all() or (np.diff(time_s) <= 0).any():
-        raise InputError(f"Expected time_s of {path} to increase from line to line; it does not.")
+        raise InputError(
+            "times-broken", f"Expected time_s of {path} to increase from line to line; it does not."
+        )
     own = 1 / float(np.median(np.diff(time_s)))
     if rate_hz is not None and abs(own / rate_hz - 1) > 0.02:
         raise InputError(
+            "option-conflict",
             f"{path} has time stamps of {own:.4g} samples a second, which contradict the {rate_hz:g} that were given; "
-            "leave the rate out, or delete the column time_s if its clock is wrong."
+            "leave the rate out, or delete the column time_s if its clock is wrong.",
         )
     return time_s
 

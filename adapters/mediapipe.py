@@ -38,7 +38,6 @@ _FRAMES = ("frame", "frame_id", "frame_index", "frame_idx", "frame_number")
 _AXES = ("x", "y", "z", "visibility")
 _ROOT_M = 0.1  # the hips' middle is at the origin but for rounding
 _HIPS = BLAZEPOSE33.indices(["l_hip", "r_hip"])
-_IMAGE_AXES = (0, 1)
 _IMAGE_REASON = (
     "image landmarks, whose x and y are shares of the picture's width and height and whose z is no length; save "
     "pose_world_landmarks instead of pose_landmarks"
@@ -85,7 +84,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
             continue
         found.add(frame, joints, body.values[:, 3], body.box)
     _check_world(found.joints, path)
-    people = found.sequences(CAMERA.with_(origin="camera"), _IMAGE_AXES, str(path))
+    people = found.sequences(CAMERA.with_(origin="camera"), str(path))
     numbers = {} if frames_known or len(times) != at + 1 else _numbers(times)
     return tuple(_timed(poses.with_(frames_known=frames_known), times, numbers) for poses in people)
 
@@ -122,8 +121,9 @@ def _check_world(joints: np.ndarray, path: Path) -> None:
     if len(hips) and np.median(np.linalg.norm(hips, axis=1)) > _ROOT_M:
         place = ", ".join(f"{value:.2g}" for value in np.median(hips, axis=0))
         raise InputError(
+            "wrong-axes",
             f"{path}: expected world landmarks with the middle of the hips at the origin, got it at ({place}); these "
-            f"look like {_IMAGE_REASON}."
+            f"look like {_IMAGE_REASON}.",
         )
 
 
@@ -134,12 +134,12 @@ def _json(path: Path) -> Iterator[Body]:
     for i, (key, entry) in enumerate(each(path, "MediaPipe's landmarks")):
         where = f"{path}, entry {i}"
         if key in _IMAGE[:2]:
-            raise InputError(f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
+            raise InputError("wrong-axes", f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
         if key in _WORLD or isinstance(entry, list):
             landmarks, frame, time_s, boxes = entry, None, None, []
         elif isinstance(entry, dict) and (found := _key(entry, (*_WORLD, *_IMAGE))):
             if found in _IMAGE[:2]:
-                raise InputError(f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
+                raise InputError("wrong-axes", f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
             landmarks = entry[found]
             number = next((entry[name] for name in _FRAMES if name in entry), None)
             frame = None if number is None else frame_number(number, where)
@@ -150,17 +150,19 @@ def _json(path: Path) -> Iterator[Body]:
         elif key and not isinstance(entry, dict):
             continue  # what else an object tells beside its list of frames
         else:
-            raise InputError(f"{where}: expected a frame with {' or '.join(_WORLD[:2])}.")
+            raise InputError("wrong-content", f"{where}: expected a frame with {' or '.join(_WORLD[:2])}.")
         people = _people(landmarks, where)
         if frame is None and len(people) > 1:
-            raise InputError(f"{where}: expected frames with a number ('frame') where people are several.")
+            raise InputError(
+                "wrong-content", f"{where}: expected frames with a number ('frame') where people are several."
+            )
         if not people:  # counts as a table's empty row does, so that later frames keep their places and times
             yield Body(np.full((COUNT, 4), np.nan), frame, time_s)
         for place, values in enumerate(people):
             yield Body(values, frame, time_s, boxes[place] if len(boxes) == len(people) else None)
         count += 1
     if not count:
-        raise InputError(f"{path}: expected frames of MediaPipe's landmarks, found none.")
+        raise InputError("nothing-usable", f"{path}: expected frames of MediaPipe's landmarks, found none.")
 
 
 def _key(entry: dict[str, Any], names: tuple[str, ...]) -> str | None:
@@ -178,7 +180,7 @@ def _people(landmarks: Any, where: str) -> list[np.ndarray]:
     if not landmarks:
         return []
     if not isinstance(landmarks, list):
-        raise InputError(f"{where}: expected a list of {COUNT} landmarks.")
+        raise InputError("wrong-content", f"{where}: expected a list of {COUNT} landmarks.")
     first = landmarks[0]
     several = isinstance(first, list) and len(first) > 0 and isinstance(first[0], list | dict)
     return [_values(person, where) for person in (landmarks if several else [landmarks])]
@@ -187,11 +189,13 @@ def _people(landmarks: Any, where: str) -> list[np.ndarray]:
 def _values(person: Any, where: str) -> np.ndarray:
     if not isinstance(person, list) or len(person) != COUNT:
         count = len(person) if isinstance(person, list) else "none"
-        raise InputError(f"{where}: expected {COUNT} landmarks, got {count}.")
+        raise InputError("wrong-content", f"{where}: expected {COUNT} landmarks, got {count}.")
     rows = [[point.get(axis) for axis in _AXES] if isinstance(point, dict) else point for point in person]
     values = numbers(rows, where)
     if values.ndim != 2 or values.shape[1] < 3:
-        raise InputError(f"{where}: expected x, y and z of each landmark, got shape {values.shape}.")
+        raise InputError(
+            "wrong-content", f"{where}: expected x, y and z of each landmark, got shape {values.shape}."
+        )
     filled = np.full((COUNT, 4), np.nan)
     filled[:, : min(4, values.shape[1])] = values[:, :4]
     return filled

@@ -22,8 +22,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import MHR70
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import keys, load
 from .kit.json import beginning, each, frame_number, numbers
-from .kit.numpy import arrays_in, keys, load, load_objects, objects_begin, shape_in
+from .kit.numpy import arrays_in, begins, load_objects
 from .kit.people import Bodies
 
 name = "mhr70"
@@ -38,7 +39,6 @@ _KEYPOINTS = {  # the keypoints, and the translation that belongs to them
 }
 _NUMBERS = ("frame_indices", "frame_index")  # the rows' video frames
 _SHAPE = (len(MHR70), 3)
-_IMAGE_AXES = (0, 1)
 _PERSON = re.compile(
     r"[_-](subj|subject|person|pid)[_-]?\d+$", re.IGNORECASE
 )  # behind an image's name: one of its people
@@ -76,11 +76,12 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         found.add(frame, keypoints + np.nan_to_num(translation), box=_array(person, "bbox", (4,), where))
     if any(placed) != all(placed):
         raise InputError(
+            "wrong-content",
             f"{path}: expected a translation (pred_cam_t, cam_trans) beside the keypoints of everybody or of nobody, "
-            f"got {sum(placed)} of {len(placed)}; save them all again."
+            f"got {sum(placed)} of {len(placed)}; save them all again.",
         )
     frame = CAMERA.with_(origin="camera" if any(placed) else "body model")
-    people = found.sequences(frame, _IMAGE_AXES, str(path), placed=any(placed))
+    people = found.sequences(frame, str(path), placed=any(placed))
     people = tuple(poses.with_(frames_known=_says_frames(path)) for poses in people)
     if np.isfinite(focal_px).any():
         people = tuple(poses.noted("estimator", focal_px=float(np.nanmedian(focal_px))) for poses in people)
@@ -99,7 +100,9 @@ def _array(person: Mapping[str, Any], name: str, shape: tuple[int, ...], where: 
         return np.full(np.abs(shape), np.nan)
     values = numbers(person[name], f"{where}, {name}")
     if values.size == 0 or (-1 not in shape and values.size != np.prod(shape)):
-        raise InputError(f"{where}: expected {name} of shape {shape} for each person, got {values.shape}.")
+        raise InputError(
+            "wrong-content", f"{where}: expected {name} of shape {shape} for each person, got {values.shape}."
+        )
     return values.reshape(shape)
 
 
@@ -121,7 +124,7 @@ def _key(held: Iterable[str]) -> str | None:
 def _object_key(path: Path) -> str | None:
     """The array of Python objects in an .npz that begins as SAM 3D Body's dicts do."""
     return next(
-        (key for key in sorted(arrays_in(path)) if b"pred_keypoints_3d" in objects_begin(path, key)), None
+        (key for key in sorted(arrays_in(path)) if b"pred_keypoints_3d" in begins(path, key)[1]), None
     )
 
 
@@ -130,7 +133,7 @@ def _is_archive(path: Path) -> bool:
     key = _key(arrays_in(path))
     if key is None:
         return _object_key(path) is not None
-    return shape_in(path, key)[-2:] == _SHAPE
+    return begins(path, key)[0][-2:] == _SHAPE
 
 
 def _people(path: Path) -> Iterator[tuple[int, Mapping[str, Any], str]]:
@@ -164,13 +167,17 @@ def _of_folder(path: Path) -> Iterator[tuple[int, Any, str]]:
         other, beside = seen.setdefault(frame, (image, file.name))
         if other != image:
             raise InputError(
+                "wrong-content",
                 f"{path}: expected one .npz a frame, got {beside} and {file.name} of frame {frame}; put everybody "
                 "of a frame into one file, or name the files IMAGE_subj00.npz, IMAGE_subj01.npz, and put each video "
-                "into a folder of its own."
+                "into a folder of its own.",
             )
         yield frame, _of_archive(file), str(file)
     if not seen:
-        raise InputError(f"{path}: expected a folder of .npz, one a frame of SAM 3D Body, found none there.")
+        raise InputError(
+            "format-unknown",
+            f"{path}: expected a folder of .npz, one a frame of SAM 3D Body, found none there.",
+        )
 
 
 def _of_archive(path: Path) -> Any:
@@ -181,8 +188,9 @@ def _of_archive(path: Path) -> Any:
     key = _key(held)
     if key is None:
         raise InputError(
+            "wrong-content",
             f"{path}: expected an array pred_keypoints_3d, or joints_3d beside cam_trans, got "
-            f"{', '.join(held) or 'none by name'}."
+            f"{', '.join(held) or 'none by name'}.",
         )
     wanted = (key, _KEYPOINTS[key], "focal_length", "bbox", *_NUMBERS)
     return {name: load(path, key=name) for name in wanted if name in held}
@@ -195,7 +203,8 @@ def _rows(path: Path, held: dict[str, np.ndarray]) -> list[tuple[int, dict[str, 
         return [(0, held)]
     if keypoints.ndim not in (3, 4):
         raise InputError(
-            f"{path}: expected keypoints of shape (frames, 70, 3) or (frames, people, 70, 3), got {keypoints.shape}."
+            "wrong-content",
+            f"{path}: expected keypoints of shape (frames, 70, 3) or (frames, people, 70, 3), got {keypoints.shape}.",
         )
     numbered = next((held[key] for key in _NUMBERS if key in held), np.arange(len(keypoints)))
     if (
@@ -203,7 +212,9 @@ def _rows(path: Path, held: dict[str, np.ndarray]) -> list[tuple[int, dict[str, 
         or (numbered != np.floor(numbered)).any()
         or (numbered < 0).any()
     ):
-        raise InputError(f"{path}: expected the whole number of its video frame for each row, from 0.")
+        raise InputError(
+            "wrong-content", f"{path}: expected the whole number of its video frame for each row, from 0."
+        )
     return list(zip(numbered.astype(np.int64).tolist(), _split(held, len(keypoints)), strict=True))
 
 
@@ -214,7 +225,9 @@ def _of_one_frame(held: Any, where: str) -> Iterator[Mapping[str, Any]]:
         return
     key = _key(held) if isinstance(held, Mapping) else None
     if key is None:
-        raise InputError(f"{where}: expected pred_keypoints_3d of each person, got another entry.")
+        raise InputError(
+            "wrong-content", f"{where}: expected pred_keypoints_3d of each person, got another entry."
+        )
     several = isinstance(held[key], np.ndarray) and held[key].ndim > len(_SHAPE)
     yield from _split(held, len(held[key])) if several else [held]
 

@@ -20,7 +20,7 @@ from ..pipeline.core.layouts import COCO17, HALPE26
 from ..pipeline.core.pose import PoseSequence
 from .kit.json import field, numbers
 from .kit.mmpose import first_keypoints, frames
-from .kit.tracks import Detection, counted, sequences
+from .kit.tracks import Detection, sequences
 
 name = "mmpose2d"
 gives = "keypoints"
@@ -51,7 +51,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         for frame, people, here in frames(path, "MMPose's 2D results", _check_names)
         for person in people
     )
-    return sequences(counted(found, str(path)), (COCO17, HALPE26), str(path))
+    return sequences(found, (COCO17, HALPE26), str(path))
 
 
 def _points(person: Any, where: str) -> np.ndarray:
@@ -59,13 +59,15 @@ def _points(person: Any, where: str) -> np.ndarray:
     scores = numbers(field(person, "keypoint_scores", where), where)
     if keypoints.ndim == 2 and keypoints.shape[1] == 3:
         raise InputError(
+            "format-unknown",
             f"{where}: expected 2D keypoints, got three coordinates each; this is MMPose's 3D output, "
-            "which adapter mmpose3d reads."
+            "which adapter mmpose3d reads.",
         )
     if keypoints.shape != (*scores.shape, 2):
         raise InputError(
+            "wrong-content",
             f"{where}: expected x, y and one score of each joint, got keypoints of shape {keypoints.shape} and "
-            f"scores of shape {scores.shape}."
+            f"scores of shape {scores.shape}.",
         )
     return np.column_stack([keypoints, scores])
 
@@ -80,6 +82,7 @@ def _check_names(meta: Any, where: str) -> None:
     ]
     if written != list(COCO17.joints):
         raise InputError(
+            "wrong-content",
             f"{where}: expected joints in COCO's order, got those of dataset {meta.get('dataset_name')!r}: "
-            f"{', '.join(written)}; run MMPose with a COCO-17 or Halpe-26 model."
+            f"{', '.join(written)}; run MMPose with a COCO-17 or Halpe-26 model.",
         )

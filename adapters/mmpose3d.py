@@ -42,5 +42,5 @@ def read(path: Path, metric: bool = False) -> tuple[PoseSequence, ...]:
     is 2D.
     """
     axes = _AXES.with_(unit="m" if metric else "arbitrary")
-    people = bodies(path, "MMPose's 3D results", len(H36M17), H36M17).sequences(axes, _IMAGE_AXES, str(path))
+    people = bodies(path, "MMPose's 3D results", len(H36M17), H36M17).sequences(axes, str(path), _IMAGE_AXES)
     return tuple(rebase_said(poses) for poses in people)

@@ -17,7 +17,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.numpy import load, peek
+from ..pipeline.files.arrays import load
+from .kit.metric import FRAMES, in_camera
+from .kit.numpy import peek
 
 name = "motionbert"
 gives = "poses"
@@ -26,14 +28,13 @@ reads = (
     "X3D.npy of MotionBERT's infer_wild.py, Human3.6M order, no known scale (with option pixel: from --pixel)"
 )
 
-_SHAPE = ("frames", len(H36M17), 3)
 # Normalised coordinates stay within about 1.5 of the crop's centre, or 2 of the pelvis; pixels are tens to
 # thousands.
 _PIXELS_FROM = 10.0
 
 
 def sniff(path: Path) -> bool:
-    joints = peek(path, _SHAPE)
+    joints = peek(path, FRAMES)
     if joints is None:
         return False
     root = joints[:, H36M17.index("pelvis")]
@@ -52,32 +53,27 @@ def read(path: Path, pixel: bool = False, clip: int = 243) -> tuple[PoseSequence
     Raises InputError when the file is no such array or its values contradict `pixel`.
     """
     if clip < 1:
-        raise InputError(f"Expected a clip of at least 1 frame, got {clip}.")
-    joints = load(path, _SHAPE)
+        raise InputError("bad-value", f"Expected a clip of at least 1 frame, got {clip}.")
+    joints = load(path, FRAMES)
     if _looks_like_pixels(joints) and not pixel:
         raise InputError(
+            "wrong-axes",
             f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; "
             + (
                 "if they are millimetres, read it with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm."
                 if not joints[:, H36M17.index("pelvis")].any()
                 else "pass pixel=true (--option pixel=true) if the file comes from infer_wild.py --pixel, or read it "
                 "with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm if they are millimetres."
-            )
+            ),
         )
     if pixel and not _looks_like_pixels(joints):
         raise InputError(
+            "wrong-axes",
             f"{path}: expected pixels, as infer_wild.py --pixel writes them, got normalised coordinates of "
-            "about -1 to 1; leave out the option pixel."
+            "about -1 to 1; leave out the option pixel.",
         )
-    origin = "image corner" if pixel else "crop centre"
-    return (
-        PoseSequence(
-            joints=joints,
-            layout=H36M17,
-            frame=CAMERA.with_(origin=origin, unit="arbitrary"),
-            seams=tuple(range(clip, len(joints), clip)),
-        ),
-    )
+    frame = CAMERA.with_(origin="image corner" if pixel else "crop centre", unit="arbitrary")
+    return (in_camera(joints, clip, frame=frame),)
 
 
 def _looks_like_pixels(joints: np.ndarray) -> bool:

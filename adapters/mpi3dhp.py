@@ -61,16 +61,18 @@ def read(path: Path, camera: int = 0) -> tuple[PoseSequence]:
     """
     held = load(path, _KEY, "valid_frame", what="MPI-INF-3DHP")
     if _KEY not in held:
-        raise InputError(f"Expected an array '{_KEY}' in {path}, as MPI-INF-3DHP has it.")
+        raise InputError("wrong-content", f"Expected an array '{_KEY}' in {path}, as MPI-INF-3DHP has it.")
     stored, where = held[_KEY], f"{path}: expected '{_KEY}'"
     if stored.dtype == object:
         cells = [np.asarray(cell) for cell in stored.ravel()]
         if not 0 <= camera < len(cells):
-            raise InputError(f"{path} has the cameras 0 to {len(cells) - 1}; got camera={camera}.")
+            raise InputError(
+                "bad-value", f"{path} has the cameras 0 to {len(cells) - 1}; got camera={camera}."
+            )
         joints = numbers(where, cells[camera], ("frames", _ALL * 3)).reshape(-1, _ALL, 3)[:, _RELEVANT]
     else:
         if camera:
-            raise InputError(f"{path} has one camera, 0; got camera={camera}.")
+            raise InputError("bad-value", f"{path} has one camera, 0; got camera={camera}.")
         stored = stored[..., None] if stored.ndim == 3 else stored
         joints = numbers(where, stored, (3, len(MPI3DHP17), 1, "frames"))
         joints = np.transpose(joints[:, :, 0], (2, 1, 0))

@@ -15,7 +15,7 @@ from ..pipeline.core.layouts import BODY_25, BODY_25B, OPENPOSE18
 from ..pipeline.core.pose import PoseSequence
 from .kit.json import beginning, field
 from .kit.openpose import frame_files, people
-from .kit.tracks import Detection, counted, sequences, triples
+from .kit.tracks import Detection, sequences, triples
 
 name = "openpose"
 gives = "keypoints"
@@ -38,4 +38,4 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         Detection(frame, triples(field(person, "pose_keypoints_2d", where), where))
         for frame, person, where in people(path)
     )
-    return sequences(counted(found, str(path)), (BODY_25, BODY_25B, OPENPOSE18), str(path))
+    return sequences(found, (BODY_25, BODY_25B, OPENPOSE18), str(path))

@@ -30,7 +30,6 @@ reads = "folder of *_keypoints.json from OpenPose's --3d --write_json, metres (o
 
 _FIELDS = ("pose_keypoints_3d", "body_keypoints_3d")
 _LAYOUTS = {25: (BODY_25, BODY_25B), 18: (OPENPOSE18,)}  # by the number of joints
-_IMAGE_AXES = (0, 1)
 _PEEKED = 100  # files; nobody may be there in the first ones
 
 
@@ -61,18 +60,22 @@ def read(path: Path, unit: str = "m") -> tuple[PoseSequence, ...]:
             continue
         joints = np.where(points[:, 3:] > 0, points[:, :3], np.nan)
         if len(points) not in _LAYOUTS or (found and len(points) != len(found.layout)):
-            raise InputError(f"{where}: expected 25 or 18 joints, in all frames alike, got {len(points)}.")
+            raise InputError(
+                "wrong-content", f"{where}: expected 25 or 18 joints, in all frames alike, got {len(points)}."
+            )
         if np.isfinite(joints).any():
             found = found or Bodies(_LAYOUTS[len(points)][0])
             found.add(frame, joints, np.where(points[:, 3] > 0, points[:, 3], np.nan))
     if found is None:
         raise InputError(
-            f"{path}: expected OpenPose's 3D results ({_FIELDS[0]}), found none; adapter openpose reads its 2D results."
+            "format-unknown",
+            f"{path}: expected OpenPose's 3D results ({_FIELDS[0]}), found none; adapter openpose "
+            f"reads its 2D results.",
         )
     found.layout = likely_layout(
         found.joints, _LAYOUTS[len(found.layout)]
     )  # the first body may be half in view
-    return found.sequences(CAMERA.with_(origin="camera", unit=unit), _IMAGE_AXES, str(path), placed=True)
+    return found.sequences(CAMERA.with_(origin="camera", unit=unit), str(path), placed=True)
 
 
 def _flat(person: dict[str, Any]) -> Any:
@@ -87,6 +90,7 @@ def _points(person: Any, where: str) -> np.ndarray | None:
     values = numbers(flat, where)
     if values.ndim != 1 or len(values) % 4:
         raise InputError(
-            f"{where}: expected x, y, z and score of each joint in one list, got shape {values.shape}."
+            "wrong-content",
+            f"{where}: expected x, y, z and score of each joint in one list, got shape {values.shape}.",
         )
     return values.reshape(-1, 4)

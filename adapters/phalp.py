@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BODY_25
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from .kit.people import Bodies
 from .kit.pickles import beginning, load
 
 name = "phalp"
@@ -58,46 +58,44 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     """
     if parameters := _only_parameters(path):
         program, way_out = parameters
-        raise InputError(f"{path}: expected joints, got {program}'s parameters of a body model; {way_out}.")
+        raise InputError(
+            "wrong-content",
+            f"{path}: expected joints, got {program}'s parameters of a body model; {way_out}.",
+        )
     frames = load(path)
     if not isinstance(frames, dict) or not all(isinstance(frame, dict) for frame in frames.values()):
-        raise InputError(f"{path}: expected a dict of frames, as PHALP writes it, got another pickle.")
-    tracks: dict[str, dict[int, np.ndarray]] = defaultdict(dict)
+        raise InputError(
+            "format-unknown", f"{path}: expected a dict of frames, as PHALP writes it, got another pickle."
+        )
+    tracks = Bodies(BODY_25)
     numbered = all("time" in frame for frame in frames.values())
     for row, (image, frame) in enumerate(frames.items()):
         number = int(frame["time"]) if numbered else row
-        for person, joints in _seen(frame, f"{path}, frame {image}"):
-            tracks[person][number] = joints
-    if not tracks:
-        raise InputError(f"{path}: no person was seen in any frame.")
-    return tuple(
-        PoseSequence(
-            joints=np.stack([rows[number] for number in sorted(rows)]),
-            layout=BODY_25,
-            frame=CAMERA.with_(origin="body model"),
-            frame_index=np.array(sorted(rows)),
-            frames_known=numbered,
-            person=person,
-        )
-        for person, rows in tracks.items()
-    )
+        for person, joints in _visible(frame, f"{path}, frame {image}"):
+            tracks.add(number, joints, person=person)
+    people = tracks.sequences(CAMERA.with_(origin="body model"), str(path))
+    return tuple(poses.with_(frames_known=numbered) for poses in people)
 
 
-def _seen(frame: dict[str, Any], where: str) -> list[tuple[str, np.ndarray]]:
+def _visible(frame: dict[str, Any], where: str) -> list[tuple[str, np.ndarray]]:
     ids, people = frame.get("tid"), frame.get(_JOINTS)
     if not isinstance(ids, list) or not isinstance(people, list) or len(ids) != len(people):
-        raise InputError(f"{where}: expected lists 'tid' and '{_JOINTS}' with an entry a person.")
+        raise InputError(
+            "wrong-content", f"{where}: expected lists 'tid' and '{_JOINTS}' with an entry a person."
+        )
     since = frame.get("tracked_time", [0] * len(ids))
     if len(since) != len(ids):
-        raise InputError(f"{where}: expected 'tracked_time' with an entry a person.")
-    found = []
+        raise InputError("wrong-content", f"{where}: expected 'tracked_time' with an entry a person.")
+    visible = []
     for person, joints, age in zip(ids, people, since, strict=True):
         joints = joints if isinstance(joints, np.ndarray) else np.zeros(())
         if joints.shape != (_COUNT, 3) or joints.dtype.kind not in "fiu":
-            raise InputError(f"{where}: expected '{_JOINTS}' of shape ({_COUNT}, 3), got {joints.shape}.")
+            raise InputError(
+                "wrong-content", f"{where}: expected '{_JOINTS}' of shape ({_COUNT}, 3), got {joints.shape}."
+            )
         if age == 0:
-            found.append((str(person), joints[: len(BODY_25)]))
-    return found
+            visible.append((str(person), joints[: len(BODY_25)]))
+    return visible
 
 
 def _only_parameters(path: Path) -> tuple[str, str] | None:

@@ -48,8 +48,10 @@ def read(path: Path, stature_m: float = 1.7) -> tuple[PoseSequence, ...]:
     InputError when the file is not of this form or its depth alone is more than the body is tall.
     """
     if not _STATURES_M[0] <= stature_m <= _STATURES_M[1]:
-        raise InputError(f"Expected stature_m of {_STATURES_M[0]} to {_STATURES_M[1]} m, got {stature_m:g}.")
-    people = bodies(path, "RTMW3D's results", _COUNT, COCO23).sequences(_AXES, _IMAGE_AXES, str(path))
+        raise InputError(
+            "bad-value", f"Expected stature_m of {_STATURES_M[0]} to {_STATURES_M[1]} m, got {stature_m:g}."
+        )
+    people = bodies(path, "RTMW3D's results", _COUNT, COCO23).sequences(_AXES, str(path), _IMAGE_AXES)
     return tuple(_metric(rebase_said(poses), stature_m, path) for poses in people)
 
 
@@ -66,8 +68,9 @@ def _metric(poses: PoseSequence, stature_m: float, path: Path) -> PoseSequence:
     # Bones are at least as long as in the image, so that the upper end is enough.
     if not flat > 0 or excess(0) >= 0:
         raise InputError(
+            "wrong-axes",
             f"{path}: expected RTMW3D's crop pixels and depth bins, got a body that is deeper than tall; is this file "
-            "its demo's output?"
+            "its demo's output?",
         )
     per_pixel: float = brentq(excess, 0, 1.01 * stature_m / flat)  # type: ignore[assignment]  # a number, without full_output
     assumed = notice("stature-assumed", stature_m=stature_m)

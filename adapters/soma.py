@@ -14,7 +14,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Y_UP
 from ..pipeline.core.layouts import SOMA30, SOMA77
 from ..pipeline.core.pose import PoseSequence
-from .kit.numpy import keys, load, shape_in
+from ..pipeline.files.arrays import keys, load
+from .kit.numpy import begins
 from .kit.world import Maker, check_upright, maker
 
 name = "soma"
@@ -26,7 +27,7 @@ _LAYOUTS = {len(layout): layout for layout in (SOMA77, SOMA30)}
 
 
 def sniff(path: Path) -> bool:
-    shape = shape_in(path, _KEY)
+    shape, _ = begins(path, _KEY)
     return len(shape) == 3 and shape[1] in _LAYOUTS and shape[2] == 3
 
 
@@ -37,7 +38,9 @@ def read(path: Path, made_by: Maker | None = None) -> tuple[PoseSequence]:
     when the person does not stand along y.
     """
     if not keys(path):
-        raise InputError(f"{path}: expected an .npz with the array {_KEY}, got an array without a name.")
+        raise InputError(
+            "wrong-content", f"{path}: expected an .npz with the array {_KEY}, got an array without a name."
+        )
     joints = load(path, *(("frames", count, 3) for count in _LAYOUTS), key=_KEY)
     poses = PoseSequence(
         joints=joints,

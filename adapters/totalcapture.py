@@ -15,6 +15,7 @@ from ..pipeline.core.frames import Y_UP
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.beginning import first_bytes
+from .kit.tables import filled_lines
 
 name = "totalcapture"
 gives = "poses"
@@ -47,23 +48,22 @@ def read(path: Path, rate_hz: float = _RATE_HZ) -> tuple[PoseSequence]:
 
     Raises InputError when the file is not what it should be.
     """
-    try:
-        lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Expected TotalCapture's joint positions at {path}: {error}.") from None
-    names = lines[0].split() if lines else []
+    lines = filled_lines(path, "TotalCapture's joint positions")
+    names = lines[0].split()
     missing = sorted(_needed() - set(names))
     if missing:
         raise InputError(
-            f"Expected TotalCapture's joint names in the first line of {path}; it lacks {', '.join(missing)}."
+            "wrong-content",
+            f"Expected TotalCapture's joint names in the first line of {path}; it lacks {', '.join(missing)}.",
         )
     try:
         values = np.array([line.split() for line in lines[1:]], dtype=np.float64)
         joints = values.reshape(-1, len(names), 3)
     except ValueError:
         raise InputError(
+            "file-damaged",
             f"Expected {3 * len(names)} numbers in each later line of {path}; it was cut short or is damaged, "
-            "copy it again."
+            "copy it again.",
         ) from None
     chosen = [[names.index(their) for their in theirs] for theirs in (_JOINTS[j] for j in H36M17.joints)]
     poses = PoseSequence(
@@ -72,7 +72,7 @@ def read(path: Path, rate_hz: float = _RATE_HZ) -> tuple[PoseSequence]:
         frame=Y_UP.with_(unit="inch"),
         time_s=np.arange(len(joints)) / rate_hz,
     )
-    return (poses.noted("totalcapture", derived=["nose = mean(Neck, Head)"]),)
+    return (poses.deriving("totalcapture", {"nose": "mean(Neck, Head)"}),)
 
 
 def _needed() -> set[str]:

@@ -17,12 +17,14 @@ from ..pipeline.core.frames import Y_UP, Z_UP
 from ..pipeline.signals.imu import Imu, imu_from_samples
 from .kit.beginning import first_bytes
 from .kit.quaternions import rotations
+from .kit.tables import filled_lines
 
 name = "totalcapture_imu"
 gives = "imu"
 reads = "TotalCapture's .sensors (13 Xsens IMUs), with calib_imu_ref.txt beside them"
 
 _RATE_HZ = 60.0
+_WHAT = "a text file of TotalCapture"
 _SEGMENTS = {
     "Head": "head", "Sternum": "thorax", "Pelvis": "pelvis",
     **{
@@ -56,7 +58,9 @@ def read(path: Path, reference: Path | None = None, rate_hz: float = _RATE_HZ) -
     names, numbers = _samples(path)
     unknown = [sensor for sensor in names if sensor not in _SEGMENTS]
     if unknown:
-        raise InputError(f"Expected TotalCapture's sensors in {path}, got {', '.join(unknown)}.")
+        raise InputError(
+            "wrong-content", f"Expected TotalCapture's sensors in {path}, got {', '.join(unknown)}."
+        )
     file = reference or _reference(path)
     to_world = _calibration(file, names) if file else {}
     time_s = np.arange(len(numbers)) / rate_hz
@@ -71,7 +75,7 @@ def read(path: Path, reference: Path | None = None, rate_hz: float = _RATE_HZ) -
 
 def _samples(path: Path) -> tuple[list[str], np.ndarray]:
     """The sensors' names (S,) and their numbers (T, S, 7 or 13)."""
-    lines = _lines(path)
+    lines = filled_lines(path, _WHAT)
     try:
         sensors, frames = map(int, lines[0].split())
         body = [line.split() for line in lines[1:]]
@@ -88,8 +92,9 @@ def _samples(path: Path) -> tuple[list[str], np.ndarray]:
             raise ValueError
     except (ValueError, IndexError):
         raise InputError(
+            "file-damaged",
             f"Expected {path} to hold, after the numbers of sensors and frames, a line for each frame and below it "
-            f"{' or '.join(map(str, _NUMBERS))} numbers a sensor; it is cut short or damaged, copy it again."
+            f"{' or '.join(map(str, _NUMBERS))} numbers a sensor; it is cut short or damaged, copy it again.",
         ) from None
     return names, numbers
 
@@ -104,7 +109,7 @@ def _reference(path: Path) -> Path | None:
 
 def _calibration(path: Path, sensors: list[str]) -> dict[str, np.ndarray]:
     """R_world_from_inertial (3, 3) by sensor, Z-up."""
-    lines = _lines(path)
+    lines = filled_lines(path, _WHAT)
     try:
         rows = {cells[0]: [float(cell) for cell in cells[1:5]] for cells in map(str.split, lines[1:])}
         xyzw = np.array([rows[sensor] for sensor in sensors])
@@ -112,18 +117,9 @@ def _calibration(path: Path, sensors: list[str]) -> dict[str, np.ndarray]:
             raise ValueError
     except (ValueError, LookupError):
         raise InputError(
+            "format-unknown",
             f"Expected in {path} the number of sensors, then a line with name and quaternion x y z w for each of "
-            f"{', '.join(sensors)}; it holds something else."
+            f"{', '.join(sensors)}; it holds something else.",
         ) from None
     R_z_from_y = Z_UP.basis @ Y_UP.basis.T
     return dict(zip(sensors, R_z_from_y @ rotations(np.roll(xyzw, 1, axis=-1)), strict=True))
-
-
-def _lines(path: Path) -> list[str]:
-    try:
-        lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Expected a text file of TotalCapture at {path}: {error}.") from None
-    if not lines:
-        raise InputError(f"{path} is empty; copy it again.")
-    return lines

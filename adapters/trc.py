@@ -48,15 +48,18 @@ def read(
     try:
         found = read_trc(path)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise InputError(error.code, f"{path}: {error}") from None
     if len(found.points) == 0:
-        raise InputError(f"{path}: expected rows of marker positions after the header, got none.")
+        raise InputError(
+            "nothing-usable", f"{path}: expected rows of marker positions after the header, got none."
+        )
     with path.open(encoding="utf-8", errors="replace") as file:
         said = file.readline(4096)
     if _SPORTS2D.search(path.name) or _SPORTS2D.search(said) or _invented_depth(found):
         raise InputError(
+            "wrong-content",
             f"{path}: expected positions in space, got a Sports2D file, whose z is a constant from a table for each "
-            "marker and not measured; give its 2D detections with --keypoints and have them lifted."
+            "marker and not measured; give its 2D detections with --keypoints and have them lifted.",
         )
     return people_of(found, str(path), unit, up, maker(made_by))
 

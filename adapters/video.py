@@ -17,7 +17,6 @@ from ..pipeline.core.cores import cores
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.take import Video
-from ..pipeline.reading.describe import in_words
 from .kit.beginning import first_bytes
 
 if TYPE_CHECKING:
@@ -28,7 +27,7 @@ name = "video"
 gives = "video"
 reads = "video: MP4, MOV, MKV, WebM, AVI, WMV, FLV, MPEG (PS, TS, M2TS)"
 
-_FOCAL_35_MM = "camera.focal_length.35mm_equivalent"  # com.apple.quicktime.camera...
+_FOCAL_35_MM = re.compile(r"camera\.focal_length\.35mm_equivalent$")  # com.apple.quicktime.camera...
 _DURATION = re.compile(r"(\d+):(\d+):(\d+(?:\.\d*)?)")  # of a track, in Matroska
 _SHORT_S = 0.5  # by which images may end before the file does: sound goes on, or stamps are rounded
 _SQUARE = 0.02  # odd sizes of re-encoded videos have pixels that are nearly square
@@ -67,8 +66,11 @@ def read(path: Path) -> tuple[Video]:
     stamps of their own.
     """
     if not sniff(path):
+        from ..pipeline.reading.describe import in_words
+
         raise InputError(
-            f"Expected a video in {path} ({reads.removeprefix('video: ')}), got something else: {in_words(path)}."
+            "format-unknown",
+            f"Expected a video in {path} ({reads.removeprefix('video: ')}), got something else: {in_words(path)}.",
         )
     import av
     from av.error import FFmpegError
@@ -78,14 +80,15 @@ def read(path: Path) -> tuple[Video]:
             return (_described(container, path),)
     except FFmpegError as error:
         raise InputError(
+            "file-damaged",
             f"Expected a video in {path}, but it cannot be read ({error.strerror}); it may be cut off or damaged: "
-            "copy it again."
+            "copy it again.",
         ) from None
 
 
 def _described(container: InputContainer, path: Path) -> Video:
     if not container.streams.video:
-        raise InputError(f"Expected a video in {path}, but it has no video stream.")
+        raise InputError("format-unknown", f"Expected a video in {path}, but it has no video stream.")
     stream = container.streams.video[0]
     stream.codec_context.thread_count = cores()
     # Counted before packets are read, which lengthens the index of some containers.
@@ -93,8 +96,9 @@ def _described(container: InputContainer, path: Path) -> Video:
     # Entries that lie behind the file's end; containers without a full index have none to check.
     if any(entry.pos + entry.size > container.size for entry in stream.index_entries):
         raise InputError(
+            "file-damaged",
             f"Expected a whole video in {path}, but the file ends before frames that its index lists: it is cut off; "
-            "copy it again, or rewrite what is left of it with ffmpeg."
+            "copy it again, or rewrite what is left of it with ffmpeg.",
         )
     _refuse_flat_pixels(stream, path)
     stamps, first = [], None
@@ -104,9 +108,13 @@ def _described(container: InputContainer, path: Path) -> Video:
         if packet.size and not packet.is_discard:
             stamps.append(packet.pts)
     if first is None:
-        raise InputError(f"Expected a video in {path}, but it has no frame that can be decoded.")
+        raise InputError(
+            "file-damaged", f"Expected a video in {path}, but it has no frame that can be decoded."
+        )
     time_s = _times(stamps, path) * float(stream.time_base or 0)
     ends_s = max(stamp for stamp in stamps if stamp is not None) * float(stream.time_base or 0)
+    film_mm = _stated(container.metadata, _FOCAL_35_MM, 8, 1000)
+    side = max(stream.codec_context.width, stream.codec_context.height)
     return Video(
         path=path,
         width=stream.codec_context.width,
@@ -115,8 +123,9 @@ def _described(container: InputContainer, path: Path) -> Video:
         codec=stream.codec_context.codec.canonical_name,
         # PyAV gives the display matrix's angle anticlockwise.
         rotation_deg=round(-first.rotation / 90) % 4 * 90,
-        focal_px=_focal_px(container.metadata, max(stream.codec_context.width, stream.codec_context.height)),
-        capture_fps=_capture_fps({**container.metadata, **stream.metadata}),
+        # As that of a camera with 36 mm of film, in pixels of the longer side.
+        focal_px=None if film_mm is None else film_mm / 36.0 * side,
+        capture_fps=_stated({**container.metadata, **stream.metadata}, _CAPTURE_RATE, 1, 100_000),
         doubts=() if indexed >= len(stamps) else _cut_off(time_s, ends_s, _stated_s(container, stream), path),
     )
 
@@ -148,32 +157,21 @@ def _refuse_flat_pixels(stream: VideoStream, path: Path) -> None:
     ratio = float(stream.codec_context.sample_aspect_ratio or stream.sample_aspect_ratio or 1)
     if abs(ratio - 1) > _SQUARE:
         raise InputError(
+            "wrong-axes",
             f"Expected square pixels in {path}, but players show them {ratio:.3g} times as wide as high; convert the "
-            "video, ffmpeg -i IN -vf scale=iw*sar:ih,setsar=1 OUT, and detect in the new one."
+            "video, ffmpeg -i IN -vf scale=iw*sar:ih,setsar=1 OUT, and detect in the new one.",
         )
 
 
-def _focal_px(metadata: Mapping[str, str], side: int) -> float | None:
-    """The focal length that phones write, as that of a camera with 36 mm of film, in pixels of a longer side."""
-    for key, value in metadata.items():
-        if key.endswith(_FOCAL_35_MM):
+def _stated(metadata: Mapping[str, str], key: re.Pattern[str], low: float, high: float) -> float | None:
+    """The number from low to high that phones write under a key; None where there is none."""
+    for name, value in metadata.items():
+        if key.search(name):
             try:
-                millimetres = float(value)
+                number = float(value)
             except ValueError:
                 return None
-            return millimetres / 36.0 * side if 8 < millimetres < 1000 else None
-    return None
-
-
-def _capture_fps(metadata: Mapping[str, str]) -> float | None:
-    """The rate at which the camera took the frames, which phones write beside slow motion."""
-    for key, value in metadata.items():
-        if _CAPTURE_RATE.search(key):
-            try:
-                fps = float(value)
-            except ValueError:
-                return None
-            return fps if 1 <= fps <= 100_000 else None
+            return number if low <= number <= high else None
     return None
 
 
@@ -182,7 +180,8 @@ def _times(stamps: list[int | None], path: Path) -> np.ndarray:
     ticks = np.array(sorted(stamp for stamp in stamps if stamp is not None), dtype=np.float64)
     if len(ticks) < len(stamps) or (np.diff(ticks) <= 0).any():
         raise InputError(
+            "times-broken",
             f"Expected a time stamp of its own for every frame of {path}, but {len(stamps) - len(np.unique(ticks))} of "
-            f"{len(stamps)} have none; rewrite the video with ffmpeg, for example as H.264 in an .mp4."
+            f"{len(stamps)} have none; rewrite the video with ffmpeg, for example as H.264 in an .mp4.",
         )
     return ticks - ticks[0]

@@ -44,22 +44,28 @@ def read(
     metadata, where = load_objects(path, "metadata"), str(path)
     said = metadata.get("layout_name") if isinstance(metadata, dict) else None
     if said not in _LAYOUTS:
-        raise InputError(f"{where}: expected joints in layout 'coco' or 'h36m', got {said!r}.")
+        raise InputError(
+            "wrong-content", f"{where}: expected joints in layout 'coco' or 'h36m', got {said!r}."
+        )
     video, actions = _entry(load_objects(path, "positions_2d"), "video", video, where)
     _, cameras = _entry(actions, "action", action, f"{where}, video '{video}'")
     if not isinstance(cameras, list) or not 0 <= camera < len(cameras):
         count = len(cameras) if isinstance(cameras, list) else 0
         raise InputError(
-            f"{where}, video '{video}': it has {how_many(count, 'camera')}, counted from 0; got camera={camera}."
+            "bad-value",
+            f"{where}, video '{video}': it has {how_many(count, 'camera')}, counted from 0; got camera={camera}.",
         )
     points = np.asarray(cameras[camera]) if isinstance(cameras[camera], np.ndarray) else np.zeros(())
     layout = _LAYOUTS[said]
     if points.ndim != 3 or points.shape[1:] != (len(layout), 2) or points.dtype.kind not in "fiu":
         raise InputError(
-            f"{where}, video '{video}': expected an array of shape (frames, {len(layout)}, 2), got {points.shape}."
+            "wrong-content",
+            f"{where}, video '{video}': expected an array of shape (frames, {len(layout)}, 2), got {points.shape}.",
         )
     if np.isinf(points).any():
-        raise InputError(f"{where}, video '{video}': expected finite keypoints, got an infinite one.")
+        raise InputError(
+            "file-damaged", f"{where}, video '{video}': expected finite keypoints, got an infinite one."
+        )
     scores = np.full((len(layout), 1), np.nan)
     detections = [
         Detection(frame, np.hstack([row.astype(np.float64), scores]), video)
@@ -74,12 +80,16 @@ def read(
 def _entry(held: Any, what: str, key: str | None, where: str) -> tuple[str, Any]:
     """Name and value of the one that is asked for, or of the only one."""
     if not isinstance(held, dict) or not held:
-        raise InputError(f"{where}: expected a dict with a {what} each, got {type(held).__name__}.")
+        raise InputError(
+            "wrong-content", f"{where}: expected a dict with a {what} each, got {type(held).__name__}."
+        )
     names = ", ".join(map(str, held))
     if key is None and len(held) == 1:
         return str(next(iter(held))), next(iter(held.values()))
     if key is None:
-        raise InputError(f"{where} holds the {what}s {names}; choose one with --set keypoints.{what}=NAME.")
+        raise InputError(
+            "choose-entry", f"{where} holds the {what}s {names}; choose one with --set keypoints.{what}=NAME."
+        )
     if key not in held:
-        raise InputError(f"{where} has no {what} '{key}'; it holds {names}.")
+        raise InputError("name-unknown", f"{where} has no {what} '{key}'; it holds {names}.")
     return key, held[key]

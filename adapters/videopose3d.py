@@ -17,11 +17,10 @@ from typing import Any
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import CAMERA
-from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.metric import FRAMES, check_metric, looks_metric
-from .kit.numpy import keys, load, peek
+from ..pipeline.files.arrays import keys, load
+from .kit.metric import FRAMES, check_metric, in_camera, looks_metric
+from .kit.numpy import peek
 
 name = "videopose3d"
 gives = "poses"
@@ -48,18 +47,12 @@ def read(path: Path, clip: int | None = None) -> tuple[PoseSequence]:
     .npy are not. Raises InputError when the file is no such array, not in metres, or made for display.
     """
     if clip is not None and clip < 1:
-        raise InputError(f"Expected a clip of at least 1 frame, got {clip}.")
+        raise InputError("bad-value", f"Expected a clip of at least 1 frame, got {clip}.")
     file = _file(path)
     key = _KEY if keys(file) else None
     joints = load(file, FRAMES, key=key)
     known: dict[str, Any] = {"frame_index": np.arange(len(joints))} if key else {}
-    poses = PoseSequence(
-        joints=joints,
-        layout=H36M17,
-        frame=CAMERA.with_(origin="camera"),
-        seams=tuple(range(clip, len(joints), clip)) if clip else (),
-        **known,
-    )
+    poses = in_camera(joints, clip, **known)
     check_metric(file, poses.joints, trajectory=True)
     return (poses,)
 

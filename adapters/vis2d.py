@@ -13,7 +13,8 @@ import numpy as np
 
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import PoseSequence
-from .kit.numpy import load, peek
+from ..pipeline.files.arrays import load
+from .kit.numpy import peek
 from .kit.tracks import Detection, sequences
 
 name = "vis2d"

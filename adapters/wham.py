@@ -20,8 +20,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import FEET, H36M17_B, Layout
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import load as load_array
 from ..pipeline.files.skeletons import SMPL
-from .kit.numpy import load as load_array
 from .kit.pickles import beginning, load
 
 name = "wham"
@@ -58,9 +58,10 @@ def read(path: Path, regressor: str = "") -> tuple[PoseSequence, ...]:
     """
     if not regressor:
         raise InputError(
+            "needs-input",
             f"{path}: expected joints, got WHAM's meshes; say where SMPL's joint regressor is, a .npy of (24, 6890) or "
             "(17, 6890), with regressor= (-O regressor=J_regressor_h36m.npy), or save joints with a frame rate as .npz "
-            "for adapter amass."
+            "for adapter amass.",
         )
     weights = _weights(Path(regressor) if Path(regressor).exists() else path.parent / regressor)
     names, points = _ROWS[len(weights)]
@@ -83,7 +84,8 @@ def _weights(path: Path) -> np.ndarray:
     weights = load_array(path, *((count, _VERTICES) for count in _ROWS)).astype(np.float32)
     if not np.abs(weights.sum(axis=1) - 1).max() < _SUM:
         raise InputError(
-            f"{path}: expected a joint regressor, whose weights add up to 1 for each joint, got another array."
+            "wrong-content",
+            f"{path}: expected a joint regressor, whose weights add up to 1 for each joint, got another array.",
         )
     return weights
 
@@ -91,16 +93,20 @@ def _weights(path: Path) -> np.ndarray:
 def _subjects(held: Any, where: str) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
     """Name, mesh (T, 6890, 3) and video frames (T,) of everybody."""
     if not isinstance(held, dict) or not held:
-        raise InputError(f"{where}: expected a dict of subjects, as WHAM writes it, got another pickle.")
+        raise InputError(
+            "format-unknown", f"{where}: expected a dict of subjects, as WHAM writes it, got another pickle."
+        )
     for person, values in held.items():
         mesh, frames = (_numbers(values, key) for key in ("verts", "frame_ids"))
         if mesh.ndim != 3 or mesh.shape[1:] != (_VERTICES, 3) or len(mesh) == 0:
             raise InputError(
-                f"{where}, subject {person}: expected verts of shape (frames, {_VERTICES}, 3), got {mesh.shape}."
+                "wrong-content",
+                f"{where}, subject {person}: expected verts of shape (frames, {_VERTICES}, 3), got {mesh.shape}.",
             )
         if frames.shape != mesh.shape[:1] or frames.dtype.kind not in "iu":
             raise InputError(
-                f"{where}, subject {person}: expected frame_ids with the video frame of each row."
+                "wrong-content",
+                f"{where}, subject {person}: expected frame_ids with the video frame of each row.",
             )
         yield str(person), mesh, frames
 

@@ -16,7 +16,8 @@ from ..pipeline.core.pose import Rectified, package_version
 from ..pipeline.core.rotations import angle_deg, rotate
 from ..pipeline.core.take import Take
 from ..pipeline.files.atomic import SUMMARY, whole_folder
-from ..pipeline.reading.settings import Force, OnDevice, RunOptions
+from ..pipeline.reading.flags import Force
+from ..pipeline.reading.settings import OnDevice, RunOptions
 from ..pipeline.running.conclusion import conclude, point_to, show_files
 from ..pipeline.running.plan import planned
 from ..pipeline.running.progress import stages, tell

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .lifter.builtin import SHIPPED, OwnLifter
+from .lifter import SHIPPED
 from .rectifier.geometric import Geometric
 
 
@@ -35,9 +35,15 @@ def _weights(about: str, name: str) -> Shipped:
     return Shipped(about, lambda: file, file)
 
 
+def _own_lifter() -> Any:
+    from .lifter.builtin import OwnLifter
+
+    return OwnLifter()
+
+
 GEOMETRIC = Shipped("the torso's own axes, the paper's baseline", Geometric)
 PCNET = _weights("default rectifier, trained on motion capture; models/rectifier/card.md", "pcnet.onnx")
 PAPER = _weights(
     "the paper's network at its full size, in int8; steadier on real clips, slower", "paper.onnx"
 )
-LIFTER = Shipped("2D keypoints to 3D, used without --poses; models/lifter/card.md", OwnLifter, SHIPPED)
+LIFTER = Shipped("2D keypoints to 3D, used without --poses; models/lifter/card.md", _own_lifter, SHIPPED)

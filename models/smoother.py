@@ -12,8 +12,8 @@ across it, more in a doubtful frame, less while it moves fast, and not at all wi
   Of lifts that is the smaller part, and is taken times a factor that was fitted where the truth is known.
 
 Sources: Wahba, Spline Models for Observational Data, 1990, chapter 1 (splines as processes); Whittle, The analysis of
-multiple stationary time series, JRSS B 15, 1953 (the likelihood of a spectrum); Rue & Held, Gaussian Markov Random
-Fields, 2005, chapter 2 (banded precisions, variances out of a Cholesky factor).
+multiple stationary time series, JRSS B 15, 1953 (the likelihood of a spectrum). common/splines.py solves for the
+splines.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ import numpy as np
 
 from ..pipeline.core.rotations import is_finite, rotate
 from ..pipeline.signals.filters import BRIDGED_S, holes, rate
+from .common.splines import solved
 
 # Chosen on lifted takes of validation subjects (pcnet3d evaluate motion -o DIR).
 ERROR_S = 1.5  # over which a lifter's error is forgotten
@@ -43,7 +44,6 @@ _STILL = 1e-12  # variance of what does not move
 _WINDOW_S = 2.0  # in which a joint moves alike
 _KNOTS_HZ = 60.0  # at most, of the spline: people do not move faster
 _ROWS = 8192  # that are solved at a time
-_GOES_ON_S = 0.5  # the longest gap behind which an error goes on; behind a longer one it begins anew
 _SETTLED_S = 4.0  # further away no row matters
 _JERKS = np.geomspace(1e-3, 1e9, 41)  # power a hertz, of a take of variance 1 and seconds
 _ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
@@ -170,12 +170,12 @@ def _smoothed(
         rows = slice(max(start - around, 0), min(start + _ROWS + around, T))
         kept = slice(start, min(start + _ROWS, T))
         inside = slice(kept.start - rows.start, kept.stop - rows.start)
-        solved = _solved(
+        answer = solved(
             y[rows].reshape(rows.stop - rows.start, -1),
             np.where(seen[rows, :, None], noise[rows], np.inf).reshape(rows.stop - rows.start, -1),
             time_s[rows], knot_s, error_s, at, np.repeat(jerk, D, axis=1),
         )  # fmt: skip
-        found[:, :, kept] = solved.reshape(2, 3, -1, *y.shape[1:])[:, :, inside]
+        found[:, :, kept] = answer.reshape(2, 3, -1, *y.shape[1:])[:, :, inside]
     found[0, 0] += line
     found[0, 1] += slope
     row = np.arange(T)[:, None]
@@ -303,178 +303,3 @@ def _error_density(hz: np.ndarray, dt: float, error_s: float) -> np.ndarray:
     """(F,) of an error of variance 1 that is forgotten over error_s, seen every dt."""
     kept = np.exp(-dt / error_s) if error_s > 0 else 0.0
     return (1 - kept**2) / np.abs(1 - kept * np.exp(-2j * np.pi * hz * dt)) ** 2
-
-
-def _solved(
-    y: np.ndarray,
-    noise: np.ndarray,
-    time_s: np.ndarray,
-    knot_s: float,
-    error_s: float,
-    at: np.ndarray,
-    jerk: np.ndarray,
-) -> np.ndarray:
-    """(2, 3, T, N): means and variances of value, first and second derivative of N series y (T, N) at time_s (T,).
-
-    noise: (T, N) variances, infinite where nothing was seen. jerk: (W, N), its power at times `at` (W,).
-    """
-    from scipy.linalg import cho_solve_banded, cholesky_banded
-
-    T, N = y.shape
-    place = (time_s - time_s[0]) / knot_s
-    left = np.floor(place + 1e-6).astype(int)
-    basis = _basis(place - left, knot_s)
-    n = int(left[-1]) + 4
-    precision, pull = _observed(y, noise, time_s, left, basis[0], error_s)
-
-    # Third differences of the knots are the jerk between them.
-    middle = time_s[0] + (np.arange(n - 3) + 0.5) * knot_s
-    logs = np.log(jerk)
-    strength = np.stack([np.interp(middle, at, logs[:, i]) for i in range(N)], axis=-1)
-    strength = np.exp(-strength) / knot_s**5
-    differences = (-1, 3, -3, 1)
-    for i in range(4):
-        for j in range(i, 4):
-            precision[j - i, i : i + n - 3] += differences[i] * differences[j] * strength
-    # Where nothing else says anything; no more, for the jerk's part is large where a path is smooth.
-    precision[0] += 1e-13 * precision[0].max(axis=0)
-
-    factor, found = np.empty_like(precision), np.empty((n, N))
-    for i in range(N):
-        one = cholesky_banded(precision[..., i], lower=True, check_finite=False)
-        factor[..., i] = one
-        found[:, i] = cho_solve_banded((one, True), pull[:, i], check_finite=False)
-    spread = _inverse_band(factor)
-    result = np.zeros((2, 3, T, N))
-    for i in range(4):
-        value, own = found[left + i], spread[0][left + i]
-        for d in range(3):
-            result[0, d] += basis[d, i, :, None] * value
-            result[1, d] += basis[d, i, :, None] ** 2 * own
-        for j in range(i + 1, 4):
-            shared = spread[j - i][left + i]
-            for d in range(3):
-                result[1, d] += 2 * (basis[d, i] * basis[d, j])[:, None] * shared
-    return result
-
-
-def _observed(
-    y: np.ndarray,
-    noise: np.ndarray,
-    time_s: np.ndarray,
-    left: np.ndarray,
-    basis: np.ndarray,
-    error_s: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """What N series y (T, N) say about n knots: a precision (B + 1, n, N), lower banded; and it times the mean (n, N).
-
-    left: (T,) the first knot of each row; basis: (4, T) its four splines. noise: as that of `_solved`.
-    """
-    (T, N), n = y.shape, int(left[-1]) + 4
-
-    # Rows that are independent of each other: each less what of its error the row before already had.
-    weight = 1 / np.sqrt(noise)
-    y = np.where(weight > 0, y, 0.0)
-    step = np.diff(left, prepend=left[0])
-    wide = int(np.minimum(step, 2).max())
-    kept = np.exp(-np.diff(time_s, prepend=-np.inf) / error_s) if error_s > 0 else np.zeros(T)
-    before = np.where(step <= 2, kept, 0.0)[:, None] * (np.roll(weight, 1, axis=0) > 0) * (weight > 0)
-    row, behind, series = _gaps(weight > 0, before > 0, time_s) if error_s > 0 else (np.zeros(0, int),) * 3
-    across = np.exp((time_s[behind] - time_s[row]) / error_s) if error_s > 0 else np.zeros(0)
-    linked = before.copy()
-    linked[row, series] = across
-    gain = 1 / np.sqrt(1 - linked**2)
-    rows = np.zeros((4 + wide, T, N))
-    origin = left - np.minimum(step, wide) * (step <= 2)  # the first knot of a row that has a forerunner
-    origin[0] = left[0]
-    own, others = gain * weight, gain * before * np.roll(weight, 1, axis=0)
-    shift = left - origin
-    for i in range(4):
-        for s in range(wide + 1):
-            rows[i + s] += np.where(shift == s, basis[i], 0.0)[:, None] * own
-        rows[i] -= np.roll(basis[i], 1)[:, None] * others
-    right = own * y - others * np.roll(y, 1, axis=0)
-
-    band = 3 + max(wide, int((left[row] - left[behind]).max(initial=0)))
-    begins = np.flatnonzero(np.diff(origin, prepend=-1))  # rows that are the first of a knot
-    knots = origin[begins]
-    # Splines of a later interval than a row's own may lie behind the last knot, and are 0 there.
-    precision, pull = np.zeros((band + 1, n + wide, N)), np.zeros((n + wide, N))
-    for i in range(4 + wide):
-        pull[knots + i] += np.add.reduceat(rows[i] * right, begins)
-        for j in range(i, 4 + wide):
-            precision[j - i, knots + i] += np.add.reduceat(rows[i] * rows[j], begins)
-    after, past = own[row, series], gain[row, series] * across * weight[behind, series]
-    for i in range(4):
-        here, there = basis[i, row] * after, basis[i, behind] * past
-        np.add.at(pull, (left[row] + i, series), -here * past * y[behind, series])
-        np.add.at(
-            pull, (left[behind] + i, series), there * (past * y[behind, series] - after * y[row, series])
-        )
-        for j in range(4):
-            one, other = left[row] + i, left[behind] + j
-            shared = -here * basis[j, behind] * past * np.where(one == other, 2, 1)
-            np.add.at(precision, (np.abs(one - other), np.minimum(one, other), series), shared)
-            if j >= i:
-                shared = there * basis[j, behind] * past
-                np.add.at(precision[j - i], (left[behind] + i, series), shared)
-    return precision[:, :n], pull[:n]
-
-
-def _gaps(
-    seen: np.ndarray, linked: np.ndarray, time_s: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The first seen row behind each gap, the last one before it, and the series; of gaps over which an error lasts
-    for the most part, longer ones cost too much. seen, linked: (T, N), linked where the row before was seen too."""
-    index = np.where(seen, np.arange(len(seen))[:, None], -1)
-    last = np.vstack([np.full((1, seen.shape[1]), -1), np.maximum.accumulate(index, axis=0)[:-1]])
-    row, series = np.nonzero(seen & ~linked & (last >= 0))
-    behind = last[row, series]
-    near = time_s[row] - time_s[behind] <= _GOES_ON_S
-    return row[near], behind[near], series[near]
-
-
-def _basis(u: np.ndarray, knot_s: float) -> np.ndarray:
-    """(3, 4, T): the four cubic B-splines that are not 0 at a share u (T,) of an interval, and their derivatives."""
-    v, none = 1 - u, np.zeros_like(u)
-    values = [v**3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3]
-    slopes = [-(v**2), 3 * u**2 - 4 * u, -3 * u**2 + 2 * u + 1, u**2]
-    bends = [v, 3 * u - 2, 1 - 3 * u, u + none]
-    return np.stack([np.array(values) / 6, np.array(slopes) / (2 * knot_s), np.array(bends) / knot_s**2])
-
-
-def _inverse_band(factor: np.ndarray) -> list[np.ndarray]:
-    """Of N matrices by their banded Cholesky factors (B + 1, n, N), lower form: the diagonals 0 to 3 of their inverses,
-    each (n, N), entry p that of row p + diagonal and column p. Backwards by blocks of B (Takahashi's equations)."""
-    width, n, N = factor.shape
-    size = width - 1
-    blocks = -(-n // size)
-    padded = np.zeros((width, (blocks + 1) * size, N))
-    padded[0] = 1.0
-    padded[:, :n] = factor
-    own, below = np.zeros((2, blocks, N, size, size))
-    columns = padded[:, : blocks * size].reshape(width, blocks, size, N)
-    for column in range(size):
-        for offset in range(width):
-            values = columns[offset, :, column]
-            row = column + offset
-            (own if row < size else below)[:, :, row % size, column] = values
-    inverse = np.zeros_like(own)
-    for i in range(size):
-        inverse[..., i, i] = 1 / own[..., i, i]
-        if i:
-            past = own[..., i, None, :i] @ inverse[..., :i, :i]
-            inverse[..., i, :i] = -past[..., 0, :] * inverse[..., i, i, None]
-    local = np.swapaxes(inverse, -1, -2) @ inverse
-    chain = below @ inverse
-    found = np.zeros((blocks, N, 2 * size, size))
-    after = np.zeros((N, size, size))
-    for i in range(blocks - 1, -1, -1):
-        across = -after @ chain[i]
-        after = local[i] - np.swapaxes(chain[i], -1, -2) @ across
-        found[i, :, :size], found[i, :, size:] = after, across
-    column = np.arange(size)
-    return [
-        np.moveaxis(found[:, :, column + offset, column], 1, 2).reshape(blocks * size, N)[:n]
-        for offset in range(4)
-    ]

@@ -52,7 +52,7 @@ class _Command(TyperCommand):
             words = args[: args.index("--")] if "--" in args else args
             for flag in (word.partition("=")[0] for word in words):
                 if flag in MOVED and flag not in own:
-                    raise InputError(f"{flag} is {MOVED[flag]} now.")
+                    raise InputError("name-unknown", f"{flag} is {MOVED[flag]} now.")
         return super().parse_args(ctx, args)
 
 
@@ -74,7 +74,7 @@ class _Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name = args[0]
         if name not in _points() and not name.startswith("-"):
-            raise InputError(f"There is no command '{name}'; {did_you_mean(name, _points())}")
+            raise InputError("name-unknown", f"There is no command '{name}'; {did_you_mean(name, _points())}")
         return name, load_command(name), args[1:]
 
 
@@ -208,7 +208,9 @@ def view(
     from .files.viewer import view_page
 
     if report and web:
-        raise InputError("--web shows the recording and --report the page; give one of them.")
+        raise InputError(
+            "option-conflict", "--web shows the recording and --report the page; give one of them."
+        )
     if report:
         view_page(folder)
     else:
@@ -228,7 +230,7 @@ def inspect(
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
     """Say what a file holds and what is wrong with it; exit code 0 good, 3 suspicious, 4 unusable, 2 unreadable."""
-    from .inspect.inspect import EXIT_CODES
+    from .core.notices import EXIT_CODES
     from .inspect.inspect import inspect as inspected
     from .plugins.options import pairs
     from .reading.find import adapters
@@ -246,7 +248,9 @@ def inspect(
 
         drawn = max(found.people, key=lambda one: (one.poses is not None, len(one.source))).poses
         if drawn is None:
-            raise InputError(f"{file} has no 3D poses that could be drawn; leave --plot out.")
+            raise InputError(
+                "option-conflict", f"{file} has no 3D poses that could be drawn; leave --plot out."
+            )
         draw(drawn, plot)
     raise typer.Exit(EXIT_CODES[found.verdict])
 

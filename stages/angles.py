@@ -104,7 +104,9 @@ def _series(
     poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, noise: JointNoise | None
 ) -> tuple[dict[str, AngleSeries], np.ndarray]:
     if poses.layout != H36M17:
-        raise InputError(f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first.")
+        raise InputError(
+            "wrong-content", f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first."
+        )
     require(filtered.frame, LEVEL, "Angles' filtered joints")
     source, R_reference_from_source = _reference(poses)
     R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level

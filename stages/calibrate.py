@@ -13,7 +13,6 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
-from ..pipeline.files.camera_file import read_camera
 from ..pipeline.files.video_frames import shown_size
 
 
@@ -45,10 +44,11 @@ class Calibrate:
         return [take.with_(camera=found).saying(*_notices(found, told.moving)) for take in takes]
 
     def check_told(self, told: Told) -> None:
-        """A pipeline.plugins.protocols.ToldStage."""
+        """InputError for two focal lengths."""
         if self.camera_file is not None and told.focal_px is not None:
             raise InputError(
-                "Expected a focal length or a camera file, not both; the file has a focal length."
+                "option-conflict",
+                "Expected a focal length or a camera file, not both; the file has a focal length.",
             )
 
     def _found(
@@ -61,6 +61,8 @@ class Calibrate:
         self.check_told(told)
         intrinsics = None
         if self.camera_file is not None:
+            from ..pipeline.files.camera_file import read_camera
+
             intrinsics = read_camera(self.camera_file, self.camera_name, shown_size(video))
         camera = "moving" if told.moving else "static"
         return camera_of(video, people, span, told.focal_px, camera, intrinsics, self.gravity_network)

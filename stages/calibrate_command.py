@@ -112,8 +112,12 @@ def _image(path: Path) -> np.ndarray:
     try:
         content = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError as error:
-        raise InputError(f"Expected an image or a video at {path}: {error.strerror}.") from None
+        raise InputError(
+            "cannot-open", f"Expected an image or a video at {path}: {error.strerror}."
+        ) from None
     image = cv2.imdecode(content, cv2.IMREAD_COLOR) if len(content) else None
     if image is None:
-        raise InputError(f"Expected an image (PNG, JPEG, ...), or one video alone; {path} is no image.")
+        raise InputError(
+            "format-unknown", f"Expected an image (PNG, JPEG, ...), or one video alone; {path} is no image."
+        )
     return np.ascontiguousarray(image[:, :, ::-1])

@@ -35,21 +35,16 @@ class Clean:
     reads: ClassVar[tuple[str, ...]] = ("image_size",)
 
     def unit_of(self, before: str, told: Told) -> str:
-        """A pipeline.plugins.protocols.ScalingStage."""
+        """The same."""
         return before
 
     def __call__(self, take: Take) -> Take:
-        poses = clean(
+        poses, counts = clean(
             take.need("poses"), self.max_gap_s, self.spike, take.video.time_s if take.video else None
         )
-        counts = poses.history[-1].options
         notices = [notice("seam", rows=[row]) for row in poses.seams]
-        codes = {
-            "rows_inserted": "rows-inserted",
-            "spikes_removed": "spikes-removed",
-            "strays_removed": "strays-removed",
-        }
-        notices += [notice(code, count=counts[key]) for key, code in codes.items() if counts[key]]
+        repairs = ("rows_inserted", "spikes_removed", "strays_removed")
+        notices += [notice(key.replace("_", "-"), count=counts[key]) for key in repairs if counts[key]]
         if counts["values_filled"]:
             notices.append(notice("gaps-filled", count=counts["values_filled"], max_gap_s=self.max_gap_s))
         notices += _lacking(poses.times)
@@ -98,7 +93,7 @@ def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:
 
 def clean(
     poses: PoseSequence, max_gap_s: float = 0.2, spike: float = 0.5, video_time_s: np.ndarray | None = None
-) -> PoseSequence:
+) -> tuple[PoseSequence, dict[str, int]]:
     """One row for every video frame, without spikes, with short gaps filled; every repair is counted. Images that the
     recording itself lacks get no row: filters bridge a short hole of the clock (pipeline/signals/filters.py).
 
@@ -110,11 +105,14 @@ def clean(
         stay that the whole pose leaps to and from, or to at an end of a clip, within 0.2 s: they show somebody else.
     video_time_s: (V,) the video's time stamps, which rows put back take when the others have theirs from it.
 
-    Returns the poses whose history ends with the counts. Raises InputError without time stamps, or when frame
-    numbers jump so far that the recording would not fit into memory.
+    Returns the poses, and how many rows were inserted, spikes and strays removed, and values filled or left missing, as
+    their history says too. Raises InputError without time stamps, or when frame numbers jump so far that the recording
+    would not fit into memory.
     """
     if max_gap_s < 0 or spike < 0:
-        raise InputError(f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}.")
+        raise InputError(
+            "bad-value", f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}."
+        )
     strays = strays_of(poses) if spike > 0 else np.zeros(len(poses), dtype=bool)
     poses = poses.mapped(
         lambda points: np.where(strays[:, None, None], np.nan, points),
@@ -125,46 +123,44 @@ def clean(
     trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)
     furthest = 0.0 if np.isnan(trunk).all() else spike * float(np.nanmedian(trunk))
 
-    def cleaned(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    def repaired(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
         spikes = _spikes(points, furthest, poses.times, poses.seams)
         without = np.where(spikes[..., None], np.nan, points)
         return spikes, *_filled(without, poses.times, poses.seams, max_gap_s)
 
-    spikes, filled, count = cleaned(poses.joints)
+    spikes, filled, count = repaired(poses.joints)
     root, root_covariance, jumps = poses.root, poses.root_covariance, 0
     if root is not None:
-        leaps, path, more = cleaned(root[:, None])
+        leaps, path, more = repaired(root[:, None])
         unknown = np.isnan(root).any(-1) | leaps[:, 0]
         if root_covariance is not None:
             root_covariance = np.where(unknown[:, None, None], np.nan, root_covariance)
         root, jumps, count = path[:, 0], int(leaps.sum()), count + more
     feet = poses.feet
     if feet is not None:
-        leaps, feet, more = cleaned(feet)
+        leaps, feet, more = repaired(feet)
         jumps, count = jumps + int(leaps.sum()), count + more
     made = np.isnan(poses.joints).any(-1) | spikes
     covariance = poses.covariance  # nobody states the error of what was filled in
     covariance = (
         None if covariance is None else np.where(made[..., None, None], np.float32(np.nan), covariance)
     )
-    return poses.with_(
+    counts = {
+        "rows_inserted": inserted,
+        "spikes_removed": int(spikes.sum()) + jumps,
+        "strays_removed": int(strays.sum()),
+        "values_filled": count,
+        "values_missing": int(np.isnan(filled).any(-1).sum()),
+    }
+    poses = poses.with_(
         joints=filled,
         root=root,
         root_covariance=root_covariance,
         feet=feet,
         covariance=covariance,
         confidence=np.where(made, np.nan, poses.confidence),
-    ).noted(
-        "clean",
-        max_gap_s=max_gap_s,
-        spike=spike,
-        rows_inserted=inserted,
-        spikes_removed=int(spikes.sum()) + jumps,
-        strays_removed=int(strays.sum()),
-        values_filled=count,
-        values_missing=int(np.isnan(filled).any(-1).sum()),
-        seams=len(poses.seams),
     )
+    return poses.noted("clean", max_gap_s=max_gap_s, spike=spike, **counts, seams=len(poses.seams)), counts
 
 
 def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[PoseSequence, int]:

@@ -15,12 +15,13 @@ from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, package_version
 from ..pipeline.core.take import Take
-from ..pipeline.files.detections import KEYPOINTS, Detections, interrupted_at, load_detections
+from ..pipeline.files.detections import Detections, load_detections
+from ..pipeline.files.digest import sha256
+from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.reading.choose import choose_person
-from ..pipeline.reading.take import sha256
 from ..pipeline.signals.filters import breaks, lowpass
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
-from ..pipeline.signals.swap_repair import Swaps, treated
+from ..pipeline.signals.swap_repair import treated
 
 _LISTED = 5  # people named in a note
 
@@ -29,20 +30,17 @@ _LISTED = 5  # people named in a note
 class Detect:
     """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files. person_kind: "yolox" or
     "rtmdet". looks: at every person in every image, 1 to 4, of which the mean is taken; without it 2, or 1 for a
-    network that finds people by itself. person: who, by number, or "largest"; without it, or with "longest", the
-    longest track, of equals the largest. swaps: what to do about limbs that are exchanged for some frames. smooth_hz:
-    low-pass of the keypoints, forwards and backwards; none without it, for the lifter was trained on what detectors
-    give. fps: frame rate instead of the video's own. folder: where keypoints.npz goes. checkpoint: a file for what was
-    found so far, written every minute. resume: the file of an interrupted run to go on from."""
+    network that finds people by itself. smooth_hz: low-pass of the keypoints, forwards and backwards; none without it,
+    for the lifter was trained on what detectors give. folder: where keypoints.npz goes. checkpoint: a file for what was
+    found so far, written every minute. resume: the file of an interrupted run to go on from.
+
+    Who: the person that the user tells, or, without one, the longest track, of equals the largest."""
 
     detector: str = "movenet"
     person_detector: str | None = None
     person_kind: PersonKind = "yolox"
     looks: int | None = None
-    person: str | None = None
-    swaps: Swaps = "report"
     smooth_hz: float | None = None
-    fps: float | None = None
     folder: Path | None = None
     checkpoint: Path | None = None
     resume: Path | None = None
@@ -52,9 +50,9 @@ class Detect:
     gives: ClassVar[tuple[str, ...]] = ("keypoints",)
 
     def __call__(self, take: Take) -> Take:
-        video = take.need("video")
-        if self.fps is not None:
-            check_fps(self.fps)  # before the minutes that detection takes
+        video, told = take.need("video"), take.told
+        if told.fps is not None:
+            check_fps(told.fps)  # before the minutes that detection takes
         detector = load_detector(self.detector, self.person_detector, self.person_kind, self.looks)
         before = None if self.resume is None else load_detections(self.resume)
         digest = next((entry["sha256"] for entry in take.inputs if entry["role"] == "video"), None)
@@ -67,23 +65,24 @@ class Detect:
                 raise KeyboardInterrupt
             frames = video.span[1] + 1 - video.span[0]
             raise InputError(
+                "nothing-usable",
                 f"Nobody was found in any of the {how_many(frames, 'frame')} of {video.path} "
                 f"by {found.method}; give "
-                "another --detector, or check that the person is upright in the picture and large enough."
+                "another --detector, or check that the person is upright in the picture and large enough.",
             )
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)
             found.save(self.folder / KEYPOINTS)
         people = found.people()
-        longest = self.person in (None, "longest")
-        chosen = _longest(found, people) if longest else choose_person(people, self.person, str(video.path))
-        keypoints = chosen if self.fps is None else timed(chosen, self.fps)
-        _, keypoints, swapped, _ = treated(None, keypoints, self.swaps)
+        longest = told.person in (None, "longest")
+        chosen = _longest(found, people) if longest else choose_person(people, told.person, str(video.path))
+        keypoints = chosen if told.fps is None else timed(chosen, told.fps)
+        _, keypoints, swapped, _ = treated(None, keypoints, told.swaps)
         assert keypoints is not None
         keypoints = keypoints if self.smooth_hz is None else smoothed(keypoints, self.smooth_hz)
         take = take.with_(keypoints=keypoints)
-        doubts = rate_doubts(self.fps, video)
-        return take.saying(*_notices(take, found, people, chosen), *doubts, *swapped)
+        doubts = rate_doubts(told.fps, video)
+        return take.saying(*_notices(found, people, chosen), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:
@@ -114,9 +113,7 @@ def _longest(found: Detections, people: tuple[PoseSequence, ...]) -> PoseSequenc
     return max(people, key=rank)
 
 
-def _notices(
-    take: Take, found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence
-) -> list[Notice]:
+def _notices(found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence) -> list[Notice]:
     """What the user should know about who was found where."""
     notices = [notice("detected", detector=found.method)]
     if len(people) > 1:
@@ -127,7 +124,6 @@ def _notices(
         values: dict[str, Any] = {"people": len(people), "listed": listed + more, "person": chosen.person}
         notices.append(notice("person-chosen", **values, first=first, last=last))
     notices += found.doubts(chosen)
-    interrupted = interrupted_at(take)
-    if interrupted is not None:
-        notices.append(notice("interrupted", frame=interrupted, frames=found.frames))
+    if found.frames_seen < found.frames:
+        notices.append(notice("interrupted", frame=found.frames_seen, frames=found.frames))
     return notices

@@ -22,7 +22,7 @@ from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.core.take import Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.plugins.protocols import Lifter
-from ..pipeline.reading.handedness import Handedness, guarded
+from ..pipeline.reading.handedness import guarded
 from ..pipeline.signals.checks import strays_of
 from ..pipeline.signals.findings import findings_of
 from ..pipeline.signals.visibility import seen_only
@@ -34,15 +34,13 @@ class Lift:
     user, and the first lift does not contradict that.
 
     lifter: "pcnet3d", the built-in one, another by name, or an .onnx file; lifter_kind: what that is, where its shapes
-    leave it open (models.load_lifter). flip: average with the lift of the mirrored person. handedness: what to do when
-    left and right of the lift look exchanged. checkpoint: a file in which a lifter may keep what it has answered so
-    far. resume: the file of an interrupted run to go on from.
+    leave it open (models.load_lifter). flip: average with the lift of the mirrored person. checkpoint: a file in which
+    a lifter may keep what it has answered so far. resume: the file of an interrupted run to go on from.
     """
 
     lifter: str = "pcnet3d"
     lifter_kind: str | None = None
     flip: bool = False
-    handedness: Handedness = "refuse"
     checkpoint: Path | None = None
     resume: Path | None = None
     _opened: Lifter = field(init=False, repr=False, compare=False)
@@ -59,7 +57,7 @@ class Lift:
         object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind))
 
     def unit_of(self, before: str, told: Told) -> str:
-        """A pipeline.plugins.protocols.ScalingStage: the lifter's, where that is known before."""
+        """The lifter's, where that is known before."""
         return self._opened.unit
 
     def __call__(self, take: Take) -> Take:
@@ -74,7 +72,7 @@ class Lift:
         if "up" in takes and (up := _known_up(take, lifted.poses)) is not None:
             lifted = self._lifted(replace(asked, up=up))
         poses = lifted.noted().with_(made_by=MadeBy("estimated", lifted.model, in_run=True))
-        poses = guarded(poses, self.handedness, f"The lift by {lifted.model}")
+        poses = guarded(poses, take.told.handedness, f"The lift by {lifted.model}")
         if lifted.joints_on_a_line:
             take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))
         take = take.with_(poses=poses, findings=findings_of(poses))
@@ -112,8 +110,9 @@ class Lift:
         rows = len(lifted.poses) if isinstance(lifted, Lifted) else type(lifted).__name__
         if rows != len(asked.keypoints):
             raise InputError(
+                "plugin-broken",
                 f"Expected from the lifter {self._opened.method} a Lifted of "
-                f"{how_many(len(asked.keypoints), 'row')}, got {rows}: repair its package."
+                f"{how_many(len(asked.keypoints), 'row')}, got {rows}: repair its package.",
             )
         return lifted
 

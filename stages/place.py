@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..models.gravity.view import before
+from ..models.gravity.view import known_camera
 from ..models.place.path import FEWEST_FRAMES, SCALE_SD, PelvisPath, pelvis_path
 from ..pipeline.core.camera import Camera
 from ..pipeline.core.errors import InputError
@@ -29,15 +29,16 @@ class Place:
     reads: ClassVar[tuple[str, ...]] = ("camera", "focal_px", "image_size")
 
     def unit_of(self, before: str, told: Told) -> str:
-        """A pipeline.plugins.protocols.ScalingStage."""
+        """Places are in the unit of the body."""
         return before
 
     def __call__(self, take: Take) -> Take:
         poses, keypoints = take.need("poses"), take.keypoints
         if keypoints is None and take.video is None and (take.told.focal_px or take.told.image_size):
             raise InputError(
+                "option-conflict",
                 "A focal length and an image size are for keypoints or a video, and this run has neither; leave "
-                "--focal and --image-size out."
+                "--focal and read.image_size out.",
             )
         if poses.root is not None:
             return take
@@ -77,10 +78,7 @@ def _camera(take: Take) -> Camera | None:
     if take.camera is not None:
         return take.camera
     size = image_size(take)
-    if size is None:
-        return None
-    focal, spread, source = before(size, take.told.focal_px, None)
-    return Camera(size, focal, focal * spread, source)
+    return None if size is None else known_camera(size, take.told.focal_px, None)
 
 
 def _why_not(
@@ -94,7 +92,7 @@ def _why_not(
     if moving:
         return "the camera moves, and how it does is not known"
     if camera is None:
-        return "the image's size is not known (--image-size)"
+        return "the image's size is not known (--set read.image_size=WIDTHxHEIGHT)"
     if len(poses) < FEWEST_FRAMES:
         return f"a path takes {FEWEST_FRAMES} frames, got {len(poses)}"
     return None

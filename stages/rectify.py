@@ -54,7 +54,9 @@ class Rectify:
     def __post_init__(self) -> None:
         """InputError for a window that cannot be, before a run has looked at the whole video in vain."""
         if not 0 < self.window_s < np.inf:
-            raise InputError(f"Expected a window_s of more than 0 seconds, got {self.window_s:g}.")
+            raise InputError(
+                "bad-value", f"Expected a window_s of more than 0 seconds, got {self.window_s:g}."
+            )
 
     def __call__(self, take: Take) -> Take:
         return self.together([take])[0]
@@ -149,11 +151,14 @@ def _rectify(
     sources = [_checked(poses) for poses in people]
     families = {source.frame.family for source in sources}
     if len(families) > 1:
-        raise InputError("Expected people in one frame, got some in a camera's axes and some in a world's.")
+        raise InputError(
+            "wrong-axes", "Expected people in one frame, got some in a camera's axes and some in a world's."
+        )
     if families == {"world"}:
         if up or told.moving:
             raise InputError(
-                f"These poses know their own gravity ({sources[0].frame}); leave camera, gravity, pitch and roll out."
+                "option-conflict",
+                f"These poses know their own gravity ({sources[0].frame}); leave camera, gravity, pitch and roll out.",
             )
         found = [
             level_world(_in(source, Z_UP).joints, _times(source), together, source.made_by.kind == "measured")
@@ -185,8 +190,9 @@ def _facing(rectifier: str | Rectifier) -> Rectifier:
     chosen = load_rectifier(rectifier) if isinstance(rectifier, str) else rectifier
     if getattr(chosen, "targets", "body") != "body":
         raise InputError(
+            "wrong-network",
             f"{rectifier} was trained on a data set's own axes, which do not tell where a body faces; choose a "
-            'network trained with targets = "body".'
+            'network trained with targets = "body".',
         )
     return chosen
 
@@ -194,10 +200,14 @@ def _facing(rectifier: str | Rectifier) -> Rectifier:
 def _checked(poses: PoseSequence) -> PoseSequence:
     """The poses relative to the pelvis; InputError for a layout or frame that cannot be rectified."""
     if poses.layout != H36M17:
-        raise InputError(f"rectify needs joints in layout H36M17, got {poses.layout.name}; use remap first.")
+        raise InputError(
+            "wrong-content",
+            f"rectify needs joints in layout H36M17, got {poses.layout.name}; use remap first.",
+        )
     if poses.frame.family not in ("camera", "world") or not poses.frame.right_handed:
         raise InputError(
-            f"rectify needs joints in right-handed axes of a camera or a world, got {poses.frame}."
+            "wrong-axes",
+            f"rectify needs joints in right-handed axes of a camera or a world, got {poses.frame}.",
         )
     return change_frame(poses, poses.frame.with_(origin="pelvis"))
 
@@ -213,7 +223,7 @@ def _seen(source: PoseSequence, rectifier: Rectifier, moving: bool) -> Seen:
     else:
         R, error_deg = take_rotation(rectifier, poses.joints, time_s, source.seams)
     name, spread = f"person {source.person}", stated_spread(poses)
-    return Seen(poses.joints, R, error_deg, time_s, source.seams, poses.measured_root, name, spread)
+    return Seen(poses.joints, R, error_deg, time_s, source.seams, poses.own_root, name, spread)
 
 
 def _rectified(
@@ -229,7 +239,7 @@ def _rectified(
         "window_s": window_s if told.moving else None,
     }  # fmt: skip
     said = {name: value for name, value in said.items() if value is not None}
-    camera = "moving" if told.moving else "static"
+    camera: CameraMotion = "moving" if told.moving else "static"
     noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **said)
     unit_ = source.frame.unit
     root = root_covariance = None
@@ -257,7 +267,9 @@ def _rectified(
         level_heading=levelled.heading,
         level_ok=not reason,
         level_reason=reason,
-        camera="gravity" if reference is Z_UP else camera,
+        source=source.frame,
+        camera=None if reference is Z_UP else camera,
+        window_s=window_s if told.moving else None,
         up_error_deg=levelled.up_error_deg,
         up_bound_deg=levelled.up_bound_deg,
         up_votes=rotate(R_source_from_reference, levelled.votes),

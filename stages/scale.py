@@ -24,7 +24,7 @@ class Scale:
     reads: ClassVar[tuple[str, ...]] = ("stature_m",)
 
     def unit_of(self, before: str, told: Told) -> str:
-        """A pipeline.plugins.protocols.ScalingStage."""
+        """Metres where a stature is told."""
         return before if told.stature_m is None else "m"
 
     def __call__(self, take: Take) -> Take:
@@ -33,27 +33,30 @@ class Scale:
             if poses.frame.metric:
                 return take
             return take.saying(notice("no-scale"))
-        poses = scale(poses, stature_m)
-        factor = float(poses.history[-1].options["factor"])
+        poses, factor = scale(poses, stature_m)
         return take.with_(poses=poses).saying(notice("scaled", factor=factor, stature_m=stature_m))
 
 
-def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
-    """The same skeleton in metres: one factor for the take, from its limb bones' median lengths.
+def scale(poses: PoseSequence, stature_m: float) -> tuple[PoseSequence, float]:
+    """The same skeleton in metres, and the factor that made it so: one for the take, from its limb bones' median
+    lengths.
 
     The limb bones of a person of that stature are taken from the table of segment proportions in
     pipeline/core/anthropometry.py. Raises InputError for a stature that no person has or when no limb is seen.
     """
     if not 0.4 < stature_m < 2.6:
-        raise InputError(f"Expected a stature in metres, got {stature_m}.")
+        raise InputError("bad-value", f"Expected a stature in metres, got {stature_m}.")
     implied = implied_stature(poses.joints)
     if not implied > 0:
-        raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
-    factor = stature_m / implied
-    return poses.mapped(
+        raise InputError(
+            "nothing-usable", "No limb bone is ever complete, so the stature cannot set the scale."
+        )
+    factor = float(stature_m / implied)
+    metric = poses.mapped(
         lambda points: points * factor,
         root=None if poses.root is None else poses.root * factor,
         root_covariance=scaled_covariance(poses.root_covariance, factor),
         covariance=scaled_covariance(poses.covariance, factor),
         frame=poses.frame.with_(unit="m"),
     ).noted("scale", stature_m=stature_m, factor=factor)
+    return metric, factor

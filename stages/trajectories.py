@@ -19,14 +19,13 @@ depend on how well up is known, and hold even where a take could not be levelled
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from ..models.gait.contact import SIDES, contacts
 from ..models.gait.events import stances
-from ..models.gait.foot_lock import foot_locked
 from ..models.gait.of_take import body_joints
 from ..models.smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
 from ..pipeline.core.errors import InputError
@@ -93,8 +92,8 @@ class Trajectories:
         rectified = take.need("rectified")
         level = _trusted(rectified)
         known_error = self.smoother == "auto" and self.cutoff_hz is None
-        path = smooth(level, self.classical, self.cutoff_hz, self.joints)
-        filtered = _notices(path, known_error)
+        path, lowpass = smooth(level, self.classical, self.cutoff_hz, self.joints)
+        filtered = _notices(path, lowpass, known_error)
         lifted = take.need("poses").lifted
         motions = known_motions(level, self.joints, lifted) if known_error else {}
         if self.foot_lock:
@@ -115,7 +114,7 @@ class Trajectories:
             notices.append(notice("smoothed-by-estimated-error", what="positions" if lifted else "they"))
         elif known_error:
             notices.append(notice("smoothed-by-stated-error"))
-        return take.with_(kinematics=columns, filtered=path).saying(
+        return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
             *notices,
             *filtered,
             *(fall_doubts(level) or pace_doubts(path)),
@@ -160,35 +159,48 @@ def known_motions(level: PoseSequence, joints: tuple[str, ...], lifted: bool = T
     return motions
 
 
+@dataclass(frozen=True)
+class Lowpass:
+    """What `smooth` did. cutoff_hz: None where it filtered nothing; too_slow: for the frame rate does not carry one.
+    lowered_from_hz: of a Savitzky-Golay filter that has no such cut-off. rows_resampled: to even times. values_lost: of
+    joints in pieces too short for the filter."""
+
+    cutoff_hz: float | None = None
+    too_slow: bool = False
+    lowered_from_hz: float | None = None
+    rows_resampled: int = 0
+    values_lost: int = 0
+
+
 def smooth(
     level: PoseSequence,
     filter: Filter = "butterworth",
     cutoff_hz: Cutoff = None,
     moving: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle"),
-) -> PoseSequence:
+) -> tuple[PoseSequence, Lowpass]:
     """The same poses with the paths of every joint, the feet and the root low-pass filtered, inside their unbroken
-    pieces (pipeline/signals/filters.py).
+    pieces (pipeline/signals/filters.py); and what was done, as the history says too.
 
     filter: "butterworth" (two passes, order 4 together, no phase shift), "savgol" (Savitzky-Golay, order 3), "none".
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter where the frame rate does not carry that;
         "auto" is the highest that residual analysis finds for any of the joints `moving`. Below 25.3 frames a second a
         Savitzky-Golay filter has no 6 Hz: where no number is given it takes the highest that it has.
 
-    A joint is NaN in pieces too short for the filter. The history ends with what was done and its counts. InputError
-    for a given cut-off that the filter does not have at that frame rate, and for a take too short to choose one from.
+    A joint is NaN in pieces too short for the filter. InputError for a given cut-off that the filter
+    does not have at that frame rate, and for a take too short to choose one from.
     """
     times, seams = level.times, breaks(level)
     if filter == "none":
-        return level.noted("low-pass filter", filter=filter)
+        return level.noted("low-pass filter", filter=filter), Lowpass()
     if cutoff_hz is None and not rate(times) > 2 * CUTOFF_HZ:
-        return level.noted("low-pass filter", filter="none", unfiltered=True)
+        return level.noted("low-pass filter", filter="none", unfiltered=True), Lowpass(too_slow=True)
     given = cutoff_hz not in (None, "auto")
     if cutoff_hz == "auto":
         cutoff_hz = _chosen(level, moving)
     cutoff = CUTOFF_HZ if cutoff_hz is None else cutoff_hz
-    lowered: dict[str, float] = {}
+    lowered_from_hz = None
     if filter == "savgol" and not given and cutoff > (highest := highest_savgol_cutoff(rate(times))):
-        cutoff, lowered = highest, {"lowered_from_hz": cutoff}
+        cutoff, lowered_from_hz = highest, cutoff
     joints = level.joints.astype(np.float64)
 
     def smoothed(path: np.ndarray) -> np.ndarray:
@@ -197,14 +209,16 @@ def smooth(
     result = each_path(smoothed, joints)
     root = None if level.root is None else smoothed(level.root)
     feet = None if level.feet is None else each_path(smoothed, level.feet)
-    return level.with_(joints=result, root=root, feet=feet).noted(
-        "low-pass filter",
-        filter=filter,
-        cutoff_hz=cutoff,
-        **lowered,
+    done = Lowpass(
+        cutoff,
+        lowered_from_hz=lowered_from_hz,
         rows_resampled=uneven_rows(np.asarray(is_finite(joints).any(axis=1)), times, seams),
         values_lost=int((is_finite(joints) & ~is_finite(result)).sum()),
     )
+    said = {name: value for name, value in asdict(done).items() if name != "too_slow" and value is not None}
+    return level.with_(joints=result, root=root, feet=feet).noted(
+        "low-pass filter", filter=filter, **said
+    ), done
 
 
 def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> dict[str, np.ndarray]:
@@ -219,7 +233,9 @@ def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> 
     NaN. InputError for a unit that is neither metres nor arbitrary.
     """
     if path.frame.unit not in ("m", "arbitrary"):
-        raise InputError(f"Expected poses in metres or in arbitrary units, got {path.frame.unit}.")
+        raise InputError(
+            "wrong-axes", f"Expected poses in metres or in arbitrary units, got {path.frame.unit}."
+        )
     points = path.root if joint == "root" else None
     position = path.joint(joint).astype(np.float64) if points is None else points
     if motion is not None:
@@ -297,6 +313,8 @@ def _locked(path: PoseSequence, level: PoseSequence, rectified: Rectified) -> Po
         covariance = {
             side: own + level.covariance[:, index(f"{side}_ankle")] for side, own in covariance.items()
         }
+    from ..models.gait.foot_lock import foot_locked
+
     root = foot_locked(path.root, ankles, covariance, feet, times, seams)
     moved = np.linalg.norm(root - path.root, axis=1)
     most = float(np.nanmax(moved, initial=0.0))
@@ -308,28 +326,28 @@ def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
     asked = [residual_cutoff(level.joint(joint), level.times, breaks(level)) for joint in moving]
     if np.isnan(asked).all():
         raise InputError(
-            "The take is too short, or too broken by gaps, to choose a cut-off from; give it as cutoff_hz."
+            "nothing-usable",
+            "The take is too short, or too broken by gaps, to choose a cut-off from; give it as cutoff_hz.",
         )
     return float(np.nanmax(asked))
 
 
-def _notices(path: PoseSequence, known_error: bool) -> list[Notice]:
+def _notices(path: PoseSequence, done: Lowpass, known_error: bool) -> list[Notice]:
     """What the filter did that a reader of the columns must know; known_error: only angles rest on it."""
-    done, fps = path.history[-1].options, rate(path.times)
+    fps, cutoff_hz = rate(path.times), done.cutoff_hz
     if len(path) == 1:
         return [notice("single-frame")]
-    if done.get("unfiltered"):
+    if done.too_slow:
         return [notice("not-filtered", fps=fps, cutoff_hz=CUTOFF_HZ)]
     notices = []
-    if "lowered_from_hz" in done:
-        asked = done["lowered_from_hz"]
-        notices.append(notice("cutoff-lowered", cutoff_hz=done["cutoff_hz"], asked_hz=asked, fps=fps))
-    if done.get("values_lost"):
+    if (asked := done.lowered_from_hz) is not None:
+        notices.append(notice("cutoff-lowered", cutoff_hz=cutoff_hz, asked_hz=asked, fps=fps))
+    if done.values_lost:
         missing = "angles" if known_error else "paths, velocities and accelerations"
-        values: dict[str, Any] = {"values": done["values_lost"], "cutoff_hz": done["cutoff_hz"]}
+        values: dict[str, Any] = {"values": done.values_lost, "cutoff_hz": cutoff_hz}
         notices.append(notice("pieces-too-short", **values, missing=missing))
-    if done.get("rows_resampled"):
-        notices.append(notice("times-uneven", frames=done["rows_resampled"]))
+    if done.rows_resampled:
+        notices.append(notice("times-uneven", frames=done.rows_resampled))
     return notices
 
 

@@ -75,20 +75,25 @@ def load(path: Path, what: str) -> Any:
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except OSError as error:
-        raise InputError(f"Expected {what} at {path}: {error.strerror}.") from None
+        raise InputError("cannot-open", f"Expected {what} at {path}: {error.strerror}.") from None
     except UnicodeDecodeError:
-        raise InputError(f"Expected {what} in {path}, got bytes that are no UTF-8 text.") from None
+        raise InputError(
+            "format-unknown", f"Expected {what} in {path}, got bytes that are no UTF-8 text."
+        ) from None
     if not text.strip():
-        raise InputError(f"Expected {what} in {path}, but the file is empty.")
+        raise InputError("file-damaged", f"Expected {what} in {path}, but the file is empty.")
     try:
         return json.loads(text)
     except json.JSONDecodeError as error:
         raise InputError(
+            "file-damaged",
             f"Expected {what} in {path}, but its JSON breaks off or is damaged at line {error.lineno}, column "
-            f"{error.colno}; write or copy the file again."
+            f"{error.colno}; write or copy the file again.",
         ) from None
     except (RecursionError, ValueError):  # nested too deeply; an integer of thousands of digits
-        raise InputError(f"Expected {what} in {path}, got JSON of a kind that no detector writes.") from None
+        raise InputError(
+            "format-unknown", f"Expected {what} in {path}, got JSON of a kind that no detector writes."
+        ) from None
 
 
 def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
@@ -101,16 +106,20 @@ def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
         with path.open(encoding="utf-8-sig") as file:
             yield from _elements(_Text(file))
     except OSError as error:
-        raise InputError(f"Expected {what} at {path}: {error.strerror}.") from None
+        raise InputError("cannot-open", f"Expected {what} at {path}: {error.strerror}.") from None
     except UnicodeDecodeError:
-        raise InputError(f"Expected {what} in {path}, got bytes that are no UTF-8 text.") from None
+        raise InputError(
+            "format-unknown", f"Expected {what} in {path}, got bytes that are no UTF-8 text."
+        ) from None
     except (RecursionError, ValueError):
         if path.stat().st_size <= _SMALL:  # say where
             raise InputError(
-                f"{path}: expected a list or an object, got {reprlib.repr(load(path, what))}."
+                "format-unknown",
+                f"{path}: expected a list or an object, got {reprlib.repr(load(path, what))}.",
             ) from None
         raise InputError(
-            f"Expected {what} in {path}, but its JSON breaks off or is damaged; write or copy the file again."
+            "file-damaged",
+            f"Expected {what} in {path}, but its JSON breaks off or is damaged; write or copy the file again.",
         ) from None
 
 
@@ -185,14 +194,16 @@ def _listed(key: str, text: _Text) -> Iterator[tuple[str, Any]]:
 def field(entry: Any, key: str, where: str) -> Any:
     """entry[key]; InputError when the entry is no JSON object or lacks the key."""
     if not isinstance(entry, dict) or key not in entry:
-        raise InputError(f"{where}: expected an object with '{key}', got {reprlib.repr(entry)}.")
+        raise InputError(
+            "wrong-content", f"{where}: expected an object with '{key}', got {reprlib.repr(entry)}."
+        )
     return entry[key]
 
 
 def entries(values: Any, where: str) -> list[Any]:
     """The values if they are a list; otherwise InputError."""
     if not isinstance(values, list):
-        raise InputError(f"{where}: expected a list, got {reprlib.repr(values)}.")
+        raise InputError("wrong-content", f"{where}: expected a list, got {reprlib.repr(values)}.")
     return values
 
 
@@ -205,7 +216,8 @@ def numbers(values: Any, where: str) -> np.ndarray:
         array = np.array(np.inf)
     if np.isinf(array).any():
         raise InputError(
-            f"{where}: expected finite numbers in lists of equal length, got {reprlib.repr(values)}."
+            "wrong-content",
+            f"{where}: expected finite numbers in lists of equal length, got {reprlib.repr(values)}.",
         )
     return array
 
@@ -219,8 +231,9 @@ def frame_number(image: Any, where: str) -> int:
         number = int(digits[-1]) if digits and len(digits[-1]) < 20 else None
     if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < _MAX_FRAME:
         raise InputError(
+            "wrong-content",
             f'{where}: expected an image that is numbered by its video frame, such as 12 or "12.jpg", '
-            f"got {reprlib.repr(image)}."
+            f"got {reprlib.repr(image)}.",
         )
     return number
 
@@ -241,8 +254,9 @@ class Images:
         known, other = self._seen.setdefault(number, (identity or name, name))
         if folder != self._folder or known != (identity or name):
             raise InputError(
+                "files-apart",
                 f"{where}: expected the images of one video, in one folder and each with a number of its own, got "
                 f"{name} beside {other if folder == self._folder else self._folder or 'no folder'}; keep each video's "
-                "keypoints in a file of their own."
+                "keypoints in a file of their own.",
             )
         return number

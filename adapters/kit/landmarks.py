@@ -25,11 +25,6 @@ _SECONDS = {
     **dict.fromkeys(("time_us", "timestamp_us"), 1e-6),
 }
 _LANDMARK = ("landmark", "landmark_id", "landmark_index", "landmark_idx", "landmark_name")
-_WIDTHS = {
-    3 * COUNT: 3,
-    4 * COUNT: 4,
-    5 * COUNT: 5,
-}  # numbers in a row without a header -> numbers a landmark
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +90,9 @@ def table(path: Path) -> Iterator[Body]:
         columns = _columns(cells)
         if columns is None:
             raise InputError(
+                "wrong-content",
                 f"{path}: expected MediaPipe's 33 landmarks, with columns x, y, z (and visibility) of each in one "
-                "row, or a row a landmark with frame, landmark, x, y, z."
+                "row, or a row a landmark with frame, landmark, x, y, z.",
             )
         if _numeric(cells):
             file.seek(0)
@@ -124,31 +120,32 @@ def _numeric(cells: list[str]) -> bool:
 
 def _columns(cells: list[str]) -> _Columns | None:
     if _numeric(cells):
-        for first, frame in ((0, None), (1, 0)):  # some write the frame's number before the landmarks
-            each = _WIDTHS.get(len(cells) - first)
-            if each:
-                places = {
-                    (i, axis): first + each * i + axis for i in range(COUNT) for axis in range(min(each, 4))
-                }
-                return _Columns(places, frame)
-        return None
+        return _without_header(len(cells))
     names = [re.sub(r"[^a-z0-9]+", "_", cell.lower()).strip("_") for cell in cells]
     frame = next((names.index(name) for name in _FRAME if name in names), None)
     time = next(((i, _SECONDS[name]) for i, name in enumerate(names) if name in _SECONDS), None)
     short = [_shortened(name) for name in names]
     if any("world" in name for name in names):  # a file may hold the image's landmarks beside these
         short = [
-            part if "world" in name or name in _LANDMARK else ""
+            part if "world" in name or name in _LANDMARK else name if _AXES.get(name) == 3 else ""
             for name, part in zip(names, short, strict=True)
-        ]
-        short = [
-            part or (name if _AXES.get(name) == 3 else "") for name, part in zip(names, short, strict=True)
         ]
     landmark = next((names.index(name) for name in _LANDMARK if name in names), None)
     if landmark is not None and {"x", "y", "z"} <= set(short):
         places = {(0, _AXES[name]): i for i, name in enumerate(short) if name in _AXES}
         return _Columns(places, frame, time, landmark) if frame is not None or time is not None else None
     return _wide_columns(short, frame, time)
+
+
+def _without_header(width: int) -> _Columns | None:
+    for first, frame in ((0, None), (1, 0)):  # some write the frame's number before the landmarks
+        each, odd = divmod(width - first, COUNT)
+        if each in (3, 4, 5) and not odd:
+            return _Columns(
+                {(i, axis): first + each * i + axis for i in range(COUNT) for axis in range(min(each, 4))},
+                frame,
+            )
+    return None
 
 
 def _shortened(name: str) -> str:
@@ -180,13 +177,17 @@ def _number(row: list[str], column: int, where: str) -> float:
         return float(row[column]) if row[column].strip() else float("nan")
     except (IndexError, ValueError):
         found = repr(row[column]) if column < len(row) else "the end of the line"
-        raise InputError(f"{where}, column {column + 1}: expected a number, got {found}.") from None
+        raise InputError(
+            "wrong-content", f"{where}, column {column + 1}: expected a number, got {found}."
+        ) from None
 
 
 def _when(row: list[str], columns: _Columns, where: str) -> tuple[int | None, float | None]:
     frame = None if columns.frame is None else _number(row, columns.frame, where)
     if frame is not None and (not 0 <= frame < 1 << 53 or frame != int(frame)):
-        raise InputError(f"{where}: expected a frame's number, got {row[columns.frame or 0]!r}.")
+        raise InputError(
+            "wrong-content", f"{where}: expected a frame's number, got {row[columns.frame or 0]!r}."
+        )
     time = None if columns.time is None else _number(row, columns.time[0], where) * columns.time[1]
     return (None if frame is None else int(frame)), time
 
@@ -213,7 +214,8 @@ def _long(rows: Iterator[tuple[int, list[str]]], columns: _Columns, path: Path) 
         )
         if not 0 <= landmark < COUNT:
             raise InputError(
-                f"{where}: expected one of MediaPipe's 33 landmarks by name or number, got {said!r}."
+                "wrong-content",
+                f"{where}: expected one of MediaPipe's 33 landmarks by name or number, got {said!r}.",
             )
         now = _when(row, columns, where)
         if taken and (now != when or landmark in taken):

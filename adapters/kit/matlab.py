@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.core.errors import InputError
+from ...pipeline.files.arrays import Shape, fits, in_words
 from ...pipeline.files.unpacked import check_size
 from . import mat5 as _mat5
-from .numpy import Shape, fits, in_words
 
 _BEGINS = b"MATLAB 5.0 MAT-file"
 _HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n")
@@ -42,12 +42,16 @@ def load(path: Path, *names: str, what: str) -> dict[str, np.ndarray]:
         if start.startswith(_HDF5):
             return _load_hdf5(path, names)
         if not start.startswith(_BEGINS):
-            raise InputError(f"Expected a .mat file of {what} at {path}, got something else.")
+            raise InputError(
+                "format-unknown", f"Expected a .mat file of {what} at {path}, got something else."
+            )
         return _mat5.arrays(path.read_bytes(), names)
     except InputError as error:
-        raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
+        raise error if str(path) in str(error) else InputError(error.code, f"{path}: {error}") from None
     except Exception as error:  # h5py raises whatever damaged bytes lead it to
-        raise InputError(f"{path} is damaged or was cut short ({error}); copy it again.") from None
+        raise InputError(
+            "file-damaged", f"{path} is damaged or was cut short ({error}); copy it again."
+        ) from None
 
 
 def _load_hdf5(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
@@ -57,8 +61,9 @@ def _load_hdf5(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
         import h5py
     except ImportError:
         raise InputError(
+            "needs-package",
             f"{path} is a file of MATLAB 7.3 (HDF5), which needs h5py: pip install 'pcnet3d[hdf5]'; or save it with "
-            f"{resave}."
+            f"{resave}.",
         ) from None
     found = {}
     with h5py.File(path, "r") as file:
@@ -68,10 +73,14 @@ def _load_hdf5(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
             array = file[name]
             if not isinstance(array, h5py.Dataset) or array.dtype.kind not in "fiu":
                 raise InputError(
-                    f"{path}: expected '{name}' as an array of numbers, got cells of MATLAB 7.3; save it with {resave}."
+                    "wrong-content",
+                    f"{path}: expected '{name}' as an array of numbers, got cells of MATLAB 7.3; "
+                    f"save it with {resave}.",
                 )
             if array.is_virtual or array.external:
-                raise InputError(f"{path}: expected '{name}' in the file itself, got a link to others.")
+                raise InputError(
+                    "unsafe", f"{path}: expected '{name}' in the file itself, got a link to others."
+                )
             check_size(array.nbytes, path.stat().st_size, f"an array '{name}'")
             found[name] = np.asarray(array[()]).T
     return found
@@ -81,7 +90,8 @@ def numbers(where: str, array: np.ndarray, *shapes: Shape) -> np.ndarray:
     """The array (...,) as float64; InputError unless it is one of numbers of one of these shapes."""
     if array.dtype.kind not in "fiu" or not any(fits(array.shape, shape) for shape in shapes):
         raise InputError(
-            f"{where} of shape {' or '.join(map(in_words, shapes))}, got {array.shape} of {array.dtype}."
+            "wrong-content",
+            f"{where} of shape {' or '.join(map(in_words, shapes))}, got {array.shape} of {array.dtype}.",
         )
     return array.astype(np.float64)
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.pose import PoseSequence
 
 FRAMES: tuple[str, int, int] = ("frames", len(H36M17), 3)
 
@@ -15,6 +18,13 @@ _TRUNK = ("pelvis", "spine", "thorax", "nose", "head")
 _LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
 _STATURE_M = (1.0, 2.5)
 _ROOT_M = 0.1  # a pelvis that a network places at the origin without being forced to is off by less
+
+
+def in_camera(joints: np.ndarray, clip: int | None = None, **said: Any) -> PoseSequence:
+    """Joints (T, 17, 3) of H36M17 in CAMERA axes, metres. clip: frames of a lifter that works clip by clip, for the
+    seams between them. said: further fields of the sequence, or another `frame`."""
+    seams = tuple(range(clip, len(joints), clip)) if clip else ()
+    return PoseSequence(joints, H36M17, **{"frame": CAMERA.with_(origin="camera"), "seams": seams, **said})
 
 
 def looks_metric(joints: np.ndarray) -> bool:
@@ -35,16 +45,18 @@ def check_metric(path: Path, joints: np.ndarray, trajectory: bool = False) -> No
     stature = _stature(joints)
     if not _human_size(stature):
         raise InputError(
+            "wrong-axes",
             f"{path}: expected a body in metres, got one of {stature:.4g} from ankle to head; "
-            "name the adapter that fits, or describe the array's unit with --adapter arrays."
+            "name the adapter that fits, or describe the array's unit with --adapter arrays.",
         )
     offset = _root_offset(joints)
     in_front = trajectory and not (joints[..., 2] <= 0).any()
     if offset >= _ROOT_M and not in_front:
         raise InputError(
+            "wrong-axes",
             f"{path}: expected camera axes with the pelvis at the origin{' or in front of the camera' * trajectory}, "
             f"got a pelvis {offset:.2g} off; files made for display (D3DP's *_postprocess.npy, heights "
-            "rebased to 0) cannot be used: give the raw output, or name the adapter that fits."
+            "rebased to 0) cannot be used: give the raw output, or name the adapter that fits.",
         )
 
 

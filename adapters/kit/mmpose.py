@@ -82,10 +82,14 @@ def frames(
         count += 1
         frame = frame_number(field(entry, "frame_id", here), here) - (key == "instance_info")
         if frame < 0:
-            raise InputError(f"{here}: expected frames from 1, as MMPose's demos count, got frame 0.")
+            raise InputError(
+                "times-broken", f"{here}: expected frames from 1, as MMPose's demos count, got frame 0."
+            )
         yield frame, entries(field(entry, "instances", here), here), here
     if not count:
-        raise InputError(f"{path}: expected a list of frames, or an object with 'instance_info'.")
+        raise InputError(
+            "format-unknown", f"{path}: expected a list of frames, or an object with 'instance_info'."
+        )
 
 
 def _image_frames(path: Path, what: str) -> Iterator[tuple[int, list[Any], str]]:
@@ -95,11 +99,12 @@ def _image_frames(path: Path, what: str) -> Iterator[tuple[int, list[Any], str]]
         other = numbered.setdefault(number, image)
         if other != image:
             raise InputError(
+                "files-apart",
                 f"{path}: expected one image of each number, got {other.name} and {image.name}; keep each video's "
-                "images in a folder of their own."
+                "images in a folder of their own.",
             )
     if not numbered:
-        raise InputError(f"Expected {what} in {path}, found no JSON there.")
+        raise InputError("cannot-open", f"Expected {what} in {path}, found no JSON there.")
     for number, image in sorted(numbered.items()):
         yield number, entries(load(image, what), str(image)), str(image)
 
@@ -132,12 +137,14 @@ def _joints(person: Any, count: int, where: str) -> np.ndarray:
     joints = numbers(field(person, "keypoints", where), where)
     if joints.ndim == 2 and joints.shape[1] == 2:
         raise InputError(
-            f"{where}: expected 3D keypoints, got two coordinates each; adapter mmpose2d reads MMPose's 2D results."
+            "format-unknown",
+            f"{where}: expected 3D keypoints, got two coordinates each; adapter mmpose2d reads MMPose's 2D results.",
         )
     if joints.shape != (count, 3):
         raise InputError(
+            "wrong-content",
             f"{where}: expected {count} keypoints of x, y, z, got shape {joints.shape}; adapter mmpose3d reads 17 of "
-            "them (lifters), adapter rtmw3d 133 (RTMW3D)."
+            "them (lifters), adapter rtmw3d 133 (RTMW3D).",
         )
     return joints
 
@@ -145,7 +152,9 @@ def _joints(person: Any, count: int, where: str) -> np.ndarray:
 def _scores(person: Any, count: int, where: str) -> np.ndarray:
     scores = numbers(field(person, "keypoint_scores", where), where)
     if scores.shape != (count,):
-        raise InputError(f"{where}: expected a score of each of {count} joints, got shape {scores.shape}.")
+        raise InputError(
+            "wrong-content", f"{where}: expected a score of each of {count} joints, got shape {scores.shape}."
+        )
     return scores
 
 

@@ -1,4 +1,4 @@
-"""Arrays out of strangers' .npy and .npz files (pipeline/files/arrays.py), as adapters look at them.
+"""Strangers' .npy and .npz files (pipeline/files/arrays.py) as adapters look at them.
 
 Where a format stores Python objects, a reader that runs nothing takes them apart (adapters/kit/pickles.py).
 """
@@ -11,36 +11,11 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.files.arrays import (
-    Shape,
-    damage_reported,
-    fits,
-    header,
-    in_words,
-    keys,
-    load,
-    load_all,
-    opened,
-)
+from ...pipeline.files.arrays import Shape, damage_reported, header, keys, load, opened
 from .pickles import loads
 
 _PEEK_BYTES = 1 << 22
 _BEGINNING = 1 << 16
-
-__all__ = [
-    "Shape",
-    "arrays_in",
-    "fits",
-    "has_objects",
-    "in_words",
-    "keys",
-    "load",
-    "load_all",
-    "load_objects",
-    "objects_begin",
-    "peek",
-    "shape_in",
-]
 
 
 def load_objects(path: Path, key: str) -> Any:
@@ -51,7 +26,10 @@ def load_objects(path: Path, key: str) -> Any:
     with damage_reported(path), opened(path, key) as (stream, _):
         shape, _, dtype = header(stream, where)
         if not dtype.hasobject:
-            raise InputError(f"{where}: expected Python objects, got an array of shape {shape} of {dtype}.")
+            raise InputError(
+                "wrong-content",
+                f"{where}: expected Python objects, got an array of shape {shape} of {dtype}.",
+            )
         content = stream.read()
     return loads(content, where)
 
@@ -64,37 +42,20 @@ def arrays_in(path: Path) -> set[str]:
         return set()
 
 
-def objects_begin(path: Path, key: str) -> bytes:
-    """The first 64 KB of the pickle of Python objects in an .npz's array `key`; none of any other array. Never
-    raises."""
+def begins(path: Path, key: str) -> tuple[tuple[int, ...], bytes]:
+    """Of an .npz's array `key` the shape that its header says, and of Python objects the first 64 KB of their pickle;
+    () and none where it cannot be read. Never raises."""
     try:
         with damage_reported(path), opened(path, key) as (stream, _):
-            return stream.read(_BEGINNING) if header(stream, str(path))[2].hasobject else b""
+            shape, _, dtype = header(stream, str(path))
+            return shape, stream.read(_BEGINNING) if dtype.hasobject else b""
     except InputError:
-        return b""
-
-
-def shape_in(path: Path, key: str) -> tuple[int, ...]:
-    """The shape that the header of an .npz's array `key` says; () where it cannot be read. Never raises."""
-    try:
-        with damage_reported(path), opened(path, key) as (stream, _):
-            return header(stream, str(path))[0]
-    except InputError:
-        return ()
+        return (), b""
 
 
 def has_objects(path: Path, *wanted: str) -> bool:
     """Whether the file is an .npz with arrays of Python objects by these names. Never raises."""
-    try:
-        if not arrays_in(path) >= set(wanted):
-            return False
-        for key in wanted:
-            with damage_reported(path), opened(path, key) as (stream, _):
-                if not header(stream, str(path))[2].hasobject:
-                    return False
-    except InputError:
-        return False
-    return True
+    return arrays_in(path) >= set(wanted) and all(begins(path, key)[1] for key in wanted)
 
 
 def peek(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray | None:

@@ -45,8 +45,9 @@ def _frames(path: Path) -> list[tuple[int, Path]]:
     files = frame_files(path)
     if not files:
         raise InputError(
+            "format-unknown",
             f"Expected a folder of OpenPose's *{_ENDING} files, or of others numbered by frame (cam01.0000.json), at "
-            f"{path}, found none there."
+            f"{path}, found none there.",
         )
     names = [_NUMBER.split(file.name.removesuffix(".json").removesuffix("_keypoints")) for file in files]
     places = range(2, max(map(len, names)) + 1, 2)  # of the numbers, from the end
@@ -54,13 +55,15 @@ def _frames(path: Path) -> list[tuple[int, Path]]:
     short = next((file for file, name in zip(files, names, strict=True) if len(name) <= place), None)
     if short is not None:
         raise InputError(
+            "wrong-content",
             f"Expected a frame's number in the name of each file in {path}, in the same place, got {short.name}; take "
-            "it out of the folder, or number it."
+            "it out of the folder, or number it.",
         )
     videos = sorted({"".join((*name[:-place], "*", *name[len(name) - place + 1 :])) for name in names})
     if len(videos) > 1:
         raise InputError(
+            "files-apart",
             f"Expected the frames of one video in {path}, got those of {len(videos)}: {videos[0]}, {videos[1]}; "
-            "give each video a folder of its own."
+            "give each video a folder of its own.",
         )
     return [(frame_number(name[-place], str(file)), file) for name, file in zip(names, files, strict=True)]

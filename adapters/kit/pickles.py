@@ -39,7 +39,7 @@ class _Dtype:
     def numpy(self) -> np.dtype:
         dtype = np.dtype(f"{self.order}{self.text}")
         if dtype.kind not in _NUMBERS:
-            raise InputError(f"expected arrays of numbers, got one of {dtype}.")
+            raise InputError("wrong-content", f"expected arrays of numbers, got one of {dtype}.")
         return dtype
 
 
@@ -64,7 +64,9 @@ class _Array:
 def _nested(values: list[Any], shape: tuple[int, ...]) -> Any:
     """Objects of an array of this shape, by rows, as lists in lists; the only one where the shape is ()."""
     if len(values) != int(np.prod(shape, dtype=object)):
-        raise InputError(f"expected an array of shape {shape}, got {how_many(len(values), 'object')}.")
+        raise InputError(
+            "wrong-content", f"expected an array of shape {shape}, got {how_many(len(values), 'object')}."
+        )
     if len(shape) < 2 or not values:
         return values if shape else values[0]
     step = len(values) // max(shape[0], 1)
@@ -84,7 +86,9 @@ class _Buffer:
     @property
     def numpy(self) -> np.ndarray:
         if self.order not in ("C", "F"):
-            raise InputError(f"expected arrays stored by rows or columns, got order {self.order!r}.")
+            raise InputError(
+                "wrong-content", f"expected arrays stored by rows or columns, got order {self.order!r}."
+            )
         return np.frombuffer(self.raw, self.dtype.numpy).reshape(self.shape, order=self.order)
 
 
@@ -142,23 +146,28 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
     def find_class(self, module: str, name: str) -> Any:
         if (module, name) not in _NAMES:
             raise InputError(
+                "unsafe",
                 f"expected arrays and plain containers, got a pickle that asks for {module}.{name}; that could run a "
-                "stranger's code and is refused."
+                "stranger's code and is refused.",
             )
         return _NAMES[module, name]
 
     def get_extension(self, code: int) -> None:
         raise InputError(
-            f"expected arrays and plain containers, got a pickle that asks for extension {code}."
+            "unsafe", f"expected arrays and plain containers, got a pickle that asks for extension {code}."
         )
 
     def load_build(self) -> None:
         made, state = self.stack[-2:]  # type: ignore[attr-defined]
         # Of anything else, the state could change our own classes and functions.
         if not isinstance(made, (_Array, _Dtype, _Wrapped)) or not isinstance(state, (tuple, dict)):
-            raise InputError(f"expected arrays and plain containers, got a pickle that changes {made!r:.60}.")
+            raise InputError(
+                "unsafe", f"expected arrays and plain containers, got a pickle that changes {made!r:.60}."
+            )
         if isinstance(made, _Wrapped) != isinstance(state, dict):
-            raise InputError("expected arrays as numpy and joblib write them, got another state.")
+            raise InputError(
+                "wrong-content", "expected arrays as numpy and joblib write them, got another state."
+            )
         super().load_build()  # type: ignore[misc]
         if isinstance(made, _Wrapped):
             said = vars(made)
@@ -185,7 +194,7 @@ def _bounded(load: Callable[[_Reader], None]) -> Callable[[_Reader], None]:
     def bounded(reader: _Reader) -> None:
         load(reader)
         if reader.stack[-1].bit_length() > 64:  # type: ignore[attr-defined]
-            raise InputError("expected numbers of up to 64 bits, got a larger one.")
+            raise InputError("wrong-content", "expected numbers of up to 64 bits, got a larger one.")
 
     return bounded
 
@@ -210,7 +219,7 @@ def load(path: Path) -> Any:
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from None
+        raise InputError("cannot-open", f"Cannot read {path}: {error.strerror or error}.") from None
     return loads(content, str(path))
 
 
@@ -221,10 +230,10 @@ def loads(content: bytes, where: str) -> Any:
             content = unpacked(content, "a pickle")
         return _resolved(_Reader(content).load(), {})
     except InputError as error:
-        raise error if where in str(error) else InputError(f"{where}: {error}") from None
+        raise error if where in str(error) else InputError(error.code, f"{where}: {error}") from None
     except Exception as error:  # the parser raises whatever damaged bytes lead it to
         raise InputError(
-            f"{where} is no pickle, is damaged or was cut short ({error!r}); write it again."
+            "file-damaged", f"{where} is no pickle, is damaged or was cut short ({error!r}); write it again."
         ) from None
 
 
@@ -248,4 +257,4 @@ def _made(value: Any, done: dict[int, tuple[Any, Any]]) -> Any:
         return type(value)(_resolved(entry, done) for entry in value)
     if value is None or isinstance(value, (bool, int, float, str, bytes)):
         return value
-    raise InputError(f"expected arrays and plain containers, got a {type(value).__name__}.")
+    raise InputError("wrong-content", f"expected arrays and plain containers, got a {type(value).__name__}.")

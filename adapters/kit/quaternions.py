@@ -17,7 +17,8 @@ def rotations(wxyz: np.ndarray) -> np.ndarray:
     if (np.abs(length - 1) > _UNIT_ERROR).any():
         row = int(np.argmax(np.abs(np.nan_to_num(length, nan=1.0) - 1)))
         raise InputError(
-            f"Expected unit quaternions, got one of length {length[row]:.3g} in row {row}; are these columns angles?"
+            "wrong-content",
+            f"Expected unit quaternions, got one of length {length[row]:.3g} in row {row}; are these columns angles?",
         )
     R = np.full((len(wxyz), 3, 3), np.nan)
     known = np.isfinite(length)

@@ -11,6 +11,15 @@ from typing import TextIO
 from ...pipeline.core.errors import InputError
 
 
+def filled_lines(path: Path, what: str) -> list[str]:
+    """The lines of a text that hold anything, one at least; InputError, saying that `what` was expected."""
+    with opened_table(path, what) as file:
+        lines = [line for line in file.read().splitlines() if line.strip()]
+    if not lines:
+        raise InputError("file-damaged", f"Expected {what} in {path}, but it is empty; copy it again.")
+    return lines
+
+
 @contextmanager
 def opened_table(path: Path, what: str) -> Iterator[TextIO]:
     """The file, opened for the csv module. what: in words, for InputError when it cannot be read, or is no table."""
@@ -18,6 +27,8 @@ def opened_table(path: Path, what: str) -> Iterator[TextIO]:
         with path.open(encoding="utf-8-sig", newline="") as file:
             yield file
     except OSError as error:
-        raise InputError(f"Expected {what} at {path}: {error.strerror}.") from None
+        raise InputError("cannot-open", f"Expected {what} at {path}: {error.strerror}.") from None
     except (UnicodeDecodeError, csv.Error):
-        raise InputError(f"Expected {what} in {path}, got a file that is no table of text.") from None
+        raise InputError(
+            "format-unknown", f"Expected {what} in {path}, got a file that is no table of text."
+        ) from None

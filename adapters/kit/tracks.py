@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -16,20 +16,18 @@ from ...pipeline.core.layouts import Layout
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
+from ...pipeline.signals.tracker import REACH, Tracker, sighted
 from .json import numbers
 
-_REACH = 0.5  # of the body's size: how far a person's joints may have moved, on average, since last seen
 # Joints of one side that lie near each other in every pose: the bones of limbs, trunk, feet and face.
 _NEIGHBOURS = (
     ("hip", "knee"), ("knee", "ankle"), ("ankle", "heel"), ("shoulder", "elbow"), ("elbow", "wrist"),
     ("shoulder", "hip"), ("eye", "ear"),
 )  # fmt: skip
 _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
-_MEMORY = 30  # frames after which somebody who was lost counts as a new person
 _WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
 _PIECE = 10_000  # frames whose steps are looked at together
 _FEWEST = 3  # joints that tell how far a body has moved
-_PACE = 10  # frames over which it is seen how people move on
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +46,6 @@ class Detection:
     def found(self) -> np.ndarray:
         """(J,) whether the joint is there (`found_in`)."""
         return found_in(self.points)
-
-    @cached_property
-    def size(self) -> float:
-        """Diagonal, in pixels, of the box around the joints that were found."""
-        return float(np.linalg.norm(np.ptp(self.points[self.found, :2], axis=0)))
 
 
 def found_in(points: np.ndarray) -> np.ndarray:
@@ -83,8 +76,9 @@ class Crowd:
                 else f"{_MOST_NAMES} people"
             )
             raise InputError(
+                "unsafe",
                 f"{self._where}: expected at most {many}, got more by frame {frame}, where reading was stopped; keep "
-                "the people who are meant in the file, or raise the detector's threshold."
+                "the people who are meant in the file, or raise the detector's threshold.",
             )
 
 
@@ -97,21 +91,19 @@ def counted(detections: Iterable[Detection], where: str) -> list[Detection]:
     return kept
 
 
-Seen = TypeVar("Seen", bound=Detection)
-
-
 def triples(flat: Any, where: str) -> np.ndarray:
     """A list x, y, score, x, y, score, ... as points (J, 3); InputError for any other number of values."""
     values = numbers(flat, where)
     if values.ndim != 1 or len(values) % 3 or len(values) == 0:
         raise InputError(
-            f"{where}: expected x, y and score of each joint in one list, got shape {values.shape}."
+            "wrong-content",
+            f"{where}: expected x, y and score of each joint in one list, got shape {values.shape}.",
         )
     return values.reshape(-1, 3)
 
 
 def sequences(
-    detections: Sequence[Detection], layouts: Iterable[Layout], where: str
+    detections: Iterable[Detection], layouts: Iterable[Layout], where: str
 ) -> tuple[PoseSequence, ...]:
     """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
 
@@ -119,16 +111,16 @@ def sequences(
     People without names are told apart by `linked`; the history says so. Where some detections have a name, those
     without are left out, for trackers name nobody where they are not sure; the history warns with their number. It
     warns of a `leap` too, of somebody who is alone and of each whom a tracker names, for trackers exchange people. A
-    joint that was not found is NaN with confidence NaN. Scores are taken for confidences, except that those outside
-    [0, 1] are clipped, and those that say nothing (`saying_nothing`) are NaN; the history tells both.
-    Raises InputError for nobody at all, another layout, coordinates that are no pixels, and a person who is
-    in a frame twice.
+    joint that was not found is NaN with confidence NaN. Scores are taken for `confidences`.
+    InputError for nobody at all, a `Crowd` too large, which is noticed while detections are read, another layout,
+    coordinates that are no pixels, and a person who is in a frame twice.
     """
+    detections = counted(detections, where)
     named = [detection for detection in detections if detection.person is not None]
     unnamed = len(detections) - len(named) if named else 0
     detections = named or detections
     if not any(detection.found.any() for detection in detections):
-        raise InputError(f"{where}: no person was found in any frame.")
+        raise InputError("nothing-usable", f"{where}: no person was found in any frame.")
     likely = _layouts_of(detections, layouts, where)
     points = np.stack([detection.points for detection in detections])
     there = found_in(points)
@@ -136,8 +128,9 @@ def sequences(
     points = points[there]
     if np.abs(points[:, :2]).max() <= 1:
         raise InputError(
+            "wrong-axes",
             f"{where}: expected pixels, got coordinates between -1 and 1; write them in pixels of the video "
-            "(OpenPose: --keypoint_scale 0)."
+            "(OpenPose: --keypoint_scale 0).",
         )
     unknown = saying_nothing(points[:, 2])
     people: dict[str | None, list[Detection]] = defaultdict(list)
@@ -146,7 +139,8 @@ def sequences(
     tracks = tuple(_sequence(rows, layout, unknown, where) for rows in people.values())
     if not named:
         doubts = leap(tracks[0].frame_index, tracks[0].joints) if len(tracks) == 1 else []
-        return tuple(poses.noted("link people", method="nearest").saying(*doubts) for poses in tracks)
+        tracks = tuple(poses.with_(linked=True).noted("link people", method="nearest") for poses in tracks)
+        return tuple(poses.saying(*doubts) for poses in tracks)
     tracks = tuple(poses.saying(*leap(poses.frame_index, poses.joints)) for poses in tracks)
     if not unnamed:
         return tracks
@@ -166,7 +160,7 @@ def _layouts_of(detections: Sequence[Detection], layouts: Iterable[Layout], wher
         )
         *fewer, most = sorted(counts)
         got = ", ".join([*map(str, fewer), how_many(most, "joint")])
-        raise InputError(f"{where}: expected people of {expected}, got {got}.")
+        raise InputError("wrong-content", f"{where}: expected people of {expected}, got {got}.")
     return known[counts.pop()]
 
 
@@ -190,32 +184,43 @@ def likely_layout(points: np.ndarray, layouts: Sequence[Layout]) -> Layout:
     return layouts[int(np.argmin(means))]
 
 
-def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: str) -> PoseSequence:
-    frames = np.array([row.frame for row in rows])
+def once_a_frame(frames: np.ndarray, person: str, where: str, option: str) -> None:
+    """InputError when somebody is in a frame twice. frames: (T,) in order; option: how to have people followed here."""
     twice = frames[1:][np.diff(frames) == 0]
     if len(twice):
         raise InputError(
-            f"{where}: expected each person once a frame, got person {rows[0].person} more than once in frame "
-            f"{twice[0]}, so people are not tracked in this file; track them in the detector, or pass "
-            "track=true (--set keypoints.track=true) to join each one to the nearest of the frames before."
+            "people-mixed",
+            f"{where}: expected each person once a frame, got person {person} more than once in frame {twice[0]}, so "
+            "people are not tracked in this file; track them in the program that wrote it, or pass track=true "
+            f"({option}), where its adapter has that, to join each one to the nearest of the frames before.",
         )
+
+
+def confidences(scores: np.ndarray, unknown: str) -> tuple[np.ndarray, dict[str, Any]]:
+    """Scores (T, J) as confidences, those outside [0, 1] clipped, NaN where they are `unknown` (`saying_nothing`); and
+    what the history says of that."""
+    if unknown:
+        return np.full_like(scores, np.nan), {"unknown": unknown}
+    outside = (scores < 0) | (scores > 1)
+    said = {"clipped": int(outside.sum()), "highest": float(np.nanmax(scores))} if outside.any() else {}
+    return np.clip(scores, 0, 1), said
+
+
+def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: str) -> PoseSequence:
+    frames, person = np.array([row.frame for row in rows]), str(rows[0].person)
+    once_a_frame(frames, person, where, "--set keypoints.track=true")
     points = np.stack([row.points for row in rows])
     points = np.where(found_in(points)[..., None], points, np.nan)
-    scores = points[..., 2]
-    outside = (scores < 0) | (scores > 1)
+    confidence, said = confidences(points[..., 2], unknown)
     poses = PoseSequence(
         joints=points[..., :2],
         layout=layout,
         frame=IMAGE,
-        confidence=np.full_like(scores, np.nan) if unknown else np.clip(scores, 0, 1),
+        confidence=confidence,
         frame_index=frames,
-        person=str(rows[0].person),
+        person=person,
     )
-    if unknown:
-        return poses.noted("scores", unknown=unknown)
-    if outside.any():
-        return poses.noted("scores", clipped=int(outside.sum()), highest=float(np.nanmax(scores)))
-    return poses
+    return poses.noted("scores", **said) if said else poses
 
 
 def saying_nothing(scores: np.ndarray) -> str:
@@ -233,44 +238,30 @@ def saying_nothing(scores: np.ndarray) -> str:
     return f"all are {low:g}" if low == high else f"all are {low:g} to {high:g}"
 
 
-def linked(detections: Iterable[Seen]) -> list[Seen]:
+def linked(detections: Iterable[Detection]) -> list[Detection]:
     """The same detections with people named "0", "1", ... in order of appearance.
 
-    Where no frame holds more than one person, all are one, though `leap` may doubt it. Otherwise each frame's people
-    are joined to the nearest ones seen in the last 30 frames, nearest pairs first, who are taken to have gone on as
-    they went in the frames before; the distance is that of the joints found both times, on average, and must stay below
-    half the body's size (its box's diagonal). People who cross may be exchanged: a tracker does better. A detection
-    without a single joint is dropped.
+    Where no frame holds more than one person, all are one, though `leap` may doubt it; otherwise a `Tracker` names
+    them. A detection without a single joint is dropped.
     """
-    frames: dict[int, list[Seen]] = defaultdict(list)
+    frames: dict[int, list[Detection]] = defaultdict(list)
     for detection in detections:
         if detection.found.any():
             frames[detection.frame].append(detection)
     if all(len(people) == 1 for people in frames.values()):
         return [replace(detection, person="0") for (detection,) in frames.values()]
-    return list(followed(people for _, people in sorted(frames.items())))
-
-
-def followed(frames: Iterable[Sequence[Seen]]) -> Iterator[Seen]:
-    """The same of frames one after the other, each somebody's detections, so that hours of video need no memory."""
-    tracks: list[list[Seen]] = []  # everybody's last sightings; the place in the list is the name
-    for people in frames:
-        frame = people[0].frame
-        names = _nearest([_gone_on(track, frame) for track in tracks], people, frame)
-        for i, detection in enumerate(people):
-            name = names.get(i, len(tracks))
-            before = [
-                seen for track in tracks[name : name + 1] for seen in track if frame - seen.frame <= _PACE
-            ]
-            tracks[name : name + 1] = [[*before, detection]]
-            yield replace(detection, person=str(name))
+    tracker, named = Tracker(), []
+    for frame, people in sorted(frames.items()):
+        names = tracker.names([sighted(frame, one.points[:, :2], one.found) for one in people])
+        named += [replace(one, person=str(name)) for one, name in zip(people, names, strict=True)]
+    return named
 
 
 def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
     """A notice where one track leaps so far that it may be somebody else; none where not.
 
     frames: (T,) increasing; points: (T, J, 2) in the image or in any plane, NaN where missing. The distance is that of
-    `linked`, which may be half the body's size, and more after frames in which nobody was seen. Who leaps stays one
+    a `Tracker`, which may be half the body's size, and more after frames in which nobody was seen. Who leaps stays one
     person all the same, for a cut or a camera that turns fast does that too.
     """
     if len(frames) < 2:
@@ -278,7 +269,7 @@ def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
     starts = range(0, len(frames) - 1, _PIECE)  # hours of video at once would double the memory
     far = np.concatenate([_steps(points[start : start + _PIECE + 1]) for start in starts])
     unseen = np.diff(frames) - 1
-    far = np.where(far < _REACH + _WANDER * unseen, 0, far)
+    far = np.where(far < REACH + _WANDER * unseen, 0, far)
     row = int(far.argmax())
     if far[row] == 0:
         return []
@@ -289,49 +280,12 @@ def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
 
 
 def _steps(points: np.ndarray) -> np.ndarray:
-    """(T - 1,) `_distance` from each row of points (T, J, 2) to the next, 0 where fewer than three joints are seen in
-    both: of who comes into the picture a hand is the whole body at first, and its error as large."""
+    """(T - 1,) mean distance over the body's size from each row of points (T, J, 2) to the next, 0 where fewer than
+    three joints are seen in both: of who comes into the picture a hand is the whole body at first, and its error as
+    large."""
     apart = np.linalg.norm(np.diff(points, axis=0), axis=-1)
     size = np.linalg.norm(np.fmax.reduce(points, axis=1) - np.fmin.reduce(points, axis=1), axis=-1)
     both = np.isfinite(apart).sum(axis=1)
     sizes = both * np.fmax(size[1:], size[:-1])
     enough = (sizes > 0) & (both >= _FEWEST)
     return np.divide(np.nansum(apart, axis=1), sizes, out=np.zeros(len(apart)), where=enough)
-
-
-def _gone_on(track: Sequence[Detection], frame: int) -> Detection:
-    """The last of a track's sightings, moved as the joints of all did on average. frame: in which it would be seen;
-    beyond _MEMORY nobody asks."""
-    first, last = track[0], track[-1]
-    both = first.found & last.found
-    if first is last or not both.any() or frame - last.frame > _MEMORY:
-        return last
-    pace = (last.points - first.points)[both, :2].mean(axis=0) / (last.frame - first.frame)
-    moved = np.hstack([last.points[:, :2] + pace * (frame - last.frame), last.points[:, 2:]])
-    return replace(last, points=np.where(last.found[:, None], moved, last.points))
-
-
-def _nearest(last: Sequence[Detection], people: Sequence[Detection], frame: int) -> dict[int, int]:
-    """Which of the known tracks each person continues; people who begin a track are left out."""
-    pairs = sorted(
-        (distance, track, i)
-        for track, seen in enumerate(last)
-        if frame - seen.frame <= _MEMORY
-        for i, person in enumerate(people)
-        if (distance := _distance(seen, person)) < _REACH
-    )
-    tracks: dict[int, int] = {}
-    for _, track, i in pairs:
-        if i not in tracks and track not in tracks.values():
-            tracks[i] = track
-    return tracks
-
-
-def _distance(a: Detection, b: Detection) -> float:
-    """Mean distance of the joints found in both, over the size of the larger body; infinite without any."""
-    both = a.found & b.found
-    if not both.any():
-        return np.inf
-    step = np.linalg.norm((a.points - b.points)[both, :2], axis=1).mean()
-    size = max(a.size, b.size)
-    return step / size if size else np.inf

@@ -39,7 +39,9 @@ _NEEDED = {
 def world(up: Up, unit: str) -> Frame:
     """The world frame with that axis up; InputError for a unit that is no length."""
     if unit not in LENGTHS:
-        raise InputError(f"Expected a unit of {', '.join(LENGTHS)}, got '{unit}'; say it with unit=.")
+        raise InputError(
+            "needs-input", f"Expected a unit of {', '.join(LENGTHS)}, got '{unit}'; say it with unit=."
+        )
     return (Y_UP if up == "y" else Z_UP).with_(unit=unit)
 
 
@@ -96,26 +98,27 @@ def _person(found: Markers, where: str, frame: Frame, up: Up | None, made_by: Ma
     )
     if up is None:
         check_upright(poses, where)
-    return poses.noted("markers", derived=made) if made else poses
+    return poses.deriving("markers", made) if made else poses
 
 
-def _named(found: Markers, metres: float) -> tuple[Layout, np.ndarray, list[str]]:
+def _named(found: Markers, metres: float) -> tuple[Layout, np.ndarray, dict[str, str]]:
     """metres: one unit of the points. A prefix that all names share ("Ann_RHip") does not matter."""
     shared = len(os.path.commonprefix(found.names))  # noqa: RUF071 (characters are meant, these are no paths)
     plain = [name[shared:] for name in found.names]
     chosen = {_ours(name): i for i, name in reversed(list(enumerate(plain)))}
     if set(chosen) >= _NEEDED:
         kept = {name: i for name, i in sorted(chosen.items(), key=lambda item: item[1]) if name in _KNOWN}
-        return Layout("markers", tuple(kept)), found.points[:, list(kept.values())], []
+        return Layout("markers", tuple(kept)), found.points[:, list(kept.values())], {}
     try:
         joints = h36m17_named(found.points * metres, plain) / metres
     except InputError:
         raise _NoBodyError(
+            "wrong-content",
             "expected points at the joint centres (nose, hips, knees, ankles, shoulders, elbows, wrists, neck and "
             f"head, under names in use), got {', '.join(found.names[:30])}; markers on the skin must be turned "
-            "into joint centres first."
+            "into joint centres first.",
         ) from None
-    return H36M17, joints, ["nose = before the neck's end, as the shoulders face", "head = along the neck"]
+    return H36M17, joints, {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
 
 
 def _ours(name: str) -> str:
@@ -139,7 +142,8 @@ def check_upright(poses: PoseSequence, where: str) -> None:
     if len(trunk) and np.median(trunk[:, 2] / np.linalg.norm(trunk, axis=1)) < 0.5:
         axis = "y" if poses.frame.axes[1] == "up" else "z"
         raise InputError(
+            "wrong-axes",
             f"{where}: expected a person who stands along +{axis}, the axis that is up in such files, but in most "
             "frames the head is not above the feet; say which axis is up with up=y or up=z (--option up=z), which is "
-            "then believed."
+            "then believed.",
         )

@@ -178,13 +178,15 @@ def updated(figures: dict[str, Any], evaluation: dict[str, Any]) -> dict[str, An
     if not names:
         commands = "; ".join(block.command for block in BLOCKS.values())
         raise InputError(
-            f"Expected an evaluation.json of one of these commands: {commands}; this is of none."
+            "format-unknown",
+            f"Expected an evaluation.json of one of these commands: {commands}; this is of none.",
         )
     if other := {
         key: evaluation[key] for key in _SETTING if evaluation.get(key, _SETTING[key]) != _SETTING[key]
     }:
         raise InputError(
-            f"The documents are about {_SETTING}, this evaluation about {other}; evaluate as they say."
+            "files-apart",
+            f"The documents are about {_SETTING}, this evaluation about {other}; evaluate as they say.",
         )
     measured = {method.partition("@")[2] for method in evaluation.get("networks", [])}
     content = json.dumps(evaluation)
@@ -195,8 +197,9 @@ def updated(figures: dict[str, Any], evaluation: dict[str, Any]) -> dict[str, An
         block = BLOCKS[name]
         if missing := [network for network in block.rests_on if shipped()[network] not in measured]:
             raise InputError(
+                "needs-input",
                 f"'{name}' is about the shipped {' and '.join(missing)}, which this evaluation did not measure; run "
-                f"`{block.command} -o DIR` and give its evaluation.json."
+                f"`{block.command} -o DIR` and give its evaluation.json.",
             )
         new[name] = {
             "command": block.command,
@@ -225,7 +228,8 @@ def picked(tree: dict[str, Any], patterns: Sequence[str]) -> dict[str, Any]:
     found = inside(tree, "")
     if unused:
         raise InputError(
-            f"The documents quote {sorted(unused)[0]}, which this evaluation lacks; run it in full."
+            "needs-input",
+            f"The documents quote {sorted(unused)[0]}, which this evaluation lacks; run it in full.",
         )
     return found
 

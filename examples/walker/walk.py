@@ -93,8 +93,9 @@ def walker(
     """
     if not (fps > 0 and seconds * fps >= 1 and speed_mps > 0 and stature_m > 0):
         raise InputError(
+            "bad-value",
             "The walker needs a positive frame rate, length, speed and stature, "
-            f"got {fps}, {seconds}, {speed_mps} and {stature_m}."
+            f"got {fps}, {seconds}, {speed_mps} and {stature_m}.",
         )
     motion = Motion(seconds, speed_mps, stature_m, heading_deg, turn_deg)
     time_s = np.arange(round(seconds * fps)) / fps

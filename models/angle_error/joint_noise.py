@@ -69,6 +69,17 @@ class JointNoise:
         at, more = self.more[name]
         return np.sqrt(sd_deg**2 + np.interp(found_deg, at, np.square(more)))
 
+    def of_noise(self, name: str, whole_deg: np.ndarray, found_deg: np.ndarray) -> np.ndarray:
+        """(T,) the noise's part of `whole`, of what that is and the angle itself (T,), degrees."""
+        return np.sqrt(
+            np.maximum(whole_deg**2 - self.whole(name, np.zeros(len(found_deg)), found_deg) ** 2, 0.0)
+        )
+
+    def of_model(self, name: str, whole_degps: np.ndarray, rate_degps: np.ndarray) -> np.ndarray:
+        """(T,) the model's part of `of_rate`, before its share."""
+        rest = self.of_rate(name, np.zeros(len(rate_degps)), rate_degps)
+        return np.sqrt(np.maximum(whole_degps**2 - rest**2, 0.0)) / self.rates.get(name, (1.0, 0.0, 0.0))[0]
+
     def of_rate(self, name: str, sd_degps: np.ndarray, rate_degps: np.ndarray) -> np.ndarray:
         """(T,) an angular velocity's standard deviation, of that of the smoother's model sd_degps (T,) and the rate
         itself (T,): errors are larger in fast motion than any model of even noise says."""
@@ -115,8 +126,9 @@ def read_noise(path: Path) -> JointNoise:
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
+            "format-unknown",
             f"Expected {path} to hold the errors of a lifter's angles, as pcnet3d evaluate errors --fit writes them; "
-            f"got {error or type(error).__name__}."
+            f"got {error or type(error).__name__}.",
         ) from error
 
 

@@ -20,14 +20,32 @@ _SECONDS = 30  # without an answer, until a download is given up
 
 
 @dataclass(frozen=True)
-class Network:
+class _Listed:
     """A model (pipeline.plugins.protocols.Model) that opens as its .onnx file. name: what the option --KIND takes.
-    kind: detector, person-detector, lifter or gravity-network. url: of the .onnx file or of a .zip that holds one.
-    sha256, megabytes: of the .onnx file. licence: shown before a download."""
+    kind: detector, person-detector, lifter or gravity-network."""
 
     name: str
     kind: str
     about: str
+
+    @property
+    def path(self) -> Path:
+        """Where the file lies, or is to be put by hand."""
+        import pooch
+
+        return Path(pooch.os_cache(_FOLDER)) / f"{self.name}.onnx"
+
+    @property
+    def is_there(self) -> bool:
+        """Whether a file lies there; `Network.open` checks that it is the right one."""
+        return self.path.is_file()
+
+
+@dataclass(frozen=True)
+class Network(_Listed):
+    """One that is downloaded. url: of the .onnx file or of a .zip that holds one. sha256, megabytes: of the .onnx file.
+    licence: shown before a download."""
+
     url: str
     sha256: str
     megabytes: float
@@ -39,23 +57,13 @@ class Network:
         there = "downloaded" if self.is_there else "downloaded when first used"
         return f"{self.about}; {self.licence} ({self.megabytes} MB, {self.sha256[:12]}, {there})"
 
-    @property
-    def path(self) -> Path:
-        """Where the file lies, or is to be put by hand."""
-        return _path_of(self.name)
-
-    @property
-    def is_there(self) -> bool:
-        """Whether a file lies there; `open` checks that it is the right one."""
-        return self.path.is_file()
-
     def open(self) -> Path:
         """The file, downloaded unless it is there. InputError in words when it cannot be had or is another file."""
         import pooch
         from requests.exceptions import RequestException
 
         digest = f"sha256:{self.sha256}"
-        if not (self.path.is_file() and pooch.hashes.hash_matches(str(self.path), digest)):
+        if not (self.is_there and pooch.hashes.hash_matches(str(self.path), digest)):
             said = f"downloading {self.name}, {self.megabytes} MB, from {self.url}; licence: {self.licence}"
             say("note", said)
         pooch.get_logger().setLevel("WARNING")
@@ -73,21 +81,18 @@ class Network:
         except (RequestException, OSError, ValueError, zipfile.BadZipFile) as error:
             reason = "it is another file" if isinstance(error, ValueError) else type(error).__name__
             raise InputError(
+                "not-reached",
                 f"The network '{self.name}' could not be downloaded from {self.url} ({reason}); get it elsewhere and "
                 f"put it at {self.path} (.onnx file, SHA-256 {self.sha256}), or give a file of your own with "
-                f"--{self.kind} FILE.onnx."
+                f"--{self.kind} FILE.onnx.",
             ) from None
 
 
 @dataclass(frozen=True)
-class ByHand:
-    """A model that opens as an .onnx file which is never downloaded, since its licence is the user's to accept. name:
-    what the option --KIND takes. kind: as of Network. page: where the user gets it, file: what it is called there.
-    licence: its name and, in words, what it asks."""
+class ByHand(_Listed):
+    """One that is never downloaded, since its licence is the user's to accept. page: where the user gets it, file: what
+    it is called there. licence: its name and, in words, what it asks."""
 
-    name: str
-    kind: str
-    about: str
     page: str
     file: str
     licence: str
@@ -95,28 +100,18 @@ class ByHand:
     @property
     def what(self) -> str:
         """One line for `pcnet3d list models`."""
-        there = "there" if self.path.is_file() else "not there"
+        there = "there" if self.is_there else "not there"
         return f"{self.about}; {self.licence} (never downloaded; {there}: {self.path})"
-
-    @property
-    def path(self) -> Path:
-        """Where it is to be put."""
-        return _path_of(self.name)
 
     def open(self) -> Path:
         """The file. InputError that says where to get it when it is not there."""
-        if not self.path.is_file():
+        if not self.is_there:
             raise InputError(
+                "needs-input",
                 f"The network '{self.name}' is never downloaded, for its licence is yours to accept ({self.licence}): "
-                f"get {self.file} from {self.page} and put it at {self.path}, or give it with --{self.kind} FILE.onnx."
+                f"get {self.file} from {self.page} and put it at {self.path}, or give it with --{self.kind} FILE.onnx.",
             )
         return self.path
-
-
-def _path_of(name: str) -> Path:
-    import pooch
-
-    return Path(pooch.os_cache(_FOLDER)) / f"{name}.onnx"
 
 
 _OPENMMLAB = "https://download.openmmlab.com/mmpose/v1/projects/rtmposev1/onnx_sdk"

@@ -46,7 +46,7 @@ class OnnxFile:
         """Of the first input; InputError for one that holds no numbers."""
         name = self.session.get_inputs()[0].type.removeprefix("tensor(").removesuffix(")")
         if name not in _DTYPES:
-            raise InputError(f"{self.path}: expected an input of numbers, got {name}.")
+            raise InputError("wrong-network", f"{self.path}: expected an input of numbers, got {name}.")
         return np.dtype(_DTYPES[name])
 
     @property
@@ -74,9 +74,13 @@ def open_onnx(path: str | Path, what: str = "a network", threads: int = 0) -> On
         content = Path(path).read_bytes()
         session = session_of(content, threads)
     except OSError as error:
-        raise InputError(f"Expected {what} in an .onnx file at {path}: {error.strerror}.") from None
+        raise InputError(
+            "cannot-open", f"Expected {what} in an .onnx file at {path}: {error.strerror}."
+        ) from None
     except Exception as error:  # onnxruntime's errors have no common class but Exception
-        raise InputError(f"Expected {what} in an .onnx file at {path}: {_reason(error)}.") from None
+        raise InputError(
+            "cannot-open", f"Expected {what} in an .onnx file at {path}: {reason_of(error)}."
+        ) from None
     session = _placed(session, content, threads, Path(path).name)
     return OnnxFile(Path(path), session, hashlib.sha256(content).hexdigest()[:12])
 
@@ -129,7 +133,7 @@ class PlacedSession:
                 except Exception as error:
                     answers = self._on_cpu.run(names, values)
                     self._session = self._on_cpu
-                    self._failed(_reason(error))
+                    self._failed(reason_of(error))
                     return answers
         return self._on_cpu.run(names, values)
 
@@ -143,9 +147,10 @@ def _placed(on_cpu: Any, content: bytes, threads: int, network: str) -> Any:
         except Exception as error:
             if where.asked != AUTO:
                 raise InputError(
-                    f"Expected {network} to open on --device {device}, got: {_reason(error)}; give --device auto."
+                    "no-device",
+                    f"Expected {network} to open on --device {device}, got: {reason_of(error)}; give --device auto.",
                 ) from None
-            where.fails(device, network, _reason(error))
+            where.fails(device, network, reason_of(error))
             continue
         where.used[network] = device
         return PlacedSession(session, on_cpu, partial(where.fails, device, network))
@@ -161,7 +166,8 @@ def without_traces(model: Any) -> Any:
     return model
 
 
-def _reason(error: Exception) -> str:
+def reason_of(error: Exception) -> str:
+    """In one line, why a network cannot be opened or run."""
     return (str(error).strip() or type(error).__name__).splitlines()[0].rstrip(".")
 
 

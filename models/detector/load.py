@@ -38,38 +38,33 @@ def load_detector(
     InputError when there is no such name or file, or it is of another kind.
     """
     if looks is not None and not 1 <= looks <= MOST_LOOKS:
-        raise InputError(f"Expected 1 to {MOST_LOOKS} looks at a person, got --set detect.looks={looks}.")
-    file = open_model("detectors", detector)
-    if not isinstance(file, Path):
-        if person_detector is not None:
-            raise InputError(
-                f"The detector '{detector}' finds people by itself; leave --set detect.person_detector out."
-            )
-        _check_one_look(f"The detector '{detector}'", looks)
-        return file
-    network = open_onnx(file, "a network that finds joints in pictures")
-    opened = _joints(network)
-    if opened is None:
         raise InputError(
-            f"{network.path} is no network that finds joints in pictures: expected MoveNet, SimCC outputs or "
-            f"BlazePose, got {network.looks}."
+            "bad-value", f"Expected 1 to {MOST_LOOKS} looks at a person, got --set detect.looks={looks}."
         )
-    if isinstance(opened, MultiMoveNet):
-        if person_detector is not None:
+    opened, name = open_model("detectors", detector), f"The detector '{detector}'"
+    if isinstance(opened, Path):
+        network = open_onnx(opened, "a network that finds joints in pictures")
+        opened, name = _joints(network), str(network.path)
+        if opened is None:
             raise InputError(
-                f"{network.path} finds people by itself; leave --set detect.person_detector out."
+                "wrong-network",
+                f"{name} is no network that finds joints in pictures: expected MoveNet, SimCC outputs or BlazePose, "
+                f"got {network.looks}.",
             )
-        _check_one_look(str(network.path), looks)
-        return opened
-    count = _USUAL_LOOKS if looks is None else looks
-    if person_detector is None:
-        return Follower(opened, count)
-    return TopDown(opened, _persons(person_detector, person_kind), count)
-
-
-def _check_one_look(name: str, looks: int | None) -> None:
+        if not isinstance(opened, MultiMoveNet):
+            count = _USUAL_LOOKS if looks is None else looks
+            if person_detector is None:
+                return Follower(opened, count)
+            return TopDown(opened, _persons(person_detector, person_kind), count)
+    if person_detector is not None:
+        raise InputError(
+            "option-conflict", f"{name} finds people by itself; leave --set detect.person_detector out."
+        )
     if looks is not None and looks > 1:
-        raise InputError(f"{name} looks at everybody at once; leave --set detect.looks={looks} out.")
+        raise InputError(
+            "option-conflict", f"{name} looks at everybody at once; leave --set detect.looks={looks} out."
+        )
+    return opened
 
 
 def _joints(network: OnnxFile) -> CropNetwork | MultiMoveNet | None:
@@ -94,5 +89,5 @@ def _persons(name: str | Path, kind: PersonKind) -> PersonNetwork:
         return opened
     network = open_onnx(opened, "a network that finds people")
     if len(network.inputs) != 1:
-        raise InputError(f"{network.path} is no network that finds people: {network.looks}.")
+        raise InputError("wrong-network", f"{network.path} is no network that finds people: {network.looks}.")
     return PersonBoxes(network, normalised=kind == "rtmdet")

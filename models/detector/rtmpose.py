@@ -31,12 +31,14 @@ class SimCC:
         (image,), joints = network.inputs.values(), network.outputs["simcc_x"][1]
         if joints not in LAYOUTS:
             raise InputError(
-                f"{network.path}: expected {', '.join(map(str, LAYOUTS))} joints of a person, got {joints}."
+                "wrong-network",
+                f"{network.path}: expected {', '.join(map(str, LAYOUTS))} joints of a person, got {joints}.",
             )
         if image[2] is None or image[3] is None:
             raise InputError(
+                "wrong-network",
                 f"{network.path}: expected a fixed height and width of the input, got {network.looks}; "
-                "export it with its own input size."
+                "export it with its own input size.",
             )
         self._network = network
         self._size = (image[3], image[2])

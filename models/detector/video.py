@@ -14,9 +14,9 @@ from ...pipeline.files.detections import Detections
 from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
+from ...pipeline.signals.tracker import Sighting, Tracker
 from .protocols import Detector, Found
 from .scene_cuts import Glance
-from .tracker import Sighting, Tracker
 
 
 class _Rows:
@@ -76,7 +76,8 @@ class Search:
             self._before = ()
         self._glance = now if self._glance is None or now.shows else self._glance
         self._before = self._detector.people(image, self._before)
-        named = list(zip(self._tracker.names(number, self._before), self._before, strict=True))
+        names = self._tracker.names([_sighting(number, found) for found in self._before])
+        named = list(zip(names, self._before, strict=True))
         for name, person in named:
             self._rows.add(number, time_s, name, person)
         self.seen = number + 1
@@ -105,7 +106,6 @@ class Search:
     def take_up(self, resume: Detections) -> None:
         """Know what is known, and be in the state of after the last frame that was looked at."""
         scene = int(resume.cuts.max(initial=0))
-        last: dict[int, Sighting] = {}
         before = []
         columns = (
             resume.frame_index,
@@ -118,15 +118,18 @@ class Search:
         for frame, time_s, person, xy, score, box in zip(*columns, strict=True):
             found = Found(xy, score, box)
             self._rows.add(frame, time_s, person, found)
-            if frame >= scene:
-                last.pop(person, None)
-                last[person] = Sighting(person, frame, found)
+            self._tracker.knows(int(person), _sighting(int(frame), found))
+            if frame < scene:
+                self._tracker.cut()
             if frame == resume.frames_seen - 1:
                 before.append(found)
-        self._tracker = Tracker(list(last.values()), int(resume.person.max()) + 1)
         self._before, self._glance = before, Glance(resume.thumbnail) if resume.thumbnail.size else None
         self.cuts, self.damaged = resume.cuts.tolist(), resume.damaged.tolist()
         self.seen = resume.frames_seen
+
+
+def _sighting(frame: int, found: Found) -> Sighting:
+    return Sighting(frame, found.xy, found.score + 1e-6, found.box)  # who is all unsure is somewhere too
 
 
 def detect(
@@ -149,9 +152,10 @@ def detect(
     if resume is not None:
         if (resume.source, resume.method, resume.frames) != (source, detector.method, total):
             raise InputError(
+                "files-apart",
                 f"What was detected before is of another video, detector or version ({resume.method} on "
                 f"{how_many(resume.frames, 'frame')}, now {detector.method} on {total}); leave "
-                "--resume out to begin anew."
+                "--resume out to begin anew.",
             )
         search.take_up(resume)
     seen = total
@@ -171,8 +175,9 @@ def detect(
             kept()
     if search.seen == first:
         raise InputError(
+            "file-damaged",
             f"Expected images in {video.path}, but not one of its {how_many(total - first, 'frame')} can be decoded; "
-            "rewrite the video with ffmpeg, for example as H.264 in an .mp4."
+            "rewrite the video with ffmpeg, for example as H.264 in an .mp4.",
         )
     found = search.detections(total, seen, source)
     if search.people:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.messages import how_many
+from ...pipeline.signals.tracker import overlap
 from ..common.onnx import OnnxFile
 from .crops import Crop
 
@@ -33,7 +34,9 @@ class PersonBoxes:
         boxes = [i for i, shape in enumerate(shapes) if len(shape) == 3 and (shape[2] or 5) >= 5]
         labels = [i for i, shape in enumerate(shapes) if len(shape) == 2]
         if len(image) != 4 or image[1] != 3 or len(boxes) != 1 or len(boxes) + len(labels) != len(shapes):
-            raise InputError(f"{network.path} is no network that finds people: {network.looks}.")
+            raise InputError(
+                "wrong-network", f"{network.path} is no network that finds people: {network.looks}."
+            )
         self._network, self._normalised = network, normalised
         self._size = (image[3] or _SIDE, image[2] or _SIDE)
         self._boxes, self._labels = boxes[0], labels[0] if labels else None
@@ -62,8 +65,9 @@ class PersonBoxes:
         corner, stride = _grid(self._size)
         if len(rows) != len(corner):
             raise InputError(
+                "wrong-network",
                 f"{self._network.path}: expected {how_many(len(corner), 'cell')} of 8, 16 and 32 pixels, "
-                f"got {len(rows)}."
+                f"got {len(rows)}.",
             )
         centre = (rows[:, :2] + corner) * stride[:, None]
         half = np.exp(rows[:, 2:4]) * stride[:, None] / 2
@@ -87,12 +91,3 @@ def _apart(boxes: np.ndarray, score: np.ndarray) -> np.ndarray:
         if all(overlap(box, other) < _OVERLAP for other in kept):
             kept.append(box)
     return np.array(kept).reshape(-1, 4)
-
-
-def overlap(a: np.ndarray, b: np.ndarray) -> float:
-    """The part that two boxes (4,) share over what they cover together."""
-    (left, top, right, bottom), (left2, top2, right2, bottom2) = a.tolist(), b.tolist()
-    width, height = min(right, right2) - max(left, left2), min(bottom, bottom2) - max(top, top2)
-    shared = max(width, 0.0) * max(height, 0.0)
-    together = (right - left) * (bottom - top) + (right2 - left2) * (bottom2 - top2) - shared
-    return shared / together if together > 0 else 0.0

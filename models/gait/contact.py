@@ -67,7 +67,10 @@ def contacts(
     (T,). Nothing is taken across a gap or the row of a seam. InputError for other joints.
     """
     if body.shape[1:] != (len(H36M17), 3):
-        raise InputError(f"Expected joints (T, 17, 3) of H36M17, got {body.shape}; map them to that layout.")
+        raise InputError(
+            "wrong-content",
+            f"Expected joints (T, 17, 3) of H36M17, got {body.shape}; map them to that layout.",
+        )
     net = net or shipped_net()
     return {side: net.probability(window_features(body, time_s, side, seams)) for side in SIDES}
 

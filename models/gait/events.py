@@ -115,10 +115,7 @@ def walks(
     straddles = np.abs(aside) > _SIDEWAYS * np.abs(ahead)
     seen = np.asarray(np.isfinite(between).all(axis=1))
     broken = np.array([_broken(seen, time_s, a, b, seams) for a, b in pairwise(at)], dtype=bool)
-    turned = np.zeros(len(broken))
-    if facing_deg is not None and len(at):
-        facing = _facing(facing_deg, time_s, at, seams)
-        turned = np.abs(np.diff(facing - _swing(facing, [side for _, side in lands])))
+    turned = np.zeros(len(broken)) if facing_deg is None else _turned(facing_deg, time_s, lands, seams)
     found: list[list[Step]] = []
     walk: list[Step] = []
     turn = 0.0  # which way the last step changed what is ahead: right foot forward is positive
@@ -182,6 +179,16 @@ def _between_stops(
         stops.append(bool(beside) and stays > max(beside) and 2 * waits > stays)
     parts = groupby(zip(walk, pairwise(stops), strict=True), key=lambda of: any(of[1]))
     return [[step for step, _ in part] for stopped, part in parts if not stopped]
+
+
+def _turned(
+    facing_deg: np.ndarray, time_s: np.ndarray, lands: Sequence[tuple[float, str]], seams: Sequence[int]
+) -> np.ndarray:
+    """(N - 1,) degrees by which the person turns from landing to landing (time and side), but for what swings."""
+    if not lands:
+        return np.zeros(0)
+    facing = _facing(facing_deg, time_s, np.array([start for start, _ in lands]), seams)
+    return np.abs(np.diff(facing - _swing(facing, [side for _, side in lands])))
 
 
 def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequence[int]) -> np.ndarray:

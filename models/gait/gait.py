@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
 from ...pipeline.core.layouts import H36M17
 from .contact import SIDES, contacts, leg_length
 from .events import Stance, Step, Stride, stances, strides, walks
-from .parameters import belt_drift, lengths, times
+from .parameters import belt_drift, lengths
 
 LEAST_STEP = 0.25  # lengths of a leg: by how much the ankles' separation changes from step to step at least
 
@@ -82,24 +82,31 @@ def time_values(gait: Gait) -> Values:
     """{figure: {"r", "l": (N,) of that side's steps or strides}}, NaN where an event is not seen.
 
     step_time_s, stride_time_s, stance_time_s, swing_time_s; stance_percent, swing_percent, single_support_percent and
-    double_support_percent of the stride, the last both supports together, negative where the feet leave before the
-    other lands (a run); flight_time_s, of one flight, by the stride's two or the one that is seen, negative in a walk
-    (parameters.times).
+    double_support_percent of the stride: the other foot's swing, when only this one bears the body, in a run the
+    stance; and both supports together, negative where the feet leave before the other lands (a run). flight_time_s, of
+    one flight, by the stride's two or the one that is seen, negative in a walk.
     """
     result: Values = {}
     for side in SIDES:
-        of = times(gait.steps, gait.strides, side)
-        double = of.first_support + of.last_support
+        own = [astuple(stride)[1:] for stride in gait.strides if stride.side == side]
+        start, stop, off, other_off, other_start = np.array(own, dtype=np.float64).reshape(-1, 5).T
+        stride, stance, swing = stop - start, off - start, stop - off
+        # From this foot's initial contact to the other's toe-off, and from the other's initial contact to this one's
+        # toe-off: support by both where positive, flight where negative.
+        first, last = other_off - start, off - other_start
+        single = np.minimum(other_start, off) - np.maximum(other_off, start)
         row = {
-            "step_time_s": of.step,
-            "stride_time_s": of.stride,
-            "stance_time_s": of.stance,
-            "swing_time_s": of.swing,
-            "stance_percent": 100 * of.stance / of.stride,
-            "swing_percent": 100 * of.swing / of.stride,
-            "single_support_percent": 100 * of.single / of.stride,
-            "double_support_percent": 100 * double / of.stride,
-            "flight_time_s": -_seen_mean(of.first_support, of.last_support),
+            "step_time_s": np.array(
+                [s.stop_s - s.start_s for s in gait.steps if s.side == side], dtype=np.float64
+            ),
+            "stride_time_s": stride,
+            "stance_time_s": stance,
+            "swing_time_s": swing,
+            "stance_percent": 100 * stance / stride,
+            "swing_percent": 100 * swing / stride,
+            "single_support_percent": 100 * single / stride,
+            "double_support_percent": 100 * (first + last) / stride,
+            "flight_time_s": -_seen_mean(first, last),
         }
         for name, values in row.items():
             result.setdefault(name, {})[side] = values
@@ -123,16 +130,10 @@ def length_values(
     distance by time. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it, in the
     same axes."""
     found = lengths(root, ankles, time_s, gait.walks, gait.feet, seams)
-    side_of = np.array([stride.side for stride in gait.strides])
     usual_s = (
         float(np.mean([step.stop_s - step.start_s for step in gait.steps])) if gait.steps else float("nan")
     )
-    return {
-        "walking_speed": {side: values / usual_s for side, values in found.advance.items()},
-        "step_length": found.step,
-        "stride_length": {side: found.stride[side_of == side] for side in SIDES},
-        "step_width": {side: found.width[side_of == side] for side in SIDES},
-    }
+    return {"walking_speed": {side: far / usual_s for side, far in found.pop("advance").items()}} | found
 
 
 def over_belt(

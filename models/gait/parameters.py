@@ -8,13 +8,12 @@ flight, and running as what has flights, as in Novacheck, Gait & Posture 7(1), 1
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...pipeline.core.rotations import unit
 from ...pipeline.signals.filters import resample
-from .events import Stance, Step, Stride, strides
+from .events import Stance, Step, strides
 
 _OTHER = {"r": "l", "l": "r"}
 _FLAT = (0.2, 0.6)  # of a stance: the foot lies flat and its ankle moves least
@@ -26,60 +25,6 @@ _CARRIED = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Times:
-    """Of one side, in seconds; NaN where an event is not seen.
-
-    step: (N,) of the steps that end when this foot lands. stride, stance, swing: (M,) of this foot's strides.
-    first_support, last_support: (M,) from this foot's initial contact to the other's toe-off, and from the other's
-    initial contact to this one's toe-off: double support where positive, flight where negative. single: (M,) the other
-    foot's swing, when only this one bears the body; in a run, the stance.
-    """
-
-    step: np.ndarray
-    stride: np.ndarray
-    stance: np.ndarray
-    swing: np.ndarray
-    first_support: np.ndarray
-    last_support: np.ndarray
-    single: np.ndarray
-
-
-def times(steps: Sequence[Step], of_strides: Sequence[Stride], side: str) -> Times:
-    """The times of one side's steps and strides."""
-    own = np.array(
-        [
-            (s.start_s, s.stop_s, s.off_s, s.other_off_s, s.other_start_s)
-            for s in of_strides
-            if s.side == side
-        ],
-        dtype=np.float64,
-    ).reshape(-1, 5)
-    start, stop, off, other_off, other_start = own.T
-    first, last = other_off - start, off - other_start
-    return Times(
-        step=np.array([step.stop_s - step.start_s for step in steps if step.side == side], dtype=np.float64),
-        stride=stop - start,
-        stance=off - start,
-        swing=stop - off,
-        first_support=first,
-        last_support=last,
-        single=np.minimum(other_start, off) - np.maximum(other_off, start),
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class Lengths:
-    """In the unit of the places. step: (N,) by side, of the steps that end when that foot lands; advance: (N,) by side,
-    how far the pelvis goes meanwhile; stride: (M,) of both feet's strides, in the order of `strides` walk by walk;
-    width: (M,) of them. NaN where a place is missing."""
-
-    step: dict[str, np.ndarray]
-    advance: dict[str, np.ndarray]
-    stride: np.ndarray
-    width: np.ndarray
-
-
 def lengths(
     root: np.ndarray,
     ankles: Mapping[str, np.ndarray],
@@ -87,9 +32,10 @@ def lengths(
     walks: Sequence[Sequence[Step]],
     feet: Mapping[str, Sequence[Stance]],
     seams: Sequence[int] = (),
-) -> Lengths:
-    """Of the steps of walks and of their strides. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by
-    side, relative to it.
+) -> dict[str, dict[str, np.ndarray]]:
+    """{"step_length", "advance": {side: (N,)}} of the steps that end when that foot lands, and {"stride_length",
+    "step_width": {side: (M,)}} of that foot's strides, walk by walk, in the unit of the places; NaN where one is
+    missing. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side, relative to it.
 
     A foot's place is the mean over the part of its stance in which it lies flat, so that the noise of single frames
     does not enter. A stride's length is between two places of the same foot, a step's from the other foot's place to
@@ -99,27 +45,28 @@ def lengths(
     """
     stands = {side: places(root + ankles[side], time_s, feet[side], seams) for side in "rl"}
     step: dict[str, list[float]] = {side: [] for side in "rl"}
-    rows = []
+    long: dict[str, list[float]] = {side: [] for side in "rl"}
+    wide: dict[str, list[float]] = {side: [] for side in "rl"}
 
     def at(side: str, start_s: float) -> np.ndarray:
         return stands[side].get(start_s, np.full(3, np.nan))
 
     for walk in walks:
-        for one in walk:
-            moved, ahead = _between(
-                root, time_s, walk, at(_OTHER[one.side], one.start_s), at(one.side, one.stop_s), seams
-            )
-            step[one.side].append(float(moved @ ahead))
+        for of in walk:
+            before, after = at(_OTHER[of.side], of.start_s), at(of.side, of.stop_s)
+            moved, ahead = _between(root, time_s, walk, before, after, seams)
+            step[of.side].append(float(moved @ ahead))
         for s in strides([walk], feet):
             before, after = at(s.side, s.start_s), at(s.side, s.stop_s)
             moved, ahead = _between(root, time_s, walk, before, after, seams)
             aside = (at(_OTHER[s.side], s.other_start_s) - (before + after) / 2)[:2] @ (-ahead[1], ahead[0])
-            rows.append((float(moved @ ahead), abs(float(aside))))
-    return Lengths(
-        {side: np.array(values, dtype=np.float64) for side, values in step.items()},
-        _advances(root, time_s, walks, seams),
-        *np.array(rows, dtype=np.float64).reshape(-1, 2).T,
-    )
+            long[s.side].append(float(moved @ ahead))
+            wide[s.side].append(abs(float(aside)))
+    found = {"step_length": step, "stride_length": long, "step_width": wide}
+    return {"advance": _advances(root, time_s, walks, seams)} | {
+        name: {side: np.array(values, dtype=np.float64) for side, values in of_sides.items()}
+        for name, of_sides in found.items()
+    }
 
 
 def _advances(

@@ -1,7 +1,7 @@
 """Evidence on up: what any source says, as a Gaussian about it, and what several say together.
 
 Each kind is made in one place: the body's by `votes.pool`, that of feet and floor by `floor.of_feet`, what the user or
-a sensor tells by `direction`, the image's by `of_image`.
+a sensor tells by `told_up`, the image's by `of_image`; how cameras are `held` speaks before any of them.
 """
 
 from __future__ import annotations
@@ -11,17 +11,19 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...pipeline.core.camera import Look
+from ...pipeline.core.camera import Look, pitch_roll_deg, view_rotation
 from ...pipeline.core.notices import Notice
+from ...pipeline.core.pose import TOLD_UP
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
+from ...pipeline.core.take import Told
 from ..common.metrics import RAYLEIGH_90
 
-FRAMES, FEET, FLOOR, IMAGE = (
-    "frames",
-    "feet",
-    "floor",
-    "image",
-)  # names of sources, beside people's and what is told
+FRAMES, FEET, FLOOR, IMAGE = "frames", "feet", "floor", "image"  # sources, beside people's and what is told
+_GRAVITY, _ANGLES = TOLD_UP
+_TOLD_DEG = 1.0  # error of a camera's pitch, roll or gravity vector that the user states
+# Pitch about looking a little down, roll about none: middles and spreads in degrees; a few of them any way.
+_USUAL_DEG = ((8.0, 14.0), (0.0, 5.0))
+_ANYHOW_DEG, _ANYHOW = 35.0, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +69,26 @@ def direction(name: str, up: np.ndarray, error_deg: float) -> Evidence:
     per_axis = np.radians(error_deg) / np.sqrt(2)
     information = np.eye(3) / per_axis**2
     return Evidence(name, information, information @ up)
+
+
+def told_up(told: Told) -> list[Evidence]:
+    """What is told of gravity, or of the camera's pitch and roll, as evidence on up; none where nothing is."""
+    if told.gravity is not None:
+        return [direction(_GRAVITY, -np.array(told.gravity, dtype=np.float64), _TOLD_DEG)]
+    if told.pitch_deg is None or told.roll_deg is None:
+        return []
+    angles = (np.array(angle, dtype=np.float64) for angle in (0.0, told.pitch_deg, told.roll_deg))
+    return [direction(_ANGLES, view_rotation(*angles)[:, 2], _TOLD_DEG)]
+
+
+def held(up: np.ndarray) -> float:
+    """How usual a camera of that up (3,) is: a density in pitch and roll over that of the most usual one."""
+    usual = anyhow = 1.0
+    angles = pitch_roll_deg(np.asarray(up, dtype=np.float64))
+    for angle, (middle, spread) in zip(angles, _USUAL_DEG, strict=True):
+        usual *= np.exp(-0.5 * ((angle - middle) / spread) ** 2)
+        anyhow *= np.exp(-0.5 * ((angle - middle) / _ANYHOW_DEG) ** 2) * spread / _ANYHOW_DEG
+    return float((1 - _ANYHOW) * usual + _ANYHOW * anyhow)
 
 
 def of_image(look: Look) -> Evidence:

@@ -16,8 +16,7 @@ from ...pipeline.core.camera import Look, pitch_roll_deg
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
-from .evidence import IMAGE, Evidence, TakeUp, fuse, of_image
-from .held import held
+from .evidence import IMAGE, Evidence, TakeUp, fuse, held, of_image
 
 _CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceeds once in a thousand
 _BODY_FAILURE = (
@@ -105,13 +104,14 @@ def _notices_of_told(bodies: TakeUp, said: TakeUp, look: Look | None) -> tuple[N
         contradicted = " and ".join(f"{name} by {angle:.0f} degrees" for name, angle in apart.items())
         upside_down = min(apart.values()) > 180 - _TOLD_WIDEST_DEG
         raise InputError(
+            "wrong-axes",
             f"The gravity that was told contradicts {contradicted}"
             + (
                 "; an accelerometer at rest reads the reaction, which points up: negate it."
                 if upside_down
                 else "; expected which way things fall in the camera's axes (x right, y down, z away), or the camera's "
                 "pitch and roll in degrees; leave it out to have it estimated."
-            )
+            ),
         )
     return tuple(
         notice("told-up-contradicted", other=name, apart_deg=apart[name])

@@ -21,9 +21,9 @@ from ...pipeline.core.device import Placement, placement
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.rotations import unit
 from ...pipeline.plugins.registry import open_model
-from ..common.onnx import OnnxFile, open_onnx
+from ..common.onnx import OnnxFile, open_onnx, reason_of
 from .images import TOLD_SPREAD
-from .lines import tangent
+from .lines import UpOfImages, tangent
 
 # The network's input and outputs, as it was trained and exported.
 _SIDE = 320  # pixels of the input's shorter side before it is cropped
@@ -56,29 +56,12 @@ class Fields:
     image_size: tuple[int, int]
 
 
-@dataclass(frozen=True, eq=False)
-class FieldsUp:
-    """up: (3,) unit, CAMERA axes (x right, y down, z away), against gravity: (0, -1, 0) for an upright camera.
-    covariance: (2, 2) square radians on the plane across up, along `lines.tangent(up)`: pitch, roll. focal_px and
-    focal_sd_px: in pixels of the whole image, whose middle is taken for the principal point."""
-
-    up: np.ndarray
-    covariance: np.ndarray
-    focal_px: float
-    focal_sd_px: float
-
-    @property
-    def error_deg(self) -> float:
-        """Expected root mean square angle between up and the truth."""
-        return float(np.degrees(np.sqrt(np.trace(self.covariance))))
-
-
 def up_from_network(
     images: Sequence[np.ndarray],
     model: str | Path = "geocalib",
     focal_px: float | None = None,
     focal_spread: float = TOLD_SPREAD,
-) -> FieldsUp:
+) -> UpOfImages:
     """Which way is up in images of one camera that stood still.
 
     images: (H, W, 3) RGB uint8, of one size, without lens distortion to speak of; one is enough, as the network's error
@@ -90,10 +73,12 @@ def up_from_network(
         image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8 for image in images
     ):
         said = ", ".join(sorted({f"{image.shape} {image.dtype}" for image in images})) or "none"
-        raise InputError(f"Expected RGB images (height, width, 3) of uint8 of one size, got {said}.")
+        raise InputError(
+            "wrong-content", f"Expected RGB images (height, width, 3) of uint8 of one size, got {said}."
+        )
     network = _open(open_model("gravity_networks", model), placement())
     found = [up_from_fields(fields_of(network, image), focal_px, focal_spread) for image in images]
-    return FieldsUp(
+    return UpOfImages(
         up=unit(np.sum([one.up for one in found], axis=0)),
         covariance=np.mean([one.covariance for one in found], axis=0),
         focal_px=float(np.exp(np.mean([np.log(one.focal_px) for one in found]))),
@@ -103,8 +88,9 @@ def up_from_network(
 
 def up_from_fields(
     fields: Fields, focal_px: float | None = None, focal_spread: float = TOLD_SPREAD
-) -> FieldsUp:
-    """The camera whose fields are the nearest to these: its up, and its focal length unless that is told.
+) -> UpOfImages:
+    """The camera whose fields are the nearest to these: its up, and its focal length unless that is told. The image's
+    middle is taken for the principal point.
 
     focal_px, focal_spread: the focal length where it is known, and the spread of its logarithm, 0 to keep it as it is;
     unknown, it is drawn to what phones that film have. Residuals of the up field and of the latitude's sine count by
@@ -115,7 +101,8 @@ def up_from_fields(
     side = max(fields.image_size)
     if focal_px is not None and not _FOCALS[0] * side < focal_px < _FOCALS[1] * side:
         raise InputError(
-            f"Expected a focal length in pixels, near the image's longer side of {side}; got {focal_px:g}."
+            "bad-value",
+            f"Expected a focal length in pixels, near the image's longer side of {side}; got {focal_px:g}.",
         )
     prior, spread = (focal_px, focal_spread) if focal_px else (PRIOR_FOCAL * side, PRIOR_FOCAL_SPREAD)
     fit = _Fit(fields, prior, spread)
@@ -140,7 +127,7 @@ def up_from_fields(
     bias = np.radians([_PITCH_DEG, _ROLL_DEG]) ** 2
     log_error = np.hypot(np.sqrt(covariance[2, 2]), _LOG_FOCAL)
     focal = float(np.exp(log_focal))
-    return FieldsUp(
+    return UpOfImages(
         up=up,
         covariance=covariance[:2, :2] + np.diag(bias),
         focal_px=focal,
@@ -220,8 +207,9 @@ def fields_of(network: OnnxFile, image: np.ndarray) -> Fields:
     try:
         answers = dict(zip(network.outputs, network.run(value), strict=True))
     except Exception as error:  # onnxruntime's errors have no common class but Exception
-        reason = str(error).strip().splitlines()[0]
-        raise InputError(f"{network.path} fails on an input of shape {value.shape}: {reason}.") from None
+        raise InputError(
+            "wrong-network", f"{network.path} fails on an input of shape {value.shape}: {reason_of(error)}."
+        ) from None
     height, width = value.shape[2:]
     found = {}
     for name, channels in _CHANNELS.items():
@@ -229,8 +217,9 @@ def fields_of(network: OnnxFile, image: np.ndarray) -> Fields:
         shapes = [(1, channels, height, width)] + [(1, height, width)] * (channels == 1)
         if answer.shape not in shapes or not np.isfinite(answer).all():
             raise InputError(
+                "wrong-network",
                 f"{network.path}: expected finite numbers of shape {shapes[0]} from '{name}', got "
-                + (f"shape {answer.shape}." if answer.shape not in shapes else "others.")
+                + (f"shape {answer.shape}." if answer.shape not in shapes else "others."),
             )
         found[name] = np.moveaxis(answer.reshape(channels, height, width), 0, -1)
     return Fields(
@@ -279,11 +268,13 @@ def _open(path: Path, where: Placement) -> OnnxFile:
     )
     if not fits:
         raise InputError(
+            "wrong-network",
             f"{network.path} is not GeoCalib's network: expected one image (1, 3, height, width) of float32 and the "
-            f"outputs {', '.join(_CHANNELS)}, got {network.looks}."
+            f"outputs {', '.join(_CHANNELS)}, got {network.looks}.",
         )
     if image[2:] != (None, None):
         raise InputError(
-            f"{network.path}: expected an input of any height and width, got {network.looks}; export it that way."
+            "wrong-network",
+            f"{network.path}: expected an input of any height and width, got {network.looks}; export it that way.",
         )
     return network

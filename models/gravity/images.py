@@ -9,7 +9,7 @@ import numpy as np
 
 from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.core.errors import InputError
-from .lines import Fit, directions, fits, support, tangent
+from .lines import Fit, UpOfImages, directions, fits, support, tangent
 from .segments import Segments, segments_of
 
 TOLD_SPREAD = 0.02  # of a focal length that somebody knows
@@ -28,30 +28,19 @@ _FLAT_FAILURE = 0.15
 
 
 @dataclass(frozen=True, eq=False)
-class ImageUp:
+class ImageUp(UpOfImages):
     """What an image, or several of one camera that stood still, say.
 
-    up: (3,) unit, CAMERA axes. covariance: (2, 2) square radians on the plane across up, along `tangent(up)` (pitch,
-    roll). focal_px and focal_sd_px. gain: evidence over chance, in nats. failure: how often an answer of this gain is
-    quite wrong. segments, runs_along: the lines looked at, and along what each runs (lines.directions).
-    size: width and height in pixels.
+    gain: evidence over chance, in nats. failure: how often an answer of this gain is quite wrong. segments, runs_along:
+    the lines looked at, and along what each runs (lines.directions). size: width and height in pixels.
     """
 
-    up: np.ndarray
-    covariance: np.ndarray
-    focal_px: float
-    focal_sd_px: float
     gain: float
     failure: float
     segments: Segments
     runs_along: np.ndarray
     heading: float
     size: tuple[int, int]
-
-    @property
-    def error_deg(self) -> float:
-        """Expected root mean square angle between up and the truth."""
-        return float(np.degrees(np.sqrt(np.trace(self.covariance))))
 
 
 @dataclass(frozen=True)
@@ -123,16 +112,19 @@ def _covariance(best: Fit, others: Sequence[Fit]) -> np.ndarray:
 
 def _refuse(images: Sequence[np.ndarray], focal_px: float | None) -> None:
     if not images:
-        raise InputError("Expected one image or more to read up from, got none.")
+        raise InputError("needs-input", "Expected one image or more to read up from, got none.")
     for image in images:
         if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
             raise InputError(
+                "wrong-content",
                 f"Expected images of (height, width, 3) RGB or (height, width) grey, uint8; got {image.shape} "
-                f"{image.dtype}."
+                f"{image.dtype}.",
             )
     if len({image.shape[:2] for image in images}) > 1:
-        raise InputError("Expected images of one size; give those of each camera on their own.")
+        raise InputError(
+            "wrong-content", "Expected images of one size; give those of each camera on their own."
+        )
     if focal_px is not None and not 0.1 < focal_px / max(images[0].shape[:2]) < 20:
         raise InputError(
-            f"Expected a focal length in pixels, near the image's longer side; got {focal_px:g}."
+            "bad-value", f"Expected a focal length in pixels, near the image's longer side; got {focal_px:g}."
         )

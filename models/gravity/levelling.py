@@ -17,8 +17,7 @@ from .evidence import Evidence, TakeUp
 from .floor import of_feet
 from .fusion import fused_up
 from .moving import WINDOW_S, moving_up
-from .seen import Seen
-from .smoothing import smoothed, trust
+from .seen import Seen, smoothed, trust
 from .votes import USUAL_SPREAD, pool
 
 HEADING_S = (

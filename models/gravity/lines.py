@@ -17,7 +17,7 @@ import numpy as np
 
 from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.core.rotations import angle_deg, from_columns, unit
-from .held import held
+from .evidence import held
 from .segments import Segments
 
 _CENTRE_SPREAD = 0.007  # of a principal point about the image's middle
@@ -47,6 +47,29 @@ class Fit:
     heading: float
     gain: float
     covariance: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class UpOfImages:
+    """up: (3,) unit, CAMERA axes (x right, y down, z away), against gravity: (0, -1, 0) for an upright camera.
+    covariance: (2, 2) square radians on the plane across up, along `tangent(up)`: pitch, roll. focal_px and
+    focal_sd_px: in pixels of the whole image."""
+
+    up: np.ndarray
+    covariance: np.ndarray
+    focal_px: float
+    focal_sd_px: float
+
+    @property
+    def error_deg(self) -> float:
+        """Expected root mean square angle between up and the truth."""
+        return float(np.degrees(np.sqrt(np.trace(self.covariance))))
+
+    @property
+    def in_camera(self) -> np.ndarray:
+        """(3, 3) the covariance in CAMERA axes."""
+        plane = tangent(self.up)
+        return plane @ self.covariance @ plane.T
 
 
 def tangent(up: np.ndarray) -> np.ndarray:

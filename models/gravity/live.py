@@ -18,7 +18,7 @@ from ...pipeline.plugins.protocols import Rectifier
 from ..rectifier.load import load_rectifier
 from .evidence import Evidence, TakeUp
 from .levelling import HEADING_S, heading_error_deg, level_left, rotation_error_deg, standing
-from .smoothing import trust
+from .seen import trust
 from .votes import take_up
 
 KEPT = 256  # votes; beyond it every second one is dropped, and from then on only every second frame votes
@@ -80,13 +80,15 @@ class LiveRectifier:
         joints = np.asarray(joints, dtype=np.float64)
         if joints.shape != (len(H36M17), 3) or np.isinf(joints).any():
             raise InputError(
+                "wrong-content",
                 f"Expected one frame of joints ({len(H36M17)}, 3), finite or NaN, got shape {joints.shape}"
-                f"{' with infinite coordinates' if np.isinf(joints).any() else ''}."
+                f"{' with infinite coordinates' if np.isinf(joints).any() else ''}.",
             )
         if not self._time_s < time_s < np.inf:
             raise InputError(
+                "times-broken",
                 f"Expected a time later than the last frame's, {self._time_s:g} s, got {time_s:g} s; "
-                "begin a new LiveRectifier for another take."
+                "begin a new LiveRectifier for another take.",
             )
         relative = joints - joints[H36M17.index("pelvis")]
         R_frame, error_deg = (answer[0] for answer in self._rectifier.rotation(relative[None]))

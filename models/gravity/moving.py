@@ -14,8 +14,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from .evidence import FRAMES, IMAGE, TakeUp
 from .fusion import settled
-from .seen import Seen
-from .smoothing import smoothed, trust
+from .seen import Seen, smoothed, trust
 from .votes import expected_deg, lean_square, pitch_roll_error_deg
 
 WINDOW_S = 2.0  # standard deviation of the Gaussian in which frames vote on up

@@ -9,21 +9,19 @@ from typing import Literal
 
 import numpy as np
 
-from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera, FocalSource, Look
+from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera, Look
 from ...pipeline.core.intrinsics import Intrinsics, undistorted, undistorted_image
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Video
 from ...pipeline.files.video_frames import images_at, images_from, shown_size
 from ...pipeline.running.progress import counted
-from .images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
-from .lines import tangent
+from .images import TOLD_SPREAD, Unknown, up_from_images
 
 # How often a network is quite wrong; taken for that of lines of little gain, not measured.
 NETWORK_FAILURE = 0.06
-FILE_SPREAD = (
-    0.08  # of a focal length that the video file states: the sensor's crop and stabilisation are not told
-)
+# Of a focal length that the video file states: the sensor's crop and stabilisation are not told.
+FILE_SPREAD = 0.08
 _LOOKS = 3  # images of a camera that stands still
 _EVERY = 10  # video frames between the images of one that moves
 _REACH = 0.09  # of a person's longer side about the bones: flesh, clothes, hair, hands
@@ -111,19 +109,8 @@ def static_camera(
 ) -> Camera:
     """Of a camera that stood still. images: {video frame: (H, W, 3) uint8 RGB}, a few of a take. told_px, file_px: a
     focal length that the user, or the video file, states. network: of camera_of."""
-    frames = sorted(images)
-    height, width = images[frames[0]].shape[:2]
-    focal, spread, source = before((width, height), told_px, file_px)
-    answer = up_from_images(
-        [images[frame] for frame in frames],
-        None if source == "prior" else focal,
-        [boxes.get(frame, _NO_BOX) for frame in frames],
-        focal_spread=spread,
-    )
-    found = _camera((width, height), answer, frames[0], focal, spread, source)
-    return (
-        found if found.looks else _by_network([images[frame] for frame in frames], frames[0], found, network)
-    )
+    height, width = next(iter(images.values())).shape[:2]
+    return _looked_at(images, boxes, known_camera((width, height), told_px, file_px), network)
 
 
 def moving_camera(
@@ -137,75 +124,74 @@ def moving_camera(
     """Of a camera that pans or is carried, an answer for each image that gives one; the focal length that the first of
     them tells serves the others. images: video frame and (H, W, 3) uint8 RGB. size: their width and height. The others
     are arguments of static_camera."""
-    focal, spread, source = before(size, told_px, file_px)
+    known = known_camera(size, told_px, file_px)
     looks: list[Look] = []
     reasons = ["no frame could be decoded"]
     for frame, image in images:
-        known_px = None if source == "prior" else focal
-        answer = up_from_images([image], known_px, [boxes.get(frame, _NO_BOX)], focal_spread=spread)
-        one = _camera(size, answer, frame, focal, spread, source)
-        one = one if one.looks else _by_network([image], frame, one, network)
-        looks += one.looks
-        reasons += [one.reason] if one.reason else []
-        if one.focal_source != source:
-            focal, spread, source = one.focal_px, one.focal_sd_px / one.focal_px, one.focal_source
-    found = Camera(size, focal, focal * spread, source, tuple(looks))
-    return found if looks else replace(found, reason=max(set(reasons), key=reasons.count))
+        camera = _looked_at({frame: image}, boxes, known, network)
+        looks += camera.looks
+        reasons += [camera.reason] if camera.reason else []
+        if camera.focal_source != known.focal_source:
+            known = replace(camera, looks=(), reason="")
+    return replace(known, looks=tuple(looks), reason="" if looks else max(set(reasons), key=reasons.count))
+
+
+def known_camera(size: tuple[int, int], told_px: float | None, file_px: float | None) -> Camera:
+    """What is known of a camera before an image is looked at: its focal length, its error, and who says so."""
+    if told_px is not None:
+        return Camera(size, told_px, told_px * TOLD_SPREAD, "told")
+    if file_px is not None:
+        return Camera(size, file_px, file_px * FILE_SPREAD, "file")
+    focal = PRIOR_FOCAL * max(size)
+    return Camera(size, focal, focal * PRIOR_FOCAL_SPREAD, "prior")
+
+
+def _looked_at(
+    images: Mapping[int, np.ndarray], boxes: Boxes, known: Camera, network: str | Path | None
+) -> Camera:
+    """The camera with what images of one place say of it: by their lines; where these do not tell up, by a network,
+    where there is one; else with the reason."""
+    frames, spread = sorted(images), known.focal_sd_px / known.focal_px
+    pictures = [images[frame] for frame in frames]
+    known_px = None if known.focal_source == "prior" else known.focal_px
+    answer = up_from_images(
+        pictures, known_px, [boxes.get(frame, _NO_BOX) for frame in frames], focal_spread=spread
+    )
+    if isinstance(answer, Unknown):
+        return _by_network(pictures, frames[0], replace(known, reason=answer.reason), network)
+    first = answer.segments.first
+    look = Look(
+        frame=frames[0],
+        up=answer.up,
+        covariance=answer.in_camera,
+        failure=answer.failure,
+        ends=answer.segments.ends[:first] * max(known.image_size) + np.array(known.image_size) / 2,
+        runs_along=answer.runs_along[:first],
+    )
+    found = replace(known, looks=(look,))
+    # What is told stays. Lines that say no more about the focal length than was known before leave it as it was, too.
+    if known.focal_source == "told" or answer.focal_sd_px / answer.focal_px >= 0.8 * spread:
+        return found
+    source = "lines" if known.focal_source == "prior" else known.focal_source
+    return replace(found, focal_px=answer.focal_px, focal_sd_px=answer.focal_sd_px, focal_source=source)
 
 
 def _by_network(
-    images: Sequence[np.ndarray], frame: int, found: Camera, network: str | Path | None
+    images: Sequence[np.ndarray], frame: int, known: Camera, network: str | Path | None
 ) -> Camera:
     """The camera with what a network says about up, where there is one; else as it is."""
     from ..common.download import GEOCALIB
     from .geocalib import up_from_network
 
     if network is None and not GEOCALIB.is_there:
-        return found
-    known_px = None if found.focal_source == "prior" else found.focal_px
-    answer = up_from_network(images, network or GEOCALIB.name, known_px, found.focal_sd_px / found.focal_px)
-    plane = tangent(answer.up)
-    look = Look(frame, answer.up, plane @ answer.covariance @ plane.T, NETWORK_FAILURE, source="network")
-    focal, sd, source = found.focal_px, found.focal_sd_px, found.focal_source
-    if source == "prior" and answer.focal_sd_px / answer.focal_px < sd / focal:
-        focal, sd, source = answer.focal_px, answer.focal_sd_px, "network"
-    return replace(found, looks=(look,), focal_px=focal, focal_sd_px=sd, focal_source=source, reason="")
-
-
-def before(
-    size: tuple[int, int], told_px: float | None, file_px: float | None
-) -> tuple[float, float, FocalSource]:
-    """The focal length in pixels before an image is looked at, the spread of its logarithm, and who says so."""
-    if told_px is not None:
-        return told_px, TOLD_SPREAD, "told"
-    if file_px is not None:
-        return file_px, FILE_SPREAD, "file"
-    return PRIOR_FOCAL * max(size), PRIOR_FOCAL_SPREAD, "prior"
-
-
-def _camera(
-    size: tuple[int, int],
-    answer: ImageUp | Unknown,
-    frame: int,
-    focal: float,
-    spread: float,
-    source: FocalSource,
-) -> Camera:
-    if isinstance(answer, Unknown):
-        return Camera(size, focal, focal * spread, source, reason=answer.reason)
-    plane = tangent(answer.up)
-    first = answer.segments.first
-    look = Look(
-        frame=frame,
-        up=answer.up,
-        covariance=plane @ answer.covariance @ plane.T,
-        failure=answer.failure,
-        ends=answer.segments.ends[:first] * max(size) + np.array(size) / 2,
-        runs_along=answer.runs_along[:first],
+        return known
+    known_px, spread = (
+        None if known.focal_source == "prior" else known.focal_px,
+        known.focal_sd_px / known.focal_px,
     )
-    # What is told stays. Lines that say no more about the focal length than was known before leave it as it was, too.
-    if source != "told" and answer.focal_sd_px / answer.focal_px < 0.8 * spread:
-        return Camera(
-            size, answer.focal_px, answer.focal_sd_px, "lines" if source == "prior" else source, (look,)
-        )
-    return Camera(size, focal, focal * spread, source, (look,))
+    answer = up_from_network(images, network or GEOCALIB.name, known_px, spread)
+    look = Look(frame, answer.up, answer.in_camera, NETWORK_FAILURE, source="network")
+    found = replace(known, looks=(look,), reason="")
+    if known.focal_source != "prior" or answer.focal_sd_px / answer.focal_px >= spread:
+        return found
+    return replace(found, focal_px=answer.focal_px, focal_sd_px=answer.focal_sd_px, focal_source="network")

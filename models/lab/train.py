@@ -36,7 +36,7 @@ def train(
     trainers = {"lifter": train_lifter, "pcnet": train_pcnet}
     kind = _kind(config)
     if kind not in trainers:
-        raise InputError(f"{config}: expected a kind of {', '.join(trainers)}; got '{kind}'.")
+        raise InputError("bad-value", f"{config}: expected a kind of {', '.join(trainers)}; got '{kind}'.")
     torch.set_num_threads(threads)
     trainers[kind](config, output, device, minutes)
 

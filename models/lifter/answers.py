@@ -53,5 +53,5 @@ def load_answers(path: Path) -> Answers:
         return Answers(points, confidence, sure, int(held["looked"]), str(held["source"]))
     except (ValueError, TypeError) as error:
         raise InputError(
-            f"Expected the answers of an interrupted lift at {path}: {error}; delete it."
+            "file-damaged", f"Expected the answers of an interrupted lift at {path}: {error}; delete it."
         ) from None

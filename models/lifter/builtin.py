@@ -22,12 +22,12 @@ from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate, unit
 from ..common.onnx import open_onnx
+from . import SHIPPED
 from .clock import averaged, clock_of
 from .features import ASSUMED_FOCAL, features, flipped
 from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 
 KIND = "pcnet3d"
-SHIPPED = Path(__file__).parent / "lifter.onnx"  # the built-in lifter's weights
 CHUNK = 1024  # frames answered at a time
 _TAKE = 20_000  # of a network that looks at the whole take: a gigabyte of memory
 
@@ -58,7 +58,8 @@ def lift(
     """
     if keypoints.layout.joints != H36M17.joints:
         raise InputError(
-            f"Expected keypoints in {H36M17.name} to lift, got {keypoints.layout.name}; remap them first."
+            "wrong-content",
+            f"Expected keypoints in {H36M17.name} to lift, got {keypoints.layout.name}; remap them first.",
         )
     return lifted(ToLift(keypoints, image_size, focal_px, flip, up=up), model).noted()
 
@@ -170,7 +171,8 @@ def _open(model: str, where: Placement) -> Network:
     stated = opened.session.get_modelmeta().custom_metadata_map
     if not {"reach", "trained_on"} <= stated.keys():
         raise InputError(
-            f"{opened.path} is not a lifter of pcnet3d: it does not state its reach and training subjects."
+            "wrong-network",
+            f"{opened.path} is not a lifter of pcnet3d: it does not state its reach and training subjects.",
         )
     whole_take = stated.get("whole_take") == "True"
     return Network(opened.session, opened.digest, int(stated["reach"]), stated["trained_on"], whole_take)

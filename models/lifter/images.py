@@ -21,6 +21,7 @@ from ...pipeline.core.take import Video
 from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
+from ..common.onnx import reason_of
 from .answers import Answers, load_answers
 from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 from .scaling import filled
@@ -131,7 +132,9 @@ class ImageLifter:
         keypoints that cannot be lifted, and when the network fails.
         """
         if asked.video is None:
-            raise InputError(f"The lifter {self.method} looks at the pictures; give the video.")
+            raise InputError(
+                "needs-input", f"The lifter {self.method} looks at the pictures; give the video."
+            )
         before = None if asked.resume is None else load_answers(asked.resume)
         keypoints, intrinsics = asked.keypoints, asked.intrinsics
         size = checked_size(asked)
@@ -202,7 +205,11 @@ class ImageLifter:
                     except Exception as error:  # onnxruntime's errors have no common class but Exception
                         looked = row
                         keep(now())
-                        raise InputError(self._failure(int(frames[row]), error)) from None
+                        raise InputError(
+                            "wrong-network",
+                            f"The lifter {self.method} failed at video frame {frames[row]}: {reason_of(error)}; give "
+                            "another --lifter, or another --device.",
+                        ) from None
                     sure[row] = seen.sure
                     if seen.sure >= self.network.enough:
                         points[row] = np.where(is_finite(seen.points)[:, None], seen.points, np.nan)
@@ -227,13 +234,6 @@ class ImageLifter:
             (seen.points + other.points[self.network.mirror] * _MIRRORED) / 2,
             (seen.confidence + other.confidence[self.network.layout.mirror]) / 2,
             (seen.sure + other.sure) / 2,
-        )
-
-    def _failure(self, frame: int, error: Exception) -> str:
-        reason = (str(error).strip() or type(error).__name__).splitlines()[0].rstrip(".")
-        return (
-            f"The lifter {self.method} failed at video frame {frame}: {reason}; give another --lifter, or another "
-            "--device."
         )
 
 

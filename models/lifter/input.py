@@ -28,27 +28,36 @@ def checked_size(asked: ToLift) -> np.ndarray:
     keypoints, image_size, focal_px = asked.keypoints, asked.image_size, asked.focal_px
     require(keypoints.frame, IMAGE, "The lifter")
     if keypoints.frame.unit != "px":
-        raise InputError(f"The lifter needs keypoints in pixels, got them in {keypoints.frame}.")
+        raise InputError(
+            "wrong-axes", f"The lifter needs keypoints in pixels, got them in {keypoints.frame}."
+        )
     if image_size is None:
         raise InputError(
-            "The lifter needs the picture's width and height in pixels; give the video or --image-size."
+            "needs-input",
+            "The lifter needs the picture's width and height in pixels; give the video or --set "
+            "read.image_size=WIDTHxHEIGHT.",
         )
     size = np.asarray(image_size, dtype=float)
     if size.shape != (2,) or not np.isfinite(size).all() or (size < 2).any():
         raise InputError(
-            f"Expected an image size of two numbers of pixels, width and height; got {image_size}."
+            "bad-value",
+            f"Expected an image size of two numbers of pixels, width and height; got {image_size}.",
         )
     if focal_px is not None and not 0.1 * size.max() < focal_px < 20 * size.max():
         raise InputError(
-            f"Expected a focal length in pixels, near the picture's longer side of {size.max():.0f}; got {focal_px:g}."
+            "bad-value",
+            f"Expected a focal length in pixels, near the picture's longer side of {size.max():.0f}; got {focal_px:g}.",
         )
     coordinates = keypoints.joints[np.isfinite(keypoints.joints)]
     if len(coordinates) == 0:
-        raise InputError("Expected keypoints to lift, but every joint of every frame is missing.")
+        raise InputError(
+            "nothing-usable", "Expected keypoints to lift, but every joint of every frame is missing."
+        )
     if np.abs(coordinates).max() <= _NORMALISED:
         raise InputError(
+            "wrong-axes",
             "Expected keypoints in pixels, but none is beyond "
-            f"{np.abs(coordinates).max():.2f}: they look normalised; multiply them back to pixels first."
+            f"{np.abs(coordinates).max():.2f}: they look normalised; multiply them back to pixels first.",
         )
     if asked.intrinsics is None:  # else whoever undid the distortion has looked at those that were filmed
         refuse_outside(keypoints, size)
@@ -62,8 +71,9 @@ def refuse_outside(keypoints: PoseSequence, size: np.ndarray) -> None:
     outside = ((shown < 0) | (shown > size)).any(axis=-1).mean() if len(shown) else 0.0
     if outside > _MAX_OUTSIDE:
         raise InputError(
+            "files-apart",
             f"Expected keypoints inside a picture of {size[0]:.0f} x {size[1]:.0f} pixels, but {100 * outside:.0f} % "
-            "lie outside it; give the size of the picture that they were detected in."
+            "lie outside it; give the size of the picture that they were detected in.",
         )
 
 
@@ -128,6 +138,7 @@ def refuse_two_people(joints: np.ndarray, rate: float | None) -> None:
     jumps = int((moved > farthest * np.maximum(side[usable + 1], side[usable])).sum())
     if jumps >= _MIN_JUMPS:
         raise InputError(
+            "people-mixed",
             f"Expected the keypoints of one person, but the whole body jumps to another place {jumps} times: two "
-            "people look mixed; choose one (--person), or lift each on their own."
+            "people look mixed; choose one (--person), or lift each on their own.",
         )

@@ -119,7 +119,8 @@ def is_instanthmr(network: OnnxFile) -> bool:
         return False
     if outputs.get(_JOINTS, ())[1:] != (len(MHR70), 3) or outputs[_PLACE][1:] != (3,):
         raise InputError(
+            "wrong-network",
             f"{network.path} has InstantHMR's inputs, but no joints_3d (1, 70, 3) beside cam_trans (1, 3): "
-            f"{network.looks}; give the instanthmr.onnx that its authors publish."
+            f"{network.looks}; give the instanthmr.onnx that its authors publish.",
         )
     return len(inputs["image"]) == 4 and inputs["image"][1] == 3 and inputs["cliff_cond"][1:] == (3,)

@@ -34,19 +34,23 @@ def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter
     """
     known = (KIND, *KINDS, *_BY_IMAGE)
     if kind not in (None, name, *known):
-        raise InputError(f"There is no kind of lifter '{kind}'; {did_you_mean(str(kind), known)}")
+        raise InputError(
+            "name-unknown", f"There is no kind of lifter '{kind}'; {did_you_mean(str(kind), known)}"
+        )
     opened = open_model("lifters", name)
     if not isinstance(opened, Path):
         if unknown := [each for each in opened.takes if each not in LIFTER_TAKES]:
             raise InputError(
+                "plugin-broken",
                 f"The lifter '{name}' takes '{unknown[0]}', which there is not: "
-                f"{did_you_mean(unknown[0], LIFTER_TAKES)}"
+                f"{did_you_mean(unknown[0], LIFTER_TAKES)}",
             )
         return _opened(opened, str(name), kind)
     network = open_onnx(opened, "a lifter")
     if str(name) in _BY_IMAGE and not _BY_IMAGE[str(name)][1](network):
         raise InputError(
-            f"{network.path} is another network than {name}: {network.looks}; put the right file there."
+            "wrong-network",
+            f"{network.path} is another network than {name}: {network.looks}; put the right file there.",
         )
     method = f"{network.path.name}@{network.digest}"
     if {"reach", "trained_on"} <= network.session.get_modelmeta().custom_metadata_map.keys():
@@ -57,8 +61,9 @@ def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter
     if is_sequence_network(network):
         return _sequence_lifter(network, method, kind)
     raise InputError(
+        "wrong-network",
         f"{network.path} is no lifter: expected keypoints (1, frames, 17, 2 or 3) and poses (1, frames, 17, 3), a "
-        f"network of BlazePose's landmarks, RTMW3D, InstantHMR, or one trained with pcnet3d; got {network.looks}."
+        f"network of BlazePose's landmarks, RTMW3D, InstantHMR, or one trained with pcnet3d; got {network.looks}.",
     )
 
 
@@ -67,9 +72,10 @@ def _sequence_lifter(network: OnnxFile, method: str, kind: str | None) -> Lifter
     if kind is None and channels == 2:
         kinds = "; ".join(f"{name}: {one.about}" for name, one in KINDS.items())
         raise InputError(
+            "needs-input",
             f"{network.path} does not say how its keypoints are scaled and ordered; name its kind with "
             "--set lift.lifter_kind "
-            f"({kinds})."
+            f"({kinds}).",
         )
     kind = kind or "motionbert"
     if kind not in KINDS:
@@ -84,4 +90,7 @@ def _opened(lifter: Lifter, found: str, kind: str | None) -> Lifter:
 
 
 def _contradiction(kind: str, what: str, fitting: str) -> InputError:
-    return InputError(f"The lifter {what}, not {kind}; leave --set lift.lifter_kind out or pass {fitting}.")
+    return InputError(
+        "option-conflict",
+        f"The lifter {what}, not {kind}; leave --set lift.lifter_kind out or pass {fitting}.",
+    )

@@ -133,7 +133,8 @@ def span_of(network: OnnxFile) -> Span:
             return Span(shape[1], frames - answered + 1)
     tried = " or ".join(map(str, tries))
     raise InputError(
-        f"Expected {network.path} to lift {tried} frames of keypoints; it cannot, or answers more frames."
+        "wrong-network",
+        f"Expected {network.path} to lift {tried} frames of keypoints; it cannot, or answers more frames.",
     )
 
 

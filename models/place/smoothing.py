@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..common.splines import inverse_band
+
 _ROOM = 100.0  # units that a place may be from the mean one: a weak prior, so that no gap is too long to be solved
 _BAND = 6  # values that a value is tied to: the three coordinates of the next two frames
 
@@ -55,22 +57,10 @@ def _stiffness(time_s: np.ndarray, jolt: float) -> tuple[np.ndarray, np.ndarray,
 
 
 def covariances(factor: np.ndarray) -> np.ndarray:
-    """(T, 3, 3) covariance of each place of a path of `smoothed`, by its factor.
-
-    They are the diagonal blocks of the inverse of L L', L in lower banded form (Takahashi, Fagan & Chin, Formation of a
-    sparse bus impedance matrix, 1973): from the last row up, each from the six below it."""
-    size = factor.shape[1]
-    blocks = np.zeros((size // 3, 3, 3))
-    inverse = np.zeros((_BAND, _BAND))  # of the rows below
-    following = np.empty((_BAND, _BAND))
-    scaled = (factor[1:] / factor[0]).T.copy()
-    own = 1 / factor[0] ** 2
-    for row in range(size - 1, -1, -1):
-        column = inverse @ scaled[row]
-        following[1:, 1:] = inverse[:-1, :-1]
-        following[0, 0] = own[row] + scaled[row] @ column
-        following[0, 1:] = following[1:, 0] = -column[:-1]
-        inverse, following = following, inverse
-        if row % 3 == 0:
-            blocks[row // 3] = inverse[:3, :3]
+    """(T, 3, 3) covariance of each place of a path of `smoothed`, by its factor."""
+    diagonals = inverse_band(factor[..., None])
+    blocks = np.empty((factor.shape[1] // 3, 3, 3))
+    for i in range(3):
+        for j in range(i + 1):
+            blocks[:, i, j] = blocks[:, j, i] = diagonals[i - j][j::3, 0]
     return blocks

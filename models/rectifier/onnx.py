@@ -35,8 +35,9 @@ class PCNetRectifier:
         outputs = {entry.name: entry.shape[1:] for entry in self.session.get_outputs()}
         if found != _INPUTS or outputs != _OUTPUTS:
             raise InputError(
+                "wrong-network",
                 f"{path} is not a rectifier of pcnet3d: expected the inputs {_INPUTS} and the outputs "
-                f"{_OUTPUTS}, got {found} and {outputs}."
+                f"{_OUTPUTS}, got {found} and {outputs}.",
             )
         self.path = Path(path)
         properties = self.session.get_modelmeta().custom_metadata_map

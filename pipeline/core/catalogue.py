@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
+from .catalogue_of_comparisons import COMPARING
+
 # From the least to the gravest; a mark is a place in the recording. The last two are verdicts on poses.
 Weight = Literal["mark", "note", "repair", "warning", "suspicious", "unusable"]
 About = Literal["", "poses", "left and right", "view", "up", "camera", "clock", "place", "motion", "files"]
@@ -122,7 +124,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "sides-doubtful": ("warning", "left and right",
         "Left and right are doubtful: {evidence}."),
     "swaps-found": ("warning", "left and right",
-        "The {what} look wrong: {swaps} ({wrong} of {of:~row}); --swaps repair or --swaps mask changes that."),
+        "The {what} look wrong: {swaps} ({wrong} of {of:~row}); --set read.swaps=repair or mask changes that."),
     "swaps-doubtful": ("warning", "left and right",
         "The {what} look wrong: {doubt}."),
     "swaps-repaired": ("repair", "left and right",
@@ -131,7 +133,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The {what} were masked as asked: {swaps} ({wrong} of {of:~row})."),
     "swapped-keypoints": ("warning", "left and right",
         "If the poses are a lift of these keypoints, {wrong} of them are wrong in all joints; without --poses and "
-        "with --swaps repair the keypoints are lifted again."),
+        "with --set read.swaps=repair the keypoints are lifted again."),
     "masked-with-keypoints": ("repair", "left and right",
         "{wrong:~pose was/poses were} masked as asked, because the keypoints are exchanged there."),
     # Lifting
@@ -207,7 +209,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The take could not be levelled: {reason}."),
     "nobody-upright": ("warning", "up",
         "The trunk is more than {off_deg:.0f} degrees off up in {share_percent:.0f} % of the frames: the person "
-        "lies or bends down, or the picture is turned. If it is, turn the video, or tell --pitch and --roll."),
+        "lies or bends down, or the picture is turned. If it is, turn the video, or tell read.pitch and "
+        "read.roll."),
     "up-drifts": ("warning", "up",
         "The camera was taken for one that stands still, but the frames' ups before and after frame {frame} are "
         "{drift_deg:.0f} degrees apart: a cut, a moving camera (--camera moving), or a body that lies or bends "
@@ -315,9 +318,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "limbs-unlike": ("suspicious", "poses",
         "{bone} is {times:.2f} times as long as the left one."),
     "mirrored": ("unusable", "poses",
-        "The body is mirrored or its left and right are exchanged (--handedness mirror or swap): {evidence}."),
+        "The body is mirrored or its left and right are exchanged (--set read.handedness=mirror or swap): {evidence}."),
     "legs-against-arms": ("unusable", "poses",
-        "Left and right of the legs contradict those of the arms (--handedness swap-legs): {evidence}."),
+        "Left and right of the legs contradict those of the arms (--set read.handedness=swap-legs): {evidence}."),
     "left-and-right": ("suspicious", "poses",
         "Left and right are doubtful: {evidence}."),
     "stature": ("suspicious", "poses",
@@ -357,4 +360,4 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The poses meet the keypoints within {off_percent:.0f} % of the person's size over {frames:~frame} of "
         "track {person}."),
 }  # fmt: skip
-CATALOGUE = {code: Entry(*entry) for code, entry in _ENTRIES.items()}
+CATALOGUE = {code: Entry(*entry) for code, entry in (_ENTRIES | COMPARING).items()}

@@ -80,8 +80,9 @@ def computing_on(asked: Device) -> Iterator[Placement]:
     found = offered()
     if asked not in (AUTO, *found):
         raise InputError(
+            "no-device",
             f"Expected a device that onnxruntime offers here ({', '.join(found)}), got --device {asked}; install "
-            f"{KINDS[asked].install}, in place of the onnxruntime that is there."
+            f"{KINDS[asked].install}, in place of the onnxruntime that is there.",
         )
     tried = found if asked == AUTO else [asked]
     token = _placement.set(Placement(asked, [name for name in tried if name != CPU]))

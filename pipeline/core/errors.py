@@ -1,18 +1,32 @@
 """The one error a user should ever see."""
 
+from __future__ import annotations
+
+from typing import Any
+
+from .refusals import REFUSALS, Refusal
+
 _LONGEST = 1000  # characters; names and values out of a file may be of any length
 
 
 class InputError(ValueError):
     """Input or options that cannot be used.
 
-    The message is one sentence for the user: what was expected, what came, what to do. It often quotes a file, so that
-    it is kept to one line of printable characters, and its middle is left out when it is long.
-    The command line prints it and exits with code 2.
+    code: why, for programs (core/refusals.py); TypeError for one that there is not. The message is one sentence for
+    the user: what was expected, what came, what to do. It often quotes a file, so that it is kept to one line of
+    printable characters, and its middle is left out when it is long. The command line prints it and exits with code 2.
     """
 
-    def __init__(self, message: str) -> None:
+    code: Refusal
+
+    def __init__(self, code: Refusal, message: str) -> None:
+        if code not in REFUSALS:
+            raise TypeError(f"Expected a code of {', '.join(REFUSALS)}; got '{code}'.")
         shown = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(message.split()))
         if len(shown) > _LONGEST:
             shown = f"{shown[: _LONGEST - 303]} ... {shown[-298:]}"
         super().__init__(shown)
+        self.code = code
+
+    def __reduce__(self) -> tuple[Any, ...]:  # that of exceptions would give the message alone
+        return type(self), (self.code, str(self)), self.__dict__

@@ -43,7 +43,8 @@ def _direction(family: str, word: str) -> tuple[float, ...]:
         if word == negative and positive in known:
             return tuple(-v for v in known[positive])
     raise InputError(
-        f"Expected an axis of the {family} family ({', '.join(known)} or opposites), got '{word}'."
+        "bad-value",
+        f"Expected an axis of the {family} family ({', '.join(known)} or opposites), got '{word}'.",
     )
 
 
@@ -64,13 +65,16 @@ class Frame:
 
     def __post_init__(self) -> None:
         if self.family not in _DIRECTIONS:
-            raise InputError(f"Expected a frame family of {', '.join(_DIRECTIONS)}; got '{self.family}'.")
+            raise InputError(
+                "bad-value", f"Expected a frame family of {', '.join(_DIRECTIONS)}; got '{self.family}'."
+            )
         if self.unit not in UNITS:
-            raise InputError(f"Expected a unit of {', '.join(UNITS)}; got '{self.unit}'.")
+            raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{self.unit}'.")
         basis = self.basis
         if basis.shape[0] != basis.shape[1] or abs(np.linalg.det(basis)) < 0.5:
             raise InputError(
-                f"Expected {basis.shape[1]} independent axes for frame {self.name}, got {self.axes}."
+                "bad-value",
+                f"Expected {basis.shape[1]} independent axes for frame {self.name}, got {self.axes}.",
             )
 
     @property
@@ -117,7 +121,9 @@ FRAMES = {frame.name: frame for frame in (CAMERA, GL_CAMERA, PC_CAMERA, IMAGE, Z
 def require(frame: Frame, expected: Frame, what: str) -> None:
     """Raise InputError unless `frame` has the axes of `expected`; unit and origin may differ."""
     if (frame.family, frame.axes) != (expected.family, expected.axes):
-        raise InputError(f"{what} needs points in {expected}, got {frame}; use change_frame first.")
+        raise InputError(
+            "wrong-axes", f"{what} needs points in {expected}, got {frame}; use change_frame first."
+        )
 
 
 def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | None = None) -> PoseSequence:
@@ -134,11 +140,15 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
     if source.family == to.family:
         matrix = to.basis @ source.basis.T
         if R_to_from_source is not None:
-            raise InputError(f"{source} and {to} differ by fixed axes only; no rotation is to be given.")
+            raise InputError(
+                "option-conflict", f"{source} and {to} differ by fixed axes only; no rotation is to be given."
+            )
     elif R_to_from_source is not None:
         matrix = np.asarray(R_to_from_source)
     else:
-        raise InputError(f"No fixed map leads from {source} to {to}; give the rotation between them.")
+        raise InputError(
+            "needs-input", f"No fixed map leads from {source} to {to}; give the rotation between them."
+        )
 
     if source.unit == to.unit:
         factor = 1.0
@@ -146,11 +156,14 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
         factor = METRES[source.unit] / METRES[to.unit]
     else:
         raise InputError(
-            f"Points in {source} cannot become {to}: the scale between their units is not known."
+            "wrong-axes",
+            f"Points in {source} cannot become {to}: the scale between their units is not known.",
         )
 
     if source.origin != to.origin and to.origin != "pelvis":
-        raise InputError(f"Points in {source} cannot become {to}: the way between the origins is not known.")
+        raise InputError(
+            "wrong-axes", f"Points in {source} cannot become {to}: the way between the origins is not known."
+        )
     root = poses.root if source.origin == to.origin else _place(poses)
     if root is not None:
         root = rotate(matrix, root) * factor if matrix.ndim == 2 else None

@@ -120,7 +120,9 @@ class Intrinsics:
 
     def _refused(self, expected: str, got: str) -> InputError:
         camera = f"camera '{self.name}'" if self.name else "the camera"
-        return InputError(f"{self.source or 'Intrinsics'}: expected {expected} of {camera}, got {got}.")
+        return InputError(
+            "bad-value", f"{self.source or 'Intrinsics'}: expected {expected} of {camera}, got {got}."
+        )
 
 
 def undistorted(points_px: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
@@ -134,7 +136,9 @@ def undistorted(points_px: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
     """
     points = np.asarray(points_px, dtype=np.float64)
     if points.shape[-1:] != (2,):
-        raise InputError(f"Expected pixels of shape (..., 2), got an array of shape {points.shape}.")
+        raise InputError(
+            "wrong-content", f"Expected pixels of shape (..., 2), got an array of shape {points.shape}."
+        )
     ideal = _ideal_matrix(intrinsics)
     observed = (points.reshape(-1, 2) - intrinsics.principal_point_px) / intrinsics.focal_px
     rays = np.full_like(observed, np.nan)

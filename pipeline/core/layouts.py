@@ -60,7 +60,7 @@ class Layout:
 
     def __post_init__(self) -> None:
         if len(set(self.joints)) != len(self.joints):
-            raise InputError(f"Layout {self.name} names a joint twice.")
+            raise InputError("bad-value", f"Layout {self.name} names a joint twice.")
         object.__setattr__(self, "_index", {joint: i for i, joint in enumerate(self.joints)})
 
     def __len__(self) -> int:
@@ -72,7 +72,9 @@ class Layout:
     def index(self, joint: str) -> int:
         """Position of a joint; InputError listing the layout's joints when there is none of that name."""
         if joint not in self._index:
-            raise InputError(f"Layout {self.name} has no joint '{joint}'; it has {', '.join(self.joints)}.")
+            raise InputError(
+                "name-unknown", f"Layout {self.name} has no joint '{joint}'; it has {', '.join(self.joints)}."
+            )
         return self._index[joint]
 
     def indices(self, joints: Sequence[str]) -> list[int]:
@@ -220,7 +222,7 @@ def layout_named(name: str) -> Layout:
     """The layout of that name, in any case; InputError listing the names when there is none."""
     by_key = {key.lower(): layout for key, layout in LAYOUTS.items()}
     if name.lower() not in by_key:
-        raise InputError(f"Expected a joint layout of {', '.join(LAYOUTS)}; got '{name}'.")
+        raise InputError("name-unknown", f"Expected a joint layout of {', '.join(LAYOUTS)}; got '{name}'.")
     return by_key[name.lower()]
 
 
@@ -229,18 +231,19 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
 
     A joint that the source lacks is the mean of joints that it has, by the rules at the head of this file,
     and takes the least of their confidences; a NaN among them makes it NaN. The derived joints are named in
-    the history. Heels and toes of the source become the poses' `feet` where the layout has none. InputError when no
-    rule gives a joint.
+    `derived`; the history says how. Heels and toes of the source become the poses' `feet` where the layout has none.
+    InputError when no rule gives a joint.
     """
     source = poses.layout
     if source.joints == to.joints:
         return poses if source == to else poses.with_(layout=to, feet=poses.feet)
-    columns, confidences, derived = [], [], []
+    columns, confidences, derived = [], [], {}
     for joint in to.joints:
         parts = _sources(joint, source)
         if not parts:
             raise InputError(
-                f"Layout {source.name} has no joint from which '{joint}' of {to.name} could be made."
+                "wrong-content",
+                f"Layout {source.name} has no joint from which '{joint}' of {to.name} could be made.",
             )
         rows = source.indices(parts)
         one = (
@@ -249,26 +252,26 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
         columns.append(poses.joints[:, rows[0]] if one else poses.joints[:, rows].mean(axis=1))
         confidences.append(poses.confidence[:, rows[0]] if one else poses.confidence[:, rows].min(axis=1))
         if parts != (joint,) and (joint, parts) not in _ALIASES:
-            derived.append(f"{joint} = mean({', '.join(parts)})")
+            derived[joint] = f"mean({', '.join(parts)})"
     feet, feet_derived = _feet(poses, to)
     return poses.with_(
         joints=np.stack(columns, axis=1), confidence=np.stack(confidences, axis=1), layout=to, feet=feet
-    ).noted("remap", source=source.name, to=to.name, derived=derived + feet_derived)
+    ).deriving("remap", derived | feet_derived, source=source.name, to=to.name)
 
 
-def _feet(poses: PoseSequence, to: Layout) -> tuple[np.ndarray | None, list[str]]:
-    """(T, 6, D) in the order of FEET, NaN for points that the source lacks, and which of them are derived; None where
-    the source has none or the layout `to` has them as joints."""
+def _feet(poses: PoseSequence, to: Layout) -> tuple[np.ndarray | None, dict[str, str]]:
+    """(T, 6, D) in the order of FEET, NaN for points that the source lacks, and what the derived ones are made of; None
+    where the source has none or the layout `to` has them as joints."""
     parts = {joint: _sources(joint, poses.layout) for joint in FEET.joints}
     if any(joint in to for joint in parts):
-        return None, []
+        return None, {}
     if not any(parts.values()):
-        return poses.feet, []
+        return poses.feet, {}
     feet = np.full((len(poses), len(FEET), poses.frame.dims), np.nan, np.float32)
     for i, found in enumerate(parts.values()):
         if found:
             feet[:, i] = poses.joints[:, poses.layout.index(found[0])]
-    return feet, [f"{joint} = {found[0]}" for joint, found in parts.items() if found and found != (joint,)]
+    return feet, {joint: found[0] for joint, found in parts.items() if found and found != (joint,)}
 
 
 def with_feet(poses: PoseSequence) -> PoseSequence:

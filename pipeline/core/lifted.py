@@ -97,8 +97,9 @@ class Lifted:
         where = (CAMERA.family, CAMERA.axes, "pelvis")
         if layout.joints != H36M17.joints or (frame.family, frame.axes, frame.origin) != where:
             raise InputError(
+                "plugin-broken",
                 f"Expected from the lifter {self.model} poses of {H36M17.name} in {CAMERA.name} axes from the pelvis, "
-                f"got {layout.name} in {frame}: repair its package."
+                f"got {layout.name} in {frame}: repair its package.",
             )
 
     @property

@@ -10,6 +10,7 @@ from typing import Any
 from .catalogue import CATALOGUE, About, Weight
 from .messages import how_many
 
+EXIT_CODES = {"good": 0, "suspicious": 3, "unusable": 4}  # of a program that judges poses
 WARNS = ("warning", "suspicious", "unusable")
 
 

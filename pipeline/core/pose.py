@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from .errors import InputError
-from .frames import BODY, LEVEL, Frame, require
+from .frames import BODY, CAMERA, LEVEL, Frame, require
 from .layouts import FEET, Layout
 from .notices import Notice
 
@@ -67,6 +67,7 @@ class PoseSequence:
         no derivative may be taken across one.
     person: the source's name of the person.
     made_by: who made the poses, as the adapter, the lifter or the user says.
+    derived: names of joints that were made out of others, and so tell nothing of their own.
     history: what was done so far, oldest first.
     notices: what is to be known of them that makes them doubtful, as the adapter or the lifter says.
     root: (T, D) float64 of joints relative to the pelvis: the pelvis in the same axes and unit, from a point that does
@@ -79,6 +80,8 @@ class PoseSequence:
         NaN where missing, None where nobody says.
     feet: (T, 6, D) float32 heels and toes in the order of layouts.FEET, in the axes, unit and from the origin of the
         joints; NaN where missing, None when the source has none.
+    linked: the source names nobody, and the adapter numbered the people, following each from frame to frame.
+    scene: which scene of the video shows the person, counted from 0; 0 as well where nothing tells of cuts.
 
     Raises InputError when shapes, ranges or order do not fit. Arrays are read-only.
     """
@@ -99,7 +102,10 @@ class PoseSequence:
     covariance: np.ndarray | None = None
     feet: np.ndarray | None = None
     made_by: MadeBy = UNSAID
+    derived: frozenset[str] = frozenset()
     notices: tuple[Notice, ...] = ()
+    linked: bool = False
+    scene: int = 0
 
     def __post_init__(self) -> None:
         joints = _owned(self.joints, np.float32)
@@ -107,24 +113,28 @@ class PoseSequence:
             f"(frames, {len(self.layout)}, {self.frame.dims}) for {self.layout.name} in {self.frame.name}"
         )
         if joints.ndim != 3 or joints.shape[1:] != (len(self.layout), self.frame.dims):
-            raise InputError(f"Expected joints of shape {expected}, got {joints.shape}.")
+            raise InputError("wrong-content", f"Expected joints of shape {expected}, got {joints.shape}.")
         if len(joints) == 0:
-            raise InputError(f"Expected joints of shape {expected}, got no frames at all.")
+            raise InputError("nothing-usable", f"Expected joints of shape {expected}, got no frames at all.")
         if np.isinf(joints).any():
             row, joint, _ = np.argwhere(np.isinf(joints))[0]
             raise InputError(
+                "file-damaged",
                 f"Expected finite coordinates or NaN, got an infinite one at row {row}, joint "
-                f"{self.layout.joints[joint]}; the file is damaged or was written by a failed run."
+                f"{self.layout.joints[joint]}; the file is damaged or was written by a failed run.",
             )
         rows = len(joints)
         unknown = self.confidence is None
         confidence = np.full(joints.shape[:2], np.nan, np.float32) if unknown else self.confidence
         confidence = _owned(confidence, np.float32)
         if confidence.shape != joints.shape[:2]:
-            raise InputError(f"Expected confidence of shape {joints.shape[:2]}, got {confidence.shape}.")
+            raise InputError(
+                "wrong-content", f"Expected confidence of shape {joints.shape[:2]}, got {confidence.shape}."
+            )
         if np.nanmin(confidence, initial=0) < 0 or np.nanmax(confidence, initial=0) > 1:
             raise InputError(
-                "Expected confidences between 0 and 1 or NaN; map the source's scores into that range."
+                "wrong-content",
+                "Expected confidences between 0 and 1 or NaN; map the source's scores into that range.",
             )
         if self.frame_index is None:
             object.__setattr__(self, "frames_known", False)
@@ -134,36 +144,28 @@ class PoseSequence:
         if self.time_s is not None:
             arrays["time_s"] = _owned(self.time_s, np.float64)
             _increasing("time_s", arrays["time_s"], rows)
-        if self.root is not None:
-            arrays["root"] = _owned(self.root, np.float64)
-            if arrays["root"].shape != (rows, self.frame.dims) or np.isinf(arrays["root"]).any():
+        dims = self.frame.dims
+        wanted = {  # type, shape, and whether infinite values are refused
+            "root": (np.float64, (rows, dims), True),
+            "root_covariance": (np.float64, (rows, dims, dims), False),
+            "covariance": (np.float32, (*joints.shape, dims), False),
+            "feet": (np.float32, (rows, len(FEET), dims), True),
+        }
+        for name, (kind, shape, finite) in wanted.items():
+            if getattr(self, name) is None:
+                continue
+            arrays[name] = array = _owned(getattr(self, name), kind)
+            if array.shape != shape or (finite and np.isinf(array).any()):
                 raise InputError(
-                    f"Expected a root of shape {(rows, self.frame.dims)}, finite or NaN, got {arrays['root'].shape}."
+                    "wrong-content",
+                    f"Expected {name} of shape {shape}{', finite or NaN' if finite else ''}, got {array.shape}.",
                 )
-        if self.root_covariance is not None:
-            arrays["root_covariance"] = _owned(self.root_covariance, np.float64)
-            shape = (rows, self.frame.dims, self.frame.dims)
-            if self.root is None or arrays["root_covariance"].shape != shape:
-                raise InputError(
-                    f"Expected a root_covariance of shape {shape} beside a root, got "
-                    f"{arrays['root_covariance'].shape}{' without one' if self.root is None else ''}."
-                )
-        if self.covariance is not None:
-            arrays["covariance"] = _owned(self.covariance, np.float32)
-            if arrays["covariance"].shape != (*joints.shape, self.frame.dims):
-                raise InputError(
-                    f"Expected covariances of shape {(*joints.shape, self.frame.dims)}, got "
-                    f"{arrays['covariance'].shape}."
-                )
-        if self.feet is not None:
-            arrays["feet"] = _owned(self.feet, np.float32)
-            if arrays["feet"].shape != (rows, len(FEET), self.frame.dims) or np.isinf(arrays["feet"]).any():
-                raise InputError(
-                    f"Expected feet of shape {(rows, len(FEET), self.frame.dims)}, finite or NaN, got "
-                    f"{arrays['feet'].shape}."
-                )
+        if self.root_covariance is not None and self.root is None:
+            raise InputError(
+                "wrong-content", "Expected a root_covariance beside a root, got one without one."
+            )
         if any(not 0 < seam < rows for seam in self.seams):
-            raise InputError(f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
+            raise InputError("wrong-content", f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
         for name, array in arrays.items():
             array.setflags(write=False)
             object.__setattr__(self, name, array)
@@ -183,10 +185,15 @@ class PoseSequence:
         return self.frame.family == "camera" and self.made_by.kind != "measured"
 
     @property
-    def measured_root(self) -> np.ndarray | None:
-        """(T, D) the root where the source itself knows the place; None for one that was estimated, which is too
-        uncertain for evidence on up or on the frame rate."""
+    def own_root(self) -> np.ndarray | None:
+        """(T, D) the root where the source itself says the place, measured or by an estimator that states no error;
+        None for one that a run has estimated out of keypoints, which is too uncertain for evidence on up."""
         return self.root if self.root_covariance is None else None
+
+    @property
+    def measured_root(self) -> np.ndarray | None:
+        """(T, D) that root where no estimator made it, as far as is known: its errors are small. None for others."""
+        return None if self.made_by.kind == "estimated" else self.own_root
 
     @property
     def root_sd(self) -> np.ndarray | None:
@@ -205,7 +212,9 @@ class PoseSequence:
     def times(self) -> np.ndarray:
         """(T,) seconds. InputError when the source's rate is unknown."""
         if self.time_s is None:
-            raise InputError("The poses carry no time stamps: give the frame rate (--fps F) or the video.")
+            raise InputError(
+                "needs-rate", "The poses carry no time stamps: give the frame rate (--fps F) or the video."
+            )
         return self.time_s
 
     def rows(self, start: int, stop: int) -> PoseSequence:
@@ -236,6 +245,12 @@ class PoseSequence:
         object.__setattr__(noted, "history", (*self.history, Step(step, package_version(), options)))
         return noted
 
+    def deriving(self, step: str, how: Mapping[str, str], **options: Any) -> PoseSequence:
+        """A copy whose joints of these names were made out of others, and whose history says in this step how."""
+        noted = self.noted(step, **options, derived=[f"{joint} = {made}" for joint, made in how.items()])
+        object.__setattr__(noted, "derived", self.derived | how.keys())
+        return noted
+
     def saying(self, *notices: Notice) -> PoseSequence:
         """A copy with these notices added."""
         return replace(self, notices=(*self.notices, *notices))
@@ -257,9 +272,9 @@ def _owned(values: Any, dtype: type) -> np.ndarray:
 
 def _increasing(name: str, values: np.ndarray, rows: int) -> None:
     if values.shape != (rows,):
-        raise InputError(f"Expected {name} of shape ({rows},), got {values.shape}.")
+        raise InputError("wrong-content", f"Expected {name} of shape ({rows},), got {values.shape}.")
     if not (math.isfinite(values[0]) and math.isfinite(values[-1]) and (values[1:] > values[:-1]).all()):
-        raise InputError(f"Expected {name} to increase from row to row; it does not.")
+        raise InputError("times-broken", f"Expected {name} to increase from row to row; it does not.")
 
 
 TOLD_UP = ("gravity vector", "camera pitch and roll")  # sources of up that the user tells, by name
@@ -281,7 +296,8 @@ class Rectified:
         up_shares: what up rests on, each source's part by name; up_pulls: by how many degrees each moves it; up_own:
         what each says by itself, in the source's axes, and its error in degrees.
     method: "geometric" or "pcnet@<hash>".
-    camera: "static", "moving", or "gravity" for a source that knows its own up.
+    source: the axes that the poses come in. camera: "static" or "moving"; None for a world, which knows its own up.
+    window_s: of a moving camera, over how many seconds frames share their up; None for others.
     level_heading: how LEVEL's heading was chosen: "median", "first second", "camera", "world", or "none"
         where no frame has a heading.
     level_ok, level_reason: whether the take could be levelled, and in words why not.
@@ -296,7 +312,9 @@ class Rectified:
     level_heading: str
     level_ok: bool = True
     level_reason: str = ""
-    camera: str = "static"
+    source: Frame = CAMERA
+    camera: Literal["static", "moving"] | None = "static"
+    window_s: float | None = None
     up_error_deg: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
     up_bound_deg: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
     up_votes: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
@@ -321,10 +339,16 @@ class Rectified:
             array = np.full(allowed[0], np.nan) if value is None else np.array(value, dtype=np.float64)
             if array.shape not in allowed:
                 raise InputError(
-                    f"Expected {name} of shape {' or '.join(map(str, allowed))}, got {array.shape}."
+                    "wrong-content",
+                    f"Expected {name} of shape {' or '.join(map(str, allowed))}, got {array.shape}.",
                 )
             array.setflags(write=False)
             object.__setattr__(self, name, array)
+
+    @property
+    def in_world(self) -> bool:
+        """Whether the poses come in a world's axes, whose up is not estimated."""
+        return self.source.family == "world"
 
     @property
     def turned(self) -> np.ndarray:

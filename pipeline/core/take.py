@@ -15,6 +15,8 @@ from .notices import Notice, grave, without_doubles
 from .pose import PoseSequence, Rectified
 
 CameraMotion = Literal["static", "moving"]
+Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
+Swaps = Literal["report", "repair", "mask"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +69,9 @@ class Told:
     focal length. gravity: which way things fall, in the camera's axes (x right, y down, z away), any length. pitch_deg,
     roll_deg: of the camera, positive when it looks down, and when the image's content turns counter-clockwise; both or
     neither, for an angle that nobody told is not 0. image_size: width and height in pixels, of a take without a video.
-    stature_m: the person's height. images: False keeps every image of the person out of the results.
+    stature_m: the person's height. images: False keeps every image of the person out of the results. fps: frames a
+    second, instead of what a file says. person: who of several, by name, or "longest" or "largest". handedness: what is
+    done where left and right of poses are exchanged, and swaps, where limbs are for some frames.
 
     InputError for what cannot be, before a run has looked at the whole video in vain.
     """
@@ -80,28 +84,38 @@ class Told:
     image_size: tuple[int, int] | None = None
     stature_m: float | None = None
     images: bool = True
+    fps: float | None = None
+    person: str | None = None
+    handedness: Handedness = "refuse"
+    swaps: Swaps = "report"
 
     def __post_init__(self) -> None:
         pitch, roll = self.pitch_deg, self.roll_deg
         angles = [angle for angle in (pitch, roll) if angle is not None]
         if self.camera not in (None, "static", "moving"):
-            raise InputError(f"Expected a camera that is static or moving, got '{self.camera}'.")
+            raise InputError("bad-value", f"Expected a camera that is static or moving, got '{self.camera}'.")
         if self.gravity is not None and angles:
-            raise InputError("Expected the camera's gravity, or its pitch and roll, not both.")
+            raise InputError(
+                "option-conflict", "Expected the camera's gravity, or its pitch and roll, not both."
+            )
         if self.gravity is not None and not 0 < np.linalg.norm(self.gravity) < np.inf:
             raise InputError(
-                f"Expected a direction for gravity, such as 0,1,0 (down the picture), got {self.gravity}."
+                "bad-value",
+                f"Expected a direction for gravity, such as 0,1,0 (down the picture), got {self.gravity}.",
             )
         if not all(abs(angle) <= 180 for angle in angles):
-            raise InputError(f"Expected pitch and roll in degrees, got {pitch} and {roll}.")
+            raise InputError("bad-value", f"Expected pitch and roll in degrees, got {pitch} and {roll}.")
         if len(angles) == 1:
             alone = "roll" if pitch is None else "pitch"
             raise InputError(
+                "needs-input",
                 f"Expected the camera's pitch and roll together, got the {alone} alone; a camera that looks neither "
-                "up nor down has --pitch 0, one whose pictures show the horizon level --roll 0."
+                "up nor down has a pitch of 0, one whose pictures show the horizon level a roll of 0.",
             )
         if self.moving and (angles or self.gravity is not None):
-            raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
+            raise InputError(
+                "option-conflict", "A moving camera has no one pitch, roll or gravity; leave them out."
+            )
 
     @property
     def moving(self) -> bool:
@@ -126,7 +140,8 @@ class Take:
     camera: what the image and the user say about the camera.
     poses: 3D joints, H36M17 in CAMERA axes, relative to the pelvis.
     findings: what `pcnet3d inspect` finds in the poses as they were read or lifted; None where nothing looked.
-    filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
+    filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on.
+    cutoff_hz: of that filter; None where there is none.
     kinematics: columns (T,) by name, whose ends tell the units (design.md section 7).
     measures: rows of the take's figures, remarks, moments and curves (pipeline/core/measures.py).
     session: what the user says about the recording: title, person, date.
@@ -143,6 +158,7 @@ class Take:
     findings: tuple[Notice, ...] | None = None
     rectified: Rectified | None = None
     filtered: PoseSequence | None = None
+    cutoff_hz: float | None = None
     kinematics: dict[str, np.ndarray] | None = None
     measures: tuple[Row, ...] | None = None
     notices: tuple[Notice, ...] = ()
@@ -182,7 +198,8 @@ class Take:
         value = getattr(self, what)
         if value is None:
             raise InputError(
-                f"Expected a take with {what}, got one without; run the stage that gives {what} first."
+                "needs-stage",
+                f"Expected a take with {what}, got one without; run the stage that gives {what} first.",
             )
         return value
 

@@ -55,11 +55,15 @@ def load(path: Path, *shapes: Shape, key: str | None = None, limit: int | None =
         _check_kind(dtype, "fiu", where)
         if shapes and not any(fits(shape, wanted) for wanted in shapes):
             raise InputError(
+                "wrong-content",
                 f"{where}: expected an array of shape {' or '.join(map(in_words, shapes))}, got {shape}; "
-                "check that this is the right file and adapter."
+                "check that this is the right file and adapter.",
             )
         if 0 in shape:
-            raise InputError(f"{where}: expected frames, got an array of shape {shape}, which holds none.")
+            raise InputError(
+                "nothing-usable",
+                f"{where}: expected frames, got an array of shape {shape}, which holds none.",
+            )
         return _data(stream, size, shape, fortran_order, dtype, where, limit)
 
 
@@ -73,7 +77,9 @@ def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
         names = needed or held
         if missing := [name for name in names if name not in held]:
             raise InputError(
-                f"Expected an .npz file with the arrays {', '.join(needed)} at {path}; {', '.join(missing)} is missing."
+                "wrong-content",
+                f"Expected an .npz file with the arrays {', '.join(needed)} at {path}; "
+                f"{', '.join(missing)} is missing.",
             )
         _check_archive(path, names)
         found = {}
@@ -92,7 +98,8 @@ def header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dty
     version = np.lib.format.read_magic(stream)
     if version not in _HEADERS:
         raise InputError(
-            f"{where}: expected an array of plain numbers, got npy version {version}; save it anew."
+            "format-unknown",
+            f"{where}: expected an array of plain numbers, got npy version {version}; save it anew.",
         )
     shape, fortran_order, dtype = _HEADERS[version](stream)
     return shape, fortran_order, dtype
@@ -101,11 +108,14 @@ def header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dty
 def _check_kind(dtype: np.dtype, kinds: str, where: str) -> None:
     if dtype.hasobject:
         raise InputError(
+            "unsafe",
             f"{where}: expected an array of numbers, got Python objects, which would have to be unpickled and "
-            "could run a stranger's code; save it as a plain float array."
+            "could run a stranger's code; save it as a plain float array.",
         )
     if dtype.kind not in kinds:
-        raise InputError(f"{where}: expected an array of numbers, got {dtype}; save it as a float array.")
+        raise InputError(
+            "wrong-content", f"{where}: expected an array of numbers, got {dtype}; save it as a float array."
+        )
 
 
 def _data(
@@ -122,8 +132,9 @@ def _data(
     promised, held = math.prod(shape) * dtype.itemsize, size - stream.tell()
     if promised != held or min(shape, default=0) < 0:
         raise InputError(
+            "file-damaged",
             f"{where}: its header promises {promised} bytes of data for shape {shape}, the file holds {held}; "
-            "it was cut short or is damaged, so write or copy it again."
+            "it was cut short or is damaged, so write or copy it again.",
         )
     if not promised:
         return np.zeros(shape, dtype)
@@ -133,7 +144,10 @@ def _data(
         wanted = math.prod(shape) * dtype.itemsize
     array = np.frombuffer(stream.read(wanted), dtype)
     if dtype.kind == "U" and array.view(dtype.str[0] + "u4").max(initial=0) > sys.maxunicode:
-        raise InputError(f"{where}: its texts hold what is no character; the file is damaged, copy it again.")
+        raise InputError(
+            "file-damaged",
+            f"{where}: its texts hold what is no character; the file is damaged, copy it again.",
+        )
     return array.reshape(shape, order="F" if fortran_order else "C")
 
 
@@ -163,14 +177,19 @@ def _is_archive(path: Path) -> bool:
     """Whether a file is a zip archive rather than an .npy file; InputError when it is neither."""
     if not path.is_file():
         raise InputError(
-            f"Expected a numpy file at {path}, found {'a folder' if path.is_dir() else 'no file'}."
+            "cannot-open",
+            f"Expected a numpy file at {path}, found {'a folder' if path.is_dir() else 'no file'}.",
         )
     with path.open("rb") as file:
         start = file.read(len(_NPY))
     if not start:
-        raise InputError(f"{path} is empty (0 bytes); the program that wrote it did not finish.")
+        raise InputError(
+            "file-damaged", f"{path} is empty (0 bytes); the program that wrote it did not finish."
+        )
     if start != _NPY and not start.startswith(_ZIP):
-        raise InputError(f"{path} is neither an .npy nor an .npz file; pickles are never read.")
+        raise InputError(
+            "format-unknown", f"{path} is neither an .npy nor an .npz file; pickles are never read."
+        )
     return start != _NPY
 
 
@@ -188,14 +207,18 @@ def opened(path: Path, key: str | None) -> Iterator[tuple[IO[bytes], int]]:
         held = keys(path)
         listed = ", ".join(held) or "no numpy arrays"
         if key is None:
-            raise InputError(f"Expected a single array (.npy) in {path}, got an archive with {listed}.")
+            raise InputError(
+                "wrong-content", f"Expected a single array (.npy) in {path}, got an archive with {listed}."
+            )
         if key not in held:
-            raise InputError(f"Expected an array '{key}' in {path}; it holds {listed}.")
+            raise InputError("wrong-content", f"Expected an array '{key}' in {path}; it holds {listed}.")
         _check_archive(path, (key,))
         with zipfile.ZipFile(path) as archive, archive.open(f"{key}.npy") as stream:
             yield stream, archive.getinfo(f"{key}.npy").file_size
     elif key is not None:
-        raise InputError(f"{path} is an .npy file with one nameless array; leave out the key '{key}'.")
+        raise InputError(
+            "option-conflict", f"{path} is an .npy file with one nameless array; leave out the key '{key}'."
+        )
     else:
         with path.open("rb") as stream:
             yield stream, path.stat().st_size
@@ -209,7 +232,9 @@ def damage_reported(path: Path) -> Iterator[None]:
     except InputError:
         raise
     except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from None
+        raise InputError("cannot-open", f"Cannot read {path}: {error.strerror or error}.") from None
     except DAMAGE as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"{path} is damaged or was cut short ({reason}); write or copy it again.") from None
+        raise InputError(
+            "file-damaged", f"{path} is damaged or was cut short ({reason}); write or copy it again."
+        ) from None

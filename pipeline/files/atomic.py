@@ -39,15 +39,19 @@ def refuse_unwritable(path: Path) -> None:
     """InputError when no folder can be made at `path`, so that it is said before the work and not after it."""
     there = next(folder for folder in (path.absolute(), *path.absolute().parents) if folder.exists())
     if not there.is_dir():
-        raise InputError(f"Expected a folder to write into, but {there} is a file; choose another -o.")
+        raise InputError(
+            "cannot-write", f"Expected a folder to write into, but {there} is a file; choose another -o."
+        )
     if not os.access(there, os.W_OK | os.X_OK):
-        raise InputError(f"Cannot write into {there}: permission denied; choose another -o.")
+        raise InputError("cannot-write", f"Cannot write into {there}: permission denied; choose another -o.")
 
 
 def refuse_unwritable_file(path: Path) -> None:
     """InputError when no file can be written at `path`, whose folder need not be there yet."""
     if path.is_dir():
-        raise InputError(f"Expected a file to write, but {path} is a folder; choose another -o.")
+        raise InputError(
+            "cannot-write", f"Expected a file to write, but {path} is a folder; choose another -o."
+        )
     refuse_unwritable(path.parent)
 
 
@@ -57,8 +61,9 @@ def require_space(folder: Path, needed: int, what: str) -> None:
     free = shutil.disk_usage(there).free
     if free < needed:
         raise InputError(
+            "cannot-write",
             f"{what} needs about {needed / 1e6:.0f} MB and {there} has {free / 1e6:.0f} MB left; make room there or "
-            "choose another folder."
+            "choose another folder.",
         )
 
 
@@ -82,7 +87,7 @@ def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -
     except OSError as error:
         _remove_empty(made)
         raise InputError(
-            f"Cannot write into {path.parent}: {error.strerror}; choose another -o DIR."
+            "cannot-write", f"Cannot write into {path.parent}: {error.strerror}; choose another -o DIR."
         ) from None
     try:
         yield partial
@@ -148,24 +153,31 @@ def _check_replaceable(path: Path, force: bool, inputs: Iterable[Path]) -> None:
     """InputError unless `path` is free, empty, or ours to replace."""
     if Path.cwd().resolve().is_relative_to(path):
         raise InputError(
+            "already-there",
             f"{path} is the folder that you are in, or holds it, and cannot be replaced; choose another -o DIR, such "
-            "as a new one inside it."
+            "as a new one inside it.",
         )
     for used in inputs:
         if used.resolve().is_relative_to(path):
-            raise InputError(f"{path} holds {used}, which this run needs; choose another -o DIR.")
+            raise InputError(
+                "already-there", f"{path} holds {used}, which this run needs; choose another -o DIR."
+            )
     if path.is_dir():
         if os.path.ismount(path):
             raise InputError(
-                f"{path} is a mount point and cannot be replaced; choose a folder inside it for -o DIR."
+                "already-there",
+                f"{path} is a mount point and cannot be replaced; choose a folder inside it for -o DIR.",
             )
         if force or not any(path.iterdir()) or _ours(path):
             return
         raise InputError(
-            f"{path} holds files that pcnet3d did not make; choose another -o DIR, or pass --force to replace it all."
+            "already-there",
+            f"{path} holds files that pcnet3d did not make; choose another -o DIR, or pass --force to replace it all.",
         )
     if path.exists():
-        raise InputError(f"Expected a folder to write into, but {path} is a file; choose another -o DIR.")
+        raise InputError(
+            "cannot-write", f"Expected a folder to write into, but {path} is a file; choose another -o DIR."
+        )
 
 
 def _ours(path: Path) -> bool:

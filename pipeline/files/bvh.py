@@ -40,7 +40,7 @@ class Motion(NamedTuple):
     fps: float
     unit: str
     first: int
-    derived: tuple[str, ...]
+    derived: dict[str, str]
 
 
 def read_motion(text: str, unit: str | None = None) -> Motion:
@@ -67,57 +67,79 @@ def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float
     degrees and the file's unit, frames per second. InputError for what is no BVH."""
     head, found, motion = text.partition("MOTION")
     if not found or "HIERARCHY" not in head:
-        raise InputError("expected a BVH file with HIERARCHY and MOTION.")
+        raise InputError("format-unknown", "expected a BVH file with HIERARCHY and MOTION.")
+    try:
+        skeleton, channels = _hierarchy(head)
+        numbers, fps = _motion(motion, len(channels))
+    except InputError:
+        raise
+    except (ValueError, IndexError) as error:
+        raise InputError("file-damaged", f"the BVH file is damaged: {error}.") from None
+    _check(skeleton, channels)
+    return skeleton, channels, numbers, fps
+
+
+def _hierarchy(text: str) -> tuple[Skeleton, list[tuple[int, str]]]:
+    """The skeleton and the channels of the part HIERARCHY; ValueError or IndexError where it is damaged."""
     names: list[str] = []
     parents: list[int] = []
     offsets: list[list[float]] = []
     channels: list[tuple[int, str]] = []
     open_joints: list[int] = []  # -1 for an End Site
     coming = -1
-    try:
-        for line in head.splitlines():
-            words = line.split()
-            match words[:1]:
-                case ["ROOT" | "JOINT"]:
-                    parents.append(open_joints[-1] if open_joints else -1)
-                    coming = len(names)
-                    names.append(line.strip().partition(" ")[2].strip())
-                    offsets.append([0.0, 0.0, 0.0])
-                case ["End"]:
-                    coming = -1
-                case ["{"]:
-                    open_joints.append(coming)
-                case ["}"]:
-                    open_joints.pop()
-                case ["OFFSET"] if open_joints[-1] >= 0:
-                    offsets[open_joints[-1]] = [float(word) for word in words[1:4]]
-                case ["CHANNELS"]:
-                    channels += [(open_joints[-1], word) for word in words[2 : 2 + int(words[1])]]
-        count_line, time_line, *lines = (line for line in motion.splitlines() if line.strip())
-        count, frame_text = int(count_line.split()[-1]), time_line.split()[-1]
-        frame_s = float(frame_text)
-        numbers = np.array(" ".join(lines).split(), dtype=float).reshape(-1, max(len(channels), 1))
-        skeleton = Skeleton(tuple(names), tuple(parents), np.array(offsets).reshape(-1, 3))
-    except (ValueError, IndexError) as error:
-        raise InputError(f"the BVH file is damaged: {error}.") from None
+    for line in text.splitlines():
+        words = line.split()
+        match words[:1]:
+            case ["ROOT" | "JOINT"]:
+                parents.append(open_joints[-1] if open_joints else -1)
+                coming = len(names)
+                names.append(line.strip().partition(" ")[2].strip())
+                offsets.append([0.0, 0.0, 0.0])
+            case ["End"]:
+                coming = -1
+            case ["{"]:
+                open_joints.append(coming)
+            case ["}"]:
+                open_joints.pop()
+            case ["OFFSET"] if open_joints[-1] >= 0:
+                offsets[open_joints[-1]] = [float(word) for word in words[1:4]]
+            case ["CHANNELS"]:
+                channels += [(open_joints[-1], word) for word in words[2 : 2 + int(words[1])]]
+    return Skeleton(tuple(names), tuple(parents), np.array(offsets).reshape(-1, 3)), channels
+
+
+def _motion(text: str, width: int) -> tuple[np.ndarray, float]:
+    """The numbers (T, width) of the part MOTION, and frames per second; ValueError where it is damaged, InputError
+    where it holds other numbers than it says."""
+    count_line, time_line, *lines = (line for line in text.splitlines() if line.strip())
+    count, frame_text = int(count_line.split()[-1]), time_line.split()[-1]
+    frame_s = float(frame_text)
+    numbers = np.array(" ".join(lines).split(), dtype=float).reshape(-1, max(width, 1))
     timed = frame_s > 0 and 0 < 1 / frame_s < np.inf
     if len(numbers) != count or not (count and timed and np.isfinite(numbers).all()):
         raise InputError(
-            f"expected {how_many(count, 'frame')} of {how_many(len(channels), 'number')}, {frame_s} "
-            f"s each, got {len(numbers)}."
+            "file-damaged",
+            f"expected {how_many(count, 'frame')} of {how_many(width, 'number')}, {frame_s} s each, got "
+            f"{len(numbers)}.",
         )
-    for joint in range(len(names)):
+    return numbers, _rate(frame_text)
+
+
+def _check(skeleton: Skeleton, channels: list[tuple[int, str]]) -> None:
+    """InputError for rotations twice, for channels that there are not, and for other than one root."""
+    for joint, joint_name in enumerate(skeleton.names):
         turns = [name for owner, name in channels if owner == joint and name.endswith("rotation")]
         if len(turns) != len(set(turns)):
-            raise InputError(f"expected each rotation of '{names[joint]}' once, got {', '.join(turns)}.")
-    unknown = {name for _, name in channels} - {
-        f"{a}{kind}" for a in _AXES for kind in ("position", "rotation")
-    }
-    if unknown or parents.count(-1) != 1:
+            raise InputError(
+                "wrong-content", f"expected each rotation of '{joint_name}' once, got {', '.join(turns)}."
+            )
+    known = {f"{axis}{kind}" for axis in _AXES for kind in ("position", "rotation")}
+    unknown = {name for _, name in channels} - known
+    if unknown or skeleton.parents.count(-1) != 1:
         raise InputError(
-            f"expected one root and known channels, got {', '.join(sorted(unknown)) or 'several'}."
+            "wrong-content",
+            f"expected one root and known channels, got {', '.join(sorted(unknown)) or 'several'}.",
         )
-    return skeleton, channels, numbers, _rate(frame_text)
 
 
 def _rate(frame_time: str) -> float:

@@ -80,9 +80,11 @@ def read_camera(
     path = Path(path)
     cameras = _cameras(path)
     if name is None and len(cameras) > 1:
-        raise InputError(f"{path} holds {len(cameras)} cameras; say which it is: {', '.join(cameras)}.")
+        raise InputError(
+            "choose-entry", f"{path} holds {len(cameras)} cameras; say which it is: {', '.join(cameras)}."
+        )
     if name is not None and name not in cameras:
-        raise InputError(f"{path} holds no camera '{name}'; {did_you_mean(name, cameras)}")
+        raise InputError("name-unknown", f"{path} holds no camera '{name}'; {did_you_mean(name, cameras)}")
     chosen = next(iter(cameras)) if name is None else name
     intrinsics = _intrinsics(cameras[chosen], chosen, str(path))
     return intrinsics if image_size is None else intrinsics.at_size(image_size)
@@ -96,17 +98,20 @@ def _cameras(path: Path) -> dict[str, Camera]:
         found = [(name or path.stem, camera) for name, camera in parse(text)]
     except damage as error:
         said = f" ({str(error).strip().splitlines()[-1]})" if str(error).strip() else ""
-        raise InputError(f"Expected {_FORMATS}; {path} is none or is damaged{said}.") from None
+        raise InputError(
+            "format-unknown", f"Expected {_FORMATS}; {path} is none or is damaged{said}."
+        ) from None
     except RecursionError:
-        raise InputError(f"Expected {_FORMATS}; {path} nests its values too deeply.") from None
+        raise InputError("unsafe", f"Expected {_FORMATS}; {path} nests its values too deeply.") from None
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise InputError(error.code, f"{path}: {error}") from None
     if not found:
-        raise InputError(f"Expected {_FORMATS}; {path} has no camera matrix.")
+        raise InputError("wrong-content", f"Expected {_FORMATS}; {path} has no camera matrix.")
     cameras = dict(found)
     if len(cameras) < len(found):
         raise InputError(
-            f"{path}: expected cameras of different names, got {', '.join(name for name, _ in found)}."
+            "wrong-content",
+            f"{path}: expected cameras of different names, got {', '.join(name for name, _ in found)}.",
         )
     return cameras
 
@@ -116,13 +121,13 @@ def _text(path: Path) -> str:
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)
     except OSError as error:
-        raise InputError(f"Expected {_FORMATS} at {path}: {error.strerror}.") from None
+        raise InputError("cannot-open", f"Expected {_FORMATS} at {path}: {error.strerror}.") from None
     if len(content) > _LARGEST:
-        raise InputError(f"Expected {_FORMATS}; {path} is larger than {_LARGEST} bytes.")
+        raise InputError("unsafe", f"Expected {_FORMATS}; {path} is larger than {_LARGEST} bytes.")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(f"Expected {_FORMATS}; {path} is no UTF-8 text.") from None
+        raise InputError("format-unknown", f"Expected {_FORMATS}; {path} is no UTF-8 text.") from None
 
 
 def _parser(text: str) -> tuple[Callable[[str], Iterable[tuple[str, Camera]]], type[Exception]]:
@@ -156,7 +161,9 @@ def _in_tree(tree: Any, name: str = "") -> Iterator[tuple[str, Camera]]:
 def _of_xml(text: str) -> Iterator[tuple[str, Camera]]:
     """OpenCV's or Qualisys'."""
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise InputError("expected a calibration without a document type of its own, got XML with one.")
+        raise InputError(
+            "unsafe", "expected a calibration without a document type of its own, got XML with one."
+        )
     root = ElementTree.fromstring(text)
     found = root.findall("cameras/camera")
     for number, camera in enumerate(found):
@@ -211,7 +218,7 @@ def _of_colmap(text: str) -> Iterator[tuple[str, Camera]]:
             continue
         if len(words) < 4 or words[1] not in _COLMAP:
             known = f"number, model, width, height and parameters of one of the models {', '.join(_COLMAP)}"
-            raise InputError(f"expected {known}, got '{line.strip()}'.")
+            raise InputError("wrong-content", f"expected {known}, got '{line.strip()}'.")
         keys = _COLMAP[words[1]].split()
         what = f"{words[1]} with the parameters {' '.join(keys)}"
         given = dict(zip(keys, _numbers(words[4:], what, len(keys)).tolist(), strict=True))
@@ -239,14 +246,16 @@ def _intrinsics(camera: Camera, name: str, source: str) -> Intrinsics:
     fx, skew, cx, zero, fy, cy, *last = matrix.tolist()
     if zero != 0 or last != [0, 0, 1] or not abs(skew) <= _SKEW * abs(fx):
         raise InputError(
+            "wrong-content",
             f"{where}: expected a camera matrix fx 0 cx, 0 fy cy, 0 0 1, got {fx:g} {skew:g} {cx:g}, {zero:g} {fy:g} "
-            f"{cy:g}, {' '.join(f'{number:g}' for number in last)}."
+            f"{cy:g}, {' '.join(f'{number:g}' for number in last)}.",
         )
     given, model = _first(camera, _DISTORTION), _first(camera, _MODEL)
     if model not in (None, *_FISHEYE_MODELS, *_POLYNOMIAL_MODELS):
         raise InputError(
+            "wrong-content",
             f"{where}: expected one of the distortion models {', '.join(filter(None, _POLYNOMIAL_MODELS))} and "
-            f"{', '.join(_FISHEYE_MODELS)}, got {model!r}."
+            f"{', '.join(_FISHEYE_MODELS)}, got {model!r}.",
         )
     marked = _first(camera, _FISHEYE) or 0
     return Intrinsics(
@@ -269,7 +278,10 @@ def _size(camera: Camera, where: str) -> tuple[int, int] | None:
         given = sides
     width, height = _numbers(given, f"{where}: image size", 2)
     if not (1 <= width < 1e6 and 1 <= height < 1e6 and width % 1 == 0 and height % 1 == 0):
-        raise InputError(f"{where}: expected width and height in whole pixels, got {width:g} and {height:g}.")
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected width and height in whole pixels, got {width:g} and {height:g}.",
+        )
     return int(width), int(height)
 
 
@@ -289,5 +301,5 @@ def _numbers(value: Any, what: str, count: int | None = None) -> np.ndarray:
         numbers = np.array([np.nan])
     if not np.isfinite(numbers).all() or (count is not None and len(numbers) != count):
         expected = "finite numbers" if count is None else f"{count} finite number{'s' * (count > 1)}"
-        raise InputError(f"{what}: expected {expected}, got {str(value)[:200]}.")
+        raise InputError("wrong-content", f"{what}: expected {expected}, got {str(value)[:200]}.")
     return numbers

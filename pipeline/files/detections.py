@@ -12,11 +12,10 @@ from ..core.frames import IMAGE
 from ..core.layouts import Layout, layout_named
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..core.take import Take
 from .arrays import keys, load_all
 from .atomic import whole_file
+from .names import KEYPOINTS
 
-KEYPOINTS = "keypoints.npz"
 _NUMBERS = {  # dimensions, kind of dtype
     "frame_index": (1, "i"), "time_s": (1, "f"), "person": (1, "i"), "joints": (3, "f"), "confidence": (2, "f"),
     "box": (2, "f"), "cuts": (1, "i"), "thumbnail": (2, "u"), "frames": (0, "i"), "frames_seen": (0, "i"),
@@ -77,9 +76,13 @@ class Detections:
         return [notice("hardly-a-person", person=person.person, score=sure)]
 
     def people(self) -> tuple[PoseSequence, ...]:
-        """One sequence a person in IMAGE, in order of appearance; their histories tell the scene that each is in."""
+        """One sequence a person in IMAGE, in order of appearance."""
         layout: Layout = layout_named(self.layout)
         rows = {int(person): self.person == person for person in np.unique(self.person)}
+        first = {person: self.frame_index[mine][0] for person, mine in rows.items()}
+        scenes = {
+            person: int(np.searchsorted(self.cuts, frame, side="right")) for person, frame in first.items()
+        }
         return tuple(
             PoseSequence(
                 joints=self.joints[mine],
@@ -89,12 +92,13 @@ class Detections:
                 time_s=self.time_s[mine],
                 frame_index=self.frame_index[mine],
                 person=str(person),
+                scene=scenes[person],
             ).noted(
                 "detect",
                 detector=self.method,
                 people=len(rows),
                 cuts=len(self.cuts),
-                scene=int(np.searchsorted(self.cuts, self.frame_index[mine][0], side="right")),
+                scene=scenes[person],
                 frames_seen=self.frames_seen,
                 frames=self.frames,
             )
@@ -128,25 +132,11 @@ def load_detections(path: Path) -> Detections:
         if 0 in rows:
             raise ValueError("it holds nobody")
     except ValueError as error:
-        raise InputError(f"Expected 2D keypoints of a run ({KEYPOINTS}) at {path}: {error}.") from None
+        raise InputError(
+            "file-damaged", f"Expected 2D keypoints of a run ({KEYPOINTS}) at {path}: {error}."
+        ) from None
     return Detections(**found)
-
-
-def scene_of(take: Take) -> int:
-    """Which of the video's scenes shows the person, counted from 0; 0 as well where nothing tells scenes apart."""
-    for step in take.keypoints.history if take.keypoints else ():
-        if step.name == "detect":
-            return int(step.options["scene"])
-    return 0
 
 
 def _listed(frames: np.ndarray) -> str:
     return ", ".join(map(str, frames[:_LISTED])) + (", ..." if len(frames) > _LISTED else "")
-
-
-def interrupted_at(take: Take) -> int | None:
-    """The video frame before which detection was interrupted; None when it was not."""
-    for step in take.keypoints.history if take.keypoints else ():
-        if step.name == "detect" and step.options["frames_seen"] < step.options["frames"]:
-            return int(step.options["frames_seen"])
-    return None

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ValidationError, model_validator
 
 from ..core.camera import Camera, FocalSource, view_rotation
 from ..core.catalogue import About, Weight
@@ -21,8 +21,7 @@ from ..core.take import Session, Take, Told
 from .arrays import load_all
 from .atomic import SUMMARY, read_object
 from .measures import read_measures
-
-POSES, KINEMATICS = "poses.npz", "kinematics.parquet"
+from .names import KINEMATICS, POSES
 
 
 class _Poses(BaseModel):
@@ -36,6 +35,7 @@ class _Poses(BaseModel):
     frames_known: bool = True
     seams: tuple[int, ...] = ()
     made_by: MadeBy = UNSAID
+    derived: frozenset[str] = frozenset()
     root_shared: tuple[float, float] | None = None
     steps: int | None = None
 
@@ -46,6 +46,7 @@ class _Keypoints(BaseModel):
     frames_known: bool
     seams: tuple[int, ...]
     made_by: MadeBy
+    derived: frozenset[str] = frozenset()
 
 
 class _Source(BaseModel):
@@ -58,8 +59,11 @@ class _Source(BaseModel):
 
 
 class _Rectification(BaseModel):
+    """camera: older runs say "gravity" of poses in a world's axes."""
+
     method: str
-    camera: Literal["static", "moving", "gravity"]
+    camera: Literal["static", "moving", "gravity"] | None
+    window_s: float | None = None
     level_heading: str
     level_ok: bool
     level_reason: str
@@ -108,7 +112,16 @@ class _Summary(BaseModel):
     rectification: _Rectification
     camera: _Camera | None = None
     measures: dict[str, Any] | None = None
+    cutoff_hz: float | None = None
     history: tuple[Step, ...] = ()
+
+    @model_validator(mode="after")
+    def _older(self) -> Self:
+        """Runs of before `cutoff_hz` hold it among the options of their steps alone."""
+        if "cutoff_hz" not in self.model_fields_set:
+            steps = [step.options for step in self.history if step.name == "low-pass filter"]
+            self.cutoff_hz = steps[-1].get("cutoff_hz") if steps else None
+        return self
 
 
 def read_run(folder: str | Path) -> Take:
@@ -136,7 +149,9 @@ def read_run(folder: str | Path) -> Take:
         reason = str(error).rstrip(".")
     inside = sorted(path.parent for path in folder.glob(f"*/{POSES}"))
     what = f"read one of the runs in it, such as {inside[0]}" if inside else "run it again"
-    raise InputError(f"Expected the folder of a finished `pcnet3d run` at {folder} ({reason}); {what}.")
+    raise InputError(
+        "format-unknown", f"Expected the folder of a finished `pcnet3d run` at {folder} ({reason}); {what}."
+    )
 
 
 def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...]) -> Take:
@@ -160,6 +175,7 @@ def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...
         findings=grave(said) if judged else None,
         rectified=rectified,
         filtered=_filtered(summary, arrays, rectified.level),
+        cutoff_hz=summary.cutoff_hz,
         measures=None if summary.measures is None else rows,
         notices=tuple(each for each in said if each not in grave(said)) if judged else said,
         inputs=summary.inputs,
@@ -172,7 +188,10 @@ def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
     of = summary.poses
     older = FRAMES.get(of.source_frame.partition(" (")[0])
     if of.frame is None and older is None:
-        raise InputError(f"{SUMMARY}: expected poses in one of {', '.join(FRAMES)}, got {of.source_frame}.")
+        raise InputError(
+            "wrong-content",
+            f"{SUMMARY}: expected poses in one of {', '.join(FRAMES)}, got {of.source_frame}.",
+        )
     return PoseSequence(
         arrays["source"],
         H36M17,
@@ -184,6 +203,7 @@ def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
         person=of.person,
         history=summary.history[: of.steps],
         made_by=of.made_by,
+        derived=of.derived,
         root_shared=of.root_shared,
     )
 
@@ -209,7 +229,9 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
         level_heading=of.level_heading,
         level_ok=of.level_ok,
         level_reason=of.level_reason,
-        camera=of.camera,
+        source=poses.frame,
+        camera=None if of.camera == "gravity" else of.camera,
+        window_s=of.window_s,
         up_error_deg=arrays["up_error_deg"],
         up_bound_deg=arrays["up_bound_deg"],
         up_votes=arrays["up_votes"],
@@ -246,6 +268,7 @@ def _keypoints(of: _Keypoints, arrays: dict[str, np.ndarray]) -> PoseSequence:
         seams=of.seams,
         person=of.person,
         made_by=of.made_by,
+        derived=of.derived,
     )
 
 
@@ -266,8 +289,8 @@ def _kinematics(folder: Path, rows: int) -> dict[str, np.ndarray] | None:
     try:
         table = pq.read_table(path)
     except (OSError, ValueError, pyarrow.lib.ArrowException) as error:
-        raise InputError(f"{KINEMATICS} is damaged: {error}") from None
+        raise InputError("file-damaged", f"{KINEMATICS} is damaged: {error}") from None
     if table.num_rows != rows:
-        raise InputError(f"{KINEMATICS} has {table.num_rows} rows, {POSES} {rows}")
+        raise InputError("file-damaged", f"{KINEMATICS} has {table.num_rows} rows, {POSES} {rows}")
     columns = (name for name in table.column_names if name not in ("frame", "time_s"))
     return {name: table[name].to_numpy() for name in columns}

@@ -17,6 +17,6 @@ def write_png(path: Path, image: np.ndarray) -> None:
 
     done, content = cv2.imencode(".png", image)
     if not done:
-        raise InputError(f"The image {path} could not be made.")
+        raise InputError("cannot-write", f"The image {path} could not be made.")
     with whole_file(path) as partial:
         partial.write_bytes(content.tobytes())

@@ -52,7 +52,9 @@ def by_subject(found: Markers) -> dict[str, Markers]:
 def check_c3d() -> None:
     """InputError when ezc3d is not installed."""
     if find_spec("ezc3d") is None:
-        raise InputError("C3D needs the package ezc3d; install it with: pip install 'pcnet3d[c3d]'.")
+        raise InputError(
+            "needs-package", "C3D needs the package ezc3d; install it with: pip install 'pcnet3d[c3d]'."
+        )
 
 
 def read_trc(path: Path) -> Markers:
@@ -70,7 +72,9 @@ def read_trc(path: Path) -> Markers:
         points = table[:, 2:].reshape(len(table), len(names), 3)
         unit = said["Units"]
     except (OSError, IndexError, KeyError, ValueError) as error:
-        raise InputError(f"expected a TRC file of marker positions, separated by tabs: {error!r}.") from None
+        raise InputError(
+            "format-unknown", f"expected a TRC file of marker positions, separated by tabs: {error!r}."
+        ) from None
     return Markers(names, points, table[:, 1], unit, "y", table[:, 0].astype(np.int64))
 
 
@@ -81,14 +85,15 @@ def read_c3d(path: Path) -> Markers:
     try:
         file = parse(path.read_bytes())
     except (OSError, ValueError) as error:
-        raise InputError(f"expected a C3D file with points: {error}.") from None
+        raise InputError("format-unknown", f"expected a C3D file with points: {error}.") from None
     said = {name: texts(file.parameters, f"POINT:{name}") for name in ("LABELS", "UNITS", "Y_SCREEN")}
     names = said["LABELS"][: file.points.shape[1]]
     if len(names) < file.points.shape[1] or not 0 < file.rate_hz < np.inf:
         raise InputError(
+            "wrong-content",
             "expected a C3D file with a name for each of its "
             f"{how_many(file.points.shape[1], 'point')} and their rate, got "
-            f"{how_many(len(names), 'name')} and {file.rate_hz:g} a second."
+            f"{how_many(len(names), 'name')} and {file.rate_hz:g} a second.",
         )
     begin = file.first - 1 if f"{C3D_GROUP}:PROVENANCE" in file.parameters else 0
     numbers = begin + np.arange(len(file.points))

@@ -58,7 +58,8 @@ def read_measures(folder: Path) -> tuple[measures.Row, ...]:
         return (*_joined(figures), *_curves(points))
     except (OSError, ValueError, KeyError) as error:
         raise InputError(
-            f"Expected measures.csv and cycles.csv as a run writes them in {folder}: {error}; run the take again."
+            "file-damaged",
+            f"Expected measures.csv and cycles.csv as a run writes them in {folder}: {error}; run the take again.",
         ) from None
 
 

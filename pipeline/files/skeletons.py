@@ -123,13 +123,13 @@ def _is_soma(names: Sequence[str]) -> bool:
     return {"LeftShin", *_SOMA_FACE} <= set(names)
 
 
-def made_points(names: Sequence[str]) -> tuple[str, ...]:
-    """What `h36m17_of_skeleton` makes of others on the head of a skeleton with joints of these names, in words."""
+def made_points(names: Sequence[str]) -> dict[str, str]:
+    """What `h36m17_of_skeleton` makes of others on the head of a skeleton with joints of these names, and how."""
     if is_ours(names):
-        return ()
+        return {}
     if _is_soma(names):
-        return ("nose = mean(LeftEye, RightEye)",)
-    return ("nose = before the head, as its rest pose faces", "head = above it")
+        return {"nose": "mean(LeftEye, RightEye)"}
+    return {"nose": "before the head, as its rest pose faces", "head": "above it"}
 
 
 def h36m17(
@@ -159,13 +159,14 @@ def h36m17_named(joints: np.ndarray, names: list[str] | None) -> np.ndarray:
     InputError when a joint has no known name.
     """
     if joints.ndim != 3 or joints.shape[-1] != 3 or (names is not None and len(names) != joints.shape[1]):
-        raise InputError(f"expected joints (T, J, 3), a name for each, got {joints.shape}.")
+        raise InputError("wrong-content", f"expected joints (T, J, 3), a name for each, got {joints.shape}.")
     if names is None:
         if joints.shape[1] == len(H36M17):
             return joints
         if joints.shape[1] < len(SMPL):
             raise InputError(
-                f"expected 17 joints (H36M17) or SMPL's 22 and more, got {joints.shape[1]}; add an array joint_names."
+                "wrong-content",
+                f"expected 17 joints (H36M17) or SMPL's 22 and more, got {joints.shape[1]}; add an array joint_names.",
             )
         names = [*SMPL, *(f"more{i}" for i in range(joints.shape[1] - len(SMPL)))]
     if set(H36M17.joints) <= set(names):
@@ -198,8 +199,9 @@ def match(names: Sequence[str]) -> dict[str, int]:
                 found = {joint: at[name] for joint, name in wanted.items()}
                 return found | {"neck": at[neck], "head": at["head"]}
     raise InputError(
+        "wrong-content",
         "Expected a skeleton with hips, knees, ankles, shoulders, elbows, wrists, neck and head under names in use, "
-        f"got {', '.join(names[:40])}."
+        f"got {', '.join(names[:40])}.",
     )
 
 
@@ -225,7 +227,10 @@ def unit_by_legs(leg: float) -> str:
     """The unit in which a leg (thigh and shank) of that length is an adult's. InputError when none or several fit."""
     fits = [name for name, metres in UNITS.items() if LEG_M[0] <= leg * metres <= LEG_M[1]]
     if len(fits) != 1:
-        raise InputError(f"legs of {leg:.4g} fit no unit of {', '.join(UNITS)} alone; say which with --unit.")
+        raise InputError(
+            "needs-input",
+            f"legs of {leg:.4g} fit no unit of {', '.join(UNITS)} alone; say which with --unit.",
+        )
     return fits[0]
 
 

@@ -14,8 +14,9 @@ def check_size(size: int, packed: int, what: str) -> None:
     """InputError when `packed` bytes say that they unpack to a `size` that no measurement has."""
     if size > max(_ROOM, _TIMES * packed):
         raise InputError(
+            "unsafe",
             f"expected {what} that unpacks to at most {_TIMES} times its {packed} bytes, got one that unpacks to "
-            f"{f'{size} bytes' if size < 1 << 62 else 'more'}; write it again without compression."
+            f"{f'{size} bytes' if size < 1 << 62 else 'more'}; write it again without compression.",
         )
 
 

@@ -83,8 +83,9 @@ def _opened(video: Video) -> Iterator[_Film]:
             yield film
     except FFmpegError as error:
         raise InputError(
+            "file-damaged",
             f"The video {video.path} cannot be decoded beyond frame {film.number if film else 0}: {error.strerror}; it "
-            "may be damaged: copy it again, or rewrite it with ffmpeg."
+            "may be damaged: copy it again, or rewrite it with ffmpeg.",
         ) from None
 
 

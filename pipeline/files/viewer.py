@@ -20,9 +20,7 @@ from typing import BinaryIO
 from ..core.errors import InputError
 from ..core.system import apart
 from .atomic import REPORT
-
-RECORDING = "take.rrd"
-PAGES = (REPORT, "study.html", "compare.html")
+from .names import PAGES, RECORDING, find_page
 
 _HERE = "127.0.0.1"
 _PORT = 9090
@@ -51,7 +49,7 @@ def view(folder: Path, web: bool = False) -> None:
         [viewer_executable(), "--bind", _HERE, "--port", "auto", str(recording)], env=os.environ | QUIET
     )
     if ended.returncode:
-        raise InputError("The viewer did not open; on a machine without a screen pass --web.")
+        raise InputError("no-device", "The viewer did not open; on a machine without a screen pass --web.")
 
 
 def find_recording(folder: Path) -> Path:
@@ -59,15 +57,12 @@ def find_recording(folder: Path) -> Path:
     path = folder / RECORDING if folder.is_dir() else folder
     inside = sorted(run.parent.name for run in folder.glob(f"*/{RECORDING}")) if not path.exists() else []
     if inside:
-        raise InputError(f"{folder} holds several runs; view one: {folder / inside[0]}.")
+        raise InputError("choose-entry", f"{folder} holds several runs; view one: {folder / inside[0]}.")
     if path.suffix != ".rrd" or not path.is_file():
-        raise InputError(f"Expected a run's folder with a {RECORDING}, or an .rrd file, got {folder}.")
+        raise InputError(
+            "format-unknown", f"Expected a run's folder with a {RECORDING}, or an .rrd file, got {folder}."
+        )
     return path
-
-
-def find_page(folder: Path) -> Path | None:
-    """The page to read in a folder of results; None where there is none."""
-    return next((folder / name for name in PAGES if (folder / name).is_file()), None)
 
 
 def view_page(folder: Path) -> None:
@@ -77,7 +72,9 @@ def view_page(folder: Path) -> None:
     if page is None:
         inside = sorted(run.parent.name for run in folder.glob(f"*/{REPORT}"))
         hint = f"; it holds runs, such as {folder / inside[0]}" if inside else ""
-        raise InputError(f"Expected a folder with one of {', '.join(PAGES)}, got {folder}{hint}.")
+        raise InputError(
+            "format-unknown", f"Expected a folder with one of {', '.join(PAGES)}, got {folder}{hint}."
+        )
     if not webbrowser.open(page.resolve().as_uri()):
         print(f"There is no browser here; open {page}")
 
@@ -90,7 +87,7 @@ def viewer_executable() -> str:
     for name in ("Rerun.app/Contents/MacOS/Rerun", "rerun.exe", "rerun"):
         if (folder / name).is_file():
             return str(folder / name)
-    raise InputError("The rerun viewer is not installed; reinstall the package rerun-sdk.")
+    raise InputError("needs-package", "The rerun viewer is not installed; reinstall the package rerun-sdk.")
 
 
 @contextmanager
@@ -179,7 +176,7 @@ def _fetched(port: int, path: str) -> tuple[str, bytes]:
             return answer.getheader("Content-Type", ""), answer.read()
         except ConnectionRefusedError:
             if time.monotonic() > until:
-                raise InputError("The web viewer did not start; try without --web.") from None
+                raise InputError("no-device", "The web viewer did not start; try without --web.") from None
             time.sleep(0.1)
         finally:
             connection.close()

@@ -48,10 +48,10 @@ def draw(poses: PoseSequence, path: Path) -> None:
     import cv2
 
     if path.suffix.lower() != ".png":
-        raise InputError(f"Expected a name that ends in .png for the picture, got {path}.")
+        raise InputError("bad-value", f"Expected a name that ends in .png for the picture, got {path}.")
     rows = np.flatnonzero(np.isfinite(poses.joints).all(axis=(1, 2)))
     if not len(rows):
-        raise InputError("There is no complete frame that could be drawn.")
+        raise InputError("nothing-usable", "There is no complete frame that could be drawn.")
     rows = rows[np.linspace(0, len(rows) - 1, min(_FRAMES, len(rows))).round().astype(int)]
     seen = _seen(poses.joints[rows], poses.frame)
     reach = max(float(np.abs(seen).max()), 1e-12)

@@ -11,7 +11,7 @@ import numpy as np
 from ..core.anthropometry import implied_stature
 from ..core.errors import InputError
 from ..core.messages import how_many
-from ..core.notices import Notice, notice, verdict
+from ..core.notices import EXIT_CODES, Notice, notice, verdict
 from ..core.pose import PoseSequence
 from ..core.take import Video
 from ..reading.choose import choose_person
@@ -31,9 +31,8 @@ from ..signals.swap_repair import as_frames
 from ..signals.swaps import Swap, find_swaps
 from .agreement import Agreement, agreement
 
-__all__ = ["EXIT_CODES", "Inspection", "Person", "inspect"]
+__all__ = ["Inspection", "Person", "inspect"]
 
-EXIT_CODES = {"good": 0, "suspicious": 3, "unusable": 4}
 _POOR_FIT = 0.2  # 2D residual over the person's size; boxing and skating 0.05
 _BETTER = 0.9  # of the residual: a shift in time that fits better than that is meant
 

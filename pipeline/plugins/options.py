@@ -27,7 +27,7 @@ def pairs(given: Iterable[str] | None, flag: str = "--option") -> dict[str, str]
     for text in given or ():
         key, equals, value = text.partition("=")
         if not equals:
-            raise InputError(f"Expected KEY=VALUE after {flag}, got '{text}'.")
+            raise InputError("bad-value", f"Expected KEY=VALUE after {flag}, got '{text}'.")
         found[key.strip()] = value
     return found
 
@@ -56,7 +56,9 @@ def call(function: Callable[..., Any], *args: Any, what: str, options: dict[str,
         and parameter.name not in given
     ]
     if missing:
-        raise InputError(f"{what} needs the option{'s' * (len(missing) > 1)} {', '.join(missing)}.")
+        raise InputError(
+            "needs-input", f"{what} needs the option{'s' * (len(missing) > 1)} {', '.join(missing)}."
+        )
     return function(*args, **given)
 
 
@@ -72,12 +74,14 @@ def checked(function: Callable[..., Any], *args: Any, what: str, options: dict[s
     found = {}
     for name, value in options.items():
         if name not in known and not open_ended:
-            raise InputError(f"{what} has no option '{name}'; {did_you_mean(name, known)}")
+            raise InputError("name-unknown", f"{what} has no option '{name}'; {did_you_mean(name, known)}")
         listed = value.split(",") if isinstance(value, str) and _is_tuple(hints.get(name)) else value
         try:
             found[name] = TypeAdapter(hints[name]).validate_python(listed) if name in hints else value
         except ValidationError as error:
-            raise InputError(f"{what}: option {name}={value!r}: {error.errors()[0]['msg']}.") from None
+            raise InputError(
+                "bad-value", f"{what}: option {name}={value!r}: {error.errors()[0]['msg']}."
+            ) from None
     return found
 
 

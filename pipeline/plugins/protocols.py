@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol
 
 import numpy as np
 
 from ..core.lifted import Lifted, ToLift
 from ..core.notices import Notice
-from ..core.take import Take, Told
+from ..core.take import Take
 
 
 class Adapter(Protocol):
@@ -42,7 +42,16 @@ class Stage(Protocol):
 
     needs, gives: names of Take fields that must be filled before, and that are filled after.
 
-    It may have `reads`, names of the fields of `take.told` that it reads: what nobody reads is refused when it is told.
+    What else it may have, which is asked before any of the run's work is done:
+    reads: names of the fields of `take.told` that it reads: what nobody reads is refused when it is told.
+    check_told(told): InputError where what the user tells will not do.
+    check_rate(fps): InputError where so many frames a second will not do.
+    check_unit(unit): InputError where poses in this unit will not do, "m", "arbitrary" (no scale), or "" where that is
+        not known before it runs.
+    unit_of(before, told): the unit, in the same words, of the poses that it gives, of poses that come to it in the unit
+        `before`. Without it that of a stage that gives poses is not known.
+    And together(takes) -> takes, of a stage that has more to say about several people of one recording than about each
+        alone: in the order given; what it does to one take it does to each.
     """
 
     @property
@@ -54,63 +63,16 @@ class Stage(Protocol):
     def __call__(self, take: Take) -> Take: ...
 
 
-@runtime_checkable
-class SharedStage(Stage, Protocol):
-    """A stage that has more to say about several people of one recording than about each alone.
-
-    together(takes): their takes, in the order given; what it does to one take it does to each.
-    """
-
-    def together(self, takes: Sequence[Take]) -> Sequence[Take]: ...
-
-
-@runtime_checkable
-class RatedStage(Stage, Protocol):
-    """A stage that not every frame rate will do for.
-
-    check_rate(fps): InputError, before any of the run's work is done, for so many frames a second.
-    """
-
-    def check_rate(self, fps: float) -> None: ...
-
-
-@runtime_checkable
-class ToldStage(Stage, Protocol):
-    """A stage that not everything that a user may tell will do for.
-
-    check_told(told): InputError, before any of the run's work is done, where it will not.
-    """
-
-    def check_told(self, told: Told) -> None: ...
-
-
-@runtime_checkable
-class ScalingStage(Stage, Protocol):
-    """A stage that knows the unit of the poses that it gives.
-
-    unit_of(before, told): "m", "arbitrary" (no scale), or "" where that is not known before it runs; of poses that come
-        to it in the unit `before`, as these words say it. told: what the user tells.
-    """
-
-    def unit_of(self, before: str, told: Told) -> str: ...
-
-
-@runtime_checkable
-class MetricStage(Stage, Protocol):
-    """A stage that not every unit of the poses will do for.
-
-    check_unit(unit): InputError, before any of the run's work is done, for poses in this one.
-    """
-
-    def check_unit(self, unit: str) -> None: ...
-
-
 class Writer(Protocol):
     """Writes one more file of a run, on `--also NAME`.
 
     file: its name in the run's folder. what: one line for `pcnet3d list writers`.
     write(take, path): writes it, whole or not at all; InputError when the take lacks what the file holds. It may return
-        events: what whoever opens the file has to know, for summary.json and the report.
+        notices: what whoever opens the file has to know, for summary.json and the report.
+
+    What else it may have: images, whether its file holds images of the person, which `--no-frames` refuses; metric,
+    whether it holds metres, which a take without a scale does not have; check(), an InputError before any of the run's
+    work is done where something that it needs is lacking, such as another package.
     """
 
     @property
@@ -118,32 +80,6 @@ class Writer(Protocol):
     @property
     def what(self) -> str: ...
     def write(self, take: Take, path: Path) -> Sequence[Notice] | None: ...
-
-
-@runtime_checkable
-class ImageWriter(Writer, Protocol):
-    """A writer that says whether its file holds images of the person, which `--no-frames` refuses."""
-
-    @property
-    def images(self) -> bool: ...
-
-
-@runtime_checkable
-class MetricWriter(Writer, Protocol):
-    """A writer that says whether its file holds metres, which a take without a scale does not have."""
-
-    @property
-    def metric(self) -> bool: ...
-
-
-@runtime_checkable
-class CheckedWriter(Writer, Protocol):
-    """A writer that may lack something, such as another package.
-
-    check(): InputError, before any of the run's work is done, when it cannot write.
-    """
-
-    def check(self) -> None: ...
 
 
 class Model(Protocol):

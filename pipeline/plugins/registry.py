@@ -38,8 +38,9 @@ def registered(group: str) -> dict[str, EntryPoint]:
         other = found.setdefault(point.name, point)
         if other.value != point.value:
             raise InputError(
+                "plugin-broken",
                 f"Two packages register {_one(group)} '{point.name}': {other.value} and {point.value}; "
-                "uninstall one of them."
+                "uninstall one of them.",
             )
     return dict(sorted(found.items()))
 
@@ -55,7 +56,7 @@ def load(group: str, name: str) -> Any:
     or its package when it cannot be imported or lacks what every one of its group has."""
     points = registered(group)
     if name not in points:
-        raise InputError(f"There is no {_one(group)} '{name}'; {did_you_mean(name, points)}")
+        raise InputError("name-unknown", f"There is no {_one(group)} '{name}'; {did_you_mean(name, points)}")
     try:
         loaded = points[name].load()
     except Exception as error:
@@ -89,7 +90,8 @@ def open_model(group: str, name: str | Path) -> Any:
             return Path(name)
         near = did_you_mean(name_, registered(group))
         raise InputError(
-            f"There is no {_one(group)} '{name_}'; {near} A network of yours is given as its .onnx file."
+            "name-unknown",
+            f"There is no {_one(group)} '{name_}'; {near} A network of yours is given as its .onnx file.",
         )
     model = load(group, name_)
     try:
@@ -129,8 +131,9 @@ def _checked(group: str, name: str, loaded: Any, socket: tuple[str, ...]) -> Any
 
 def _broken(group: str, name: str, reason: str) -> InputError:
     return InputError(
+        "plugin-broken",
         f"The {_one(group)} '{name}' ({registered(group)[name].value}) cannot be loaded: {reason}; "
-        "repair or uninstall its package."
+        "repair or uninstall its package.",
     )
 
 

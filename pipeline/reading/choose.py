@@ -42,16 +42,18 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     listed = _listed(people)
     if rank is not None:
         raise InputError(
+            "choose-person",
             f"{where} holds {len(people)} people who are equally the {rank}: {listed}; choose one by name with "
-            "--person."
+            "--person.",
         )
     if person is None:
         raise InputError(
-            f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest' or 'largest'."
+            "choose-person",
+            f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest' or 'largest'.",
         )
     person = str(person)  # names of people are often numbers, and callers in Python write them as such
     if person not in names:
-        raise InputError(f"{where} has no person '{person}'; it holds {listed}.")
+        raise InputError("name-unknown", f"{where} has no person '{person}'; it holds {listed}.")
     return names[person]
 
 
@@ -70,9 +72,10 @@ def same_person(
     least, most = _ALIKE
     if apart[best] > most or any(apart[other] < _BY_FAR * max(apart[best], least) for other in others):
         raise InputError(
+            "choose-person",
             f"The people of {names[0]} and {names[1]} were numbered apart from each other, and how the limbs lie does "
             f"not tell which track shows person '{poses.person}': the second holds {_listed(tracks)}; choose it with "
-            "--set read.keypoints_person=NAME, or leave --keypoints out."
+            "--set read.keypoints_person=NAME, or leave --keypoints out.",
         )
     return tracks[best].noted("same person", poses=poses.person, apart=round(float(apart[best]), 3))
 
@@ -144,8 +147,9 @@ def _area(poses: PoseSequence, where: str) -> float:
     """Mean area of the box around the joints in the plane of the image; -1 for a person without a joint."""
     if poses.frame.family not in ("image", "camera"):
         raise InputError(
+            "choose-person",
             f"{where} holds poses in a world's axes ({poses.frame}), so nobody is the largest in a picture; choose by "
-            "name, or 'longest'."
+            "name, or 'longest'.",
         )
     image = poses.frame.basis.T[:2]  # right and down, from the file's axes
     seen = rotate(image, poses.joints)[is_finite(poses.joints).any(axis=1)]

@@ -23,13 +23,14 @@ def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> Pos
     """The poses with the 2D file's frame numbers where they have none of their own. InputError if they cannot be."""
     if poses.frames_known:
         if not np.isin(poses.frame_index, keypoints.frame_index).any():
-            raise InputError(f"{where} have no video frame in common.")
+            raise InputError("files-apart", f"{where} have no video frame in common.")
         return poses
     if len(poses) != len(keypoints):
         raise InputError(
+            "files-apart",
             f"{where} have {len(poses)} and {how_many(len(keypoints), 'row')}, and the poses carry "
             "no frame numbers to join them "
-            "by; give the 2D file that the lifter was run on, or leave --keypoints out."
+            "by; give the 2D file that the lifter was run on, or leave --keypoints out.",
         )
     return poses.with_(frame_index=keypoints.frame_index, frames_known=keypoints.frames_known).noted(
         "frame numbers", source="keypoints"
@@ -55,7 +56,7 @@ def starting_at(first_frame: int, sequence: PoseSequence) -> PoseSequence:
     """The sequence with its first row at that video frame and the others as far from it as they were.
     InputError for a negative frame."""
     if first_frame < 0:
-        raise InputError(f"Expected the first row at video frame 0 or later, got {first_frame}.")
+        raise InputError("bad-value", f"Expected the first row at video frame 0 or later, got {first_frame}.")
     numbers = sequence.frame_index - sequence.frame_index[0] + first_frame
     return sequence.with_(frame_index=numbers, frames_known=True).noted("frame numbers", first=first_frame)
 
@@ -70,9 +71,11 @@ def check_numbers(sequence: PoseSequence, video: Video | None, path: Path, first
     frames = len(video.time_s)
     if not sequence.frames_known and len(sequence) != frames:
         raise InputError(
+            "needs-input",
             f"{path} has {how_many(len(sequence), 'row')} without frame numbers, the video "
             f"{how_many(frames, 'frame')}; give the "
-            "2D file that the lifter was run on (--keypoints), or --set read.first_frame=N if the rows are consecutive."
+            "2D file that the lifter was run on (--keypoints), or --set read.first_frame=N if the "
+            "rows are consecutive.",
         )
     if (last := int(sequence.frame_index[-1])) < frames:
         return
@@ -88,8 +91,9 @@ def check_numbers(sequence: PoseSequence, video: Video | None, path: Path, first
     else:
         way_out = ""
     raise InputError(
+        "files-apart",
         f"{path}, or the 2D file that numbers its rows, reaches video frame {last}, but {video.path} ends with frame "
-        f"{frames - 1}; they do not belong together{way_out}."
+        f"{frames - 1}; they do not belong together{way_out}.",
     )
 
 
@@ -102,8 +106,9 @@ def rows_within(time_range: tuple[float, float], time_s: np.ndarray) -> tuple[in
     first, behind = int(np.searchsorted(time_s, start)), int(np.searchsorted(time_s, end, "right"))
     if first == behind:
         raise InputError(
+            "bad-value",
             f"Expected a --time-range in which something was recorded, got {_seconds(start, end)}; the take is from "
-            f"{_seconds(time_s[0], time_s[-1])}."
+            f"{_seconds(time_s[0], time_s[-1])}.",
         )
     return first, behind - 1
 
@@ -131,8 +136,9 @@ class Clock:
         """(T,) seconds of these frames of the file at `path`; InputError when nothing tells the time."""
         if self.video is not None and frames[-1] >= len(self.video.time_s):
             raise InputError(
+                "files-apart",
                 f"{path} reaches video frame {frames[-1]}, but {self.video.path} ends with frame "
-                f"{len(self.video.time_s) - 1}; they do not belong together."
+                f"{len(self.video.time_s) - 1}; they do not belong together.",
             )
         if self.fps is not None:
             return frames / check_fps(self.fps)
@@ -140,7 +146,8 @@ class Clock:
             return self.video.time_s[frames]
         if self.other is None or self.other.time_s is None:
             raise InputError(
-                f"Nothing says at which rate {path} was recorded: give --fps F, or the video itself."
+                "needs-rate",
+                f"Nothing says at which rate {path} was recorded: give --fps F, or the video itself.",
             )
         if len(self.other) == 1:
             return self.other.times + (frames - self.other.frame_index[0])

@@ -10,7 +10,6 @@ from ..core.messages import say
 from ..plugins import registry
 from ..plugins.options import did_you_mean
 from ..plugins.protocols import Adapter
-from .describe import in_words, why_no_joints
 
 _WORDS = {  # what it is, and how a run is given it
     "poses": ("3D poses", "give them with --poses"),
@@ -34,14 +33,15 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     InputError when the name is unknown, when no adapter fits, or when several do.
     """
     if not path.exists():
-        raise InputError(f"Expected a file or folder at {path}, found nothing there.")
+        raise InputError("cannot-open", f"Expected a file or folder at {path}, found nothing there.")
     known = adapters(gives)
     if name != "auto":
         if name not in known:
             if name in registry.registered("adapters") and name not in adapters():
                 registry.load("adapters", name)  # says what is wrong with it
             raise InputError(
-                f"There is no adapter '{name}' for {gives or 'files'}; {did_you_mean(name, known)}"
+                "name-unknown",
+                f"There is no adapter '{name}' for {gives or 'files'}; {did_you_mean(name, known)}",
             )
         return known[name]
     fits = [adapter for adapter in known.values() if recognises(adapter, path)]
@@ -50,18 +50,23 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     if len(fits) == 1:
         return fits[0]
     flag = "--set read.keypoints_adapter" if gives == "keypoints" else "--adapter"
+    from .describe import in_words, why_no_joints
+
     if why := why_no_joints(path):
-        raise InputError(f"{path} is {in_words(path)}. {why}")
+        raise InputError("format-unknown", f"{path} is {in_words(path)}. {why}")
     if fits:
         names = ", ".join(adapter.name for adapter in fits)
-        raise InputError(f"{path} fits several adapters: {names}; name the right one with {flag}.")
+        raise InputError(
+            "format-ambiguous", f"{path} fits several adapters: {names}; name the right one with {flag}."
+        )
     if others := exchanged(path, gives):
-        raise InputError(others)
+        raise InputError("format-unknown", others)
     own = gives != "keypoints" and path.suffix in (".npy", ".npz")
     arrays = " An array of joints of your own: --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=m."
     raise InputError(
+        "format-unknown",
         f"No adapter recognises {path} as {gives or 'poses'}: it is {in_words(path)}. If it is one of "
-        f"{', '.join(known)}, name it with {flag}.{arrays if own else ''}"
+        f"{', '.join(known)}, name it with {flag}.{arrays if own else ''}",
     )
 
 

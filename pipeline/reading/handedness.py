@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
 from ..core.errors import InputError
 from ..core.layouts import FEET
 from ..core.notices import notice
 from ..core.pose import PoseSequence
+from ..core.take import Handedness
 from ..signals.checks import chirality
-
-Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
 
 
 def guarded(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSequence:
@@ -22,6 +19,8 @@ def guarded(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSequ
     """
     if handedness != "refuse":
         poses = repaired(poses, handedness)
+        if handedness != "ignore":
+            poses = poses.saying(notice("sides-put-right", repair=handedness))
         evidence = chirality(poses)
         if evidence.verdict != "good":
             doubt = notice("sides-wrong-as-asked", verdict=evidence.verdict, evidence=str(evidence))
@@ -30,14 +29,15 @@ def guarded(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSequ
     evidence = chirality(poses)
     if evidence.verdict == "legs against arms":
         raise InputError(
+            "sides-swapped",
             f"{where}: left and right of the legs contradict those of the arms: {evidence}; "
-            "pass --handedness swap-legs if the legs are in SPIN's order, or --handedness ignore."
+            "pass --set read.handedness=swap-legs if the legs are in SPIN's order, or =ignore.",
         )
     if evidence.verdict == "wrong":
         raise InputError(
+            "sides-swapped",
             f"{where}: the body is mirrored or its left and right are exchanged: {evidence}; "
-            "pass --handedness mirror if the coordinates are mirrored, --handedness swap if the names are, or "
-            "--handedness ignore."
+            "pass --set read.handedness=mirror if the coordinates are mirrored, =swap if the names are, or =ignore.",
         )
     if evidence.verdict == "doubtful":
         return poses.saying(notice("sides-doubtful", evidence=str(evidence)))

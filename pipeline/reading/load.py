@@ -8,11 +8,11 @@ from typing import Any, Literal, get_args
 
 from ..core.errors import InputError
 from ..core.pose import UNSAID, PoseSequence
+from ..core.take import Handedness
 from ..plugins.options import call
 from ..plugins.protocols import Adapter
 from .choose import choose_person
 from .find import Gives, adapters, exchanged, find_adapter, recognises
-from .handedness import Handedness
 from .normalise import Missing, normalised
 
 
@@ -90,7 +90,9 @@ def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any])
     InputError as for read_all."""
     chosen = find_adapter(path, adapter, gives)
     if chosen.gives not in ("poses", "keypoints"):
-        raise InputError(f"{path} is a file of {chosen.gives}; expected one of poses or keypoints.")
+        raise InputError(
+            "format-unknown", f"{path} is a file of {chosen.gives}; expected one of poses or keypoints."
+        )
     try:
         people = call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
         maker = getattr(chosen, "made_by", UNSAID)
@@ -107,7 +109,7 @@ def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any])
             said += f" It looks like a file for adapter {' or '.join(alike)}."
         elif adapter != "auto" and others:
             said += f" {exchanged(path, gives)}"
-        raise InputError(said) from None
+        raise InputError(error.code, said) from None
 
 
 def check_guards(handedness: str, missing: str) -> None:
@@ -117,4 +119,6 @@ def check_guards(handedness: str, missing: str) -> None:
         ("missing", missing, get_args(Missing)),
     ):
         if value not in allowed:
-            raise InputError(f"Expected {name} to be one of {', '.join(allowed)}; got '{value}'.")
+            raise InputError(
+                "bad-value", f"Expected {name} to be one of {', '.join(allowed)}; got '{value}'."
+            )

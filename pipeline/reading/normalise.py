@@ -11,12 +11,14 @@ from ..core.errors import InputError
 from ..core.frames import CAMERA, change_frame
 from ..core.layouts import H36M17, remap
 from ..core.messages import how_many
+from ..core.notices import notice
 from ..core.pose import PoseSequence, Step, package_version
+from ..core.take import Handedness
 from ..files.atomic import printable
 from ..plugins.protocols import Adapter
 from ..signals.checks import empty_rows
 from ..signals.rates import timed
-from .handedness import Handedness, guarded
+from .handedness import guarded
 
 Missing = Literal["refuse", "gap"]
 
@@ -44,8 +46,8 @@ def normalised(
     return guarded(poses, handedness, f"{path} (adapter {adapter.name})")
 
 
-def missing_in_words(what: str, count: int) -> str:
-    """One of the counts that the history's step "missing" holds, such as "2 frames with NaN"."""
+def _in_words(what: str, count: int) -> str:
+    """Such as "2 frames with NaN"."""
     return how_many(count, what.replace("frames", "frame", 1), what)
 
 
@@ -54,21 +56,23 @@ def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
     gone = np.isnan(poses.joints).any(axis=(1, 2)) & ~empty
     if empty.all():
         raise InputError(
+            "nothing-usable",
             f"{path}: each frame has every joint on one point ({how_many(len(poses), 'frame')}); "
-            "there are no poses in it."
+            "there are no poses in it.",
         )
     if np.isnan(poses.joints).all():
-        raise InputError(f"{path}: every coordinate is NaN; there are no poses in it.")
+        raise InputError("nothing-usable", f"{path}: every coordinate is NaN; there are no poses in it.")
     if not (empty | gone).any():
         return poses
     counts = {"frames with NaN": int(gone.sum()), "frames with all joints on one point": int(empty.sum())}
     if missing == "refuse":
         first = int(np.argmax(empty | gone))
-        said = " and ".join(missing_in_words(what, count) for what, count in counts.items() if count)
+        said = " and ".join(_in_words(what, count) for what, count in counts.items() if count)
         raise InputError(
+            "wrong-content",
             f"{path}: expected a pose in each of {how_many(len(poses), 'frame')}, got {said} (first at row {first}); "
-            "pass --set read.missing=gap to take them for gaps."
+            "pass --set read.missing=gap to take them for gaps.",
         )
-    return poses.mapped(lambda points: np.where(empty[:, None, None], np.nan, points)).noted(
-        "missing", **counts
-    )
+    words = ", ".join(_in_words(what, count) for what, count in counts.items() if count)
+    poses = poses.mapped(lambda points: np.where(empty[:, None, None], np.nan, points))
+    return poses.noted("missing", **counts).saying(notice("gaps-as-asked", counts=words))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from ..core.notices import Notice, notice, without_doubles
 from ..core.pose import PoseSequence
 from ..core.take import Session, Take, Video
 from ..files.atomic import printable
+from ..files.digest import sha256
 from ..files.video_frames import shown_size
 from ..plugins.options import call
 from ..signals.findings import findings_of
@@ -31,7 +31,6 @@ from .clock import (
 )
 from .find import exchanged, find_adapter, recognises
 from .load import Source, load
-from .normalise import missing_in_words
 from .settings import RunOptions
 
 
@@ -51,8 +50,9 @@ class _Files:
         lead = self.poses or self.keypoints
         if lead is None:
             raise InputError(
+                "needs-input",
                 "Several people need a file that holds them, --poses or --keypoints; of a video alone a run without "
-                "--person all writes one, keypoints.npz."
+                "--person all writes one, keypoints.npz.",
             )
         return lead
 
@@ -63,8 +63,7 @@ class _Files:
         if self.poses is None or self.keypoints is None:
             return False
         people = (*self.poses.people, *self.keypoints.people)
-        steps = [step.name for one in people for step in one.history]
-        return len(people) > 2 and "link people" in steps
+        return len(people) > 2 and any(person.linked for person in people)
 
     def same(self, poses: PoseSequence) -> PoseSequence:
         """The track in the file of keypoints that shows the person of these poses (`same_person`)."""
@@ -108,14 +107,16 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     poses, keypoints = files.poses, files.keypoints
     if options.keypoints_person is not None:
         raise InputError(
-            "--set read.keypoints_person names one person, and everybody is asked for; leave it out."
+            "option-conflict",
+            "--set read.keypoints_person names one person, and everybody is asked for; leave it out.",
         )
     if poses and keypoints and not files.nameless:
         names = [sorted(one.person for one in file.people) for file in (poses, keypoints)]
         if names[0] != names[1]:
             raise InputError(
+                "files-apart",
                 f"{poses.path} holds the people {', '.join(names[0])} and {keypoints.path} {', '.join(names[1])}, so "
-                "nothing says who is who; leave --keypoints out, or run one --person at a time."
+                "nothing says who is who; leave --keypoints out, or run one --person at a time.",
             )
     tracks = {track.person: track for track in keypoints.people} if keypoints else {}
     found = []
@@ -145,9 +146,10 @@ def _read(options: RunOptions) -> _Files:
     if video is not None and options.image_size not in (None, size := shown_size(video)):
         width, height = options.image_size
         raise InputError(
+            "option-conflict",
             f"Expected the image size of keypoints without a video, or that of {options.video}, which shows "
-            f"{size[0]}x{size[1]}; got {width}x{height}. Leave out --image-size, or the video if the keypoints were "
-            "detected in a copy of another size."
+            f"{size[0]}x{size[1]}; got {width}x{height}. Leave out read.image_size, or the video if the keypoints were "
+            "detected in a copy of another size.",
         )
     poses = keypoints = None
     if options.poses:
@@ -170,11 +172,9 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     rows = files.lead if poses is None or poses.frames_known or not files.keypoints else files.keypoints
     lowest = min(int(one.frame_index[0]) for one in rows.people)
     poses, keypoints = _numbered(files, poses, keypoints)
-    lead = keypoints if poses is None else poses
-    assert lead is not None
+    lead = _lead(poses, keypoints)
     check_numbers(lead, video, path, None if options.first_frame is not None else lowest)
-    size = options.image_size if video is None else shown_size(video)
-    strange = misfit(poses, keypoints, size) if poses is not None and keypoints is not None else []
+    strange = _misfit(files, poses, keypoints)
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
     doubts = clock.doubts()  # before the keypoints' times stand in for another file's
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
@@ -184,16 +184,15 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         clock = replace(clock, other=lead if keypoints.time_s is None else keypoints)
         keypoints = keypoints.with_(time_s=clock.seconds(keypoints.frame_index, options.keypoints))
     poses = None if poses is None else lead
-    source = _source(files, poses) if poses is not None else None
+    source = _source(files, lead) if poses is not None else None
     told = []
-    if options.time_range is not None:
-        told = [range_note(options.time_range, lead.times)]
-        if poses is not None and source is not None:
-            source = _part(source.with_(time_s=poses.times), options.time_range)
-        poses, keypoints = (one and _part(one, options.time_range) for one in (poses, keypoints))
-        video = video and replace(video, part=rows_within(options.time_range, _seconds(video, options)))
-        lead = keypoints if poses is None else poses
-        assert lead is not None
+    if (asked := options.time_range) is not None:
+        told = [range_note(asked, lead.times)]
+        if source is not None:
+            source = _part(source.with_(time_s=lead.times), asked)
+        poses, keypoints = (each and _part(each, asked) for each in (poses, keypoints))
+        video = video and replace(video, part=rows_within(asked, _seconds(video, options)))
+        lead = _lead(poses, keypoints)
     poses, keypoints, swapped, swaps = treated(poses, keypoints, options.swaps)
     return Take(
         name=printable((options.video or path).stem),
@@ -204,7 +203,6 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         notices=without_doubles(
             (
                 *told,
-                *_repairs(lead),
                 *(video.doubts if video else ()),
                 *doubts,
                 *_doubts(lead, keypoints),
@@ -217,6 +215,13 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         session=_session(files.options),
         told=files.options.told,
     )
+
+
+def _lead(poses: PoseSequence | None, keypoints: PoseSequence | None) -> PoseSequence:
+    """Whose rows and clock count."""
+    lead = keypoints if poses is None else poses
+    assert lead is not None
+    return lead
 
 
 def _numbered(
@@ -242,6 +247,13 @@ def _numbered(
         one and starting_at(int(one.frame_index[0]) + shift, one) for one in (poses, keypoints)
     )
     return poses, keypoints
+
+
+def _misfit(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> list[Notice]:
+    """A notice where the keypoints show somebody else than the poses."""
+    if poses is None or keypoints is None:
+        return []
+    return misfit(poses, keypoints, shown_size(files.video) if files.video else files.options.image_size)
 
 
 def _session(options: RunOptions) -> Session:
@@ -272,11 +284,13 @@ def _video_alone(files: _Files) -> Take:
     """The take of a video in which the person is still to be found."""
     if files.video is None:
         raise InputError(
-            "Expected a video, 3D poses (--poses FILE) or 2D keypoints (--keypoints FILE), got none."
+            "needs-input",
+            "Expected a video, 3D poses (--poses FILE) or 2D keypoints (--keypoints FILE), got none.",
         )
     if files.options.first_frame is not None:
         raise InputError(
-            "--set read.first_frame numbers the rows of a file, and there is none; leave it out."
+            "option-conflict",
+            "--set read.first_frame numbers the rows of a file, and there is none; leave it out.",
         )
     video, asked = files.video, files.options.time_range
     take = Take(
@@ -299,7 +313,9 @@ def _check_person(person: str | None, *found: PoseSequence | None) -> None:
     """InputError when the person that was asked for is neither of those that were found."""
     names = [poses.person for poses in found if poses is not None]
     if person not in (None, *RANKS, *names):
-        raise InputError(f"There is no person '{person}' in these files; found {' and '.join(names)}.")
+        raise InputError(
+            "name-unknown", f"There is no person '{person}' in these files; found {' and '.join(names)}."
+        )
 
 
 def _poses(files: _Files) -> PoseSequence | None:
@@ -327,9 +343,10 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
             return file.normalised(fitting[0])
         if sum(map(len, tracks)) == len(poses):
             raise InputError(
+                "people-mixed",
                 f"{options.poses} has {how_many(len(poses), 'row')}, as many as all {len(tracks)} "
                 f"people of {file.path} together: "
-                "the lifter took several people for one (MotionBERT without --focus); lift one person at a time."
+                "the lifter took several people for one (MotionBERT without --focus); lift one person at a time.",
             )
     others = files.poses if files.poses and len(files.poses.people) > 1 and len(tracks) > 1 else None
     if others and poses is not None and files.nameless:
@@ -340,9 +357,10 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
         person = poses.person if poses is not None else None
         if person not in (names := [track.person for track in tracks]):
             raise InputError(
+                "files-apart",
                 f"Expected the same people in {others.path} and {file.path}, but '{person}', chosen in the first, "
                 f"is not in the second, which has {', '.join(map(str, names))}; choose by a name that both have, or "
-                "leave one file out."
+                "leave one file out.",
             )
     return file.normalised(choose_person(tracks, person, str(file.path)))
 
@@ -351,24 +369,13 @@ def read_video(path: Path) -> Video:
     """The video's description; InputError when it cannot be opened."""
     if not path.is_file():
         raise InputError(
-            f"Expected a video file at {path}, found {'a folder' if path.is_dir() else 'nothing'} there."
+            "cannot-open",
+            f"Expected a video file at {path}, found {'a folder' if path.is_dir() else 'nothing'} there.",
         )
     adapter = find_adapter(path, "video", "video")
     if not recognises(adapter, path) and (others := exchanged(path, "video")):
-        raise InputError(others)
+        raise InputError("format-unknown", others)
     return call(adapter.read, path, what="Adapter 'video'", options={})[0]
-
-
-def _repairs(lead: PoseSequence) -> list[Notice]:
-    """What was mended while reading because the user asked for it."""
-    notices = []
-    for step in lead.history:
-        if step.name == "handedness" and step.options.get("repair") not in (None, "ignore"):
-            notices.append(notice("sides-put-right", repair=step.options["repair"]))
-        if step.name == "missing":
-            counts = ", ".join(missing_in_words(*each) for each in step.options.items() if each[1])
-            notices.append(notice("gaps-as-asked", counts=counts))
-    return notices
 
 
 def _coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
@@ -392,25 +399,12 @@ def _doubts(lead: PoseSequence, keypoints: PoseSequence | None) -> list[Notice]:
 def _provenance(
     files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None
 ) -> tuple[dict[str, Any], ...]:
-    read = {"poses": poses, "keypoints": keypoints}
-    return tuple(
-        {**said, **(_reading(sequence) if (sequence := read.get(role)) else {"adapter": "video"})}
-        for role, said in files.inputs.items()
-    )
-
-
-def _reading(sequence: PoseSequence) -> dict[str, Any]:
-    steps = [asdict(step) for step in sequence.history]
-    return {"adapter": sequence.history[0].options["adapter"], "person": sequence.person, "history": steps}
-
-
-def sha256(path: Path) -> str:
-    """SHA-256 of a file, or of a folder's relative names and contents in sorted order, the same on every system."""
-    if path.is_file():
-        with open(path, "rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    digest = hashlib.sha256()
-    parts = {part.relative_to(path).as_posix(): part for part in path.rglob("*") if part.is_file()}
-    for name in sorted(parts):
-        digest.update(f"{name}\0{sha256(parts[name])}\n".encode(errors="replace"))
-    return digest.hexdigest()
+    read = {"poses": (files.poses, poses), "keypoints": (files.keypoints, keypoints)}
+    entries = []
+    for role, said in files.inputs.items():
+        source, sequence = read.get(role, (None, None))
+        entry = {**said, "adapter": source.adapter.name if source else "video"}
+        if sequence is not None:
+            entry |= {"person": sequence.person, "history": [asdict(step) for step in sequence.history]}
+        entries.append(entry)
+    return tuple(entries)

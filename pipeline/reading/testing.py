@@ -125,7 +125,6 @@ def _of_people(people: tuple[PoseSequence, ...], facts: Facts) -> Facts:
     scores = np.concatenate([poses.confidence[np.isfinite(poses.confidence)] for poses in people])
     alike = len(scores) > 1 and np.ptp(scores) == 0
     _expect(not alike, "all scores are alike, which says nothing: make them NaN, or the golden file's differ")
-    steps = {step.name for poses in people for step in poses.history}
     return replace(
         facts,
         guarded=True if facts.gives == "poses" else None,
@@ -133,7 +132,7 @@ def _of_people(people: tuple[PoseSequence, ...], facts: Facts) -> Facts:
         unit=frame.unit,
         fps=all(poses.time_s is not None for poses in people),
         frames=all(poses.frames_known for poses in people),
-        people="one" if len(people) == 1 else "joined" if "link people" in steps else "named",
+        people="one" if len(people) == 1 else "joined" if any(poses.linked for poses in people) else "named",
         scores=len(scores) > 0,
     )
 

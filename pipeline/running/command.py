@@ -5,10 +5,9 @@ from __future__ import annotations
 import typer
 
 from ..core.messages import debug
-from ..files.detections import interrupted_at
-from ..reading.settings import Force, Output, Pick, Resume, RunOptions, Strict, offering
+from ..reading.flags import Force, Output, Resume, Strict, offering
+from ..reading.settings import RunOptions
 from .conclusion import conclude, point_to, show_files
-from .pick import pick as write_sheet
 from .plan import planned
 from .progress import stages, tell, tell_people, telling_of_kept
 from .run import checkpoints_of, run_files, run_people
@@ -18,7 +17,6 @@ from .run import checkpoints_of, run_files, run_people
 def run(
     options: RunOptions,
     output: Output,
-    pick: Pick = False,
     resume: Resume = False,
     strict: Strict = False,
     force: Force = False,
@@ -29,8 +27,10 @@ def run(
     first detected in the video.
     """
     chosen = planned(options)
-    if pick:
-        write_sheet(options, output, chosen)
+    if options.person == "pick":
+        from .pick import pick
+
+        pick(options, output, chosen)
         return
     kept = [path for stage, path in checkpoints_of(output).items() if chosen.has(stage)]
     names = ["read", *(entry.use for entry in chosen.stages)]
@@ -51,7 +51,7 @@ def run(
     show_files(output)
     code = conclude(takes, strict)
     point_to(shown)
-    if not people and interrupted_at(takes[""]) is not None:
+    if not people and any(each.code == "interrupted" for each in takes[""].notices):
         code = 130
     if code:
         raise typer.Exit(code)

@@ -9,11 +9,10 @@ import numpy as np
 
 from ..core.answer import answer
 from ..core.messages import bound_in_words, how_many, show
-from ..core.notices import verdict, verdict_words
+from ..core.notices import EXIT_CODES, verdict, verdict_words
 from ..core.system import quoted
 from ..core.take import Take
-from ..files.viewer import RECORDING, find_page
-from ..inspect.inspect import EXIT_CODES
+from ..files.names import RECORDING, find_page
 from ..signals.checks import nobody_upright
 
 
@@ -62,7 +61,7 @@ def trust(take: Take) -> tuple[int, str]:
         elif np.isfinite(bound).any():
             words[-1] += f", its up known to within {bound_in_words(float(np.nanmax(bound)))} degrees"
             words[-1] += " unless the picture is turned" if nobody_upright(take.rectified) else ""
-        elif take.rectified.camera == "gravity":
+        elif take.rectified.in_world:
             words[-1] += ", its up told by the file; its error is not known"
     return code, "; ".join(words)
 

@@ -22,12 +22,13 @@ _LONGEST = 60  # characters of a folder's name
 @dataclass(frozen=True, eq=False)
 class PersonRun:
     """person, frames: name in the file, and rows there, or in the part of it that is asked for. folder: name of their
-    run's folder, and take: what it holds; or reason: why there is none."""
+    run's folder, and take: what it holds; or code and reason of the refusal (InputError): why there is none."""
 
     person: str
     frames: int
     folder: str = ""
     take: Take | None = None
+    code: str = ""
     reason: str = ""
 
 
@@ -52,7 +53,7 @@ def write_index(runs: Sequence[PersonRun], folder: Path) -> None:
         "pcnet3d": package_version(),
         "people": [_entry(run, take) for run, take in done],
         "left_out": [
-            {"person": run.person, "frames": run.frames, "reason": run.reason}
+            {"person": run.person, "frames": run.frames, "code": run.code, "reason": run.reason}
             for run in runs
             if run.take is None
         ],

@@ -1,4 +1,4 @@
-"""`pcnet3d run --pick`: who is in the input, on one sheet, so that one of them can be chosen."""
+"""`pcnet3d run --person pick`: who is in the input, on one sheet, so that one of them can be chosen."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from ..core.device import computing_on
 from ..core.errors import InputError
 from ..core.messages import how_many, say, show
 from ..core.take import Video
-from ..files.detections import KEYPOINTS, load_detections
+from ..files.detections import load_detections
+from ..files.names import KEYPOINTS
 from ..inspect.contact_sheet import MOST, Shown, draw_people
 from ..reading.settings import RunOptions
 from ..reading.take import open_people, open_take
@@ -22,12 +23,9 @@ def pick(options: RunOptions, output: Path, recipe: Recipe) -> None:
     """Write the sheet of all people beside the folder that a run would make, and say how to go on.
 
     They have the names that --person takes. recipe: of the run; of a video alone its stage `detect` looks for people.
-    InputError as for the run, and where somebody is chosen already.
+    InputError as for the run.
     """
-    if options.person is not None:
-        raise InputError(
-            "--pick shows everybody so that one can be chosen, and --person chooses; give one of them."
-        )
+    options = options.with_(person=None)
     people, video = _everybody(options, recipe)
     sheet = output.with_name(f"{output.name}-people.png")
     sheet.parent.mkdir(parents=True, exist_ok=True)
@@ -36,9 +34,7 @@ def pick(options: RunOptions, output: Path, recipe: Recipe) -> None:
         show(f"person {one.name}: {one.words}")
     if len(people) > MOST:
         say("note", f"The sheet shows the {MOST} who are seen longest.")
-    print(
-        f"{how_many(len(people), 'person', 'people')} in {sheet}; to go on, give --person NAME instead of --pick"
-    )
+    print(f"{how_many(len(people), 'person', 'people')} in {sheet}; to go on, give --person NAME")
 
 
 def _everybody(options: RunOptions, recipe: Recipe) -> tuple[Sequence[Shown], Video | None]:

@@ -7,11 +7,11 @@ from typing import Any
 from ..core.errors import InputError
 from ..plugins import registry
 from ..plugins.options import checked, option_types
-from ..reading.settings import OFF, TOLD, RunOptions, flag_of
+from ..reading.settings import OFF, SHORT, TOLD, RunOptions, flag_of
 from .recipe import Recipe, load_recipe
 
 # Options of stages that there are not, for they are told of the recording, and how they are told.
-_TOLD = {field: flag_of(name) for name, field in TOLD.items()} | {"frames": flag_of("no_frames")}
+_TOLD = {tells.field: flag_of(name) for name, tells in TOLD.items()} | {"frames": flag_of("no_frames")}
 
 
 def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
@@ -25,7 +25,9 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
     alone = options.poses is None and options.keypoints is None and options.video is not None
     _check_readers(options, alone)
     if recipe is not None and options.recipe is not None:
-        raise InputError(f"Expected one recipe, got one beside {options.recipe}; leave either out.")
+        raise InputError(
+            "option-conflict", f"Expected one recipe, got one beside {options.recipe}; leave either out."
+        )
     chosen = load_recipe(options.recipe) if recipe is None else recipe
     for entry in chosen.stages:
         for key in entry.options:
@@ -37,12 +39,11 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
             if recipe is None:
                 _require(chosen, name, f"{name}={OFF}")
             chosen = chosen.without(name) if chosen.has(name) else chosen
-    for name, value, goal in options.goals():
-        if goal.first:
-            _require(chosen, goal.first.partition(".")[0], flag_of(name))
-        for place in (goal.first, *goal.too):
-            stage, _, key = place.partition(".")
-            chosen = chosen.with_options(stage, **{key: value}) if stage else chosen
+    for name, sets in SHORT.items():
+        if value := getattr(options, name):
+            stage, _, key = sets.place.partition(".")
+            _require(chosen, stage, flag_of(name))
+            chosen = chosen.with_options(stage, **{key: value})
     for name, value in options.settings.items():
         stage, dot, key = name.partition(".")
         if dot:
@@ -76,21 +77,24 @@ def _check_not_told(stage: str, key: str) -> None:
     """InputError for an option of a stage that has none of that name, because it is told of the recording."""
     if key in _TOLD and key not in option_types(registry.load("stages", stage)):
         raise InputError(
+            "name-unknown",
             f"{stage}.{key} is no option of a stage, for it is told of the recording, once for all stages; give "
-            f"{_TOLD[key]}."
+            f"{_TOLD[key]}.",
         )
 
 
 def _check_read(options: RunOptions, recipe: Recipe) -> None:
     """InputError for something told that no stage of the recipe reads."""
     told = options.told  # refuses what cannot be
-    given = {name: field for name, field in TOLD.items() if getattr(told, field) is not None}
+    asked = {name: tells.field for name, tells in TOLD.items() if not tells.by_reading}
+    given = {name: field for name, field in asked.items() if getattr(told, field) is not None}
     read = {field for entry in recipe.stages for field in _reads(entry.use)} if given else set()
     for name, field in given.items():
         if field not in read:
             readers = [f"'{stage}'" for stage in registry.registered("stages") if field in _reads(stage)]
             raise InputError(
-                f"{flag_of(name)} is for the stage {' or '.join(readers)}, which this run does not have."
+                "option-conflict",
+                f"{flag_of(name)} is for the stage {' or '.join(readers)}, which this run does not have.",
             )
 
 
@@ -101,7 +105,9 @@ def _reads(stage: str) -> tuple[str, ...]:
 def _require(recipe: Recipe, stage: str, what: str) -> None:
     if not recipe.has(stage):
         registry.load("stages", stage)  # says that there is none at all
-        raise InputError(f"{what} is for the stage '{stage}', which this run does not have.")
+        raise InputError(
+            "option-conflict", f"{what} is for the stage '{stage}', which this run does not have."
+        )
 
 
 def _check_readers(options: RunOptions, alone: bool) -> None:
@@ -117,8 +123,11 @@ def _check_readers(options: RunOptions, alone: bool) -> None:
     for role, told in readers.items():
         unread = [flag for flag, given in told.items() if given]
         if unread and getattr(options, role) is None:
-            raise InputError(f"{', '.join(unread)} is for --{role} FILE, which this run does not have.")
+            raise InputError(
+                "option-conflict", f"{', '.join(unread)} is for --{role} FILE, which this run does not have."
+            )
     if alone and options.first_frame is not None:
         raise InputError(
-            f"{flag_of('first_frame')} numbers the rows of a file, and there is none; leave it out."
+            "option-conflict",
+            f"{flag_of('first_frame')} numbers the rows of a file, and there is none; leave it out.",
         )

@@ -61,7 +61,7 @@ class Recipe(BaseModel):
         """A copy without that stage; InputError when it has no other."""
         rest = tuple(entry for entry in self.stages if entry.use != stage)
         if not rest:
-            raise InputError(f"'{stage}' is the only stage of this run; leave it in.")
+            raise InputError("option-conflict", f"'{stage}' is the only stage of this run; leave it in.")
         return Recipe(stages=rest)
 
     def build(self) -> Pipeline:
@@ -79,12 +79,12 @@ def load_toml(file: Path | Traversable, what: str) -> dict[str, Any]:
     try:
         return tomllib.loads(file.read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError(f"Expected {what} at {file}: {error.strerror}.") from None
+        raise InputError("cannot-open", f"Expected {what} at {file}: {error.strerror}.") from None
     except ValueError as error:  # also bytes that are no text, and numbers of thousands of digits
-        raise InputError(f"Expected {what} in {file}, a TOML file: {error}.") from None
+        raise InputError("file-damaged", f"Expected {what} in {file}, a TOML file: {error}.") from None
     except RecursionError:
         raise InputError(
-            f"Expected {what} in {file}, a TOML file, got one that is nested too deeply."
+            "unsafe", f"Expected {what} in {file}, a TOML file, got one that is nested too deeply."
         ) from None
 
 
@@ -100,28 +100,30 @@ def load_recipe(path: str | Path | None = None) -> Recipe:
     keys = (*Recipe.model_fields, _EXTENDS)
     for key in content:
         if key not in keys:
-            raise InputError(f"Recipe {path}: unknown key '{key}'; {did_you_mean(key, keys)}")
+            raise InputError("name-unknown", f"Recipe {path}: unknown key '{key}'; {did_you_mean(key, keys)}")
     base = content.pop(_EXTENDS, None)
     if base not in (None, "default"):
-        raise InputError(f'Recipe {path}: expected {_EXTENDS} = "default", got {base!r}.')
+        raise InputError("bad-value", f'Recipe {path}: expected {_EXTENDS} = "default", got {base!r}.')
     try:
         recipe = Recipe(**content)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])
-        raise InputError(f"Recipe {path}: {place}: {first['msg']}.") from None
+        raise InputError("bad-value", f"Recipe {path}: {place}: {first['msg']}.") from None
     for entry in recipe.stages:
         for option, value in entry.options.items():
             if isinstance(value, str) and _leads_out(value):
                 raise InputError(
+                    "unsafe",
                     f"Recipe {path}: {entry.use}.{option} = '{value}' leads out of the folder; a recipe, which may be "
                     "somebody else's, names files in the current folder only: put the file there, or name it on the "
-                    "command line."
+                    "command line.",
                 )
             if option == _AFTER and base is None:
                 raise InputError(
+                    "option-conflict",
                     f'Recipe {path}: {entry.use}.{_AFTER} is for a recipe that begins with {_EXTENDS} = "default"; '
-                    "without it the stages run in the order of the file."
+                    "without it the stages run in the order of the file.",
                 )
     return recipe if base is None else _extended(load_recipe(), recipe.stages, f"Recipe {path}")
 
@@ -137,7 +139,8 @@ def _extended(recipe: Recipe, changes: Iterable[StageEntry], where: str) -> Reci
             hint = did_you_mean(str(after), uses)
             needed = f'; or say where it goes, {_AFTER} = "..."' if after == change.use else ""
             raise InputError(
-                f"{where}: the default recipe has no stage '{after}'; {hint.rstrip('.')}{needed}."
+                "name-unknown",
+                f"{where}: the default recipe has no stage '{after}'; {hint.rstrip('.')}{needed}.",
             )
         place = uses.index(after)
         entry = StageEntry(use=change.use, **options)

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from ..core.messages import how_many
 from ..core.notices import notice
 from ..core.take import Take, Told
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
-from ..files.detections import KEYPOINTS, scene_of
+from ..files.names import KEYPOINTS
 from ..plugins.options import files_among
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
@@ -47,59 +48,67 @@ def checkpoints_of(output: Path) -> dict[str, Path]:
     return {stage: output.with_name(f".{output.name}.{name}") for stage, name in _KEPT.items()}
 
 
+class How(TypedDict, total=False):
+    """How a run goes. resume: go on with the detection or the lift that was interrupted in that folder. force:
+    overwrite a folder of somebody else's. done: called with "read" and then each stage's name, and its seconds."""
+
+    resume: bool
+    force: bool
+    done: Callable[[str, float], None]
+
+
 def run_files(
-    options: RunOptions,
-    output: str | Path,
-    recipe: Recipe | None = None,
-    *,
-    resume: bool = False,
-    force: bool = False,
-    done: Callable[[str, float], None] = lambda stage, seconds: None,
+    options: RunOptions, output: str | Path, recipe: Recipe | None = None, **how: Unpack[How]
 ) -> Take:
     """Read the files that the options name, run the recipe, leave its files in `output`; all of them or none.
 
-    recipe: instead of the default one; the options apply to it (`planned`). resume: go on with the detection or the
-    lift that was interrupted in that folder. done: called with "read" and then each stage's name, and its seconds.
-    Raises InputError.
+    recipe: instead of the default one; the options apply to it (`planned`). Raises InputError.
     """
-    (run,) = run_people(options, output, recipe, resume=resume, force=force, done=done, everybody=False)
+    (run,) = _run(options, Path(output), planned(options, recipe), how, everybody=False)
     assert run.take is not None
     return run.take
 
 
 def run_people(
-    options: RunOptions,
-    output: str | Path,
-    recipe: Recipe | None = None,
-    *,
-    resume: bool = False,
-    force: bool = False,
-    done: Callable[[str, float], None] = lambda stage, seconds: None,
-    everybody: bool = True,
+    options: RunOptions, output: str | Path, recipe: Recipe | None = None, **how: Unpack[How]
 ) -> tuple[PersonRun, ...]:
     """A whole run of everybody in the files, each in a folder of `output`, in one common LEVEL; all of it or none.
 
     People of different scenes of a video, which a cut parts, share no LEVEL and no camera: each scene has its own.
     `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
-    by a stage, is left out with the reason. recipe, resume, done: as for run_files, each stage once for all of a scene.
-    everybody: else the one person whom the options name, whose files are in `output` itself. Raises InputError when
-    nobody is left.
+    by a stage, is left out with the reason. recipe, how: as for run_files, each stage once for all of a scene. Raises
+    InputError when nobody is left.
     """
-    if everybody and options.stature is not None:
-        raise InputError("A stature is one person's: leave it out, or run one --person at a time.")
-    if everybody and options.person_id is not None:
-        raise InputError("An ID is one person's: leave --person-id out, or run one --person at a time.")
-    output = Path(output)
-    recipe = _checked(planned(options, recipe))
-    recipe = _resumed(recipe, output) if resume else recipe
+    if options.stature is not None:
+        raise InputError(
+            "option-conflict", "A stature is one person's: leave it out, or run one --person at a time."
+        )
+    if options.person_id is not None:
+        raise InputError(
+            "option-conflict",
+            "An ID is one person's: leave read.person_id out, or run one --person at a time.",
+        )
+    return _run(options, Path(output), planned(options, recipe), how, everybody=True)
+
+
+def _run(
+    options: RunOptions, output: Path, recipe: Recipe, how: How, everybody: bool
+) -> tuple[PersonRun, ...]:
+    """everybody: else the one person whom the options name, whose files are in `output` itself."""
+    recipe = _checked(recipe)
+    recipe = _resumed(recipe, output) if how.get("resume") else recipe
     kept = {} if everybody else checkpoints_of(output)
     for stage, path in kept.items():
         recipe = recipe.with_options(stage, checkpoint=path)
-    with whole_folder(output, force, inputs_of(options, recipe)) as folder:
-        runs = run_into(folder, options, recipe, done, everybody)
+    with whole_folder(output, how.get("force", False), inputs_of(options, recipe)) as folder:
+        runs = run_into(folder, options, recipe, how.get("done", _silent), everybody)
     for path in kept.values():
         path.unlink(missing_ok=True)
     return runs
+
+
+def _silent(stage: str, seconds: float) -> None:
+    pass
 
 
 def check_plan(recipe: Recipe, told: Told, *given: str) -> None:
@@ -112,7 +121,7 @@ def run_into(
     folder: Path,
     options: RunOptions,
     recipe: Recipe,
-    done: Callable[[str, float], None] = lambda stage, s: None,
+    done: Callable[[str, float], None],
     everybody: bool = False,
 ) -> tuple[PersonRun, ...]:
     """`run_files`, or with everybody `run_people`, into a folder that is already there."""
@@ -129,7 +138,7 @@ def run_into(
             for person, name in folders.items()
         }
         for person, take in takes.items():
-            pipelines[person].check_rate(_frame_rate(recipe, take))
+            pipelines[person].check_rate(_frame_rate(take))
         require_space(folder, bytes_needed(recipe, *takes.values()), "The run")
         ended = _by_scene(pipelines, takes, done)
     runs = []
@@ -142,7 +151,7 @@ def run_into(
         elif everybody:
             if name:
                 shutil.rmtree(folder / name, ignore_errors=True)
-            runs.append(PersonRun(person.name, person.frames, reason=str(end)))
+            runs.append(PersonRun(person.name, person.frames, code=end.code, reason=str(end)))
         else:
             raise end
     if everybody:
@@ -154,7 +163,7 @@ def _list(runs: Sequence[PersonRun], folder: Path) -> None:
     """The index over the people's folders, each of which is a run of its own; InputError where there are none."""
     if all(run.take is None for run in runs):
         reasons = "; ".join(f"{run.person}: {run.reason.rstrip('.')}" for run in runs)
-        raise InputError(f"There is nobody to make a run of: {reasons}.")
+        raise InputError("nothing-usable", f"There is nobody to make a run of: {reasons}.")
     for run in runs:
         if run.take is not None:
             sign(folder / run.folder)
@@ -170,16 +179,15 @@ def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
     return [path for path in own if path] + named
 
 
-def _frame_rate(recipe: Recipe, take: Take) -> float:
+def _frame_rate(take: Take) -> float:
     """Video frames a second, as stages will have them; NaN where there is one only."""
     rows = take.keypoints if take.poses is None else take.poses
     if rows is not None:
         step = np.diff(rows.frame_index)
         return rate(rows.times) * float(np.median(step)) if len(step) else float("nan")
-    told = next((entry.options.get("fps") for entry in recipe.stages if entry.use == "detect"), None)
-    video = take.need("video")
+    video, told = take.need("video"), take.told.fps
     first, last = video.span
-    return rate(video.time_s[first : last + 1]) if told is None else float(told)
+    return rate(video.time_s[first : last + 1]) if told is None else told
 
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:
@@ -199,7 +207,7 @@ def _by_scene(
     """How each person's pipeline ends, those of one scene of the video together."""
     scenes: dict[int, list[Person]] = {}
     for person, take in takes.items():
-        scenes.setdefault(scene_of(take), []).append(person)
+        scenes.setdefault(take.keypoints.scene if take.keypoints else 0, []).append(person)
     said = (notice("scenes-apart"),) if len(scenes) > 1 else ()
     ended: dict[Person, Take | InputError] = {}
     for people in scenes.values():
@@ -214,7 +222,7 @@ def _people(options: RunOptions) -> tuple[Person, ...]:
     for person in open_people(options):
         if person.frames < FEWEST_FRAMES:
             few = f"seen in {how_many(person.frames, 'frame')}; {FEWEST_FRAMES} are the least"
-            person = replace(person, take=InputError(few))
+            person = replace(person, take=InputError("nothing-usable", few))
         people.append(person)
     return tuple(people)
 
@@ -223,14 +231,18 @@ def _resumed(recipe: Recipe, output: Path) -> Recipe:
     """The recipe that goes on from what an interrupted run left, beside its folder or in it."""
     places = {stage: [path] for stage, path in checkpoints_of(output).items() if recipe.has(stage)}
     if not places:
-        raise InputError("--resume is for the stages 'detect' and 'lift', which this run does not have.")
+        raise InputError(
+            "option-conflict", "--resume is for the stages 'detect' and 'lift', which this run does not have."
+        )
     if "detect" in places:
         places["detect"].append(output / KEYPOINTS)
     left = {
         stage: path for stage, paths in places.items() if (path := next(filter(Path.is_file, paths), None))
     }
     if not left:
-        raise InputError(f"There is no interrupted run in {output} to go on with; leave --resume out.")
+        raise InputError(
+            "option-conflict", f"There is no interrupted run in {output} to go on with; leave --resume out."
+        )
     for stage, path in left.items():
         recipe = recipe.with_options(stage, resume=path)
     return recipe
@@ -239,7 +251,10 @@ def _resumed(recipe: Recipe, output: Path) -> Recipe:
 def _checked(recipe: Recipe) -> Recipe:
     for entry in recipe.stages:
         if entry.use in (*_WRITERS, *_KEPT) and entry.options.keys() & {"folder", "checkpoint"}:
-            raise InputError(f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.")
+            raise InputError(
+                "option-conflict",
+                f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.",
+            )
     return recipe
 
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 from ..core.errors import InputError
 from ..core.take import Take, Told
-from ..plugins.protocols import MetricStage, RatedStage, ScalingStage, SharedStage, Stage, ToldStage
+from ..plugins.protocols import Stage
 
 _NOTHING = Told()
 
@@ -36,32 +37,31 @@ class Pipeline:
                 for name in set(earlier.needs).intersection(stage.gives):
                     if set(earlier.gives) != {name}:
                         raise InputError(
+                            "needs-stage",
                             f"Stage '{stage.name}' would change {name} after '{earlier.name}' has used them; "
-                            f"put it before '{earlier.name}'."
+                            f"put it before '{earlier.name}'.",
                         )
             for name in stage.needs:
                 if name not in known:
-                    raise InputError(f"Stage '{stage.name}' needs '{name}', which no take has.")
+                    raise InputError(
+                        "needs-stage", f"Stage '{stage.name}' needs '{name}', which no take has."
+                    )
                 if name not in filled:
                     raise InputError(
+                        "needs-stage",
                         f"Stage '{stage.name}' needs {name}, which neither the input nor an earlier stage gives; "
-                        f"the order is {' > '.join(s.name for s in self.stages)}."
+                        f"the order is {' > '.join(s.name for s in self.stages)}.",
                     )
             filled.update(stage.gives)
-            if isinstance(stage, ToldStage):
-                stage.check_told(told)
-            if isinstance(stage, MetricStage):
-                stage.check_unit(unit)
-            if isinstance(stage, ScalingStage):
-                unit = stage.unit_of(unit, told)
-            elif "poses" in stage.gives:
-                unit = ""
+            _asked(stage, "check_told", told)
+            _asked(stage, "check_unit", unit)
+            if "poses" in stage.gives:
+                unit = _asked(stage, "unit_of", unit, told) or ""
 
     def check_rate(self, fps: float) -> None:
         """Raise InputError when so many video frames a second will not do for a stage."""
         for stage in self.stages:
-            if isinstance(stage, RatedStage):
-                stage.check_rate(fps)
+            _asked(stage, "check_rate", fps)
 
     def __call__(self, take: Take, done: Callable[[str, float], None] = lambda stage, seconds: None) -> Take:
         """The take after every stage; `done(stage name, seconds)` is called after each."""
@@ -78,8 +78,8 @@ def run_together(
 ) -> list[Take | InputError]:
     """Takes of one person or several, each through a pipeline of its own; all pipelines have the same stages.
 
-    All takes go through a stage before any goes on to the next, so that a SharedStage gets them at once. A take that a
-    stage refuses ends there, as that refusal. `done(stage name, seconds)` is called after each stage that somebody
+    All takes go through a stage before any goes on to the next, so that one with `together` gets them at once. A take
+    that a stage refuses ends there, as that refusal. `done(stage name, seconds)` is called after each that somebody
     came through. InputError for a chain that cannot work.
     """
     for pipeline, take in zip(pipelines, takes, strict=True):
@@ -90,14 +90,20 @@ def run_together(
         going = {i: take for i, take in enumerate(results) if isinstance(take, Take)}
         if not going:
             break
-        if isinstance(stages[0], SharedStage) and len(going) > 1:
-            ended = dict(zip(going, stages[0].together(list(going.values())), strict=True))
-        else:
-            ended = {i: _tried(stages[i], take) for i, take in going.items()}
+        ends = _asked(stages[0], "together", list(going.values())) if len(going) > 1 else None
+        if ends is None:
+            ends = [_tried(stages[i], take) for i, take in going.items()]
+        ended = dict(zip(going, ends, strict=True))
         results = [ended.get(i, result) for i, result in enumerate(results)]
         if any(isinstance(end, Take) for end in ended.values()):
             done(stages[0].name, time.perf_counter() - start)
     return results
+
+
+def _asked(stage: Stage, method: str, *arguments: Any) -> Any:
+    """The answer of a method that a stage may have; None of one that has not."""
+    asked = getattr(stage, method, None)
+    return None if asked is None else asked(*arguments)
 
 
 def _tried(stage: Stage, take: Take) -> Take | InputError:
@@ -107,7 +113,8 @@ def _tried(stage: Stage, take: Take) -> Take | InputError:
         return error
     if not isinstance(given, Take):
         return InputError(
+            "plugin-broken",
             f"Expected a take from stage '{stage.name}', got {type(given).__name__}; a stage returns the take that it "
-            "made (docs/plugins.md): repair its package, or leave the stage out."
+            "made (docs/plugins.md): repair its package, or leave the stage out.",
         )
     return given

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .filters import stretches
+
 _STEPS_HZ = np.geomspace(0.7, 4.0, 60)  # of steps of 0.25 to 1.4 s
 _LEAST_ROWS = 4  # in a step: its square would not be seen to swing
 _DEPTH = 0.5  # of the square's swing over its mean: 1 when the sides change places wholly, less when one stays ahead
@@ -49,9 +51,8 @@ def alternation(vectors: np.ndarray, times: np.ndarray, agreed: float = AGREED) 
     fits[known] = np.cos(phase[known]) * swing[known] / np.sqrt(2 * mean[known])
     fits = np.clip(fits, -1, 1)
     walking = known & (2 * np.abs(turn) >= _DEPTH * mean)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], walking, [0]]).astype(int)))
     walks = np.zeros(len(times))
-    for first, end in edges.reshape(-1, 2):
+    for first, end in stretches(walking):
         walk = fits[first:end]
         agreement = float((walk * np.abs(walk)).sum() / (walk**2).sum())
         if times[end - 1] - times[first] >= _FEWEST / hz and abs(agreement) >= agreed:

@@ -79,71 +79,72 @@ _PELVIS, _THORAX = ("pelvis", "thorax", *_HIPS), ("pelvis", "thorax", *_SHOULDER
 _FACING = (*_HIPS, *_SHOULDERS)
 
 
-def _definitions() -> dict[str, Angle]:
-    angles = {}
-    for side in ("r", "l"):
-        thigh, shank = (f"{side}_hip", f"{side}_knee"), (f"{side}_knee", f"{side}_ankle")
-        arm, forearm = (f"{side}_shoulder", f"{side}_elbow"), (f"{side}_elbow", f"{side}_wrist")
-        of_side = {
-            "knee_flexion": Angle(
-                "Knees",
-                "between thigh and shank, 0 when straight, about the hip line made square to the thigh",
-                "heel towards the buttock; negative is a knee bent back",
-                _union(thigh, shank, _HIPS),
-            ),
-            "elbow_flexion": Angle(
-                "Elbows",
-                "between upper arm and forearm, 0 when straight, about the thorax's mediolateral axis carried along "
-                "with the upper arm",
-                "hand towards the shoulder; negative is an elbow bent back",
-                _union(arm, forearm, _THORAX),
-            ),
-            "hip_flexion": Angle(
-                "Hips",
-                "of the thigh against the trunk line about the hip line", "thigh forward",
-                _union(thigh, _PELVIS), centre_deg=45.0,
-            ),
-            "hip_abduction": Angle(
-                "Hips",
-                "of the thigh out of the plane square to the hip line", "thigh away from the midline",
-                _union(thigh, _HIPS),
-            ),
-            "shoulder_flexion": Angle(
-                "Shoulders",
-                "of the upper arm against the trunk line about the shoulder line", "arm forward and up",
-                _union(arm, _THORAX), centre_deg=60.0,
-            ),
-            "shoulder_abduction": Angle(
-                "Shoulders",
-                "of the upper arm out of the plane square to the shoulder line; 90 at most: an arm raised sideways "
-                "above that has a flexion near 180", "arm away from the midline",
-                _union(arm, _SHOULDERS),
-            ),
-            "shoulder_elevation": Angle(
-                "Shoulders",
-                "between upper arm and the trunk's downward line, in whichever plane: 0 hanging, 180 overhead",
-                "arm up",
-                _union(arm, _THORAX),
-            ),
-            "thigh_sagittal": Angle(
-                "Segments",
-                "of the thigh against the vertical, in the sagittal plane of BODY", "knee in front of the hip",
-                _union(thigh, _FACING), True, 45.0,
-            ),
-            "shank_sagittal": Angle(
-                "Segments",
-                "of the shank against the vertical, in the sagittal plane of BODY", "ankle in front of the knee",
-                _union(shank, _FACING), True, -45.0,
-            ),
-            "upper_arm_sagittal": Angle(
-                "Segments",
-                "of the upper arm against the vertical, in the sagittal plane of BODY",
-                "elbow in front of the shoulder",
-                _union(arm, _FACING), True, 60.0,
-            ),
-        }  # fmt: skip
-        angles |= {f"{side}_{name}": angle for name, angle in of_side.items()}
-    angles |= {
+def _of_side(side: str) -> dict[str, Angle]:
+    """By name without the side, "r" or "l"."""
+    thigh, shank = (f"{side}_hip", f"{side}_knee"), (f"{side}_knee", f"{side}_ankle")
+    arm, forearm = (f"{side}_shoulder", f"{side}_elbow"), (f"{side}_elbow", f"{side}_wrist")
+    return {
+        "knee_flexion": Angle(
+            "Knees",
+            "between thigh and shank, 0 when straight, about the hip line made square to the thigh",
+            "heel towards the buttock; negative is a knee bent back",
+            _union(thigh, shank, _HIPS),
+        ),
+        "elbow_flexion": Angle(
+            "Elbows",
+            "between upper arm and forearm, 0 when straight, about the thorax's mediolateral axis carried along "
+            "with the upper arm",
+            "hand towards the shoulder; negative is an elbow bent back",
+            _union(arm, forearm, _THORAX),
+        ),
+        "hip_flexion": Angle(
+            "Hips",
+            "of the thigh against the trunk line about the hip line", "thigh forward",
+            _union(thigh, _PELVIS), centre_deg=45.0,
+        ),
+        "hip_abduction": Angle(
+            "Hips",
+            "of the thigh out of the plane square to the hip line", "thigh away from the midline",
+            _union(thigh, _HIPS),
+        ),
+        "shoulder_flexion": Angle(
+            "Shoulders",
+            "of the upper arm against the trunk line about the shoulder line", "arm forward and up",
+            _union(arm, _THORAX), centre_deg=60.0,
+        ),
+        "shoulder_abduction": Angle(
+            "Shoulders",
+            "of the upper arm out of the plane square to the shoulder line; 90 at most: an arm raised sideways "
+            "above that has a flexion near 180", "arm away from the midline",
+            _union(arm, _SHOULDERS),
+        ),
+        "shoulder_elevation": Angle(
+            "Shoulders",
+            "between upper arm and the trunk's downward line, in whichever plane: 0 hanging, 180 overhead",
+            "arm up",
+            _union(arm, _THORAX),
+        ),
+        "thigh_sagittal": Angle(
+            "Segments",
+            "of the thigh against the vertical, in the sagittal plane of BODY", "knee in front of the hip",
+            _union(thigh, _FACING), True, 45.0,
+        ),
+        "shank_sagittal": Angle(
+            "Segments",
+            "of the shank against the vertical, in the sagittal plane of BODY", "ankle in front of the knee",
+            _union(shank, _FACING), True, -45.0,
+        ),
+        "upper_arm_sagittal": Angle(
+            "Segments",
+            "of the upper arm against the vertical, in the sagittal plane of BODY",
+            "elbow in front of the shoulder",
+            _union(arm, _FACING), True, 60.0,
+        ),
+    }  # fmt: skip
+
+
+def _of_middle() -> dict[str, Angle]:
+    return {
         "trunk_lean_sagittal": Angle(
             "Trunk",
             "of the trunk line (pelvis to thorax) against the vertical, in the sagittal plane of BODY", "forward",
@@ -164,10 +165,17 @@ def _definitions() -> dict[str, Angle]:
             _union(_PELVIS, _THORAX),
         ),
     }  # fmt: skip
-    for name, angle in angles.items():
-        if not angle.needs_gravity:
-            angles[name] = replace(angle, anatomy_deg=_ANATOMY[name.removeprefix("r_").removeprefix("l_")])
-    return angles
+
+
+def _definitions() -> dict[str, Angle]:
+    angles = {f"{side}_{name}": angle for side in "rl" for name, angle in _of_side(side).items()}
+    angles |= _of_middle()
+    return {
+        name: angle
+        if angle.needs_gravity
+        else replace(angle, anatomy_deg=_ANATOMY[name.removeprefix("r_").removeprefix("l_")])
+        for name, angle in angles.items()
+    }
 
 
 def _union(*parts: tuple[str, ...]) -> tuple[str, ...]:

@@ -84,7 +84,7 @@ def chirality(poses: PoseSequence) -> Chirality:
 
     Forward is left x up with left from right hip to left hip and up from pelvis to thorax; both cues use no
     left/right of their own. A mirrored skeleton and one with exchanged names contradict alike. A nose that was made
-    out of other joints, as the history says, has no vote.
+    out of other joints has no vote.
     """
     cues = np.concatenate(
         [handedness_cues(part, poses.layout) for part in _parts(without_made_nose(poses).joints)]
@@ -127,9 +127,8 @@ def handedness_cues(joints: np.ndarray, layout: Layout) -> np.ndarray:
 
 
 def without_made_nose(poses: PoseSequence) -> PoseSequence:
-    """The same, its nose missing where it was made out of other joints, as the history says, and so tells nothing."""
-    derived = [text for step in poses.history for text in step.options.get("derived", ())]
-    if not any(text.startswith("nose = ") for text in derived):
+    """The same, its nose missing where it was made out of other joints, and so tells nothing."""
+    if "nose" not in poses.derived:
         return poses
     nose = np.arange(len(poses.layout)) == poses.layout.index("nose")
     return poses.with_(joints=np.where(nose[:, None], np.nan, poses.joints))
@@ -197,7 +196,7 @@ def nobody_upright(rectified: Rectified) -> Notice | None:
     that is turned by 90 or 180 degrees say the same as those of an upright one. None elsewhere, and where the source
     knows its own up or the user has told most of it."""
     told = sum(rectified.up_shares.get(source, 0.0) for source in TOLD_UP)
-    if not rectified.level_ok or rectified.camera == "gravity" or told > 0.5:
+    if not rectified.level_ok or rectified.in_world or told > 0.5:
         return None
     trunk = rectified.level.joint("thorax") - rectified.level.joint("pelvis")
     off_deg = angle_deg(trunk, np.array([0, 0, 1]))
@@ -215,8 +214,9 @@ def grid_rows(sequence: PoseSequence, step: int = 1) -> int:
     rows = (last - first) // step + 1
     if rows > max(_MOST_ROWS, 2 * len(sequence)):
         raise InputError(
+            "times-broken",
             f"Expected frame numbers of one recording, got {how_many(len(sequence), 'row')} numbered {first} to "
-            f"{last}; check the frame numbers of the 2D file."
+            f"{last}; check the frame numbers of the 2D file.",
         )
     return rows
 

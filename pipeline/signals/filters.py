@@ -94,6 +94,11 @@ def _grid(time_s: np.ndarray, numbers: np.ndarray, fps: float) -> tuple[float, f
     return (float(start), float(interval)) if near else None
 
 
+def stretches(mask: np.ndarray) -> np.ndarray:
+    """(N, 2) where each stretch of True rows of mask (T,) begins, and the row behind its end."""
+    return np.flatnonzero(np.diff(mask, prepend=False, append=False)).reshape(-1, 2)
+
+
 def uneven_rows(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> int:
     """How many of T rows, valid (T,) bool at time_s (T,), lie in pieces whose time stamps are not evenly
     spaced, so that filters resample them."""
@@ -106,8 +111,9 @@ def check_cutoff(cutoff_hz: float, fps: float) -> None:
     """InputError unless 0 < cutoff_hz < fps / 2, the Nyquist frequency."""
     if not 0 < cutoff_hz < fps / 2:
         raise InputError(
+            "bad-value",
             f"Expected a cut-off between 0 and {fps / 2:.4g} Hz, half of the {fps:.4g} frames a second (Nyquist), "
-            f"got {cutoff_hz:g} Hz; choose a lower one."
+            f"got {cutoff_hz:g} Hz; choose a lower one.",
         )
 
 
@@ -192,8 +198,9 @@ def check_savgol_cutoff(cutoff_hz: float, fps: float) -> None:
     check_cutoff(cutoff_hz, fps)
     if _savgol_gain(_SHORTEST, cutoff_hz / fps) < _HALF_POWER:
         raise InputError(
+            "bad-value",
             f"A Savitzky-Golay filter of order {_CUBIC} has no window for a cut-off of {cutoff_hz:g} Hz at {fps:.4g} "
-            f"frames a second; choose one of at most {highest_savgol_cutoff(fps):g} Hz, or the Butterworth filter."
+            f"frames a second; choose one of at most {highest_savgol_cutoff(fps):g} Hz, or the Butterworth filter.",
         )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from ..core.anthropometry import implied_stature
 from ..core.layouts import H36M17
 from ..core.pose import PoseSequence
+from .filters import stretches
 
 # Segment masses as shares of the body's, with the centre of mass at a share of the way from the first joint to the
 # second: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, table 4.1 (after Dempster). Feet go
@@ -116,10 +117,9 @@ def _spells(height: np.ndarray, seams: tuple[int, ...]) -> list[tuple[slice, flo
             continue
         least = float(np.nanpercentile(piece, 20)) + _UP
         up = piece > least
-        changes = np.flatnonzero(np.diff(up, prepend=False, append=False))
         spells += [
             (slice(start + a, start + b), least)
-            for a, b in changes.reshape(-1, 2)
+            for a, b in stretches(up)
             if a > 0 and b < len(piece) and b - a >= _FEWEST and np.isfinite(piece[[a - 1, b]]).all()
         ]
     return spells

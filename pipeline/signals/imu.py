@@ -13,6 +13,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.layouts import H36M17
+from ..core.notices import Notice, notice
 from ..core.rotations import angle_deg, is_finite, rotate, transpose
 from .filters import rate
 
@@ -43,10 +44,8 @@ _ORDERS = {"x y z w": [3, 0, 1, 2], "w z y x": [0, 3, 2, 1], "z y x w": [3, 2, 1
 _OTHER_SIGNAL = (
     "export the accelerometer's own signal (not linear or free acceleration) and check the quaternions' order"
 )
-_NEAR = (
-    0.8,
-    1.25,
-)  # norm of the mean specific force over g, in the right unit; the mean of motion itself is about 0
+# Norm of the mean specific force over g, in the right unit; the mean of motion itself is about 0.
+_NEAR = (0.8, 1.25)
 _LEAN_DEG = 10.0  # a mean specific force that leans further from up was rotated wrongly
 _BETTER_DEG = 5.0  # inverse orientations under which it leans less by this are the right ones
 
@@ -60,7 +59,7 @@ class Imu:
     force_mps2: (T, 3) specific force in the sensor's axes; NaN where missing.
     R_world_from_sensor: (T, 3, 3), into right-handed axes with z up and any heading; sensors that are to be
         subtracted from each other share the world. None where the file does not say, so that only the norm is known.
-    notes: what was done or found while reading, in sentences.
+    notices: what was done or found while reading.
 
     Raises InputError when shapes or order do not fit.
     """
@@ -69,11 +68,13 @@ class Imu:
     time_s: np.ndarray
     force_mps2: np.ndarray
     R_world_from_sensor: np.ndarray | None
-    notes: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
     def __post_init__(self) -> None:
         if self.segment and self.segment not in SEGMENTS:
-            raise InputError(f"Expected a segment of {', '.join(SEGMENTS)}; got '{self.segment}'.")
+            raise InputError(
+                "bad-value", f"Expected a segment of {', '.join(SEGMENTS)}; got '{self.segment}'."
+            )
         rows = len(self.time_s)
         for name, shape in (
             ("time_s", (rows,)),
@@ -82,11 +83,13 @@ class Imu:
         ):
             array = np.array(getattr(self, name), dtype=np.float64)
             if array.shape != shape:
-                raise InputError(f"Expected {name} of shape {shape}, got {array.shape}.")
+                raise InputError("wrong-content", f"Expected {name} of shape {shape}, got {array.shape}.")
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         if rows < 2 or not np.isfinite(self.time_s).all() or (np.diff(self.time_s) <= 0).any():
-            raise InputError("Expected at least two samples of an IMU whose time increases; it does not.")
+            raise InputError(
+                "times-broken", "Expected at least two samples of an IMU whose time increases; it does not."
+            )
 
     @property
     def rate_hz(self) -> float:
@@ -97,8 +100,9 @@ class Imu:
         """(T, 3) in the world, without gravity. InputError without an orientation."""
         if self.R_world_from_sensor is None:
             raise InputError(
+                "wrong-content",
                 f"Expected the orientation of the IMU on {self.segment or 'an unknown segment'}, its file has none; "
-                "export the quaternions too."
+                "export the quaternions too.",
             )
         return _in_world(self.R_world_from_sensor, self.force_mps2) - [0.0, 0.0, GRAVITY_MPS2]
 
@@ -122,23 +126,28 @@ def imu_from_samples(
         unit, _ = _gravity_in(np.array([0.0, 0.0, norm]))
         if not unit:
             raise InputError(
+                "wrong-axes",
                 f"Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, got {norm:.3g} in the "
-                "middle; export the accelerometer's own signal (not linear or free acceleration)."
+                "middle; export the accelerometer's own signal (not linear or free acceleration).",
             )
         return _in_mps2(segment, time_s, force, None, unit, norm)
     rows = is_finite(force) & is_finite(R_world_from_sensor.reshape(-1, 9))
     if not rows.any():
-        raise InputError("Expected accelerations and orientations of an IMU, got no sample that has both.")
+        raise InputError(
+            "nothing-usable",
+            "Expected accelerations and orientations of an IMU, got no sample that has both.",
+        )
     mean = _in_world(R_world_from_sensor, force)[rows].mean(axis=0)
     inverse = _in_world(transpose(R_world_from_sensor), force)[rows].mean(axis=0)
     unit, lean = _gravity_in(mean)
     if min(lean, _gravity_in(inverse)[1]) == np.inf:
         raise InputError(
+            "wrong-axes",
             "Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, and the orientations that "
             f"belong to them; the mean norm is {np.linalg.norm(force[rows], axis=-1).mean():.3g}, and the norm of the "
             f"mean in the world {np.linalg.norm(mean):.3g}: "
             + (_order_that_fits(R_world_from_sensor, force) or _OTHER_SIGNAL)
-            + "."
+            + ".",
         )
     inverted = _gravity_in(inverse)[1] < lean - _BETTER_DEG
     if inverted or lean > _LEAN_DEG:
@@ -154,8 +163,9 @@ def imu_from_samples(
         else:
             hint = "check the quaternions' order"
         raise InputError(
+            "wrong-axes",
             "Expected orientations that map the sensor's axes into a world whose z points up; but with these, the mean "
-            f"acceleration, which is gravity's, does not: {hint}."
+            f"acceleration, which is gravity's, does not: {hint}.",
         )
     return _in_mps2(segment, time_s, force, R_world_from_sensor, unit, float(np.linalg.norm(mean)))
 
@@ -168,14 +178,13 @@ def _in_mps2(
     unit: str,
     gravity: float,
 ) -> Imu:
-    said = f"Accelerations were in {unit} (gravity is {gravity:.3g} in them) and are converted to m/s^2."
-    return Imu(segment, time_s, force * _UNITS[unit], R_world_from_sensor, () if unit == "m/s^2" else (said,))
+    said = () if unit == "m/s^2" else (notice("imu-unit", unit=unit, gravity=gravity),)
+    return Imu(segment, time_s, force * _UNITS[unit], R_world_from_sensor, said)
 
 
-def point_on(segment: str, joints: np.ndarray, share: float | None = None) -> np.ndarray:
-    """(T, 3) where the segment's sensor is on joints (T, 17, 3); share: another part of the way along the segment."""
-    start, end, usual = SEGMENTS[segment]
-    share = usual if share is None else share
+def point_on(segment: str, joints: np.ndarray) -> np.ndarray:
+    """(T, 3) where the segment's sensor is on joints (T, 17, 3)."""
+    start, end, share = SEGMENTS[segment]
     return (1 - share) * joints[:, H36M17.index(start)] + share * joints[:, H36M17.index(end)]
 
 

@@ -36,8 +36,9 @@ def check_fps(fps: float) -> float:
     """The rate itself. InputError for one outside 1 to 1000 frames a second."""
     if not _RATES[0] <= fps <= _RATES[1]:
         raise InputError(
+            "bad-value",
             f"Expected a frame rate of {_RATES[0]:g} to {_RATES[1]:g} frames per second (--fps), got {fps:g}; give the "
-            "rate at which the camera recorded."
+            "rate at which the camera recorded.",
         )
     return fps
 

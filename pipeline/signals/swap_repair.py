@@ -8,17 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from ..core.layouts import FEET
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
+from ..core.take import Swaps
 from .alternation import alternation
 from .swaps import Swap, assumed_times, find_swaps, has_depth, kinds
-
-Swaps = Literal["report", "repair", "mask"]
 
 _CODES = {"report": "swaps-found", "repair": "swaps-repaired", "mask": "swaps-masked"}
 _MOST_RANGES = 8  # told of one kind

@@ -288,6 +288,16 @@ def _trunk(joints: np.ndarray, layout: Layout) -> float:
     return float(np.nanmedian(length)) if np.isfinite(length).any() else 0.0
 
 
+def _prices(states: np.ndarray, changed: np.ndarray) -> np.ndarray:
+    """(S, S) what it costs to go from one state to another. states: (S, K); changed: (S, S, K) which ways are."""
+    changes = np.asarray(changed.any(axis=-1))
+    wrong, deep = (np.asarray(part.any(axis=1)) for part in (states, states[:, 2:]))
+    price = np.where(deep | deep[:, None], _DEPTH_PRICE, _PRICE) * changes
+    # Overturned depth shares its evidence with every other way, and it must not count for both.
+    price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
+    return price
+
+
 def _decoded(
     continuity: np.ndarray, cost: np.ndarray, states: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -300,11 +310,7 @@ def _decoded(
     """
     rows, count = cost.shape
     changed = states[:, None] ^ states
-    changes = np.asarray(changed.any(axis=-1))
-    wrong, deep = (np.asarray(part.any(axis=1)) for part in (states, states[:, 2:]))
-    price = np.where(deep | deep[:, None], _DEPTH_PRICE, _PRICE) * changes
-    # Overturned depth shares its evidence with every other way, and it must not count for both.
-    price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
+    price = _prices(states, changed)
     # Three rows in a row, (3, N) states, and which of a way's four costs applies to them, (4 K, N).
     allowed = np.isfinite(price)
     triples = np.nonzero(allowed[:, :, None] & allowed)

@@ -12,6 +12,7 @@ from ..core.layouts import H36M17, remap
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
+from .filters import stretches
 
 # Of a joint that was seen: MoveNet gives 0.02 to 0.2 to legs that are cut off, 0.3 and more to an arm behind the body.
 LEAST_SCORE = 0.25
@@ -82,7 +83,7 @@ def not_seen(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[Not
         both = masks[0] & masks[1]
         who = {part: both, f"right {_ONE[part]}": masks[0] & ~both, f"left {_ONE[part]}": masks[1] & ~both}
         for name, mask in who.items():
-            spans = [(a, b) for a, b in _runs(mask) if times[b - 1] - times[a] >= _SHORTEST_S]
+            spans = [(a, b) for a, b in stretches(mask).tolist() if times[b - 1] - times[a] >= _SHORTEST_S]
             if not spans:
                 continue
             rows = np.concatenate([np.arange(a, b) for a, b in spans])
@@ -109,8 +110,3 @@ def _mostly(mask: np.ndarray, times: np.ndarray) -> np.ndarray:
     first = np.searchsorted(times, times - _WINDOW_S / 2)
     last = np.searchsorted(times, times + _WINDOW_S / 2, side="right")
     return (sums[last] - sums[first]) > 0.5 * (last - first)[:, None]
-
-
-def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

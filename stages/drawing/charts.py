@@ -13,7 +13,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...pipeline.core.rotations import is_finite
-from ...pipeline.signals.filters import BRIDGED_S, holes
+from ...pipeline.signals.filters import BRIDGED_S, holes, stretches
 from . import palette
 from .page import kit
 from .palette import as_hex
@@ -251,9 +251,8 @@ def _dots(x: np.ndarray, y: np.ndarray) -> str:
 def _area(x: np.ndarray, bottom: np.ndarray, top: np.ndarray) -> str:
     """The `d` of an SVG path around what lies between two curves, a piece between every two gaps."""
     known = is_finite(np.stack([x, bottom, top], axis=-1))
-    edges = np.flatnonzero(np.diff(np.r_[False, known, False].astype(int))).reshape(-1, 2)
     pieces = []
-    for start, stop in edges:
+    for start, stop in stretches(np.asarray(known)):
         there = [*range(start, stop)]
         points = [f"{x[i]:.1f} {bottom[i]:.1f}" for i in there]
         points += [f"{x[i]:.1f} {top[i]:.1f}" for i in reversed(there)]

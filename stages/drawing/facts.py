@@ -7,15 +7,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...models.common.metrics import SD_90
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.messages import bound_in_words
 from ...pipeline.core.notices import Notice, grave, verdict
-from ...pipeline.core.pose import Rectified, Step
+from ...pipeline.core.pose import PoseSequence, Rectified, Step
 from ...pipeline.core.rotations import angle_deg, is_finite, rotate
 from ...pipeline.core.take import Take
+from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.checks import bone_spread, nobody_upright
 
 _KINDS = ("warning", "repair", "note")
+# What up may rest on, by the name of the evidence.
+SOURCES = {
+    "frames": "the body's posture", "image": "the image's straight lines", "feet": "the feet's places",
+    "floor": "the floor under the feet",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -31,37 +38,23 @@ class Source:
     pull_deg: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Facts:
-    """Of one take. Angles in degrees, times in seconds; NaN where unknown.
+    """Of one take, beside what its poses and its rectification say. Angles in degrees, times in seconds; NaN where
+    unknown.
 
-    frames, first_frame, last_frame, fps, duration_s, seams_s: of the poses. axes: of the poses before they are turned
-    upright, not of the file. unit: of length, "m" or "arbitrary". method, camera, level_heading, level_reason: of the
-    rectification. turned: frames that have a rotation. up_bound_deg: least and most of the 90 % bound, None where it is
-    not stated. standing_deg: pitch and roll of a camera that stands still, by the take's up; None for others.
-    error_deg: median of the expected rotation errors. nobody_upright: why up may be quite another, None where it is
-    not. vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings,
-    None and empty without. history: every step, oldest first, to the last that kinematics rest on.
+    turned: frames that have a rotation. up_bound_deg: least and most of the 90 % bound, None where it is not stated.
+    standing_deg: pitch and roll of a camera that stands still, by the take's up; None for others. error_deg: median of
+    the expected rotation errors. nobody_upright: why up may be quite another, None where it is not. vote_deviation_deg:
+    mean angle between the frames' votes and the take's up. verdict, doubts: of the findings, None and empty without.
+    history: every step, oldest first, to the last that kinematics rest on.
     """
 
-    name: str
-    frames: int
-    first_frame: int
-    last_frame: int
-    fps: float
+    poses: PoseSequence
+    rectified: Rectified
     duration_s: float
-    person: str
-    seams_s: tuple[float, ...]
     bone_length_spread: float
-    axes: str
-    unit: str
-    root_known: bool
-    method: str
-    camera: str
     turned: int
-    level_ok: bool
-    level_reason: str
-    level_heading: str
     up_bound_deg: tuple[float, float] | None
     standing_deg: tuple[float, float] | None
     sources: dict[str, Source]
@@ -76,14 +69,9 @@ class Facts:
     history: tuple[Step, ...]
 
     @property
-    def length(self) -> str:
-        """The unit of length as it stands behind a figure."""
-        return self.unit if self.unit != "arbitrary" else "au"
-
-    @property
     def up_of_world(self) -> str:
         """How well a world's own up is known, in a sentence; "" for poses in a camera's axes."""
-        if self.camera != "gravity":
+        if not self.rectified.in_world:
             return ""
         if self.up_bound_deg is None:
             return "Told by the file; its error is not known."
@@ -92,7 +80,7 @@ class Facts:
     @property
     def camera_words(self) -> str:
         """How the camera stands, behind "the camera"."""
-        if self.camera == "moving":
+        if self.rectified.camera == "moving":
             return "moves, and up with it"
         if self.standing_deg is None:
             return "stands still"
@@ -106,21 +94,30 @@ class Facts:
     def bound_words(self) -> str | None:
         """The angle that nine in ten takes' up stays under, or the range of a moving camera's; None where the take is
         not levelled or it is not stated."""
-        if not self.level_ok or self.up_bound_deg is None:
+        if not self.rectified.level_ok or self.up_bound_deg is None:
             return None
         least, most = map(bound_in_words, self.up_bound_deg)
         return most if least == most else f"{least} to {most}"
 
     @property
-    def unless_words(self) -> str:
-        """What the bound of up does not count, behind it."""
-        return ", unless the picture is turned" if self.nobody_upright else ""
+    def up_words(self) -> str:
+        """How sure up is, in a sentence."""
+        if self.up_of_world:
+            return self.up_of_world
+        if not self.rectified.level_ok:
+            return "A guess, not to be relied on."
+        if self.bound_words is None:
+            return "How well it is known is not stated."
+        unless = ", unless the picture is turned" if self.nobody_upright else ""
+        return f"Known to within {self.bound_words.replace(' to', '° to')}° (90 %){unless}."
 
     @property
-    def shares_words(self) -> str:
-        """What up rests on; empty where nothing was estimated."""
+    def rests_words(self) -> str:
+        """What up rests on, in a sentence; empty where nothing was estimated."""
         shares = {name: source.share for name, source in self.sources.items() if source.share is not None}
-        return ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares.items())
+        largest = sorted(shares.items(), key=lambda share: -share[1])
+        said = [f"{SOURCES.get(name, name)} ({100 * part:.0f} %)" for name, part in largest if part >= 0.005]
+        return f"It rests on {', '.join(said)}." if said else ""
 
 
 def facts_of(take: Take) -> Facts:
@@ -133,24 +130,11 @@ def facts_of(take: Take) -> Facts:
     told = {kind: tuple(each.text for each in take.notices if each.weight == kind) for kind in _KINDS}
     behind = () if take.filtered is None else take.filtered.history[len(rectified.level.history) :]
     return Facts(
-        name=take.name,
-        frames=len(poses),
-        first_frame=int(poses.frame_index[0]),
-        last_frame=int(poses.frame_index[-1]),
-        fps=poses.fps,
+        poses,
+        rectified,
         duration_s=float(poses.times[-1] - poses.times[0]),
-        person=poses.person,
-        seams_s=tuple(float(poses.times[seam]) for seam in poses.seams),
         bone_length_spread=bone_spread(poses),
-        axes=str(poses.frame),
-        unit=poses.frame.unit,
-        root_known=poses.root is not None,
-        method=rectified.method,
-        camera=rectified.camera,
         turned=int(rectified.turned.sum()),
-        level_ok=rectified.level_ok,
-        level_reason=rectified.level_reason,
-        level_heading=rectified.level_heading,
         up_bound_deg=(float(bound.min()), float(bound.max())) if len(bound) else None,
         standing_deg=_standing(take),
         sources=_sources(take),
@@ -163,6 +147,38 @@ def facts_of(take: Take) -> Facts:
         repairs=told["repair"],
         notes=told["note"],
         history=(*rectified.body.history, *behind),
+    )
+
+
+def angle_bands(take: Take, name: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """(T, N) an angle by its name without a side, right before left, and how far its 90 % band reaches to each side of
+    it, NaN where either is not known; None where the take has no value."""
+    columns, nothing = take.kinematics or {}, np.full(len(take.need("poses")), np.nan)
+    values, sds = (
+        np.stack([columns.get(f"{part}_{ending}", nothing) for part in sides_of(name)], axis=1)
+        for ending in ("deg", "sd_deg")
+    )
+    return (values, SD_90 * sds) if np.isfinite(values).any() else None
+
+
+def length_unit(poses: PoseSequence) -> str:
+    """The unit of length as it stands behind a figure."""
+    return poses.frame.unit if poses.frame.metric else "au"
+
+
+def tilt(take: Take) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pitch and roll of the camera (T, 2) by the frames' votes and by the take's up, and the 90 % bound of the latter;
+    some frames must have voted."""
+    rectified, R_camera_from_source = take.need("rectified"), take.need("poses").frame.basis.T
+    votes, shared = (
+        pitch_roll_deg(rotate(R_camera_from_source, up)) for up in (rectified.up_votes, shared_up(rectified))
+    )
+    # Where the camera looks steeply down, a small change of up is a large one of roll.
+    per_roll = 1 / np.maximum(np.cos(np.radians(shared[:, 0])), 0.05)
+    return (
+        votes,
+        shared,
+        rectified.up_bound_deg[:, None] * np.stack([np.ones_like(per_roll), per_roll], axis=-1),
     )
 
 

@@ -182,7 +182,9 @@ def transcoded(video: Video) -> Iterator[Part]:
     images = _upright(video)
     image = next(images, None)
     if image is None:
-        raise InputError(f"Expected a video in {video.path}, found no frame that can be decoded.")
+        raise InputError(
+            "file-damaged", f"Expected a video in {video.path}, found no frame that can be decoded."
+        )
     while image is not None:
         buffer = io.BytesIO()
         with av.open(buffer, "w", format="mp4") as target:
@@ -223,7 +225,7 @@ def _upright(video: Video) -> Iterator[VideoFrame]:
 
 
 def _unreadable(video: Video, error: Exception) -> InputError:
-    return InputError(f"The video {video.path} cannot be converted for the viewer: {error}.")
+    return InputError("file-damaged", f"The video {video.path} cannot be converted for the viewer: {error}.")
 
 
 def h264_stream(target: OutputContainer, width: int, height: int, fps: float) -> VideoStream:

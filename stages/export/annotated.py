@@ -44,8 +44,9 @@ def check_h264() -> None:
         Codec("libx264", "w")
     except ValueError:
         raise InputError(
+            "needs-package",
             "MP4 needs an FFmpeg that writes H.264, and the installed PyAV has none; install PyAV's own wheel: "
-            "pip install --force-reinstall av."
+            "pip install --force-reinstall av.",
         ) from None
 
 
@@ -63,13 +64,16 @@ def write_annotated(take: Take, path: Path) -> tuple[Notice, ...]:
     from av.error import FFmpegError
 
     if take.video is None:
-        raise InputError("MP4 annotates the video of the run, and this one has none; give the video too.")
+        raise InputError(
+            "needs-input", "MP4 annotates the video of the run, and this one has none; give the video too."
+        )
     video, body = take.video, take.need("rectified").body
     first, last = int(body.frame_index[0]), min(int(body.frame_index[-1]), len(video.time_s) - 1)
     if first > last:
         raise InputError(
+            "files-apart",
             f"Expected poses of a video of {how_many(len(video.time_s), 'frame')}, got them from frame {first} on; "
-            "give the video that they are of."
+            "give the video that they are of.",
         )
     page = _Page(take, video)
     try:
@@ -83,7 +87,9 @@ def write_annotated(take: Take, path: Path) -> tuple[Notice, ...]:
                 target.mux(encoder.encode(frame))
             target.mux(encoder.encode(None))
     except FFmpegError as error:
-        raise InputError(f"The video {path} could not be written: {error.strerror}.") from None
+        raise InputError(
+            "cannot-write", f"The video {path} could not be written: {error.strerror}."
+        ) from None
     if first == 0:
         return ()
     begin_s = float(video.time_s[first])

@@ -108,13 +108,16 @@ def armature(take: Take) -> Armature:
     """
     found = evenly(take, ANIMATION)
     if len(found.time_s) < 2:
-        raise InputError("Expected two frames or more, to animate a skeleton; the take has one.")
+        raise InputError(
+            "nothing-usable", "Expected two frames or more, to animate a skeleton; the take has one."
+        )
     at = dict(zip(found.names, np.moveaxis(found.joints, 1, 0), strict=True))
     R_world = _rotations(at)
     rows = np.flatnonzero(is_finite(R_world["pelvis"]).all(axis=-1))
     if not len(rows):
         raise InputError(
-            "Expected a frame in which pelvis, hips and spine are known, to animate a skeleton; the take has none."
+            "nothing-usable",
+            "Expected a frame in which pelvis, hips and spine are known, to animate a skeleton; the take has none.",
         )
     kept = slice(int(rows[0]), int(rows[-1]) + 1)
     skeleton = _skeleton(_offsets(at, R_world))

@@ -40,7 +40,8 @@ def markers(take: Take, frame: Frame) -> Markers:
     found = evenly(take, frame)
     if found.unit != "m":
         raise InputError(
-            "TRC and C3D hold metres, and the source has no scale; give the person's height (--stature METRES)."
+            "needs-input",
+            "TRC and C3D hold metres, and the source has no scale; give the person's height (--stature METRES).",
         )
     return found if found.root is None else replace(found, joints=found.joints + found.root[:, None])
 
@@ -54,7 +55,8 @@ def evenly(take: Take, frame: Frame) -> Markers:
     """
     if take.filtered is None:
         raise InputError(
-            "Files for other programs hold the filtered joints; put the stage 'trajectories' before 'export'."
+            "needs-stage",
+            "Files for other programs hold the filtered joints; put the stage 'trajectories' before 'export'.",
         )
     path = with_feet(take.filtered)
     joints = path.joints.astype(np.float64)

@@ -42,7 +42,9 @@ def write_measures_parquet(take: Take, path: Path) -> None:
     import pyarrow.parquet as pq
 
     if take.measures is None:
-        raise InputError("A table of measures needs them; put the stage 'measures' before 'export'.")
+        raise InputError(
+            "needs-stage", "A table of measures needs them; put the stage 'measures' before 'export'."
+        )
     kinds = dict.fromkeys(Row._fields, pa.float64()) | {"item": pa.int32()}
     kinds |= dict.fromkeys(("measure", "side", "unit", "text"), pa.string())
     table = pa.Table.from_pylist([row._asdict() for row in rows(take)], pa.schema(kinds, provenance(take)))

@@ -81,7 +81,7 @@ def write_mot(take: Take, path: Path) -> None:
         if name.endswith("_deg") and not name.endswith("_sd_deg")
     }
     if not all(f"{name}_reason" in columns for name in _OF_PELVIS):
-        raise InputError("MOT holds joint angles; put the stage 'angles' before 'export'.")
+        raise InputError("needs-stage", "MOT holds joint angles; put the stage 'angles' before 'export'.")
     renamed = {name: _COORDINATES.get(name, (name, 1)) for name in angles}
     notes = [
         f"{ours} is {'-' * (sign < 0)}{theirs}" for ours, (theirs, sign) in renamed.items() if ours != theirs

@@ -18,7 +18,7 @@ def provenance(take: Take, history: tuple[Step, ...] | None = None) -> dict[str,
         told = {key: entry[key] for key in ("file", "sha256", "adapter") if key in entry}
         lines[f"input {entry.get('role', '')}"] = listed(told)
     lines["axes"] = str(rectified.level.frame)
-    lines["length_unit"] = facts.unit
+    lines["length_unit"] = facts.poses.frame.unit
     if rectified.level.root is not None:
         lines["root"] = "the pelvis, from the camera's centre or the world's origin"
     if rectified.camera == "moving":

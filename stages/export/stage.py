@@ -17,10 +17,8 @@ from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import PoseSequence, Rectified, package_version
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file
-from ...pipeline.files.detections import KEYPOINTS
-from ...pipeline.files.finished import KINEMATICS, POSES
-from ...pipeline.files.viewer import RECORDING
-from ...pipeline.plugins.protocols import CheckedWriter, ImageWriter, MetricWriter, Writer
+from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
+from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
 from ..drawing.facts import Source, facts_of
 from .measures import write_cycles, write_measures
@@ -52,29 +50,31 @@ class Export:
             other = files.setdefault(writer.file.casefold(), f"writer '{name}'")
             if other != f"writer '{name}'":
                 raise InputError(
+                    "option-conflict",
                     f"Expected --also {name} to write a file of its own, got {writer.file}, which {other} writes; "
-                    f"leave --also {name} out."
+                    f"leave --also {name} out.",
                 )
-            if isinstance(writer, CheckedWriter):
-                writer.check()
+            if check := getattr(writer, "check", None):
+                check()
 
     def check_told(self, told: Told) -> None:
-        """A pipeline.plugins.protocols.ToldStage: none of the files may hold images of the person where none are
-        wanted."""
+        """InputError where a file would hold images of the person and none are wanted."""
         for name, writer in self._writers().items():
-            if not told.images and isinstance(writer, ImageWriter) and writer.images:
+            if not told.images and getattr(writer, "images", False):
                 raise InputError(
+                    "option-conflict",
                     f"Expected no file with images of the person (--no-frames), got --also {name}, which writes "
-                    f"{writer.file}; leave one of the two out."
+                    f"{writer.file}; leave one of the two out.",
                 )
 
     def check_unit(self, unit: str) -> None:
-        """A pipeline.plugins.protocols.MetricStage."""
+        """InputError where a file would hold metres and there are none."""
         for name, writer in self._writers().items():
-            if unit == "arbitrary" and isinstance(writer, MetricWriter) and writer.metric:
+            if unit == "arbitrary" and getattr(writer, "metric", False):
                 raise InputError(
+                    "needs-input",
                     f"Expected a scale for --also {name}, whose {writer.file} holds metres, and the source has none; "
-                    "give the person's height (--stature METRES)."
+                    "give the person's height (--stature METRES).",
                 )
 
     def __call__(self, take: Take) -> Take:
@@ -153,6 +153,7 @@ def _about(poses: PoseSequence) -> dict[str, Any]:
         "person": poses.person,
         "frames_known": poses.frames_known,
         "made_by": asdict(poses.made_by),
+        "derived": sorted(poses.derived),
         "seams": list(poses.seams),
     }
 
@@ -162,21 +163,21 @@ def summary(take: Take) -> dict[str, Any]:
     facts, poses, rectified = facts_of(take), take.need("poses"), take.need("rectified")
     content = {
         "pcnet3d": package_version(),
-        "take": facts.name,
+        "take": take.name,
         "session": {key: value for key, value in asdict(take.session).items() if value},
         "told": asdict(take.told),
         "inputs": take.inputs,
         "verdict": facts.verdict,
         "notices": [each.as_dict() for each in take.said],
         "poses": {
-            "frames": facts.frames,
-            "first_frame": facts.first_frame,
-            "fps": facts.fps,
+            "frames": len(poses),
+            "first_frame": int(poses.frame_index[0]),
+            "fps": poses.fps,
             "duration_s": facts.duration_s,
-            "source_frame": facts.axes,
+            "source_frame": str(poses.frame),
             "frame": asdict(poses.frame),
-            "unit": facts.unit,
-            "root_known": facts.root_known,
+            "unit": poses.frame.unit,
+            "root_known": poses.root is not None,
             **_about(poses),
             "root_shared": poses.root_shared,
             "steps": len(poses.history),
@@ -186,9 +187,9 @@ def summary(take: Take) -> dict[str, Any]:
         if take.keypoints is None
         else {"layout": take.keypoints.layout.name, **_about(take.keypoints)},
         "rectification": {
-            "method": facts.method,
-            "camera": facts.camera,
-            **_window(rectified),
+            "method": rectified.method,
+            "camera": rectified.camera,
+            **({} if rectified.window_s is None else {"window_s": rectified.window_s}),
             "frames_rectified": facts.turned,
             "error_deg_mean": _mean(rectified.error_deg),
             **_up("up_error_deg", rectified.up_error_deg, rectified),
@@ -197,12 +198,13 @@ def summary(take: Take) -> dict[str, Any]:
             "up_by_source": {name: _told(source) for name, source in facts.sources.items()},
             "vote_deviation_deg_mean": facts.vote_deviation_deg,
             "R_source_from_level": rectified.R_source_from_level.tolist(),
-            "level_heading": facts.level_heading,
-            "level_ok": facts.level_ok,
-            "level_reason": facts.level_reason,
+            "level_heading": rectified.level_heading,
+            "level_ok": rectified.level_ok,
+            "level_reason": rectified.level_reason,
             "steps": len(rectified.level.history),
         },
         "camera": _camera(take),
+        "cutoff_hz": take.cutoff_hz,
         "measures": None if take.measures is None else nested(take.measures),
         "history": [asdict(step) for step in facts.history],
     }
@@ -225,12 +227,6 @@ def _camera(take: Take) -> dict[str, Any] | None:
         "looks": len(take.camera.looks),
         "no_up_reason": take.camera.reason,
     }
-
-
-def _window(rectified: Rectified) -> dict[str, float]:
-    """Over how many seconds a moving camera's frames share their up, as the history tells."""
-    told = [step.options["window_s"] for step in rectified.body.history if "window_s" in step.options]
-    return {"window_s": told[-1]} if told else {}
 
 
 def _up(name: str, values: np.ndarray, rectified: Rectified) -> dict[str, float]:

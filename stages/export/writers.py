@@ -21,7 +21,7 @@ from .tables import write_csv
 
 @dataclass(frozen=True)
 class _Format:
-    """A pipeline.plugins.protocols.CheckedWriter, ImageWriter and MetricWriter."""
+    """A pipeline.plugins.protocols.Writer with all that one may have."""
 
     file: str
     what: str

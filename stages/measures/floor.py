@@ -23,9 +23,9 @@ _ANKLE = 0.039  # statures above the sole (Winter, Biomechanics and Motor Contro
 
 def floor(walking: Sequence[Row], gait: Gait, filtered: PoseSequence, rectified: Rectified) -> list[Row]:
     """The group `floor`: height over where the path is counted from (the camera), slope along the walk, both with their
-    errors, and `stairs`; or the reason why there are none. Of poses that no lifter made the height has no error. On the
-    belt of a treadmill feet stand in the same places again and again, which tells its height only. walking: the rows of
-    the group `walking`."""
+    errors, and `stairs`; or the reason why there are none. Of a path that no run has estimated the height has no
+    error, nor the slope where an estimator made it. On the belt of a treadmill feet stand in the same places again and
+    again, which tells its height only. walking: the rows of the group `walking`."""
     if filtered.root is None:
         return [Remark("reason", "where the person is in the room is not known, or the camera moves")]
     walked = grouped(walking)
@@ -45,8 +45,12 @@ def floor(walking: Sequence[Row], gait: Gait, filtered: PoseSequence, rectified:
     if found is None:
         return [Remark("reason", f"feet stand in fewer than {FEWEST} places")]
     # Places that are measured are alike to a millimetre; where the ankles are above the soles is not known so well.
-    height_sd = float("nan") if rectified.camera == "gravity" else found.height_sd
-    slope_sd_deg = found.slope_sd_deg if len(up) else float("nan")
+    stated = filtered.root_covariance is not None
+    height_sd = found.height_sd if stated else float("nan")
+    known = len(up) and (
+        stated or filtered.measured_root is not None
+    )  # the path of others may rise by itself
+    slope_sd_deg = found.slope_sd_deg if known else float("nan")
     height = found.height - _ANKLE * implied_stature(filtered.joints)
     slope = [with_error("slope", "deg", found.slope_deg, slope_sd_deg), Remark("stairs", found.stairs)]
     return [

@@ -26,7 +26,7 @@ def jumps(rectified: Rectified, gait: Gait) -> list[Row]:
     if level.root is None:
         return [Remark("reason", "where the person is in the room is not known, or the camera moves")]
     if level.measured_root is None:
-        return [Remark("reason", "the pelvis path rests on the keypoints, and is too uncertain for flights")]
+        return [Remark("reason", "the pelvis path is an estimate, too uncertain for flights")]
     if not rectified.level_ok:
         return [Remark("reason", f"the take is not levelled: {rectified.level_reason}")]
     seen = is_finite(level.joints[:, level.layout.indices(NEEDED)]).all(axis=1) & is_finite(level.root)

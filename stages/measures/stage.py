@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...models.gait.gait import separation
+from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import (
@@ -91,10 +91,13 @@ class Measures:
     def __post_init__(self) -> None:
         for name in self.repeated:
             if name not in ALL_ANGLES:
-                raise InputError(f"There is no angle '{name}' to count; {did_you_mean(name, ALL_ANGLES)}")
+                raise InputError(
+                    "name-unknown", f"There is no angle '{name}' to count; {did_you_mean(name, ALL_ANGLES)}"
+                )
         if self.belt_speed is not None and not 0 < self.belt_speed < np.inf:
             raise InputError(
-                f"Expected a positive belt speed, got {self.belt_speed:g}; leave it out for a walk over the floor."
+                "bad-value",
+                f"Expected a positive belt speed, got {self.belt_speed:g}; leave it out for a walk over the floor.",
             )
 
     def __call__(self, take: Take) -> Take:
@@ -153,27 +156,11 @@ def measures(
     middle one of all repetitions. Cycles are curves of 101 points over 0 to 100 % of a repetition or stride, mean and
     standard deviation over those in which no frame is missing.
     """
-    times, seams = filtered.times, breaks(filtered)
-    take = _Columns(kinematics, times, seams)
+    take = _Columns(kinematics, filtered.times, breaks(filtered))
     body = body_joints(filtered, rectified)
     gait = gait_of(body, filtered, rectified, kinematics)
-    apart = separation(body)[:, 0]
-
-    def in_place(one: Repetition) -> bool:
-        if any(step.start_s < one.stop_s and one.start_s < step.stop_s for step in gait.steps):
-            return False
-        meanwhile = apart[(times >= one.start_s) & (times <= one.stop_s)]
-        meanwhile = meanwhile[np.isfinite(meanwhile)]
-        return not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
-
     named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in kinematics]
     ranges = [row for name in named for row in within(name, _range(take, name), side_of(name))]
-    right, left = take("r_knee_flexion"), take("l_knee_flexion")
-    knees = np.minimum(right, left)
-    knees_sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
-    bends = _repeats(take, knees, knees_sd, _BEND, _IN_BENDS, in_place)
-    if peaks := numbered(grouped(bends), "peak"):
-        bends.append(Measure("squats", sum(peak.value >= _SQUAT for peak in peaks)))
     on_demand = [
         row
         for name in repeated
@@ -183,7 +170,7 @@ def measures(
     return (
         *within("range_of_motion", ranges),
         *within("symmetry", _symmetry(ranges, named)),
-        *within("knee_bends", bends),
+        *within("knee_bends", _knee_bends(take, gait, separation(body)[:, 0])),
         *within("arm_raises", _arm_raises(take)),
         *within("repetitions", on_demand),
         *within("walking", walk),
@@ -226,6 +213,24 @@ class _Columns:
             return None
         sd = figures(curves.std(axis=0, ddof=1)) if len(curves) > 1 else None
         return Curve(angle, len(curves), figures(curves.mean(axis=0)), sd)
+
+
+def _knee_bends(take: _Columns, gait: Gait, apart: np.ndarray) -> list[Row]:
+    """apart: (T,) how far the ankles are apart, in lengths of a leg."""
+
+    def in_place(bend: Repetition) -> bool:
+        if any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps):
+            return False
+        meanwhile = apart[(take.times >= bend.start_s) & (take.times <= bend.stop_s)]
+        meanwhile = meanwhile[np.isfinite(meanwhile)]
+        return not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
+
+    right, left = take("r_knee_flexion"), take("l_knee_flexion")
+    sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
+    bends = _repeats(take, np.minimum(right, left), sd, _BEND, _IN_BENDS, in_place)
+    if peaks := numbered(grouped(bends), "peak"):
+        bends.append(Measure("squats", sum(peak.value >= _SQUAT for peak in peaks)))
+    return bends
 
 
 def _arm_raises(take: _Columns) -> list[Row]:

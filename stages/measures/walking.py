@@ -159,7 +159,8 @@ def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
 class _Means:
     """Means of gait figures with their errors. gait: "walking" or "running". lifted: whether a lifter made the poses;
     of others the errors of lengths and speeds are unknown, while times are those of contacts, which are found alike.
-    leg: length of a leg, root_sd: of the pelvis path, in the poses' unit. depth: errors.depth_of_steps."""
+    leg: length of a leg, root_sd: of the pelvis path, in the poses' unit, NaN where unknown. depth:
+    errors.depth_of_steps."""
 
     def __init__(self, gait: str, lifted: bool, leg: float, root_sd: float, depth: float) -> None:
         self.gait, self.lifted, self.leg, self.root_sd, self.depth = gait, lifted, leg, root_sd, depth
@@ -177,7 +178,7 @@ class _Means:
     def _in_unit(self, name: str, error: float) -> float:
         if name not in OF_LENGTH:
             return float(error)
-        return float(self.leg * error) if self.lifted else float("nan")
+        return float(self.leg * error) if self.lifted and np.isfinite(self.root_sd) else float("nan")
 
     def single(self, name: str) -> float:
         """What a spread of values has to exceed to be the person's."""
@@ -244,10 +245,13 @@ def _cadence(said: _Means, values: Values, strides: int, fewest: int) -> Row:
 
 
 def _path_error(filtered: PoseSequence, rectified: Rectified, gait: Gait) -> tuple[float, float]:
-    """models.gait.errors.path_error of a path that was estimated (stages/place.py); 0, 0 for others."""
+    """models.gait.errors.path_error of a path that was estimated (stages/place.py); NaN of one whose estimator states
+    no error; 0, 0 for others."""
     covariance, shared = filtered.root_covariance, filtered.root_shared
-    if filtered.root is None or covariance is None or shared is None:
+    if filtered.root is None or filtered.measured_root is not None:
         return 0.0, 0.0
+    if covariance is None or shared is None:
+        return float("nan"), float("nan")
     axis = rectified.R_source_from_level[2]
     return path_error(filtered.root, covariance, axis, *shared, filtered.times, gait.walks)
 

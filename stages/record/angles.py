@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...models.common.metrics import SD_90
-from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import MIDLINE, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
+from ..drawing.facts import angle_bands
 from ..drawing.palette import LEFT, RIGHT
 from ..drawing.rerun_log import log_curves
 
@@ -27,20 +25,19 @@ _ONE = (110, 140, 255)  # colour of an angle without sides
 
 def angled(take: Take) -> bool:
     """Whether the take has any angle that the recording shows."""
-    return any(_known(take, name) for name in ALL_OF_BOTH)
+    return any(angle_bands(take, name) for name in ALL_OF_BOTH)
 
 
 def log_angles(recording: rr.RecordingStream, take: Take) -> None:
     """angles/<angle>: one curve, or right and left; angles/<angle>/low and /high: the ends of the 90 % band, where the
     standard deviation is stated. Rows are those of take.poses."""
     poses = take.need("poses")
-    for name in (name for name in ALL_OF_BOTH if _known(take, name)):
-        columns = take.kinematics or {}
-        parts = sides_of(name)
+    for name in ALL_OF_BOTH:
+        if (shown := angle_bands(take, name)) is None:
+            continue
+        (value, band), parts = shown, sides_of(name)
         colours = [_ONE] if len(parts) == 1 else [RIGHT, LEFT]
-        value = _stacked(columns, parts, "deg", poses)
         log_curves(recording, f"angles/{name}", poses, value, [f"{p} (deg)" for p in parts], colours)
-        band = SD_90 * _stacked(columns, parts, "sd_deg", poses)
         if np.isfinite(band).any():
             faint = [(red // 2, green // 2, blue // 2) for red, green, blue in colours]
             for end, values in (("low", value - band), ("high", value + band)):
@@ -54,7 +51,7 @@ def angle_views(take: Take) -> rrb.Container:
 
     tabs = []
     for title, group in _GROUPS.items():
-        shown = [name for name in group if _known(take, name)]
+        shown = [name for name in group if angle_bands(take, name)]
         # The viewer names the tab of a single view after the view, so its name must be short.
         named = {name: title if len(shown) == 1 else _title(name) for name in shown}
         views = [
@@ -75,18 +72,3 @@ def _title(name: str) -> str:
     if name not in MIDLINE:
         return f"{words}, right orange, left blue"
     return f"{words}, positive: {ALL_ANGLES[name].positive}"
-
-
-def _known(take: Take, name: str) -> bool:
-    columns = take.kinematics or {}
-    return any(
-        f"{part}_deg" in columns and np.isfinite(columns[f"{part}_deg"]).any() for part in sides_of(name)
-    )
-
-
-def _stacked(
-    columns: Mapping[str, np.ndarray], parts: tuple[str, ...], suffix: str, clock: PoseSequence
-) -> np.ndarray:
-    """(T, parts), NaN for what is not there."""
-    missing = np.full(len(clock), np.nan)
-    return np.stack([columns.get(f"{part}_{suffix}", missing) for part in parts], axis=1)

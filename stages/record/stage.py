@@ -14,8 +14,8 @@ from ...pipeline.core.notices import Notice
 from ...pipeline.core.rotations import angle_deg, is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
-from ...pipeline.files.viewer import RECORDING
-from ..drawing.facts import shared_up, voted
+from ...pipeline.files.names import RECORDING
+from ..drawing.facts import length_unit, shared_up, voted
 from ..drawing.rerun_log import log_axes, log_curves, log_notices, log_skeleton, log_video
 from ..drawing.rerun_video import on_clock, viewable
 from .angles import log_angles
@@ -80,7 +80,9 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
 
     poses = take.poses
     if poses is None or take.rectified is None:
-        raise InputError("A recording needs 3D poses and their rectification; run rectify first.")
+        raise InputError(
+            "needs-stage", "A recording needs 3D poses and their rectification; run rectify first."
+        )
     parts, notices = viewable(take.video) if take.told.images and take.video else (None, ())
     take = take.saying(*notices).with_(video=take.video if parts else None)
     distance = np.linalg.norm(poses.joints[is_finite(poses.joints)], axis=-1)
@@ -116,7 +118,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
                 recording.log(entity, document, static=True)
             recording.flush()
         except RuntimeError as error:
-            raise InputError(f"The recording {path} could not be written: {error}.") from None
+            raise InputError("cannot-write", f"The recording {path} could not be written: {error}.") from None
         finally:
             recording.disconnect()
         _require_end(partial, path)
@@ -128,7 +130,9 @@ def _require_end(partial: Path, path: Path) -> None:
     with open(partial, "rb") as file:
         file.seek(max(partial.stat().st_size - len(_END) - 4, 0))
         if not file.read().startswith(_END):
-            raise InputError(f"The recording {path} could not be written to its end; is the disk full?")
+            raise InputError(
+                "cannot-write", f"The recording {path} could not be written to its end; is the disk full?"
+            )
 
 
 def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
@@ -141,7 +145,7 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
     log_person(recording, rectified, size)
     for entity in ("source", "level"):
         skeleton = skeletons[entity]
-        unit = skeleton.frame.unit if skeleton.frame.metric else "au"
+        unit = length_unit(skeleton)
         for wrist, colours in _WRISTS.items():
             names = [f"{wrist} {axis} ({unit})" for axis in "xyz"]
             log_curves(recording, f"wrists/{entity}/{wrist}", skeleton, skeleton.joint(wrist), names, colours)

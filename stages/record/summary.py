@@ -13,23 +13,24 @@ from ..drawing.facts import OWN_WAYS, Facts, facts_of, listed, ways_of_level
 def summary_markdown(take: Take) -> str:
     """The take's summary: warnings first, then how it was rectified, what it is, and what was done to it."""
     facts = facts_of(take)
+    unit = facts.poses.frame.unit
     error = f"{bound_in_words(facts.error_deg)} deg (median)" if np.isfinite(facts.error_deg) else "not known"
     lines = [
         f"### {take.title}",
         *_told("#### ⚠ Warnings", facts.warnings, "**"),
         *([] if take.findings is None else [f"**Verdict: {verdict_words(take.findings)}.**"]),
         "#### Rectification",
-        f"- method: {facts.method}",
-        f"- levelled: {'yes' if facts.level_ok else f'**no: {facts.level_reason}**'}",
+        f"- method: {facts.rectified.method}",
+        f"- levelled: {'yes' if facts.rectified.level_ok else f'**no: {facts.rectified.level_reason}**'}",
         *_up(facts),
-        f"- heading of LEVEL: {facts.level_heading}",
+        f"- heading of LEVEL: {facts.rectified.level_heading}",
         f"- expected rotation error: {error}",
         f"- axes of BODY and LEVEL: x back, y right, z up{_relative(facts)}",
         "#### Take",
-        f"- {how_many(facts.frames, 'frame')}, {facts.first_frame} to {facts.last_frame}"
-        + rate_in_words(facts.fps, ", "),
-        f"- source axes: {facts.axes}",
-        f"- unit of length: {'arbitrary, the source has no scale' if facts.unit == 'arbitrary' else facts.unit}",
+        f"- {how_many(len(facts.poses), 'frame')}, {facts.poses.frame_index[0]} to {facts.poses.frame_index[-1]}"
+        + rate_in_words(facts.poses.fps, ", "),
+        f"- source axes: {facts.poses.frame}",
+        f"- unit of length: {'arbitrary, the source has no scale' if unit == 'arbitrary' else unit}",
         *_told("#### Repairs", facts.repairs),
         *_told("#### Notes", facts.notes),
         *(["#### Inputs"] if take.inputs else []),
@@ -44,21 +45,16 @@ def summary_markdown(take: Take) -> str:
 
 
 def _up(facts: Facts) -> list[str]:
-    """How well up is known and what it rests on; how the camera stands, or that it moves."""
-    if facts.up_of_world:
-        return [f"- up: that of the source's own axes. {facts.up_of_world}"]
-    camera = f"- camera: {facts.camera_words}"
-    if not facts.level_ok:
-        return ["- up: a guess, not to be relied on", camera]
-    if facts.bound_words is None:
-        return ["- up: how well it is known is not stated", camera]
-    rests = f", rests on: {facts.shares_words}" if facts.shares_words else ""
-    return [f"- up: known to within **{facts.bound_words} deg** (90 %){facts.unless_words}{rests}", camera]
+    """How sure up is and what it rests on; how the camera stands, or that it moves."""
+    if facts.rectified.in_world:
+        return [f"- up: that of the source's own axes. {facts.up_words}"]
+    rests = f" {facts.rests_words}" if facts.rectified.level_ok and facts.bound_words else ""
+    return [f"- up: {facts.up_words}{rests}".rstrip(), f"- camera: {facts.camera_words}"]
 
 
 def _relative(facts: Facts) -> str:
-    front, right = ways_of_level(facts.level_heading)
-    if facts.camera != "moving":
+    front, right = ways_of_level(facts.rectified.level_heading)
+    if facts.rectified.camera != "moving":
         return "" if (front, right) == OWN_WAYS else f"; in LEVEL **-x points to {front}, y to {right}**"
     return (
         "; in LEVEL **back and right are relative to the camera**: how it turns about the vertical cannot be seen, "

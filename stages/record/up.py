@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.rotations import angle_deg, from_columns, is_finite, rotate, unit
 from ...pipeline.core.take import Take
-from ..drawing.facts import shared_up
+from ..drawing.facts import shared_up, tilt
 from ..drawing.rerun_log import log_curves, time_columns
 
 if TYPE_CHECKING:
@@ -59,22 +58,15 @@ def log_up(recording: rr.RecordingStream, take: Take) -> None:
 
 
 def _log_tilt(recording: rr.RecordingStream, take: Take) -> None:
-    poses = take.need("poses")
-    rectified, both = take.need("rectified"), ("pitch", "roll")
-    R_camera_from_source = poses.frame.basis.T
-    votes, found = (
-        pitch_roll_deg(rotate(R_camera_from_source, up)) for up in (rectified.up_votes, shared_up(rectified))
-    )
-    # Where the camera looks steeply down, a small change of up is a large one of roll.
-    per_roll = 1 / np.maximum(np.cos(np.radians(found[:, :1])), 0.05)
-    bound = rectified.up_bound_deg[:, None] * np.concatenate([np.ones_like(per_roll), per_roll], axis=-1)
-    for edge, values in (("low", found - bound), ("high", found + bound)):
+    poses, both = take.need("poses"), ("pitch", "roll")
+    votes, shared, bound = tilt(take)
+    for edge, values in (("low", shared - bound), ("high", shared + bound)):
         names = [f"{angle}, {edge} end of its 90 % bound (deg)" for angle in both]
         log_curves(recording, f"tilt/{edge}", poses, values, names, _BOUND, width=1.0)
     names = [f"{angle}, votes (deg)" for angle in both]
     log_curves(recording, "tilt/votes", poses, votes, names, _VOTES, width=1.0)
     names = [f"{angle} of the camera (deg)" for angle in both]
-    log_curves(recording, "tilt/take", poses, found, names, _TAKE, width=2.0)
+    log_curves(recording, "tilt/take", poses, shared, names, _TAKE, width=2.0)
 
 
 def _log_votes(recording: rr.RecordingStream, take: Take) -> None:

@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 from markupsafe import Markup
 
-from ...models.common.metrics import SD_90
 from ...pipeline.core.measures import Group, measure, subgroup
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.charts import SLICES, Curve, over_time, sides
+from ..drawing.facts import angle_bands
 from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, table
 from ..drawing.words import range_words, spoken
 from .measures import measure_tables
@@ -90,17 +90,15 @@ def angle_charts(take: Take) -> Markup:
     columns, times = take.kinematics or {}, take.need("poses").times
     figures = []
     for name in ALL_OF_BOTH:
-        of = sides_of(name)
-        values = [columns.get(f"{part}_deg", np.full(len(times), np.nan)) for part in of]
-        if not np.isfinite(values).any():
+        if (shown := angle_bands(take, name)) is None:
             continue
-        margins = [columns.get(f"{part}_sd_deg", np.full(len(times), np.nan)) * SD_90 for part in of]
+        values, margins = (each.T for each in shown)
         curves = (
             [Curve(name, values[0], margin=margins[0])]
             if name in MIDLINE
             else sides(values[1], values[0], left_margin=margins[1], right_margin=margins[0])
         )
-        angle = ALL_ANGLES[of[0]]
+        angle = ALL_ANGLES[sides_of(name)[0]]
         title = f"{spoken(name).capitalize()} (°)"
         about = f"{angle.words[:1].upper()}{angle.words[1:]}; positive: {angle.positive}."
         figures.append(figure([over_time(curves, times, f"{title} over time", about=about)], title))

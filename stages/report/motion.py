@@ -8,6 +8,7 @@ from markupsafe import Markup
 from ...models.common.metrics import SD_90
 from ...pipeline.core.take import Take
 from ..drawing.charts import over_time, sides
+from ..drawing.facts import length_unit
 from ..drawing.page import bullets, charts, figure, small
 from ..drawing.words import spoken
 from ..trajectories import cannot_be_told
@@ -18,7 +19,7 @@ _UNITS = {"speed": "{}/s", "acceleration": "{}/s²"}
 def motion_charts(take: Take) -> Markup:
     """Speed and acceleration of wrists and ankles over time; empty where the take has no such columns."""
     columns, poses = take.kinematics or {}, take.need("poses")
-    length = poses.frame.unit if poses.frame.metric else "au"
+    length = length_unit(poses)
     figures, untold = [], []
     for limb in ("wrist", "ankle"):
         for quantity, unit in _UNITS.items():

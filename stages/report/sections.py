@@ -14,16 +14,12 @@ from ...pipeline.core.messages import bound_in_words, how_many, rate_in_words
 from ...pipeline.core.pose import package_version
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, SUMMARY
-from ..drawing.facts import Facts
+from ..drawing.facts import SOURCES, Facts
 from ..drawing.page import Cell, Link, box, bullets, details, small, table
 
 IN_THE_GAUGE = ("poses", "left and right", "view")  # what notices there are about, told beside it
 _MOST = 40  # notices of one kind
 _UNITS = {"m": "metres", "arbitrary": "arbitrary units (au): the source has no scale"}
-_SOURCES = {
-    "frames": "the body's posture", "image": "the image's straight lines", "feet": "the feet's places",
-    "floor": "the floor under the feet",
-}  # fmt: skip
 _FILES = {
     "measures.csv": "the figures of movements and ranges of motion, for Excel or another spreadsheet",
     "cycles.csv": "the mean curves of angles over strides and repetitions, for Excel or another spreadsheet",
@@ -42,8 +38,8 @@ def session_words(take: Take, facts: Facts) -> Markup:
         f"Person {take.session.person_id}" if take.session.person_id else "",
         take.session.date,
         take.name if take.name != take.title else "",
-        f"{how_many(facts.frames, 'frame')}, {facts.duration_s:.1f} s{rate_in_words(facts.fps, ' at ')}",
-        {"static": "camera stands still", "moving": "camera moves"}.get(facts.camera, ""),
+        f"{how_many(len(facts.poses), 'frame')}, {facts.duration_s:.1f} s{rate_in_words(facts.poses.fps, ' at ')}",
+        {"static": "camera stands still", "moving": "camera moves"}.get(facts.rectified.camera or "", ""),
     ]
     return small(" · ".join(words for words in told if words))
 
@@ -68,32 +64,16 @@ def told_of(take: Take) -> Markup:
     )
 
 
-def up_bound(facts: Facts) -> str:
-    """The angle that nine in ten takes stay under, in words."""
-    if facts.up_of_world:
-        return facts.up_of_world[0].lower() + facts.up_of_world[1:-1]
-    return "not known" if facts.bound_words is None else f"{facts.bound_words.replace(' to', '° to')}°"
-
-
-def up_rests(facts: Facts) -> str:
-    """What up rests on, in a sentence; empty where nothing was estimated."""
-    shares = {name: source.share for name, source in facts.sources.items() if source.share is not None}
-    largest = sorted(shares.items(), key=lambda one: -one[1])
-    told = [f"{_SOURCES.get(name, name)} ({100 * share:.0f} %)" for name, share in largest if share >= 0.005]
-    return f"It rests on {', '.join(told)}." if told else ""
-
-
 def gravity_words(facts: Facts) -> Markup:
     """How the camera stands and what up rests on."""
     if facts.up_of_world:
-        return small(f"The source's own axes say which way is up: {up_bound(facts)}.")
-    relative = "; back and right in LEVEL are relative to it" if facts.camera == "moving" else ""
+        return small(facts.up_words)
+    relative = "; back and right in LEVEL are relative to it" if facts.rectified.camera == "moving" else ""
     error = facts.error_deg
     lines = [
         f"The camera {facts.camera_words}{relative}.",
-        f"Up is known to within (90 %): {up_bound(facts)}{facts.unless_words}.",
-        *([rests] if (rests := up_rests(facts)) else []),
-        f"Heading of LEVEL: {facts.level_heading}.",
+        f"Up: {facts.up_words} {facts.rests_words}".rstrip(),
+        f"Heading of LEVEL: {facts.rectified.level_heading}.",
         *(
             [f"Expected error of a frame's whole rotation: {bound_in_words(error)}° (median)."]
             if np.isfinite(error)
@@ -111,7 +91,7 @@ def up_table(facts: Facts, image: bool) -> Markup:
         bound = None if source.error_deg is None else RAYLEIGH_90 * source.error_deg
         own = [_rounded(angle, bound) for angle in (source.pitch_deg, source.roll_deg)]
         share = "not heard" if source.share is None else f"{100 * source.share:.0f} %"
-        rows.append([_SOURCES.get(name, name), *own, share, _rounded(source.pull_deg, 1.0)])
+        rows.append([SOURCES.get(name, name), *own, share, _rounded(source.pull_deg, 1.0)])
     head = ("source of up", "camera's pitch (°)", "camera's roll (°)", "share", "moves up by (°)")
     return table(head, rows) if len(rows) > 1 or image else Markup("")
 
@@ -127,14 +107,14 @@ def _rounded(value: float | None, bound: float | None) -> str | None:
 
 def provenance(facts: Facts, take: Take) -> Markup:
     """What was read and what was done to it: files by their SHA-256, versions, options."""
-    keys = ("role", "file", "adapter", "sha256")
+    keys, poses = ("role", "file", "adapter", "sha256"), facts.poses
     files = [tuple(str(entry.get(key, "–")) for key in keys) for entry in take.inputs]
     about = [
         f"pcnet3d {package_version()}.",
-        f"Rectified by {facts.method}: {facts.turned} of {how_many(facts.frames, 'frame')}.",
-        f"Lengths are in {_UNITS.get(facts.unit, facts.unit)}.",
-        f"Poses: video frames {facts.first_frame} to {facts.last_frame}, person {facts.person}.",
-        f"Axes of the poses before they were turned upright: {facts.axes}.",
+        f"Rectified by {facts.rectified.method}: {facts.turned} of {how_many(len(poses), 'frame')}.",
+        f"Lengths are in {_UNITS.get(poses.frame.unit, poses.frame.unit)}.",
+        f"Poses: video frames {poses.frame_index[0]} to {poses.frame_index[-1]}, person {poses.person}.",
+        f"Axes of the poses before they were turned upright: {poses.frame}.",
     ]
     if take.video is not None:
         video = take.video
@@ -143,10 +123,10 @@ def provenance(facts: Facts, take: Take) -> Markup:
             f"{rate_in_words(video.fps, ' at ')}, "
             f"{video.codec}" + (f", turned by {video.rotation_deg}°." if video.rotation_deg else ".")
         )
-    if facts.seams_s:
-        times = ", ".join(f"{seam:.2f}" for seam in facts.seams_s[:_MOST])
+    if seams := poses.seams:
+        times = ", ".join(f"{poses.times[seam]:.2f}" for seam in seams[:_MOST])
         about.append(
-            f"Seams, where the estimator began anew, at {times}{' ...' if len(facts.seams_s) > _MOST else ''} s."
+            f"Seams, where the estimator began anew, at {times}{' ...' if len(seams) > _MOST else ''} s."
         )
     steps = [(step.name, step.version, _options(step.options)) for step in facts.history]
     return (

@@ -11,16 +11,15 @@ import numpy as np
 from markupsafe import Markup
 
 from ...pipeline.core.answer import answer as seen
-from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import Group, grouped, subgroup
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import angle_deg, is_finite, rotate
+from ...pipeline.core.rotations import angle_deg, is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, whole_file
 from ...pipeline.files.video_frames import images_at
 from ..drawing.charts import LEFT, RIGHT, SOFT, Curve, over_time, path, sides
-from ..drawing.facts import Facts, facts_of, shared_up, voted, ways_of_level
+from ..drawing.facts import Facts, facts_of, length_unit, shared_up, tilt, voted, ways_of_level
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import answer, charts, details, figure, page, picture, small
 from .angles import angle_charts, ranges, sides_compared
@@ -62,7 +61,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     InputError without poses, rectified poses or time stamps, or when the video cannot be decoded.
     """
     if take.poses is None or take.rectified is None:
-        raise InputError("A report needs 3D poses and their rectification; run rectify first.")
+        raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
     facts, measures = facts_of(take), grouped(take.measures or ())
     said = [*seen(take), *sides_compared(measures)]
     head = session_words(take, facts) + answer(said) + (small(_ERRORS) if said else Markup(""))
@@ -70,9 +69,9 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     sections = [
         ("Key frames", _key_frames(take)),
         ("Ranges of motion", ranges(measures)),
-        ("What happened", happened(take.measures or (), facts.length)),
+        ("What happened", happened(take.measures or (), length_unit(take.poses))),
         ("Joint angles over time", angle_charts(take)),
-        ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, facts.length)),
+        ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, length_unit(take.poses))),
         ("Wrist paths before and after", _wrists(take)),
         ("Which way is up", _gravity(take, facts)),
         ("Files beside this page", files_beside(files)),
@@ -132,7 +131,7 @@ def _ways(take: Take) -> Iterator[Markup]:
     boxes = {name: _box(points) for name, (points, _) in views.items()}
     reach = max(reach for _, reach in boxes.values())
     for name, (points, words) in views.items():
-        title = f"{name} ({_unit(source)})"
+        title = f"{name} ({length_unit(source)})"
         both = dict(zip((RIGHT, LEFT), points.swapaxes(0, 1), strict=True))
         yield figure(
             [path(both, boxes[name][0], reach, f"Paths of both wrists: {title}")], title, f"{words}."
@@ -157,7 +156,7 @@ def _box(points: np.ndarray) -> tuple[np.ndarray, float]:
 def _components(poses: PoseSequence, when: str) -> Iterator[Markup]:
     left, right = _from_pelvis(poses, "l_wrist", "r_wrist").swapaxes(0, 1)
     for i, (axis, word) in enumerate(zip("xyz", poses.frame.axes, strict=True)):
-        title = f"{when}: {axis}, {word} ({_unit(poses)})"
+        title = f"{when}: {axis}, {word} ({length_unit(poses)})"
         curves = sides(left[:, i], right[:, i])
         yield figure([over_time(curves, poses.times, f"Wrists {title.lower()} over time")], title)
 
@@ -166,21 +165,16 @@ def _gravity(take: Take, facts: Facts) -> Markup:
     poses, rectified = take.need("poses"), take.need("rectified")
     times, figures = poses.times, []
     if voted(rectified):
-        to_camera = poses.frame.basis.T
-        votes, found = (
-            pitch_roll_deg(rotate(to_camera, up)) for up in (rectified.up_votes, shared_up(rectified))
-        )
-        # Where the camera looks steeply down, a small change of up is a large one of roll.
-        per_roll = 1 / np.maximum(np.cos(np.radians(found[:, 0])), 0.05)
-        for i, (name, per, words) in enumerate(
+        votes, shared, bound = tilt(take)
+        for i, (name, words) in enumerate(
             (
-                ("Camera's pitch (°)", np.ones(len(times)), "positive looks down"),
-                ("Camera's roll (°)", per_roll, "positive turns the image's content counter-clockwise"),
+                ("Camera's pitch (°)", "positive looks down"),
+                ("Camera's roll (°)", "positive turns the image's content counter-clockwise"),
             )
         ):
             curves = [
                 Curve("each frame", votes[:, i], SOFT, width=0.8),
-                Curve("take", found[:, i], LEFT, rectified.up_bound_deg * per, width=1.8),
+                Curve("take", shared[:, i], LEFT, bound[:, i], width=1.8),
             ]
             chart = over_time(curves, times, f"{name} over time")
             figures.append(figure([chart], name, f"{words}; band: 90 % bound."))
@@ -210,7 +204,3 @@ def _lines(take: Take) -> Iterator[Markup]:
             lines_jpeg(drawn(image, take.camera, look)), "jpeg", f"Straight lines of frame {look.frame}"
         )
         yield figure([shown], f"The image's lines, frame {look.frame}", WORDS)
-
-
-def _unit(poses: PoseSequence) -> str:
-    return poses.frame.unit if poses.frame.metric else "au"

@@ -10,10 +10,10 @@ from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES
+from ...pipeline.signals.filters import stretches
 from ..angles import ANGLE_ERRORS
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
-from .sections import up_rests
 
 # Degrees that up is known to within: below the first, angles to gravity err no more than a lift's joint angles do
 # (5 to 7 degrees in standard deviation, docs/angles.md).
@@ -65,20 +65,17 @@ def _undoubted(poses: PoseSequence) -> str:
 
 
 def _up(facts: Facts) -> Check:
-    if not facts.level_ok:
-        text = f"The take could not be levelled: {facts.level_reason}. Do not believe {_TO_GRAVITY}."
+    if not facts.rectified.level_ok:
+        text = (
+            f"The take could not be levelled: {facts.rectified.level_reason}. Do not believe {_TO_GRAVITY}."
+        )
         return "Which way is up", "bad", [text]
     if facts.up_of_world:
         weight = "care" if facts.up_bound_deg is None else "good"
-        return "Which way is up", weight, [facts.up_of_world]
+        return "Which way is up", weight, [facts.up_words]
+    known, rests = facts.up_words, f" {facts.rests_words}".rstrip()
     if facts.bound_words is None:
-        return (
-            "Which way is up",
-            "care",
-            [f"How well it is known is not stated; with it {_TO_GRAVITY} are uncertain."],
-        )
-    rests = f" {up_rests(facts)}".rstrip()
-    known = f"Known to within {facts.bound_words.replace(' to', '° to')}° (90 %){facts.unless_words}."
+        return "Which way is up", "care", [f"{known} With it {_TO_GRAVITY} are uncertain."]
     if facts.nobody_upright:
         return "Which way is up", "care", [f"{known} {facts.nobody_upright.text}{rests}"]
     if max(facts.up_bound_deg or (0.0,)) <= _WELL:
@@ -138,8 +135,7 @@ def _view(take: Take) -> Check:
 
 def _missing(poses: PoseSequence) -> str:
     """When joints are missing, in a sentence."""
-    gone = np.isnan(poses.joints).any(axis=(1, 2))
+    gone = np.asarray(np.isnan(poses.joints).any(axis=(1, 2)))
     if not gone.any():
         return "No joint is missing."
-    edges = np.flatnonzero(np.diff(np.r_[False, gone, False].astype(int))).reshape(-1, 2)
-    return f"Joints are missing from {spans_in_words(poses.times[edges - (0, 1)].tolist(), _MOST)}."
+    return f"Joints are missing from {spans_in_words(poses.times[stretches(gone) - np.array([0, 1])].tolist(), _MOST)}."

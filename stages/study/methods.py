@@ -23,7 +23,7 @@ def methods(run: Take) -> dict[str, np.ndarray]:
     tilt tells them apart. The run's own comes last.
     """
     poses, rectified = run.need("poses"), run.need("rectified")
-    if rectified.camera == "gravity":
+    if rectified.in_world:
         return {"source's own up": rectified.level.joints.astype(np.float64)}
     source = poses.joints.astype(np.float64)
     R_geometric, unknown = load_rectifier("geometric").rotation(source)

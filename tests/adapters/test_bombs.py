@@ -220,7 +220,7 @@ def test_a_sentence_that_quotes_a_file_stays_one_line(tmp_path):
     (tmp_path / "x.json").write_text(json.dumps(people))
     with refused(r"x\.json") as _:
         read(tmp_path / "x.json", "alphapose", gives="keypoints")
-    shown = str(InputError("a\n\tb \x1b[2J \u202e" + "x" * 9000 + " the end"))
+    shown = str(InputError("bad-value", "a\n\tb \x1b[2J \u202e" + "x" * 9000 + " the end"))
     assert re.fullmatch(r"a b \\x1b\[2J \\u202ex+ \.\.\. x+ the end", shown)
     assert len(shown) <= 1000
 

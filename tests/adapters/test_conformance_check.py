@@ -30,7 +30,11 @@ class Toy:
     def read(self, path: Path, metric: bool = True):
         joints = self._joints(path)
         if joints is None:
-            raise KeyError(path) if self.broken == "read raises" else InputError(f"{path} is no toy.")
+            raise (
+                KeyError(path)
+                if self.broken == "read raises"
+                else InputError("bad-value", f"{path} is no toy.")
+            )
         if self.broken == "axes":
             joints = joints * [-1, 1, 1]
         scores = np.linspace(1, 1 if self.broken == "all alike" else 0, 17)

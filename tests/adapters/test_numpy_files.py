@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from pcnet3d.adapters import arrays, ddhpose, motionbert, videopose3d
-from pcnet3d.adapters.kit.numpy import keys, load, peek
+from pcnet3d.adapters.kit.numpy import peek
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.files.arrays import keys, load
 
 POSES = ("frames", 17, 3)
 ADAPTERS = [motionbert, ddhpose, videopose3d, arrays]

@@ -49,16 +49,16 @@ def behaves(how: str) -> None:
     if how == "memory":
         bytearray(200_000_000)[::4096] = b"x" * len(range(0, 200_000_000, 4096))
     if how == "words":
-        error = InputError("x")
+        error = InputError("bad-value", "x")
         error.args = ("two\nlines",)
         raise error
     if how == "starved":
         try:
             bytearray(1 << 45)
         except MemoryError:
-            raise InputError("damaged") from None
+            raise InputError("bad-value", "damaged") from None
     if how == "refused":
-        raise InputError("so it is")
+        raise InputError("bad-value", "so it is")
     if how == "error":
         raise KeyError(how)
 

@@ -16,6 +16,7 @@ def write_lifted(
     lifted = 0.6 * truth
     lifted[0] = np.nan
     np.savez(
-        path, lifted=lifted, truth=truth, R_camera_from_body=R, lying=np.zeros(len(R)), clip=np.array(names)
-    )
+        path, lifted=lifted, truth=truth, R_camera_from_body=R, lying=np.zeros(len(R)), clip=np.array(names),
+        take_start=np.linspace(0, frames, len(names) + 1).astype(int),
+    )  # fmt: skip
     return path

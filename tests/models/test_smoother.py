@@ -5,7 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from pcnet3d.models.smoother import ERROR_S, _basis, _solved, known_noise
+from pcnet3d.models.common.splines import _basis, solved
+from pcnet3d.models.smoother import ERROR_S, known_noise
 
 FPS = 30.0
 
@@ -229,7 +230,7 @@ def test_it_is_what_dense_algebra_says():
     seen = np.ones((60, 2), dtype=bool)
     seen[20:26, 0], seen[[10, 11, 40], 1] = False, False
     power = 25.0
-    means, variances = _solved(
+    means, variances = solved(
         y, np.where(seen, noise, np.inf), time_s, 1 / FPS, ERROR_S, time_s[:1], np.full((1, 2), power)
     )
     place = (time_s - time_s[0]) * FPS

@@ -153,16 +153,8 @@ def test_its_lifter_gets_all_that_the_built_in_one_gets(fresh, tmp_path):
     walk = walker(seconds=4)
     files = write_files(tmp_path, walk, side_camera(walk))
     told = (
-        "--lifter",
-        "cardboard",
-        "--focal",
-        "600",
-        "--pitch",
-        "0",
-        "--roll",
-        "0",
-        "--handedness",
-        "ignore",
+        *("--lifter", "cardboard", "--focal", "600"),
+        *("--set", "read.pitch=0", "--set", "read.roll=0", "--set", "read.handedness=ignore"),
     )
     out = tmp_path / "out"
     run(fresh / "pcnet3d", "run", files.video, "--keypoints", files.keypoints, *told, "-o", out)

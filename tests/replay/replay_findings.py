@@ -171,8 +171,8 @@ def _exchanged(summary: dict[str, Any]) -> str:
 
 def contradictory_gravity(bench: Bench) -> Answer:
     words = ("--poses", bench.boxing_file, "--fps", 30)
-    reaction = bench.refused(*words, "--gravity", "0,-9.81,0")
-    pitch = bench.refused(*words, "--pitch", "80", "--roll", "0")
+    reaction = bench.refused(*words, "--set", "read.gravity=0,-9.81,0")
+    pitch = bench.refused(*words, "--set", "read.pitch=80", "--set", "read.roll=0")
     return f"{reaction} | {pitch}", "negate it" in reaction and "pitch" in pitch
 
 
@@ -180,7 +180,14 @@ def outside_the_image(bench: Bench) -> Answer:
     """The walk with its image cut off above the knees."""
     points = bench.points("walk_crop")
     height = int(np.median(points[:, 11:13, 1])) + 5
-    words = ("--keypoints", bench.keypoints("walk_crop"), "--fps", 30, "--image-size", f"884x{height}")
+    words = (
+        "--keypoints",
+        bench.keypoints("walk_crop"),
+        "--fps",
+        30,
+        "--set",
+        f"read.image_size=884x{height}",
+    )
     found = bench.run("cut", *words)
     said = " ".join(each["text"] for each in found["notices"] if each["code"] == "not-in-image")
     ranges = found["measures"]["range_of_motion"]
@@ -198,7 +205,7 @@ def towards_the_camera(bench: Bench) -> Answer:
 
 
 def false_steps(bench: Bench) -> Answer:
-    words = ("--keypoints", bench.keypoints("demo_man"), "--fps", 30, "--image-size", "1768x994")
+    words = ("--keypoints", bench.keypoints("demo_man"), "--fps", 30, "--set", "read.image_size=1768x994")
     walking = bench.run("demo_man", *words)["measures"]["walking"]
     landings = [time for side in ("right", "left") for time in walking.get(side, {}).get("landings_s", ())]
     counted = walking.get("counted", walking.get("reason"))
@@ -244,8 +251,8 @@ def slow_motion(bench: Bench) -> Answer:
     walk = walker(seconds=8)
     poses = camera_poses(walk, side_camera(walk))
     slow = poses.with_(time_s=poses.times * 8, root=None)
-    said = [*pace_doubts(smooth(rectify(slow).level)), *fall_doubts(jumps.jumping(8))]
-    real = [*pace_doubts(smooth(rectify(poses).level)), *fall_doubts(jumps.jumping(1))]
+    said = [*pace_doubts(smooth(rectify(slow).level)[0]), *fall_doubts(jumps.jumping(8))]
+    real = [*pace_doubts(smooth(rectify(poses).level)[0]), *fall_doubts(jumps.jumping(1))]
     return " | ".join(each.text for each in said), [each.code for each in said] == [
         "moves-slowly",
         "falls-slowly",
@@ -430,7 +437,7 @@ def causes_by_name(bench: Bench) -> Answer:
         "frame=GL_CAMERA": ("--poses", folder / "y_up.npy", "--adapter", "motionbert", "--fps", 30),
         "Every coordinate in it is NaN": ("--poses", folder / "nan.npy", "--fps", 30),
         "give them with --keypoints": ("--poses", folder / "crowd.json", "--fps", 30),
-        "at most": ("--keypoints", folder / "crowd.json", "--fps", 30, "--image-size", "640x480"),
+        "at most": ("--keypoints", folder / "crowd.json", "--fps", 30, "--set", "read.image_size=640x480"),
     }
     found = []
     for words, given in expected.items():
@@ -463,7 +470,7 @@ def _keys(group: dict[str, Any]) -> list[str]:
 
 
 def unfiltered(bench: Bench) -> Answer:
-    done = smooth(rectify(read(bench.boxing_file, fps=10)).level).history[-1].options
+    done = smooth(rectify(read(bench.boxing_file, fps=10)).level)[0].history[-1].options
     return str(done), done.get("unfiltered") is True
 
 

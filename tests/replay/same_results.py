@@ -42,17 +42,17 @@ demo: demo
 testbed/testbed.npz: testbed val
 walk/poses: run DATA/video/walk_crop.mp4 --poses inputs/walk_crop.npy BLAZEPOSE --keypoints inputs/walk_crop.json
 walk/video: run DATA/video/walk_crop.mp4 MOVENET
-walk/keypoints: run --keypoints inputs/walk_crop.json --image-size 884x300 --fps 30
+walk/keypoints: run --keypoints inputs/walk_crop.json --set read.image_size=884x300 --fps 30
 native/boxing: run --poses MOTIONBERT/boxing_X3D.npy ALPHAPOSE
-native/boxing_lifted: run ALPHAPOSE --image-size 854x480 --stature 1.8
+native/boxing_lifted: run ALPHAPOSE --set read.image_size=854x480 --stature 1.8
 native/boxing_blazepose: run --poses inputs/boxing.npy BLAZEPOSE --keypoints inputs/boxing.json --fps 30
-native/boxing_movenet: run --keypoints inputs/boxing.json --image-size 854x480 --fps 30 --swaps repair
+native/boxing_movenet: run --keypoints inputs/boxing.json --set read.image_size=854x480 --fps 30 --set read.swaps=repair
 native/cycling: run --poses MOTIONBERT/cycling_X3D.npy --fps 24
 native/broken: run --poses MOTIONBERT/broken_X3D.npy --fps 25
 native/skating: run --poses MHFORMER/output_3D/output_keypoints_3d.npz SKATER
-native/skating_lifted: run SKATER --image-size 1280x720
+native/skating_lifted: run SKATER --set read.image_size=1280x720
 native/demo_man: run --poses inputs/demo_man.npy BLAZEPOSE --keypoints inputs/demo_man.json --fps 30
-native/demo_man_movenet: run --keypoints inputs/demo_man.json --image-size 1768x994 --fps 30
+native/demo_man_movenet: run --keypoints inputs/demo_man.json --set read.image_size=1768x994 --fps 30
 native/sam3dbody: run --poses DATA/native/sam3dbody --fps 30
 native/kimodo: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30
 batch: batch manifest.csv --workers 1
@@ -60,7 +60,7 @@ compare: compare walk/poses walk/keypoints
 compare_cameras: compare real/cam01 real/cam02 real/cam03 real/cam04 --align stamps
 """
 _REAL = {  # the same, of each camera of the real take
-    "real/cam{0:02}": "run --keypoints inputs/cam{0:02}.json --image-size {1}x1920 --fps 60 --focal {2}",
+    "real/cam{0:02}": "run --keypoints inputs/cam{0:02}.json --set read.image_size={1}x1920 --fps 60 --focal {2}",
     "real/cam{0:02}_video": "run DATA/real/pose2sim/cam{0:02}.mp4 MOVENET",
 }
 _CAMERAS = ((1, 1080, 1681), (2, 1080, 1674), (3, 1088, 1681), (4, 1088, 1676))  # number, width, focal length
@@ -72,10 +72,11 @@ _WORDS = {
     "MOTIONBERT": "DATA/native/motionbert",
     "MHFORMER": "DATA/native/mhformer/skating",
 }  # DATA comes last, as a path may have spaces
-_SEEN = "run --keypoints inputs/take{0:02}.json --image-size 1280x720 --fps 30 "
+_SEEN = "run --keypoints inputs/take{0:02}.json --set read.image_size=1280x720 --fps 30 "
 _OPTIONS = (
-    "", "--stature 1.75", "--focal {1}", "--stature 1.75 --swaps repair", "--smoother butterworth", "--camera moving",
-    "--focal {1} --pitch {2} --roll {3}", "--set rectify.rectifier=geometric",
+    "", "--stature 1.75", "--focal {1}", "--stature 1.75 --set read.swaps=repair",
+    "--set trajectories.smoother=butterworth --set angles.smoother=butterworth", "--camera moving",
+    "--focal {1} --set read.pitch={2} --set read.roll={3}", "--set rectify.rectifier=geometric",
 )  # fmt: skip
 _CAPTURED = (
     "run --poses inputs/take{0:02}.npy --adapter arrays -O layout=H36M17 -O frame=Z_UP -O unit=m --fps 30"

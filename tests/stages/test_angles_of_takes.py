@@ -16,7 +16,8 @@ from pcnet3d.models.angle_error.joint_noise import (
 from pcnet3d.models.angle_error.take_angles import AngleSeries, smoothed, take_angles
 from pcnet3d.models.gravity import Seen, level_static
 from pcnet3d.models.lab.evaluation import angles as module
-from pcnet3d.models.lab.evaluation.angles import as_markdown, judge, one_set
+from pcnet3d.models.lab.evaluation.angles import PAGE, judge, one_set
+from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of, read_pairs
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
 from pcnet3d.pipeline.core.canonical import R_world_from_body
@@ -208,7 +209,7 @@ def test_an_arm_along_its_axis_has_a_reason(seen):
 
 def test_walker_through_the_stages_in_its_own_gravity(walk):
     rectified = rectify(walk.poses)
-    columns = joint_angles(walk.poses, rectified, smooth(rectified.level))
+    columns = joint_angles(walk.poses, rectified, smooth(rectified.level)[0])
     inner = slice(10, -10)
     for name in ("r_knee_flexion", "l_elbow_flexion", "r_hip_flexion", "l_shoulder_flexion"):
         true = walk.angles_deg[f"{name}_deg"]
@@ -227,7 +228,7 @@ def test_the_stage_adds_its_columns_and_says_what_is_missing(camera_poses):
     poses = camera_poses.with_(joints=joints, made_by=MadeBy("estimated", shipped_noise().lifter))
     rectified = rectify(poses, "geometric", gravity=(0, 1, 0))
     old = {"r_wrist_x": np.zeros(len(poses))}
-    take = Take("t", poses=poses, rectified=rectified, filtered=smooth(rectified.level), kinematics=old)
+    take = Take("t", poses=poses, rectified=rectified, filtered=smooth(rectified.level)[0], kinematics=old)
     done = Angles()(take)
     assert done.kinematics is not None
     assert take.kinematics == old
@@ -280,11 +281,11 @@ def test_the_report_counts_what_is_inside_and_what_is_refused():
             }}, "rates": {"m": {"knee": module.rate_row([(9.0, 6.0, 1.0), (4.0, 5.0, 0.5)])}}},
         },
     }  # fmt: skip
-    text = as_markdown(results)
-    assert "| knee | 5.9 | 5.9 |" in text
-    assert "| S | walking | 2 | m | 3.0 / 2.0 |" in text
+    text = written(results, PAGE)
+    assert "| S | m | knee | 5.9 | 5.9 |" in text
+    assert "| S | m | walking | 2 | 3.0 / 2.0 |" in text
     assert "squatting" not in text  # in no frame
-    assert "| S | m | knee | 6 / 6 / 9 | 6 / 6 / 6 | 50 | 75 |" in text
+    assert "| S | m | knee | 6 / 6 / 9 | 6 / 6 / 6 | 50% | 75% |" in text
 
 
 def test_a_rate_is_judged_where_all_of_it_is_known():
@@ -303,7 +304,7 @@ def test_a_perfect_lift_has_no_error():
     walk = walker(seconds=4)
     seen = see(Clip("09_01", "09", "asfamc", 30.0, walk.world.astype(np.float32)), 0)
     take = LiftedTake(seen.keypoints.with_(joints=seen.truth, frame=CAMERA.with_(unit="arbitrary")), seen)
-    table = one_set([load_rectifier("geometric")], "S", [take], 1)
+    table = one_set([load_rectifier("geometric")], [take])
     assert table["methods"]["geometric"]["knee_flexion"]["rmse"] < 1e-3
     assert table["methods"]["geometric"]["knee_flexion"]["inside"] == 1
     level = level_static(
@@ -328,7 +329,7 @@ def test_errors_of_a_motion_are_those_of_its_frames():
     joints = seen.truth.copy()
     joints[~walking, H36M17.index("l_ankle")] += 0.2
     take = LiftedTake(seen.keypoints.with_(joints=joints, frame=CAMERA.with_(unit="arbitrary")), seen)
-    table = one_set([load_rectifier("geometric")], "S", [take], 1)
+    table = one_set([load_rectifier("geometric")], [take])
     figures = table["motions"]["geometric"]["walking"]["knee_flexion"]
     assert (
         0 <= figures["mae"] <= figures["rmse"] < 0.5 * table["methods"]["geometric"]["knee_flexion"]["rmse"]

@@ -11,7 +11,7 @@ from golden.films import film_of
 from golden.rooms import no_lines, street
 from pcnet3d.adapters import video as videos
 from pcnet3d.models.gravity import geocalib
-from pcnet3d.models.gravity.geocalib import FieldsUp
+from pcnet3d.models.gravity.lines import UpOfImages
 from pcnet3d.models.gravity.view import _boxes, camera_of
 from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
 from pcnet3d.pipeline.cli import main
@@ -22,6 +22,7 @@ from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.stages.calibrate import Calibrate
 from pcnet3d.stages.calibrate_command import pitch_roll_sd_deg
 from pcnet3d.stages.lift import Lift
+from refusals import refused
 
 
 @pytest.fixture(scope="module")
@@ -157,7 +158,7 @@ def test_a_calibrated_camera_has_the_files_focal_length_and_no_distortion_left(v
     assert take.camera.focal_source == "told"
     assert take.camera.focal_px == pytest.approx(0.9 * max(video.width, video.height), rel=0.05)
     assert take.camera.intrinsics.name == "cam01"
-    with pytest.raises(InputError, match="not both"):
+    with refused("option-conflict"):
         Calibrate(camera_file=calibration)(Take("street", video=video, told=Told(focal_px=1000.0)))
 
 
@@ -173,7 +174,7 @@ def test_the_lifter_sees_undistorted_keypoints(video, calibration, monkeypatch):
 
         def lift(self, asked):
             seen.append((asked.keypoints, asked.focal_px))
-            raise InputError("enough")
+            raise InputError("bad-value", "enough")
 
     stage = Lift()
     object.__setattr__(stage, "_opened", Lifter())
@@ -191,7 +192,7 @@ def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch, capsy
     def answer(images, model, focal_px=None, focal_spread=None):
         asked.append((len(images), model, focal_px))
         up = view_rotation(np.array(0.0), np.array(12.0), np.array(3.0))[:, 2]
-        return FieldsUp(up, np.diag(np.radians([1.5, 0.7]) ** 2), 900.0, 70.0)
+        return UpOfImages(up, np.diag(np.radians([1.5, 0.7]) ** 2), 900.0, 70.0)
 
     monkeypatch.setattr(geocalib, "up_from_network", answer)
     cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])
@@ -213,7 +214,7 @@ def test_a_guessed_focal_length_is_not_called_known(tmp_path):
     keypoints = PoseSequence(joints, H36M17, IMAGE, time_s=np.arange(30) / 30, frame_index=np.arange(30))
     for source, known in (("prior", False), ("lines", True)):
         camera = Camera((640, 480), 512.0, 100.0, source)
-        take = Lift(handedness="ignore")(Take("t", video=video, keypoints=keypoints, camera=camera))
+        take = Lift()(Take("t", video=video, keypoints=keypoints, camera=camera).telling(handedness="ignore"))
         said = next(step.options for step in take.poses.history if step.name == "lift")
         assert (said["focal_known"], said["focal_px"]) == (known, 512.0)
         assert any("focal length is unknown" in event.text for event in take.notices) == (not known)

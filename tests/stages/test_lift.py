@@ -80,7 +80,7 @@ def test_the_videos_rotation_flag_turns_the_image_size(take, monkeypatch):
 
     def spy(asked, model):
         sizes.append(asked.image_size)
-        raise InputError("seen")
+        raise InputError("bad-value", "seen")
 
     monkeypatch.setattr("pcnet3d.models.lifter.builtin.lifted", spy)
     for rotation in (0, 90):
@@ -100,7 +100,7 @@ def test_an_image_size_beside_a_video_has_to_be_its_own(files):
 
 def test_without_a_video_the_image_size_must_be_given(take):
     alone = take.with_(video=None)
-    with pytest.raises(InputError, match="--image-size"):
+    with pytest.raises(InputError, match=r"--set read\.image_size"):
         Lift()(alone)
     assert Lift()(alone.telling(image_size=IMAGE_SIZE)).poses is not None
 

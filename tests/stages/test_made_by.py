@@ -3,16 +3,18 @@
 import numpy as np
 import pytest
 
+from golden.jumps import jumping
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
-from pcnet3d.pipeline import CAMERA, InputError, Pipeline, Take, change_frame
+from pcnet3d.pipeline import CAMERA, InputError, Pipeline, Take, change_frame, rotate
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.pipeline.running.conclusion import trust
+from pcnet3d.pipeline.signals.rates import fall_doubts
 from pcnet3d.stages.angles import ANGLE_ERRORS, Angles, errors_unknown
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.measures.stage import Measures
@@ -25,7 +27,7 @@ STAGES = Pipeline((Rectify("geometric"), Trajectories(), Angles(), Measures()))
 
 @pytest.fixture(scope="module")
 def walk():
-    return walker(seconds=4)
+    return walker(seconds=10)
 
 
 @pytest.mark.parametrize("made_by", [MadeBy("estimated", "GEM-X"), MadeBy()])
@@ -107,3 +109,26 @@ def test_a_file_of_errors_is_believed_and_another_file_refused(walk, tmp_path):
     (tmp_path / "other.json").write_text("{}", encoding="utf-8")
     with pytest.raises(InputError, match="evaluate errors"):
         Angles(errors=tmp_path / "other.json")
+
+
+def test_a_path_that_an_estimator_made_shows_no_jumps_and_doubts_no_rate(walk):
+    """It may float or be smoothed: how it falls says nothing about gravity."""
+    measured = STAGES(Take("vicon", poses=walk.poses))
+    assert "count" in nested(measured.measures)["jumps"]
+    estimated = STAGES(Take("gem", poses=walk.poses.with_(made_by=MadeBy("estimated", "GEM-X"))))
+    assert "estimate" in nested(estimated.measures)["jumps"]["reason"]
+    flying = jumping(4)
+    assert fall_doubts(flying)
+    assert fall_doubts(flying.with_(made_by=MadeBy("estimated", "GEM-X"))) == []
+
+
+def test_what_rests_on_an_estimators_path_has_no_error(walk):
+    """Nobody knows how far it drifts: not the errors of lifted poses over a path that is known."""
+    R_camera_from_world = side_camera(walk).R_camera_from_world
+    seen = change_frame(walk.poses, CAMERA, R_camera_from_world)
+    root = rotate(R_camera_from_world, walk.root[:, None])[:, 0] + np.array([0.0, 0.0, 5.0])
+    own = nested(STAGES(Take("own", poses=seen.with_(root=root, made_by=MadeBy("estimated", "X")))).measures)
+    assert own["walking"]["walking_speed"] > 0
+    assert not {"walking_speed_error", "mean_step_length_error"} & own["walking"].keys()
+    assert "mean_step_time_error_s" in own["walking"]
+    assert not {"floor_height_error", "slope_error_deg"} & own["floor"].keys()

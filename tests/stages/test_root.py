@@ -114,7 +114,7 @@ def test_remapping_keeps_it_and_a_mirror_mirrors_it(walk, camera):
 
 def test_a_stature_scales_the_way_too(walk, camera):
     seen = change_frame(in_camera(walk, camera), CAMERA)
-    doubled = scale(seen, 1.75)
+    doubled = scale(seen, 1.75)[0]
     factor = doubled.history[-1].options["factor"]
     np.testing.assert_allclose(doubled.root, factor * seen.root)
 
@@ -128,8 +128,8 @@ def test_cleaning_fills_short_gaps_of_the_way_and_takes_spikes_out(walk, camera)
     broken = seen.with_(
         joints=seen.joints[kept], confidence=None, time_s=seen.times[kept], frame_index=kept, root=root[kept]
     )
-    cleaned = clean(broken)
+    cleaned = clean(broken)[0]
     np.testing.assert_allclose(cleaned.root, seen.root, atol=1e-2)
     assert len(cleaned.root) == len(walk)
     root[60:80] = np.nan
-    assert np.isnan(clean(seen.with_(root=root)).root[60:80]).all()
+    assert np.isnan(clean(seen.with_(root=root))[0].root[60:80]).all()

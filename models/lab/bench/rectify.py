@@ -190,7 +190,8 @@ def _open(name: str, threads: int | None) -> PCNetRectifier:
     network = load_rectifier(name)
     if not isinstance(network, PCNetRectifier):
         raise InputError(
-            f"Expected a network to measure, got the rectifier '{name}'; give pcnet or an .onnx file."
+            "bad-value",
+            f"Expected a network to measure, got the rectifier '{name}'; give pcnet or an .onnx file.",
         )
     return PCNetRectifier(network.path, threads)
 

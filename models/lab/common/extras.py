@@ -15,5 +15,6 @@ def needed_for(what: str) -> Iterator[None]:
         yield
     except ModuleNotFoundError as error:
         raise InputError(
-            f"{what} needs {error.name}, which is not installed: pip install 'pcnet3d[train]'."
+            "needs-package",
+            f"{what} needs {error.name}, which is not installed: pip install 'pcnet3d[train]'.",
         ) from None

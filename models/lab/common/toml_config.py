@@ -27,7 +27,9 @@ def checked(content: dict[str, Any], model: type[Config], where: str) -> Config:
         return model.model_validate(content)
     except ValidationError as error:
         first = error.errors()[0]
-        raise InputError(f"{where}: {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
+        raise InputError(
+            "bad-value", f"{where}: {'.'.join(map(str, first['loc']))}: {first['msg']}."
+        ) from None
 
 
 def check_shares(config: object, *names: str) -> None:
@@ -42,7 +44,7 @@ def check_sizes(config: object, *names: str) -> None:
 
 def _refuse(config: object, names: Sequence[str], most: float, what: str) -> None:
     if wrong := [name for name in names if not 0 <= getattr(config, name) <= most]:
-        raise InputError(f"expected {what} for {', '.join(wrong)}")
+        raise InputError("bad-value", f"expected {what} for {', '.join(wrong)}")
 
 
 def as_toml(config: BaseModel) -> str:

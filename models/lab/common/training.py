@@ -137,8 +137,9 @@ class State:
             # Checkpoints of earlier versions do not say what they learned from.
             if listed.get("learns_from") not in (None, self.learns_from):
                 raise InputError(
+                    "already-there",
                     f"{path} learned from other recordings or another split than these; choose another -o DIR, or put "
-                    "back what it was made with."
+                    "back what it was made with.",
                 )
             self.net.load_state_dict(saved["net"])
             self.average.load_state_dict(saved["average"])
@@ -151,12 +152,14 @@ def _refuse_another(before: Any, config: Any, step: int, path: Path) -> None:
     longer = before.schedule.model_copy(update={"steps": config.schedule.steps})
     if before.model_copy(update={"schedule": longer}) != config:
         raise InputError(
-            f"{path} was made with another config; choose another -o DIR, or the config that it was made with."
+            "already-there",
+            f"{path} was made with another config; choose another -o DIR, or the config that it was made with.",
         )
     cooling = before.schedule.cools_from
     if before.schedule.steps != config.schedule.steps and step > min(cooling, config.schedule.cools_from):
         raise InputError(
-            f"{path} is at step {step} and cools down after {cooling}; its number of steps cannot be changed any more."
+            "already-there",
+            f"{path} is at step {step} and cools down after {cooling}; its number of steps cannot be changed any more.",
         )
 
 
@@ -177,12 +180,15 @@ def reading(path: Path) -> Iterator[Path]:
     except InputError:
         raise
     except OSError as error:
-        raise InputError(f"Expected a checkpoint at {path}: {error.strerror or error}.") from None
+        raise InputError(
+            "cannot-open", f"Expected a checkpoint at {path}: {error.strerror or error}."
+        ) from None
     except Exception as error:  # torch's errors have no common class but Exception, and advise to unpickle
         reason = (str(error).splitlines() or [""])[:2][-1].strip(" \t.")[:200]
         raise InputError(
+            "file-damaged",
             f"{path} is damaged, or no checkpoint of this network ({reason}); remove it to start anew, or choose "
-            "another -o DIR."
+            "another -o DIR.",
         ) from None
 
 
@@ -219,7 +225,8 @@ def device_of(name: str) -> torch.device:
     except (RuntimeError, AssertionError) as error:
         reason = str(error).splitlines()[0].strip(".")
         raise InputError(
-            f"Expected a device that torch can use here (auto, cpu, cuda), got '{name}': {reason}."
+            "no-device",
+            f"Expected a device that torch can use here (auto, cpu, cuda), got '{name}': {reason}.",
         ) from None
     return device
 
@@ -274,7 +281,8 @@ def fit(
                 unseen.append(_step(state, schedule, step, loss_of))
             except torch.OutOfMemoryError:
                 raise InputError(
-                    f"The device has no memory left at step {step}; {_kept(output)}. Make the batch smaller."
+                    "no-device",
+                    f"The device has no memory left at step {step}; {_kept(output)}. Make the batch smaller.",
                 ) from None
             state.step = step
             tell(step)
@@ -338,7 +346,8 @@ def _values(unseen: list[Tensor], step: int, output: Path) -> list[float]:
 def _refuse_lost(value: float, what: str, step: int, output: Path) -> None:
     if not math.isfinite(value):
         raise InputError(
-            f"{what} became {value} at step {step}; {_kept(output)}. Lower `rate`, or look at the data."
+            "bad-value",
+            f"{what} became {value} at step {step}; {_kept(output)}. Lower `rate`, or look at the data.",
         )
 
 

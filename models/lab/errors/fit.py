@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .judge import COVERED, Inside, Stated, inside, weights
+from .judge import COVERED, Stated, weights
 
 _CASES = 250  # of a take, evenly over it
 _SOFT = 0.02  # of the loss's corner, in logarithms
@@ -68,6 +68,3 @@ def thinned(take: Stated) -> Stated:
     return replace(
         take, error=take.error[rows], half=take.half[rows], known={k: v[rows] for k, v in take.known.items()}
     )
-
-
-__all__ = ["Inside", "fitted", "held_out", "inside", "thinned", "with_bars"]

@@ -6,14 +6,15 @@ together, and so do takes of one person.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 
+from ..evaluation.people import by_person, interval
+
 COVERED = 0.9  # what "90 %" states
-_DRAWS = 2000  # of people, for an interval
 _BINS = 10
 _FEWEST_PEOPLE = 3  # of a bin that is judged
 
@@ -48,26 +49,20 @@ class Inside:
     high: float
 
 
-def shares(takes: Iterable[Stated], factor: float = 1.0) -> dict[str, float]:
-    """{person: the mean over their takes of the share inside `factor` times the bar}."""
-    by_person: dict[str, list[float]] = {}
-    for take in takes:
-        if len(take.error):
-            inside = np.abs(take.error) <= factor * take.half
-            by_person.setdefault(take.person, []).append(float(inside.mean()))
-    return {person: float(np.mean(of)) for person, of in by_person.items()}
-
-
 def inside(takes: Sequence[Stated], factor: float = 1.0) -> Inside:
-    """Of takes that are judged (Stated.judged)."""
-    people = np.array(list(shares(takes, factor).values()))
-    cases = sum(len(take.error) for take in takes)
-    if not len(people):
+    """Of takes that are judged (Stated.judged), their bars times `factor`."""
+    shares = by_person(
+        (take.person, np.atleast_1d(_share(take, factor))) for take in takes if len(take.error)
+    )
+    if not shares:
         return Inside(0, 0, float("nan"), float("nan"), float("nan"))
-    rng = np.random.default_rng(0)
-    drawn = people[rng.integers(0, len(people), (_DRAWS, len(people)))].mean(axis=1)
-    low, high = np.quantile(drawn, [0.05, 0.95])
-    return Inside(cases, len(people), float(people.mean()), float(low), float(high))
+    of_people = np.concatenate(list(shares.values()))
+    low, high = interval(of_people)
+    return Inside(sum(len(take.error) for take in takes), len(shares), float(of_people.mean()), low, high)
+
+
+def _share(take: Stated, factor: float) -> float:
+    return float(np.mean(np.abs(take.error) <= factor * take.half))
 
 
 def bins(takes: Sequence[Stated], name: str) -> list[tuple[float, float, float, Inside]]:
@@ -95,21 +90,6 @@ def factor(takes: Sequence[Stated]) -> float:
     order = np.argsort(ratio)
     total = np.cumsum(weights(takes)[order])
     return float(ratio[order][min(np.searchsorted(total, COVERED * total[-1]), len(ratio) - 1)])
-
-
-def held_out(takes: Sequence[Stated]) -> Inside:
-    """How many lie inside when each person's bars have the factor of all the others."""
-    people = sorted({take.person for take in takes})
-    parts = []
-    for person in people:
-        others = [take for take in takes if take.person != person]
-        own = factor(others) if others else 1.0
-        parts += [
-            Stated(take.statement, person, take.error, own * take.half)
-            for take in takes
-            if take.person == person
-        ]
-    return inside(parts)
 
 
 def weights(takes: Sequence[Stated]) -> np.ndarray:

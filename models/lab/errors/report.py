@@ -1,11 +1,13 @@
 """Whether every stated error holds, in every configuration of a run:  pcnet3d evaluate errors -o DIR
 
-And with --fit what would make them hold: the errors of angles and rates, written as models/angle_error/joint_noise.json
-is. Every figure is by the procedure of judge.py.
+And what would make them hold: with --fit the errors of angles and rates are fitted to these takes and written to
+DIR/joint_noise.json, as models/angle_error has it and as a run takes it (--set angles.errors=FILE). Every figure is by
+the procedure of judge.py.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -13,120 +15,141 @@ from typing import Any
 
 import numpy as np
 
-from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.running.progress import each
+from ....pipeline.files.atomic import whole_file
 from ....pipeline.signals.angles import ANGLES, of_both
 from ...angle_error.joint_noise import JointNoise, shipped_noise
 from ...common.metrics import SD_90
-from ..evaluation.sets import Sets, evaluation_sets
-from ..evaluation.tables import Table, page
+from ...lifter.load import load_lifter
+from ..evaluation.finished import Configuration, finished
+from ..evaluation.sets import Question
+from ..evaluation.tables import Page, Table
 from . import judge
-from .configurations import CONFIGURATIONS, Configuration, finished
 from .fit import fitted
 from .judge import Stated
 from .statements import statements
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
 _KNOTS = (0.02, 0.25, 0.5, 0.75, 0.98)  # quantiles of the found angle, to the nearest 5 degrees
+_ROWS = "errors.json"
+
+PAGE = Page(
+    "Stated errors",
+    ". How many lie inside the stated 90 %; every person counts the same, and every take of a person. In brackets the "
+    "90 % interval over people, then the least share of any tenth of the cases by what is known where it is stated, "
+    "and what the bars would have to be multiplied by.",
+    [
+        Table(
+            "Inside",
+            "statements/*/*",
+            ["statement", "configuration"],
+            {
+                "cases": "{cases}",
+                "people": "{people}",
+                "inside": "{inside:.0%} ({low:.0%} to {high:.0%})",
+                "worst tenth": "{worst_bin:.0%}",
+                "needed": "{needed:.2f}",
+            },
+        ),
+        Table(
+            "By the angle that was found",
+            "sizes/*/*",
+            ["angle", "found, deg"],
+            {"found less true, deg": "{bias:+.1f}", "inside": "{inside:.0%}"},
+            "Bodies alone, wild cameras; tenths of the cases.",
+        ),
+    ],
+)
 
 
-def collected(
-    rectifier: Rectifier,
-    sets: Sets = "val",
-    seed: int = 0,
-    lifter: str | Path = "pcnet3d",
-    configurations: Sequence[Configuration] = CONFIGURATIONS,
-) -> Cases:
-    """Everything that the takes of these people state, in every configuration."""
+def asked(lifter: str) -> dict[str, Configuration]:
+    """The configurations that are judged, by name."""
+    own = Configuration(lifter=lifter)
+    return {
+        "bodies alone": own,
+        "image": replace(own, image=True),
+        "up told": replace(own, up_told=True),
+        "moving": replace(own, camera="moving"),
+        "moving, image": replace(own, camera="moving", image=True),
+        "typical": replace(own, bed="typical"),
+        "typical, image": replace(own, bed="typical", image=True),
+        "60 fps": replace(own, fps=60.0),
+        "capture": replace(own, lifter=""),
+    }
+
+
+def tables(
+    question: Question, part: Sequence[str] | None = None, fit: bool = False, output: Path | None = None
+) -> dict[str, Any]:
+    """Everything the report says. part: only these configurations. fit, output: see above; `errors.json` in output
+    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed}."""
+    cases = collected(question, part)
+    rows = list(judged(cases, str(question.people)))
+    results: dict[str, Any] = {**question.heading(), "statements": {}, "sizes": {}}
+    for row in rows:
+        results["statements"].setdefault(row["statement"], {})[row["configuration"]] = row
+    for angle, size, figures in by_size(next(iter(cases.values()), {})):
+        results["sizes"].setdefault(angle, {})[size] = figures
+    if output is not None:
+        output.mkdir(parents=True, exist_ok=True)
+        with whole_file(output / _ROWS) as partial:
+            lines = ",\n ".join(json.dumps(row) for row in rows)
+            partial.write_text(f"[\n {lines}\n]\n", encoding="utf-8")
+        if fit:
+            noise = replace(refitted(cases), lifter=load_lifter(str(question.lifter)).method)
+            with whole_file(output / "joint_noise.json") as partial:
+                partial.write_text(noise.as_json(), encoding="utf-8")
+    return results
+
+
+def collected(question: Question, part: Sequence[str] | None = None) -> Cases:
+    """Everything that the question's takes state, in every configuration."""
     cases: Cases = {}
-    for configuration in configurations:
-        by_statement = cases.setdefault(configuration.name, {})
-        for of in evaluation_sets(sets, configuration.bed):
-            takes = finished(configuration, of, rectifier, seed, lifter)
-            for take in each(takes, f"{configuration.name}, {of.label}", len(of.long_clips())):
-                for stated in statements(take):
-                    if len(stated.error):
-                        by_statement.setdefault(stated.statement, []).append(stated)
+    for name, configuration in asked(str(question.lifter)).items():
+        if part and name not in part:
+            continue
+        by_statement = cases.setdefault(name, {})
+        for take in finished(question, configuration):
+            for stated in statements(take):
+                if len(stated.error):
+                    by_statement.setdefault(stated.statement, []).append(stated)
     return cases
 
 
-def rows(cases: Cases, sets: str) -> list[dict[str, Any]]:
-    """{statement, configuration, set, cases, people, inside, low, high, worst_bin, needed}: shares inside the stated
-    90 %, with the 90 % interval over people; the least of any tenth of the cases by what is known of them, None where
-    nothing is; and what the bars would have to be multiplied by."""
-    out = []
+def judged(cases: Cases, people: str) -> Iterator[dict[str, Any]]:
+    """A row a statement and configuration."""
     for configuration, by_statement in cases.items():
         for statement, takes in by_statement.items():
             bins = [one.inside for name in takes[0].known for *_, one in judge.bins(takes, name)]
-            out.append(
-                {
-                    "statement": statement,
-                    "configuration": configuration,
-                    "set": sets,
-                    **{
-                        k: round(v, 3) if isinstance(v, float) else v
-                        for k, v in asdict(judge.inside(takes)).items()
-                    },
-                    "worst_bin": round(min(bins), 3) if bins else None,
-                    "needed": round(judge.factor(takes), 2),
-                }
-            )
-    return out
+            yield {
+                "statement": statement,
+                "configuration": configuration,
+                "set": people,
+                **{
+                    k: round(v, 3) if isinstance(v, float) else v
+                    for k, v in asdict(judge.inside(takes)).items()
+                },
+                "worst_bin": round(min(bins), 3) if bins else None,
+                "needed": round(judge.factor(takes), 2),
+            }
 
 
-def by_size(cases: Cases, configuration: str) -> Iterator[tuple[str, float, float, float, float]]:
-    """(angle, from, to, mean error, share inside) in tenths of the found angle."""
-    for statement, takes in cases[configuration].items():
+def by_size(by_statement: Mapping[str, Sequence[Stated]]) -> Iterator[tuple[str, str, dict[str, float]]]:
+    """(angle, "from to to", {"bias", "inside"}) in tenths of the found angle."""
+    for statement, takes in by_statement.items():
         if "found" in takes[0].known:
             for low, high, mean, one in judge.bins(takes, "found"):
-                yield statement, low, high, mean, one.inside
-
-
-def as_markdown(table: Sequence[Mapping[str, Any]], cases: Cases) -> str:
-    """The report as a page of tables."""
-    configurations = list(cases)
-    statements_ = list(dict.fromkeys(row["statement"] for row in table))
-    found = {(row["statement"], row["configuration"]): row for row in table}
-
-    def cell(statement: str, configuration: str) -> str:
-        row = found.get((statement, configuration))
-        if row is None:
-            return "–"
-        worst = "" if row["worst_bin"] is None else f", {100 * row['worst_bin']:.0f}"
-        return f"{100 * row['inside']:.0f} ({100 * row['low']:.0f}-{100 * row['high']:.0f}{worst})"
-
-    return page(
-        "Stated errors",
-        "How many lie inside the stated 90 %; every person counts the same. In brackets the 90 % interval over people, "
-        "and the least share of any tenth of the cases by what is known where it is stated.",
-        [
-            Table(
-                "Inside, %",
-                ["statement", *configurations],
-                ([s, *(cell(s, c) for c in configurations)] for s in statements_),
-            ),
-            Table(
-                "By the angle that was found",
-                ["angle", "from", "to", "found less true, deg", "inside, %"],
-                (
-                    [angle, f"{low:.0f}", f"{high:.0f}", f"{mean:+.0f}", f"{100 * share:.0f}"]
-                    for angle, low, high, mean, share in by_size(cases, configurations[0])
-                ),
-                f"{configurations[0]}; tenths of the cases.",
-            ),
-        ],
-    )
+                yield statement, f"{low:.0f} to {high:.0f}", {"bias": mean, "inside": one.inside}
 
 
 def refitted(cases: Cases, noise: JointNoise | None = None) -> JointNoise:
-    """The noise with each angle's factor, and its part by the found angle, that hold in these configurations together;
-    and the same of its rates."""
+    """The noise with each angle's factor, its part by the found angle, and the same of its rate, that hold in these
+    configurations together."""
     noise = shipped_noise() if noise is None else noise
     factors, more, rates = {}, {}, {}
     for name in ANGLES:
         both = of_both(name)
         if both not in factors:
-            factors[both], more[both] = _angle(_pooled(cases, both), noise.factors[name])
+            factors[both], more[both] = _angle(_pooled(cases, both), noise.factors.get(name, 1.0))
             rates[both] = _rate(_pooled(cases, f"rate of {both}"))
     of_each = {name: of_both(name) for name in ANGLES}
     return replace(

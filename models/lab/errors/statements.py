@@ -7,117 +7,105 @@ from dataclasses import replace
 
 import numpy as np
 
+from ....pipeline.core.camera import pitch_roll_deg
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite
+from ....pipeline.core.take import Take
 from ....pipeline.signals.angles import ANGLES, FINE, near, of_both
-from ...angle_error.joint_noise import shipped_noise
+from ...angle_error.joint_noise import JointNoise, shipped_noise
 from ...angle_error.rates import angle_rates
 from ...angle_error.take_angles import smoothed, take_angles
 from ...common.metrics import SD_90, scaled
-from ...common.spread import stated_spread
-from ...gravity import why_not
-from .configurations import Finished
+from ..evaluation.finished import Finished
+from ..evaluation.testbed import SeenTake
 from .judge import Stated
 
-_MEAN_90 = 1.75  # 90 % over mean of a rotation's error, three Gaussian axes of which two are alike
+_MEAN_90 = 1.9  # 90 % over mean of a rotation's error: a heading's is 2.06, that of an up 1.71
 _CHI_90 = 2.5003  # root of the 90 % quantile of chi square of three degrees of freedom
 
 
-def statements(take: Finished) -> Iterator[Stated]:
-    """Everything that is judged of one take; nothing of one that is not levelled but its joints."""
-    yield from (joints(take),)
-    if why_not(take.level):
+def statements(finished: Finished) -> Iterator[Stated]:
+    """Everything that is judged of one take; nothing of one that a run refuses or cannot level but its joints."""
+    take, truth = finished.take, finished.truth
+    if take is None:
         return
-    yield from (up(take), rotation(take))
-    yield from angles(take)
+    rows = take.need("poses").frame_index
+    if take.need("poses").made_by.kind == "estimated":
+        yield joints(take, truth, rows)
+    if take.need("rectified").level_ok:
+        yield up(take, truth, rows)
+        yield rotation(take, truth, rows)
+        if take.kinematics and take.need("poses").made_by.kind == "estimated":
+            yield from angles(take, truth, rows)
 
 
-def up(take: Finished) -> Stated:
+def up(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     """One case a take before a static camera, one a frame before a moving one."""
-    true = take.R_camera_from_world[:, :, 2]
-    found = np.broadcast_to(take.level.up.up, true.shape)
-    rows = slice(None) if take.level.up.up.ndim > 1 else slice(0, 1)
-    pitch = np.degrees(np.arcsin(np.clip(-found[:, 2], -1, 1)))
-    facing = take.level.R_camera_from_body[
-        :, 2, 0
-    ]  # along the viewing direction: 1 shows the face or the back
-    behind = np.full(len(true), np.nanmean(facing) if np.isfinite(facing).any() else np.nan)
-    known = {"pitch": pitch, "facing": behind, "stated": take.level.up_bound_deg}
-    return _stated("up", take, angle_deg(found, true), take.level.up_bound_deg, known, rows)
+    rectified = take.need("rectified")
+    found = np.broadcast_to(rectified.R_source_from_level[..., :, 2], (len(rows), 3))
+    true = np.broadcast_to(truth.up, (len(truth.lying), 3))[rows]
+    facing = rectified.R_source_from_body[:, 2, 0]  # 1: the face is towards the camera, -1: the back
+    known = {
+        "pitch": pitch_roll_deg(found)[:, 0],
+        "facing": np.full(len(rows), np.nanmean(facing) if np.isfinite(facing).any() else np.nan),
+        "stated": rectified.up_bound_deg,
+    }
+    of = slice(None) if truth.up.ndim > 1 else slice(0, 1)
+    known = {name: values[of] for name, values in known.items()}
+    error = angle_deg(found, true)[of]
+    return Stated("up", truth.subject, error, rectified.up_bound_deg[of], known).judged()
 
 
-def rotation(take: Finished) -> Stated:
+def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     """BODY's rotation."""
-    error = geodesic_deg(take.level.R_camera_from_body, take.seen.R_camera_from_body)
-    return _stated(
-        "BODY's rotation", take, error, _MEAN_90 * take.level.error_deg, {"stated": take.level.error_deg}
+    rectified = take.need("rectified")
+    error = geodesic_deg(rectified.R_source_from_body, truth.R_camera_from_body[rows])
+    half, known = _MEAN_90 * rectified.error_deg, {"stated": rectified.error_deg}
+    return Stated("BODY's rotation", truth.subject, error, half, known).judged()
+
+
+def joints(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
+    """Joints relative to the pelvis: the length of their error in standard deviations of their covariance."""
+    poses = take.need("poses")
+    lifted, true = poses.joints.astype(np.float64), truth.truth[rows]
+    brought = scaled(lifted, true, "take")
+    size = float(
+        np.nanmedian(np.linalg.norm(brought[:, 1:], axis=-1) / np.linalg.norm(lifted[:, 1:], axis=-1))
     )
+    error = (brought - true)[:, 1:]
+    distance = np.full(error.shape[:2], np.nan)
+    if poses.covariance is not None:
+        covariance = size**2 * poses.covariance.astype(np.float64)[:, 1:]
+        fine = is_finite(covariance.reshape(*covariance.shape[:2], 9)) & is_finite(error)
+        solved = np.linalg.solve(covariance[fine], error[fine][..., None])[..., 0]
+        distance[fine] = np.sqrt(np.maximum((solved * error[fine]).sum(-1), 0))
+    return Stated("joints", truth.subject, distance.ravel(), np.full(distance.size, _CHI_90)).judged()
 
 
-def joints(take: Finished) -> Stated:
-    """Joints relative to the pelvis: the Mahalanobis distance by their covariance against that of 90 %."""
-    if take.lifted.covariance is None:
-        return _stated("joints", take, np.zeros(0), np.zeros(0), {})
-    truth = take.seen.truth
-    size = _scale(take)
-    error = (size * take.lifted.joints.astype(np.float64) - truth)[:, 1:]
-    covariance = size**2 * take.lifted.covariance.astype(np.float64)[:, 1:]
-    fine = is_finite(covariance.reshape(*covariance.shape[:2], 9)) & is_finite(error)
-    distance = np.full(fine.shape, np.nan)
-    solved = np.linalg.solve(covariance[fine], error[fine][..., None])[..., 0]
-    distance[fine] = np.sqrt(np.maximum((solved * error[fine]).sum(-1), 0))
-    return _stated("joints", take, distance.ravel(), np.full(distance.size, _CHI_90), {})
-
-
-def angles(take: Finished) -> Iterator[Stated]:
-    """Every angle and its rate, both sides together, of upright frames."""
-    seen, level, time_s = take.seen, take.level, take.seen.keypoints.times
-    lifted = take.lifted.joints.astype(np.float64)
-    found = take_angles(
-        lifted,
-        smoothed(lifted, time_s),
-        level.R_camera_from_body,
-        error_deg=level.error_deg,
-        up_error_deg=level.up_error_deg,
-        stated=stated_spread(take.lifted),
-    )
-    truth = take_angles(seen.truth, smoothed(seen.truth, time_s), seen.R_camera_from_body, lifted=False)
-    noise = shipped_noise()
-    rates = angle_rates(found, time_s, noise=replace(noise, rates={}))
-    true_rates = angle_rates(truth, time_s)
+def angles(
+    take: Take, truth: SeenTake, rows: np.ndarray, noise: JointNoise | None = None
+) -> Iterator[Stated]:
+    """Every angle and its rate, both sides together, of upright frames; `noise` and `model` are what their errors are
+    made of (JointNoise.whole, of_rate). noise: by which they are stated."""
+    noise = shipped_noise() if noise is None else noise
+    columns, time_s = take.kinematics or {}, truth.keypoints.times
+    R = truth.R_camera_from_body
+    true = take_angles(truth.truth, smoothed(truth.truth, time_s), R, lifted=False)
+    true_rates = angle_rates(true, time_s)
     parts: dict[str, list[Stated]] = {}
     for name in ANGLES:
-        value, true = found[name], truth[name]
-        use = ~seen.lying & (true.reason == FINE) & (value.reason == FINE)
-        error = np.where(use, near(value.value_deg - true.value_deg, 0.0), np.nan)
-        known = {"found": value.value_deg, "stated": value.sd_deg, "noise": value.noise_deg}
-        one = Stated(of_both(name), seen.subject, error, SD_90 * value.sd_deg, known)
-        parts.setdefault(of_both(name), []).append(one)
-        rate, model = rates[name]
-        sd = noise.of_rate(name, model, rate)
-        error = np.where(use, rate - true_rates[name][0], np.nan)
-        parts.setdefault(f"rate of {of_both(name)}", []).append(
-            Stated(
-                f"rate of {of_both(name)}",
-                seen.subject,
-                error,
-                SD_90 * sd,
-                {"rate": np.abs(rate), "model": model},
-            )
-        )
-    for both in parts.values():
-        yield _joined(both).judged()
-
-
-def _stated(
-    statement: str,
-    take: Finished,
-    error: np.ndarray,
-    half: np.ndarray,
-    known: dict[str, np.ndarray],
-    rows: slice = slice(None),
-) -> Stated:
-    known = {name: values[rows] for name, values in known.items()}
-    return Stated(statement, take.seen.subject, error[rows], half[rows], known).judged()
+        value, sd = columns[f"{name}_deg"], columns[f"{name}_sd_deg"]
+        rate, rate_sd = columns[f"{name}_degps"], columns[f"{name}_sd_degps"]
+        use = ~truth.lying[rows] & (true[name].reason[rows] == FINE) & (columns[f"{name}_reason"] == FINE)
+        both = of_both(name)
+        error = np.where(use, near(value - true[name].value_deg[rows], 0.0), np.nan)
+        known = {"found": value, "stated": sd, "noise": noise.of_noise(name, sd, value)}
+        parts.setdefault(both, []).append(Stated(both, truth.subject, error, SD_90 * sd, known))
+        error = np.where(use, rate - true_rates[name][0][rows], np.nan)
+        known = {"rate": np.abs(rate), "model": noise.of_model(name, rate_sd, rate)}
+        of_rate = f"rate of {both}"
+        parts.setdefault(of_rate, []).append(Stated(of_rate, truth.subject, error, SD_90 * rate_sd, known))
+    for sides in parts.values():
+        yield _joined(sides).judged()
 
 
 def _joined(parts: list[Stated]) -> Stated:
@@ -127,12 +115,4 @@ def _joined(parts: list[Stated]) -> Stated:
         error=np.concatenate([part.error for part in parts]),
         half=np.concatenate([part.half for part in parts]),
         known={name: np.concatenate([part.known[name] for part in parts]) for name in first.known},
-    )
-
-
-def _scale(take: Finished) -> float:
-    lifted = take.lifted.joints.astype(np.float64)
-    brought = scaled(lifted, take.seen.truth, "take")
-    return float(
-        np.nanmedian(np.linalg.norm(brought[:, 1:], axis=-1) / np.linalg.norm(lifted[:, 1:], axis=-1))
     )

@@ -7,13 +7,11 @@ every angle and whether the stated errors hold, over upright frames.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.running.progress import each
 from ....pipeline.signals.angles import ANGLES, FINE, REASONS, near, of_both
 from ....pipeline.signals.filters import CUTOFF_HZ
 from ...angle_error.rates import angle_rates
@@ -21,8 +19,9 @@ from ...angle_error.take_angles import AngleSeries, smoothed, take_angles
 from ...common.metrics import SD_90, Figure
 from ...common.spread import stated_spread
 from ...gravity import Seen, level_static, why_not
-from .sets import EvaluationSet, evaluation_sets, heading
-from .tables import Table, page, settings
+from .people import mean
+from .sets import Question
+from .tables import Page, Table
 from .testbed import LiftedTake
 
 # What clinics film most, in rows of their own, and the angles that they ask about.
@@ -32,33 +31,67 @@ MOTION_ANGLES = (
 )  # fmt: skip
 _FEWEST = 10  # frames of a take whose rates are judged
 # What others report, with their own angle definitions, motions and references; not the same takes.
-PUBLISHED = (
-    ("MotionAGFormer, VIDIMU's 13 daily activities against IMU", "RMSE 9.3, MAE 7.9", "arXiv 2510.02264"),
-    ("MotionBERT, AthletePose3D, ISB angles", "25.2", "CVBW 2026, paper 12 (Wang, Baek, Kupperman)"),
-    ("OpenCap Monocular, walk, squat, sit-to-stand, against markers", "MAE 4.8", "arXiv 2603.24733"),
-    ("WHAM in the same study", "MAE 9.3", "arXiv 2603.24733"),
-)
+_PUBLISHED = """Published, with other definitions, motions and references:
+
+| what | degrees | source |
+| --- | --- | --- |
+| MotionAGFormer, VIDIMU's 13 daily activities against IMU | RMSE 9.3, MAE 7.9 | arXiv 2510.02264 |
+| MotionBERT, AthletePose3D, ISB angles | 25.2 | CVBW 2026, paper 12 (Wang, Baek, Kupperman) |
+| OpenCap Monocular, walk, squat, sit-to-stand, against markers | MAE 4.8 | arXiv 2603.24733 |
+| WHAM in the same study | MAE 9.3 | arXiv 2603.24733 |"""
 
 
-def angle_tables(
-    rectifiers: Sequence[Rectifier],
-    lifter: str | Path = "pcnet3d",
-    seed: int = 0,
-    flip: bool = False,
-    sets: Sequence[EvaluationSet] | None = None,
-) -> dict[str, Any]:
+PAGE = Page(
+    "Angles",
+    f"; one camera a take, standing still; one gravity a take; lift and motion capture low-passed at {CUTOFF_HZ:g} Hz. "
+    "Degrees, over upright frames, both sides together. Surer half: frames with the smaller stated errors. |error|: "
+    "p50 / mean / p95. Inside: share of errors within 1.645 stated standard deviations, which should be 90 %. Refused: "
+    "frames without a value, by reason code (pipeline/signals/angles.py).",
+    [
+        Table("Takes", "sets/*/levelled/*", ["set", "rectifier"], {"takes levelled": "{value}"}),
+        Table(
+            "Angles",
+            "sets/*/methods/*/*",
+            ["set", "rectifier", "angle"],
+            {
+                "RMSE": "{rmse:.1f}", "RMSE, surer half": "{rmse_half:.1f}", "bias": "{bias:+.1f}",
+                "\\|error\\|": "{error}", "inside": "{inside:.0%}", "stated sd, p50": "{sd:.1f}",
+                "frames": "{frames:,}", "refused": "{refused:.1%}",
+            },
+        ),
+        Table(
+            "Rates, degrees a second",
+            "sets/*/rates/*/*",
+            ["set", "rectifier", "angle"],
+            {
+                "derivative": "{derived:.0f}", "smoothed": "{smoothed:.0f}", "better": "{better:.0%}",
+                "inside": "{inside:.0%}",
+            },
+            "RMSE over a take's upright frames, p50 / mean / p95 over takes and sides: of the filtered angle's "
+            "derivative, and smoothed by the angle's stated error. Better: takes in which the second is. Inside: as "
+            "above, of the second.",
+        ),
+        Table(
+            "By motion, upright frames: RMSE / MAE, degrees",
+            "sets/*/motions/*/*",
+            ["set", "rectifier", "motion"],
+            {"frames": "{frames:,}", **{a: f"{{{a}[rmse]:.1f}} / {{{a}[mae]:.1f}}" for a in MOTION_ANGLES}},
+            where=lambda row: bool(row["frames"]),
+        ),
+        _PUBLISHED,
+    ],
+)  # fmt: skip
+
+
+def tables(question: Question) -> dict[str, Any]:
     """Everything the report says: {"sets": {set: one_set's}}."""
-    sets = sets or evaluation_sets()
-    results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "sets": {}}
-    for one in sets:
-        takes = one.takes(seed, lifter, flip)
-        results["sets"][one.label] = one_set(rectifiers, one.label, takes, len(one.clips()))
-    return results
+    return {
+        **question.heading(),
+        "sets": {one.label: one_set(question.rectifiers, question.takes(one)) for one in question.sets},
+    }
 
 
-def one_set(
-    rectifiers: Sequence[Rectifier], label: str, takes: Iterable[LiftedTake], total: int
-) -> dict[str, Any]:
+def one_set(rectifiers: Sequence[Rectifier], takes: Iterable[LiftedTake]) -> dict[str, Any]:
     """{"levelled": {method: takes}, "frames": upright ones, "methods": {method: {angle: row}}, "motions": {method:
     {motion: {"frames": upright ones, angle: {"rmse", "mae"}}}}, "rates": {method: {angle: rate_row's}}}; an angle of
     both sides is one row."""
@@ -67,7 +100,7 @@ def one_set(
     rates: dict[str, dict[str, list[tuple[float, float, float]]]] = {}
     counts: dict[str, int] = dict.fromkeys(MOTIONS, 0)
     frames, levelled = 0, {rectifier.method: 0 for rectifier in rectifiers}
-    for take in each(takes, f"{label} takes", total):
+    for take in takes:
         truth = true_angles(take)
         true_rates = angle_rates(truth, take.seen.keypoints.times)
         upright = ~take.seen.lying
@@ -143,8 +176,8 @@ def rate_errors(
     if use.sum() < _FEWEST:
         return None
     error = (smoothed - truth)[use]
-    derived_rmse = _mean((derived - truth)[use] ** 2) ** 0.5
-    return derived_rmse, _mean(error**2) ** 0.5, _mean(np.abs(error) <= SD_90 * sd[use])
+    derived_rmse = mean((derived - truth)[use] ** 2) ** 0.5
+    return derived_rmse, mean(error**2) ** 0.5, mean(np.abs(error) <= SD_90 * sd[use])
 
 
 def rate_row(takes: Sequence[tuple[float, float, float]]) -> dict[str, Any]:
@@ -154,15 +187,15 @@ def rate_row(takes: Sequence[tuple[float, float, float]]) -> dict[str, Any]:
     return {
         "derived": Figure.of(derived),
         "smoothed": Figure.of(smooth),
-        "better": _mean(smooth < derived),
-        "inside": _mean(inside),
+        "better": mean(smooth < derived),
+        "inside": mean(inside),
     }
 
 
 def spread(error: np.ndarray) -> dict[str, float]:
     """Root mean square and mean absolute value of errors (T,) in degrees; missing ones are left out."""
     error = error[np.isfinite(error)]
-    return {"rmse": _mean(error**2) ** 0.5, "mae": _mean(np.abs(error))}
+    return {"rmse": mean(error**2) ** 0.5, "mae": mean(np.abs(error))}
 
 
 def true_angles(take: LiftedTake) -> dict[str, AngleSeries]:
@@ -188,11 +221,11 @@ def row(error: np.ndarray, sd: np.ndarray, reason: np.ndarray) -> dict[str, Any]
     error, sd = error[fine], sd[fine]
     usual = float(np.median(sd)) if fine.any() else float("nan")
     return {
-        "rmse": _mean(error**2) ** 0.5,
-        "rmse_half": _mean(error[sd <= usual] ** 2) ** 0.5,
-        "bias": _mean(error),
+        "rmse": mean(error**2) ** 0.5,
+        "rmse_half": mean(error[sd <= usual] ** 2) ** 0.5,
+        "bias": mean(error),
         "error": Figure.of(np.abs(error)),
-        "inside": _mean(np.abs(error) <= SD_90 * sd),
+        "inside": mean(np.abs(error) <= SD_90 * sd),
         "sd": usual,
         "frames": len(reason),
         "refused": {
@@ -201,80 +234,3 @@ def row(error: np.ndarray, sd: np.ndarray, reason: np.ndarray) -> dict[str, Any]
             if code != FINE and (reason == code).any()
         },
     }
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(values.mean()) if len(values) else float("nan")
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-    head = [
-        "angle",
-        "RMSE",
-        "RMSE, surer half",
-        "bias",
-        "\\|error\\|",
-        "inside, %",
-        "stated sd, p50",
-        "refused, %",
-    ]
-    tables: list[Table | str] = [
-        Table(
-            f"{label}, {method}, {values['levelled'][method]} takes levelled, {values['frames']:,} frames",
-            head,
-            [
-                f"{name} | {row['rmse']:.1f} | {row['rmse_half']:.1f} | {row['bias']:+.1f} | {row['error']} | "
-                f"{100 * row['inside']:.0f} | {row['sd']:.1f} | "
-                + ", ".join(f"{100 * share:.1f} ({code})" for code, share in row["refused"].items())
-                for name, row in rows.items()
-            ],
-        )
-        for label, values in results["sets"].items()
-        for method, rows in values["methods"].items()
-    ]
-    rates = [
-        f"{label} | {method} | {name} | {row['derived']:.0f} | {row['smoothed']:.0f} | {100 * row['better']:.0f} | "
-        f"{100 * row['inside']:.0f}"
-        for label, values in results["sets"].items()
-        for method, rows in values["rates"].items()
-        for name, row in rows.items()
-    ]
-    motions = [
-        [label, motion, f"{row['frames']:,}", method]
-        + [f"{row[a]['rmse']:.1f} / {row[a]['mae']:.1f}" for a in MOTION_ANGLES]
-        for label, values in results["sets"].items()
-        for method, by_motion in values["motions"].items()
-        for motion, row in by_motion.items()
-        if row["frames"]
-    ]
-    tables += [
-        Table(
-            "Rates, degrees a second",
-            ["set", "rectifier", "angle", "derivative", "smoothed", "better, %", "inside, %"],
-            rates,
-            "RMSE over a take's upright frames, p50 / mean / p95 over takes and sides: of the filtered angle's "
-            "derivative, and smoothed by the angle's stated error. Better: takes in which the second is. Inside: as "
-            "above, of the second.",
-        ),
-        Table(
-            "By motion, upright frames: RMSE / MAE, degrees",
-            ["set", "motion", "frames", "rectifier", *MOTION_ANGLES],
-            motions,
-        ),
-        Table(
-            "",
-            ["what", "degrees", "source"],
-            PUBLISHED,
-            "Published, with other definitions, motions and references:",
-        ),
-    ]
-    return page(
-        "Angles",
-        f"{settings(results)}; one camera a take, standing still; one gravity a take; lift and motion capture low-"
-        f"passed at {CUTOFF_HZ:g} Hz. Degrees, over upright frames, both sides together. Surer half: frames with the "
-        "smaller stated errors. |error|: p50 / mean / p95. Inside: share of errors within 1.645 stated standard "
-        "deviations, which should be 90 %. Refused: frames without a value, by reason code "
-        "(pipeline/signals/angles.py).",
-        tables,
-    )

@@ -1,15 +1,17 @@
 """How well every part does where the truth is known:  pcnet3d evaluate REPORT -o DIR
 
 A subcommand a report; each writes a page and the same figures as JSON. People are those that networks are chosen by,
-unless `--sets test` asks for those that figures are published of.
+unless `--sets test` asks for those that figures are published of. A report is a module with `tables`, which answers a
+Question with nested figures, and `PAGE`, what the page says of them.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from datetime import date
+from importlib import import_module
+from inspect import Parameter, Signature
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,316 +20,234 @@ import typer
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import refuse_unwritable, whole_file
-from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.settings import OnDevice
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
 from ..synthetic.views import Targets
 from .ledger import note_look
-from .sets import EvaluationSet, Sets, evaluation_sets
-from .testbed import BEDS, Bed
+from .sets import Question, Sets
+from .tables import written
+from .testbed import Bed
 
 evaluate = typer.Typer(help="Judge lifters, rectifiers and what follows them, where the truth is known.")
 
-Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the report, .md and .json.")]
-Lifter = Annotated[str, typer.Option(help="pcnet3d (built-in), or an .onnx file.")]
-Rectifiers = Annotated[
-    list[str], typer.Option("--rectifier", help="A rectifier, or a network's .onnx file; repeatable.")
-]
-Seed = Annotated[int, typer.Option(min=0, help="Random seed.")]
-Cameras = Annotated[
-    Bed, typer.Option(help="wild: steep and tilted with long lenses too; typical: as people film.")
-]
-People = Annotated[
-    Sets,
-    typer.Option(help="Whom to judge: those that networks are chosen by, or, with --because, test subjects."),
-]
-Because = Annotated[
-    str, typer.Option(help="Why test subjects are looked at; kept in docs/accuracy/ledger.csv, or in DIR.")
-]
-Flip = Annotated[bool, typer.Option("--flip", help="Average with the mirrored lift.")]
 _BOTH = ["geometric", "pcnet"]
+# Every option of a report, with its default.
+_OPTIONS: dict[str, tuple[Any, Any]] = {
+    "networks": (
+        Annotated[list[str], typer.Argument(help="pcnet3d (built-in), or .onnx files of lifters.")], Parameter.empty
+    ),
+    "data": (
+        Annotated[Path, typer.Argument(help="Motion capture, a file of pcnet3d mocap.")], Parameter.empty
+    ),
+    "output": (
+        Annotated[Path, typer.Option("-o", "--output", help="Folder for the report, .md and .json.")], Parameter.empty
+    ),
+    "rectifier": (
+        Annotated[list[str], typer.Option(help="A rectifier, or a network's .onnx file; repeatable.")], _BOTH
+    ),
+    "split": (
+        Annotated[Path | None, typer.Option(help="JSON whose `test` says whom to judge; everybody without.")], None
+    ),
+    "targets": (
+        Annotated[Targets, typer.Option(help="Gravity and heading, or the file's axes.")], "body"
+    ),
+    "lifter": (Annotated[str, typer.Option(help="pcnet3d (built-in), or an .onnx file.")], "pcnet3d"),
+    "seed": (Annotated[int, typer.Option(min=0, help="Random seed.")], 0),
+    "seeds": (Annotated[int, typer.Option(min=1, help="Cameras of how many random seeds.")], 3),
+    "part": (
+        Annotated[
+            list[str] | None,
+            typer.Option(help='Only this part, such as "CMU val" or "real take"; repeatable.'),
+        ],
+        None,
+    ),
+    "bed": (
+        Annotated[
+            Bed, typer.Option(help="wild: steep and tilted with long lenses too; typical: as people film.")
+        ],
+        "wild",
+    ),
+    "sets": (
+        Annotated[
+            Sets,
+            typer.Option(
+                help="Whom to judge: those that networks are chosen by, or, with --because, test subjects."
+            ),
+        ],
+        "val",
+    ),
+    "because": (
+        Annotated[
+            str,
+            typer.Option(help="Why test subjects are looked at; kept in docs/accuracy/ledger.csv, or in DIR."),
+        ],
+        "",
+    ),
+    "flip": (Annotated[bool, typer.Option("--flip", help="Average with the mirrored lift.")], False),
+    "fit": (
+        Annotated[bool, typer.Option("--fit", help="Also fit the errors of angles, to DIR/joint_noise.json.")], False
+    ),
+    "device": (OnDevice, "auto"),
+}  # fmt: skip
+_BEFORE_CAMERAS = ("lifter", "seed", "bed", "sets", "because", "flip")  # of reports on virtual takes
+_OWN = (
+    "networks",
+    "data",
+    "split",
+    "targets",
+    "seeds",
+    "part",
+    "beds",
+    "fit",
+)  # that one report alone is asked
 
 
-@dataclass(frozen=True)
-class _Asked:
-    """What every report is asked. people: whom, before what cameras, and why test subjects; None of a report on other
-    data. file: of the report, without its ending."""
+def _report(
+    name: str,
+    module: str,
+    options: tuple[str, ...],
+    words: str,
+    file: str = "evaluation",
+    tables: str = "tables",
+    using: tuple[str, ...] = (),
+    **changed: Any,
+) -> Callable[..., None]:
+    """The subcommand of a report. module: of this folder; tables: its function. options: of _OPTIONS, besides -o and
+    --device. words: its help. file: of the report, without its ending. using: rectifiers of a report without that
+    option. changed: option=(annotation or None for the usual one, default)."""
+    taken = {key: _OPTIONS[key] for key in _OPTIONS if key in (*options, "output", "device")}
+    for key, (annotation, default) in changed.items():
+        taken[key] = (annotation or _OPTIONS[key][0], default)
 
-    name: str
-    output: Path
-    device: OnDevice
-    lifter: str | None = None
-    rectifier: Sequence[str] = ()
-    people: tuple[Sets, Bed, str] | None = None
-    file: str = "evaluation"
+    def command(**given: Any) -> None:
+        given = {key: default for key, (_, default) in taken.items()} | given
+        _write(name, {"rectifier": using, **given}, file, module, tables)
 
-    def report(
-        self,
-        judge: Callable[[list[Rectifier], tuple[EvaluationSet, ...]], dict[str, Any]],
-        as_markdown: Callable[[dict[str, Any]], str],
-    ) -> None:
-        """Judge and write. InputError for test subjects without a reason, and for a set without takes."""
-        refuse_unwritable(self.output)
-        sets, bed, because = self.people or ("val", "wild", "")
-        if (sets != "val") != bool(because.strip()):
-            raise InputError(
-                "Test subjects are looked at rarely: give --because REASON with --sets test or tennis, with these only."
-            )
-        with computing_on(self.device) as where:
-            rectifiers = [load_rectifier(name) for name in self.rectifier]
-            judged = evaluation_sets(sets, bed) if self.people else ()
-            for one in judged:
-                one.clips()  # a set without takes is refused before the work
-            results = {
-                "report": self.name,
-                **({"judged": sets} if judged else {}),
-                **judge(rectifiers, judged),
-            }
-            methods = [load_lifter(self.lifter).method] if self.lifter else []
-            methods += [rectifier.method for rectifier in rectifiers]
-            results.setdefault("networks", [method for method in methods if "@" in method])
-        results |= {"date": date.today().isoformat(), "device": where.summary()}
-        self.output.mkdir(parents=True, exist_ok=True)
-        if because:
-            note_look(
-                self.output, f"pcnet3d evaluate {self.name} --sets {sets}", results["networks"], because
-            )
-        text = as_markdown(results)
-        with whole_file(self.output / f"{self.file}.md") as partial:
-            partial.write_text(text, encoding="utf-8")
-        with whole_file(self.output / f"{self.file}.json") as partial:
-            partial.write_text(json.dumps(plain(results), indent=1), encoding="utf-8")
-        print(text)
+    order = sorted(taken.items(), key=lambda option: option[1][1] is not Parameter.empty)
+    command.__signature__ = Signature(  # type: ignore[attr-defined]  (what typer reads)
+        [
+            Parameter(key, Parameter.POSITIONAL_OR_KEYWORD, default=default, annotation=annotation)
+            for key, (annotation, default) in order
+        ]
+    )
+    command.__annotations__ = {key: annotation for key, (annotation, _) in taken.items()}
+    command.__doc__ = words
+    evaluate.command(name)(command)
+    return command
 
 
-@evaluate.command()
-def lifters(
-    networks: Annotated[list[str], typer.Argument(help="pcnet3d (built-in), or .onnx files of lifters.")],
-    output: Output,
-    seeds: Annotated[int, typer.Option(min=1, help="Cameras of how many random seeds.")] = 3,
-    part: Annotated[
-        list[str] | None, typer.Option(help='Only this part, such as "CMU val" or "real take"; repeatable.')
-    ] = None,
-    device: OnDevice = "auto",
-) -> None:
+def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str) -> None:
+    """Judge and write. InputError for test subjects without a reason, and for a set without takes."""
+    output: Path = given["output"]
+    refuse_unwritable(output)
+    people, because = given.get("sets"), given.get("because", "")
+    if (people not in (None, "val")) != bool(because.strip()):
+        raise InputError(
+            "needs-input",
+            "Test subjects are looked at rarely: give --because REASON with --sets test or tennis, with these only.",
+        )
+    report = import_module(module if module.startswith(".") else f".{module}", __package__)
+    names = given["rectifier"]
+    asked = {key: given[key] for key in ("lifter", "seed", "flip", "bed") if key in given}
+    own = {key: given[key] for key in _OWN if key in given}
+    if "networks" in given:
+        own["kept"] = output / "lifts"
+    if "fit" in given:
+        own["output"] = output
+    with computing_on(given["device"]) as where:
+        rectifiers = tuple(map(load_rectifier, [names] if isinstance(names, str) else names))
+        question = Question(rectifiers, people=people, **asked)
+        for judged in question.sets:
+            judged.clips()  # a set without takes is refused before the work
+        results = {
+            "report": name,
+            **({"judged": people} if people else {}),
+            **getattr(report, tables)(question, **own),
+        }
+        methods = [load_lifter(given["lifter"]).method] if "lifter" in given else []
+        methods += [rectifier.method for rectifier in rectifiers]
+        results.setdefault("networks", [method for method in methods if "@" in method])
+    results |= {"date": date.today().isoformat(), "device": where.summary()}
+    output.mkdir(parents=True, exist_ok=True)
+    if because:
+        note_look(output, f"pcnet3d evaluate {name} --sets {people}", results["networks"], because)
+    text = written(results, report.PAGE)
+    with whole_file(output / f"{file}.md") as partial:
+        partial.write_text(text, encoding="utf-8")
+    with whole_file(output / f"{file}.json") as partial:
+        partial.write_text(json.dumps(plain(results), indent=1), encoding="utf-8")
+    print(text)
+
+
+errors = _report(
+    "errors", "..errors.report", ("lifter", "seed", "sets", "because", "part", "fit"),
+    """Judge every stated error in every configuration of a run, and fit those of angles.
+
+    DIR/errors.json holds a row a statement and configuration, as docs/accuracy/errors.json does.
+    """,
+    file="stated_errors",
+)  # fmt: skip
+lifters = _report(
+    "lifters", "lifters", ("networks", "seeds", "part"),
     """Compare lifters person by person, to choose one.
 
     Whole validation takes before wild and typical cameras, and the real take, with noisy keypoints and exact ones, the
     focal length known and not. Errors are kept in DIR/lifts: the same command goes on where it was stopped.
-    """
-    from .lifters import as_markdown, lifter_tables
-
-    asked = _Asked("lifters", output, device, file="lifters")
-    asked.report(lambda *_: lifter_tables(networks, output / "lifts", seeds, part or ()), as_markdown)
-
-
-@evaluate.command()
-def lifter(
-    output: Output,
-    lifter: Lifter = "pcnet3d",
-    seed: Seed = 0,
-    bed: Annotated[Bed | None, typer.Option(help="Cameras: wild or typical; both by default.")] = None,
-    sets: People = "val",
-    because: Because = "",
-    flip: Flip = False,
-    device: OnDevice = "auto",
-) -> None:
-    """Judge a lifter by motion and posture, its focal length known and not."""
-    from .lifter import as_markdown, lifter_tables
-
-    beds = tuple(BEDS) if bed is None else (bed,)
-
-    asked = _Asked("lifter", output, device, lifter, (), (sets, beds[0], because))
-    asked.report(lambda *_: lifter_tables(lifter, seed, flip, sets, beds), as_markdown)
-
-
-@evaluate.command()
-def rectifiers(
-    output: Output,
-    rectifier: Rectifiers = _BOTH,
-    lifter: Lifter = "pcnet3d",
-    seed: Seed = 0,
-    bed: Cameras = "wild",
-    sets: People = "val",
-    because: Because = "",
-    flip: Flip = False,
-    device: OnDevice = "auto",
-) -> None:
-    """Judge rectifiers frame by frame, on lifted and on clean poses."""
-    from .rectifiers import as_markdown, rectifier_tables
-
-    asked = _Asked("rectifiers", output, device, lifter, rectifier, (sets, bed, because))
-    asked.report(lambda loaded, judged: rectifier_tables(loaded, lifter, seed, flip, judged), as_markdown)
-
-
-@evaluate.command("own-data")
-def own_data(
-    data: Annotated[Path, typer.Argument(help="Motion capture, a file of pcnet3d mocap.")],
-    output: Output,
-    rectifier: Rectifiers = _BOTH,
-    split: Annotated[
-        Path | None, typer.Option(help="JSON whose `test` says whom to judge; everybody without.")
-    ] = None,
-    targets: Annotated[Targets, typer.Option(help="Gravity and heading, or the file's axes.")] = "body",
-    seed: Seed = 0,
-    device: OnDevice = "auto",
-) -> None:
-    """Judge rectifiers on clean poses of your own motion capture."""
-    from .rectifiers import as_markdown, own_tables
-
-    asked = _Asked("own-data", output, device, None, rectifier)
-    asked.report(lambda loaded, _: own_tables(loaded, data, split, targets, seed), as_markdown)
-
-
-@evaluate.command()
-def takes(
-    output: Output,
-    rectifier: Rectifiers = _BOTH,
-    lifter: Lifter = "pcnet3d",
-    seed: Seed = 0,
-    bed: Cameras = "wild",
-    sets: People = "val",
-    because: Because = "",
-    flip: Flip = False,
-    device: OnDevice = "auto",
-) -> None:
-    """Judge one gravity a take: tilt, stated errors, accelerations, one take from eight cameras."""
-    from .takes import as_markdown, take_tables
-
-    asked = _Asked("takes", output, device, lifter, rectifier, (sets, bed, because))
-    asked.report(lambda loaded, judged: take_tables(loaded, lifter, seed, flip, judged), as_markdown)
-
-
-@evaluate.command()
-def angles(
-    output: Output,
-    rectifier: Rectifiers = _BOTH,
-    lifter: Lifter = "pcnet3d",
-    seed: Seed = 0,
-    bed: Cameras = "wild",
-    sets: People = "val",
-    because: Because = "",
-    flip: Flip = False,
-    device: OnDevice = "auto",
-) -> None:
-    """Judge joint angles, their rates and their stated errors."""
-    from .angles import angle_tables, as_markdown
-
-    asked = _Asked("angles", output, device, lifter, rectifier, (sets, bed, because))
-    asked.report(lambda loaded, judged: angle_tables(loaded, lifter, seed, flip, judged), as_markdown)
-
-
-@evaluate.command()
-def motion(
-    output: Output,
-    lifter: Lifter = "pcnet3d",
-    seed: Seed = 0,
-    bed: Cameras = "wild",
-    sets: People = "val",
-    because: Because = "",
-    flip: Flip = False,
-    device: OnDevice = "auto",
-) -> None:
-    """Judge accelerations of wrists and ankles and their stated errors, by smoother."""
-    from .motion import as_markdown, motion_tables
-
-    asked = _Asked("motion", output, device, lifter, (), (sets, bed, because))
-    asked.report(lambda _, judged: motion_tables(lifter, seed, flip, judged), as_markdown)
-
-
-@evaluate.command()
-def swaps(
-    output: Output,
-    lifter: Lifter = "pcnet3d",
-    seed: Seed = 0,
-    bed: Cameras = "wild",
-    sets: People = "val",
-    because: Because = "",
-    flip: Flip = False,
-    device: OnDevice = "auto",
-) -> None:
-    """Judge how exchanged limbs and overturned depth, put into takes, are found."""
-    from .swaps import as_markdown, swap_tables
-
-    asked = _Asked("swaps", output, device, lifter, (), (sets, bed, because))
-    asked.report(lambda _, judged: swap_tables(lifter, seed, flip, judged), as_markdown)
-
-
-@evaluate.command()
-def place(
-    output: Output,
-    lifter: Lifter = "pcnet3d",
-    seed: Seed = 0,
-    bed: Cameras = "typical",
-    sets: People = "val",
-    because: Because = "",
-    flip: Flip = False,
-    device: OnDevice = "auto",
-) -> None:
-    """Judge the pelvis's path before the camera and its stated error."""
-    from .place import as_markdown, place_tables
-
-    asked = _Asked("place", output, device, lifter, (), (sets, bed, because))
-    asked.report(lambda _, judged: place_tables(lifter, seed, flip, judged), as_markdown)
-
-
-@evaluate.command()
-def gait(
-    output: Output,
-    rectifier: Annotated[str, typer.Option(help="A rectifier, or a network's .onnx file.")] = "pcnet",
-    lifter: Lifter = "pcnet3d",
-    seed: Seed = 0,
-    bed: Cameras = "wild",
-    sets: People = "val",
-    because: Because = "",
-    flip: Flip = False,
-    device: OnDevice = "auto",
-) -> None:
-    """Judge contacts, steps and figures of walks and runs, with their stated errors."""
-    from .gait import as_markdown, gait_tables
-
-    asked = _Asked("gait", output, device, lifter, [rectifier], (sets, bed, because))
-    asked.report(lambda loaded, judged: gait_tables(loaded[0], lifter, seed, flip, judged), as_markdown)
-
-
-@evaluate.command("real-take")
-def real_take(
-    output: Output,
-    rectifier: Rectifiers = _BOTH,
-    lifter: Lifter = "pcnet3d",
-    flip: Flip = False,
-    device: OnDevice = "auto",
-) -> None:
-    """Judge the way from the video to upright joints and angles, on real videos of four cameras with truth."""
-    from .real_take import as_markdown, real_take_tables
-
-    asked = _Asked("real-take", output, device, lifter, rectifier)
-    asked.report(lambda loaded, _: real_take_tables(loaded, lifter, flip), as_markdown)
-
-
-@evaluate.command("real-clips")
-def real_clips(
-    output: Output,
-    rectifier: Rectifiers = _BOTH,
-    lifter: Lifter = "pcnet3d",
-    flip: Flip = False,
-    device: OnDevice = "auto",
-) -> None:
-    """Compare lifters on real clips, raw and rectified, where nobody knows the truth."""
-    from .real_rectified import as_markdown, real_clip_tables
-
-    asked = _Asked("real-clips", output, device, lifter, rectifier)
-    asked.report(lambda loaded, _: real_clip_tables(loaded, lifter, flip), as_markdown)
-
-
-@evaluate.command("real-motion")
-def real_motion(
-    output: Output, lifter: Lifter = "pcnet3d", flip: Flip = False, device: OnDevice = "auto"
-) -> None:
-    """Judge velocities and accelerations of wrists and ankles on real recordings."""
-    from .real_motion import as_markdown, real_motion_tables
-
-    asked = _Asked("real-motion", output, device, lifter, ["pcnet"])
-    asked.report(lambda loaded, _: real_motion_tables(loaded[0], lifter, flip), as_markdown)
+    """,
+    file="lifters",
+)  # fmt: skip
+lifter = _report(
+    "lifter", "lifter", ("lifter", "seed", "sets", "because", "flip"),
+    "Judge a lifter by motion and posture, its focal length known and not.",
+    beds=(Annotated[Bed | None, typer.Option("--bed", help="Cameras: wild or typical; both by default.")], None),
+)  # fmt: skip
+rectifiers = _report(
+    "rectifiers", "rectifiers", ("rectifier", *_BEFORE_CAMERAS),
+    "Judge rectifiers frame by frame, on lifted and on clean poses.",
+)  # fmt: skip
+own_data = _report(
+    "own-data", "rectifiers", ("data", "rectifier", "split", "targets", "seed"),
+    "Judge rectifiers on clean poses of your own motion capture.",
+    tables="own_tables",
+)  # fmt: skip
+takes = _report(
+    "takes", "takes", ("rectifier", *_BEFORE_CAMERAS),
+    "Judge one gravity a take: tilt, stated errors, accelerations, one take from eight cameras.",
+)  # fmt: skip
+angles = _report(
+    "angles", "angles", ("rectifier", *_BEFORE_CAMERAS),
+    "Judge joint angles, their rates and their stated errors.",
+)  # fmt: skip
+motion = _report(
+    "motion", "motion", _BEFORE_CAMERAS,
+    "Judge accelerations of wrists and ankles and their stated errors, by smoother.",
+)  # fmt: skip
+swaps = _report(
+    "swaps", "swaps", _BEFORE_CAMERAS,
+    "Judge how exchanged limbs and overturned depth, put into takes, are found.",
+)  # fmt: skip
+place = _report(
+    "place", "place", _BEFORE_CAMERAS,
+    "Judge the pelvis's path before the camera and its stated error.",
+    bed=(None, "typical"),
+)  # fmt: skip
+gait = _report(
+    "gait", "gait", ("rectifier", *_BEFORE_CAMERAS),
+    "Judge contacts, steps and figures of walks and runs, with their stated errors.",
+    rectifier=(Annotated[str, typer.Option(help="A rectifier, or a network's .onnx file.")], "pcnet"),
+)  # fmt: skip
+real_take = _report(
+    "real-take", "real_take", ("rectifier", "lifter", "flip"),
+    "Judge the way from the video to upright joints and angles, on real videos of four cameras with truth.",
+)  # fmt: skip
+real_clips = _report(
+    "real-clips", "real_rectified", ("rectifier", "lifter", "flip"),
+    "Compare lifters on real clips, raw and rectified, where nobody knows the truth.",
+)  # fmt: skip
+real_motion = _report(
+    "real-motion", "real_motion", ("lifter", "flip"),
+    "Judge velocities and accelerations of wrists and ankles on real recordings.",
+    using=("pcnet",),
+)  # fmt: skip

@@ -2,17 +2,15 @@
 
 Lifted takes of people nobody was trained on, one gravity per take, in metres by the true scale, against the contacts of
 the motion capture (models/lab/mocap/contact.py) and the same figures by them. Lengths and speed are judged with the
-true
-pelvis path, and with the one that models/place finds from the keypoints: of a body of the right stature, with the focal
-length known, and lifted anew, with the usual one assumed. Feet slide by as much as their ankles move over the floor
-while they lie flat in truth.
+true pelvis path, and with the one that models/place finds from the keypoints: of a body of the right stature, with the
+focal length known, and lifted anew, with the usual one assumed. Feet slide by as much as their ankles move over the
+floor while they lie flat in truth.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,18 +20,13 @@ from ....pipeline.core.frames import turned_covariance
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.running.progress import each
-from ....pipeline.signals.filters import lowpass
-from ...common.metrics import SD_90, Figure, relative
+from ...common.metrics import Figure, relative
 from ...common.spread import stated_spread
 from ...gait.contact import SIDES, contacts, leg_length
 from ...gait.errors import (
-    FEWEST_OF_A_SIDE,
     OF_LENGTH,
     OF_SIDES,
     depth_of_steps,
-    difference_error,
-    mean_error,
     path_error,
 )
 from ...gait.events import ON_FLOOR, Stance, stances
@@ -41,12 +34,13 @@ from ...gait.foot_lock import foot_locked
 from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
 from ...gait.parameters import flat_span
 from ...gravity import Seen, level_static, why_not
-from ...lifter.builtin import lift
 from ...place.path import SCALE_SD, pelvis_path
 from ..mocap.contact import true_contact
+from .acceleration import filtered
+from .gait_means import FIGURES, Difference, Mean, differences_of, figure_of, means_of
 from .place import ASSUMED, KNOWN, by_stature, camera_of
-from .sets import EvaluationSet, evaluation_sets, heading
-from .tables import Table, page, settings
+from .sets import EvaluationSet, Question
+from .tables import Page, Table
 from .take_answers import joints_of
 from .testbed import LiftedTake
 
@@ -54,57 +48,44 @@ TRUE = "true path"
 PATHS = (TRUE, KNOWN, ASSUMED)
 _SLIDING = (TRUE, KNOWN, f"{KNOWN}, feet locked")
 _SAME_S = 0.25  # an event that is found farther off is another one
-_FIGURES = (
-    "step_time_s", "stride_time_s", "stance_time_s", "swing_time_s", "stance_percent", "swing_percent",
-    "single_support_percent", "double_support_percent", "flight_time_s", *OF_LENGTH,
+PAGE = Page(
+    "Gait",
+    ", rectifier {rectifier}; one camera a take. Errors are p50 / mean / p95 of their size: events over events, "
+    "figures over takes (of a take's mean, of the steps that both have). Inside: takes whose true mean lies within "
+    "1.645 stated standard deviations. False steps: found in takes without a walk.",
+    [
+        Table("Takes", "sets/*", ["set"], {"false steps": "{false steps}"}),
+        Table(
+            "",
+            "sets/*/*",
+            ["set", "gait"],
+            {
+                "takes": "{takes}", "steps found": "{steps[0]}", "true": "{steps[1]}",
+                "frames on the floor: precision": "{contact[precision]:.3f}", "recall": "{contact[recall]:.3f}",
+            },
+            where=lambda row: "contact" in row,
+        ),
+        Table(
+            "Events",
+            "sets/*/*/events/*",
+            ["set", "gait", "event"],
+            {
+                "precision": "{precision:.2f}", "recall": "{recall:.2f}", "bias, ms": "{bias_ms:.0f}",
+                "error, ms": "{error_ms:.0f}",
+            },
+        ),
+        Table(
+            "Figures",
+            "sets/*/*/figures/*",
+            ["set", "gait", "figure"],
+            {
+                "takes": "{takes}", "true": "{true:.3f}", "bias": "{bias:.3f}", "error": "{error:.3f}",
+                "error, %": "{error_percent:.1f}", "inside": "{inside:.0%}",
+            },
+        ),
+        Table("", "sets/*/*/sliding_cm/*", ["set", "gait", "path"], {"flat feet slide by, cm a stance": "{value:.1f}"}),
+    ],
 )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Mean:
-    """A take's mean of one figure, found and true, of `count` values that were found; lengths in metres. gait: what was
-    found, "walking" or "running". leg: length of a leg in metres. root_sd, share: stated of the pelvis path, in metres,
-    and of all strides alike (gait.errors.path_error)."""
-
-    found: float
-    true: float
-    count: int
-    gait: str
-    leg: float
-    root_sd: float = 0.0
-    share: float = 0.0
-
-    @property
-    def size(self) -> float:
-        """What an error is a share of."""
-        return self.true
-
-    def sd(self, name: str) -> float:
-        """The stated standard deviation, in the figure's unit."""
-        if name not in OF_LENGTH:
-            return mean_error(self.gait, name, self.count)
-        own = self.leg * mean_error(self.gait, name, self.count, self.root_sd / self.leg)
-        return float(np.hypot(own, self.share * self.found))
-
-
-@dataclass(frozen=True)
-class Difference:
-    """A take's mean of one figure over the right side's steps less that over the left's, found and true; lengths in
-    metres. size: mean of both sides in truth, so that an error's share of it is that of the symmetry index. counts:
-    values that were found of right and left. gait, leg: as Mean's. depth: gait.errors.depth_of_steps."""
-
-    found: float
-    true: float
-    size: float
-    counts: tuple[int, int]
-    gait: str
-    leg: float
-    depth: float
-
-    def sd(self, name: str) -> float:
-        """The stated standard deviation, in the figure's unit."""
-        own = difference_error(self.gait, name, *self.counts, self.depth)
-        return self.leg * own if name in OF_LENGTH else own
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,23 +105,12 @@ class JudgedGait:
     sliding: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
-def gait_tables(
-    rectifier: Rectifier,
-    lifter: str | Path = "pcnet3d",
-    seed: int = 0,
-    flip: bool = False,
-    sets: Sequence[EvaluationSet] | None = None,
-) -> dict[str, Any]:
-    """Everything the report says: {"sets": {set: {kind: one_kind's}}}."""
-    sets = sets or evaluation_sets()
-    results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "rectifier": rectifier.method, "sets": {}}
-    for one in sets:
-        found = []
-        for take in each(
-            one.takes(seed, lifter, flip, focal_known=True), f"{one.label} takes", len(one.clips())
-        ):
-            judged = judge_both(rectifier, take, lifter, flip)
-            found += [] if judged is None else [judged]
+def tables(question: Question) -> dict[str, Any]:
+    """Everything the report says: {"sets": {set: {kind: one_kind's, "false steps": their number}}}."""
+    (rectifier,) = question.rectifiers
+    results: dict[str, Any] = {**question.heading(), "rectifier": rectifier.method, "sets": {}}
+    for one in question.sets:
+        found = judged_takes(question, one)
         kinds = {kind: [take for take in found if take.kind == kind] for kind in ("walking", "running")}
         results["sets"][one.label] = {
             **{kind: one_kind(takes) for kind, takes in kinds.items() if takes},
@@ -149,20 +119,24 @@ def gait_tables(
     return results
 
 
-def judge_both(
-    rectifier: Rectifier, take: LiftedTake, lifter: str | Path = "pcnet3d", flip: bool = False
-) -> JudgedGait | None:
-    """As judge, of a take whose lift knew the focal length, with the means of a lift with the assumed one beside."""
-    judged = judge(rectifier, take)
-    if judged is None or not judged.means:
-        return judged
-    focal_px = camera_of(take.seen, ASSUMED).focal_px
-    again = lift(take.seen.keypoints, take.seen.image_size, focal_px, flip, lifter)
-    guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
-    if guessed is None:
-        return judged
-    differences = {**guessed.differences, **judged.differences}
-    return replace(judged, means={**guessed.means, **judged.means}, differences=differences)
+def judged_takes(question: Question, of: EvaluationSet) -> list[JudgedGait]:
+    """The set's takes that can be judged, by the first rectifier; each lifted with its focal length known, and anew
+    with the assumed one, whose means stand beside."""
+    (rectifier,) = question.rectifiers
+    judged = []
+    for take in question.takes(of, focal_known=True):
+        known = judge(rectifier, take)
+        if known is not None and known.means:
+            again = question.lift_seen(take.seen, camera_of(take.seen, ASSUMED).focal_px)
+            guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
+            if guessed is not None:
+                known = replace(
+                    known,
+                    means={**guessed.means, **known.means},
+                    differences={**guessed.differences, **known.differences},
+                )
+        judged += [] if known is None else [known]
+    return judged
 
 
 def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGait | None:
@@ -175,7 +149,7 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
     level = level_static(Seen(joints, *rectifier.rotation(joints), time_s, spread=stated_spread(take.lifted)))
     if why_not(level):
         return None
-    smooth = _smooth(joints, time_s)
+    smooth = filtered(joints, time_s)
     body = rotate(transpose(level.R_camera_from_body), smooth)
     facing = facing_deg(level.R_camera_from_level.T @ level.R_camera_from_body)
     probability = contacts(body, time_s)
@@ -184,7 +158,7 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
     world = rotate(seen.R_camera_from_world.T, seen.joints_camera)
     spells = true_contact(world, time_s)
     feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES}
-    true_smooth = _smooth(seen.truth, time_s)
+    true_smooth = filtered(seen.truth, time_s)
     R_world_from_body = seen.R_camera_from_world.T @ seen.R_camera_from_body
     true = find_gait(
         rotate(transpose(seen.R_camera_from_body), true_smooth),
@@ -213,8 +187,8 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
     def keep(path: str, root: np.ndarray, places: np.ndarray, *errors: float) -> None:
         values = {**time_values(same[0]), **_lengths(same[0], root, places, time_s)}
         about = values, true_values, same[0].kind, leg_length(places)
-        judged.means[path] = _means(*about, *errors)
-        judged.differences[path] = _differences(*about, depth)
+        judged.means[path] = means_of(*about, *errors)
+        judged.differences[path] = differences_of(*about, depth)
 
     true_root = rotate(R_level_from_camera, seen.joints_camera[:, H36M17.index("pelvis")][None])[0]
     keep(TRUE, true_root, rotate(R_level_from_camera, smooth))
@@ -257,10 +231,6 @@ def _sliding(root: np.ndarray, ankles: dict[str, np.ndarray], gait: Gait, time_s
                 places = (root + ankles[side])[rows, :2]
                 found.append(np.linalg.norm(places[:, None] - places, axis=-1).max(initial=0.0))
     return np.array(found, dtype=np.float64)
-
-
-def _smooth(joints: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    return lowpass(joints.reshape(len(joints), -1), time_s).reshape(joints.shape)
 
 
 def _lengths(gait: Gait, root: np.ndarray, level: np.ndarray, time_s: np.ndarray) -> Values:
@@ -320,31 +290,6 @@ def _of_both(found: Gait, true: Gait) -> tuple[Gait, Gait] | None:
     return pair if pair[0].walks and len(pair[0].steps) == len(pair[1].steps) else None
 
 
-def _both(values: Values, name: str) -> np.ndarray:
-    return np.concatenate([values[name][side] for side in SIDES])
-
-
-def _means(found: Values, true: Values, gait: str, leg: float, *path_errors: float) -> dict[str, Mean]:
-    result = {}
-    for name in _FIGURES:
-        a, b = (values[np.isfinite(values)] for values in (_both(found, name), _both(true, name)))
-        if len(a) and len(b):
-            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), gait, leg, *path_errors)
-    return result
-
-
-def _differences(found: Values, true: Values, gait: str, leg: float, depth: float) -> dict[str, Difference]:
-    result = {}
-    for name in OF_SIDES:
-        sides = [values[name][side] for values in (found, true) for side in SIDES]
-        sides = [values[np.isfinite(values)] for values in sides]
-        if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
-            right, left, true_right, true_left = (float(values.mean()) for values in sides)
-            size, counts = (true_right + true_left) / 2, (len(sides[0]), len(sides[1]))
-            result[name] = Difference(right - left, true_right - true_left, size, counts, gait, leg, depth)
-    return result
-
-
 def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
     """Of takes of one kind: steps, contact frames, events and figures."""
     frames = np.concatenate([take.frames for take in takes])
@@ -369,70 +314,16 @@ def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
             "error_ms": Figure.of(1000 * np.abs(error)),
         }
     means, differences = [take.means for take in takes], [take.differences for take in takes]
-    for what, names, of_takes in (("", _FIGURES, means), (", right less left", OF_SIDES, differences)):
+    for what, names, of_takes in (("", FIGURES, means), (", right less left", OF_SIDES, differences)):
         for path in PATHS:
             for name in names:
                 found = [of_paths[path][name] for of_paths in of_takes if name in of_paths.get(path, {})]
                 if found and (path == TRUE or name in OF_LENGTH):
                     label = f"{name}{what}, {path}" if name in OF_LENGTH else f"{name}{what}"
-                    result["figures"][label] = _figure(name, found)
+                    result["figures"][label] = figure_of(name, found)
     sliding = np.concatenate([take.sliding for take in takes])
     if len(sliding):
         result["sliding_cm"] = {
             path: Figure.of(100 * of) for path, of in zip(_SLIDING, sliding.T, strict=True)
         }
     return result
-
-
-def _figure(name: str, means: Sequence[Mean | Difference]) -> dict[str, Any]:
-    size = np.array([mean.size for mean in means])
-    error = np.array([mean.found - mean.true for mean in means])
-    true = np.array([mean.true for mean in means])
-    inside = np.array([abs(mean.found - mean.true) <= SD_90 * mean.sd(name) for mean in means])
-    return {
-        "takes": len(means),
-        "true": float(np.median(true)),
-        "bias": float(np.median(error)),
-        "error": Figure.of(np.abs(error)),
-        "error_percent": Figure.of(100 * np.abs(error / size)),
-        "inside": float(inside.mean()),
-    }
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-    parts: list[Table | str] = []
-    for label, kinds in results["sets"].items():
-        for kind, table in kinds.items():
-            if not isinstance(table, dict):
-                continue
-            found, true = table["steps"]
-            contact = table["contact"]
-            events = [
-                f"{name} | {row['precision']:.2f} | {row['recall']:.2f} | {row['bias_ms']:.0f} | {row['error_ms']:.0f}"
-                for name, row in table["events"].items()
-            ]
-            figures = [
-                f"{name} | {row['takes']} | {row['true']:.3f} | {row['bias']:.3f} | {row['error']:.3f} | "
-                f"{row['error_percent']:.1f} | {100 * row['inside']:.0f}"
-                for name, row in table["figures"].items()
-            ]
-            note = (
-                f"{table['takes']} takes; {found} steps found, {true} true. Frames on the floor: precision "
-                f"{contact['precision']:.3f}, recall {contact['recall']:.3f}."
-            )
-            head = ["event", "precision", "recall", "bias, ms", "error, ms"]
-            parts.append(Table(f"{label}, {kind}", head, events, note))
-            head = ["figure", "takes", "true", "bias", "error", "error, %", "inside, %"]
-            parts.append(Table("", head, figures))
-            if "sliding_cm" in table:
-                slides = "; ".join(f"{path} {row:.1f}" for path, row in table["sliding_cm"].items())
-                parts.append(f"Flat feet slide by, in cm a stance: {slides}.")
-        parts.append(f"Steps found in takes of {label} without a walk: {kinds['false steps']}.")
-    return page(
-        "Gait",
-        f"{settings(results)}, rectifier {results['rectifier']}; one camera a take. Errors are p50 / mean / p95 of "
-        "their size: events over events, figures over takes (of a take's mean, of the steps that both have). Inside: "
-        "share of takes whose true mean lies within 1.645 stated standard deviations.",
-        parts,
-    )

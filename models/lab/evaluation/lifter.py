@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,32 +20,41 @@ from ....pipeline.core.rotations import geodesic_deg, kabsch
 from ...common.metrics import Figure, joint_error, procrustes_error, scaled
 from ...lifter.builtin import lift
 from .angles import MOTIONS
-from .sets import Sets, evaluation_sets, heading
-from .tables import Table, page, settings
+from .sets import Question
+from .tables import Page, Table
 from .testbed import BEDS, Bed, LiftedTake, SeenTake
 
 _POSTURES = ("upright", "lying")
-_SCALED = {"frame": "Scale aligned per frame, over frames.", "take": "Scale aligned per take, over takes."}
+_ERRORS = ("MPJPE", "PA-MPJPE", "depth", "lateral", "vertical", "hidden rotation")
+PAGE = Page(
+    "Lifter",
+    "; {frames_per_s:,.0f} frames/s. Cells are p50 / mean / p95; mm of each person's own size, degrees.",
+    [
+        Table(
+            f"A {per}",
+            "beds/*/*/*/lifter",
+            ["views", "focal length", "set"],
+            {f"{per}s": f"{{counts[{per}s]:,}}", **{name: f"{{{per}[{name}]}}" for name in _ERRORS}},
+            f"Scale aligned per {per}, over {per}s.",
+        )
+        for per in ("frame", "take")
+    ],
+)
 
 
-def lifter_tables(
-    lifter: str = "pcnet3d",
-    seed: int = 0,
-    flip: bool = False,
-    sets: Sets = "val",
-    beds: Sequence[Bed] = tuple(BEDS),
-) -> dict[str, Any]:
+def tables(question: Question, beds: Bed | None = None) -> dict[str, Any]:
     """{"beds": {bed: {"focal assumed", "focal known": {"SET GROUP": {"lifter": lifter_figures}}}}, "frames_per_s"}, the
-    group a posture or a motion that has frames."""
-    results = {**heading(lifter, seed, flip), "beds": {}}
-    for bed in beds:
+    group a posture or a motion that has frames. beds: the one bed to judge before; every one without."""
+    results = {**replace(question, people=None).heading(), "seed": question.seed, "beds": {}}
+    for bed in BEDS if beds is None else (beds,):
+        before = replace(question, bed=bed)
         rows: dict[str, dict[str, Any]] = {"focal assumed": {}, "focal known": {}}
-        for key, table in rows.items():
-            for one in evaluation_sets(sets, bed):
-                takes = list(one.takes(seed, lifter, flip, focal_known=key == "focal known"))
+        for focal, table in rows.items():
+            for one in before.sets:
+                takes = list(before.takes(one, focal_known=focal == "focal known"))
                 table |= {f"{one.label} {name}": {"lifter": row} for name, row in groups(takes).items()}
         results["beds"][bed] = rows
-    results["frames_per_s"] = speed(lifter)
+    results["frames_per_s"] = speed(question.lifter)
     return results
 
 
@@ -105,7 +116,7 @@ def angle_of(R: np.ndarray) -> np.ndarray:
     return geodesic_deg(R, np.broadcast_to(np.eye(3), R.shape))
 
 
-def speed(lifter: str = "pcnet3d", frames: int = 6000) -> float:
+def speed(lifter: str | Path = "pcnet3d", frames: int = 6000) -> float:
     """Frames lifted per second of wall time on this machine, features included."""
     rng = np.random.default_rng(0)
     walk = np.cumsum(rng.normal(0, 0.3, (frames, 17, 2)), axis=0) + rng.uniform(300, 700, (17, 2))
@@ -114,24 +125,6 @@ def speed(lifter: str = "pcnet3d", frames: int = 6000) -> float:
     start = time.perf_counter()
     lift(keypoints, (1920, 1080), model=lifter)
     return frames / (time.perf_counter() - start)
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables; every cell is p50 / mean / p95."""
-    tables = []
-    for bed, focal in ((bed, focal) for bed, tables_ in results["beds"].items() for focal in tables_):
-        rows = results["beds"][bed][focal]
-        for per, note in _SCALED.items():
-            names = list(next(iter(rows.values()))["lifter"][per])
-            cells = [
-                [f"{label} ({row['lifter']['counts'][f'{per}s']:,} {per}s)", *row["lifter"][per].values()]
-                for label, row in rows.items()
-            ]
-            tables.append(Table(f"{bed} views, {focal}, a {per}".capitalize(), ["", *names], cells, note))
-    about = f"{settings(results)}; {results['frames_per_s']:,.0f} frames/s."
-    return page(
-        "Lifter", f"{about} Cells are p50 / mean / p95; mm of each person's own size, degrees.", tables
-    )
 
 
 def _along(error: np.ndarray, take: LiftedTake) -> dict[str, np.ndarray]:

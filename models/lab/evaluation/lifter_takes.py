@@ -22,16 +22,14 @@ from ....pipeline.signals.visibility import seen_only
 from ...angle_error.take_angles import smoothed
 from ...common.metrics import joint_error, procrustes_error, scaled
 from ...lifter.features import ray_rotation
-from ..mocap.clips import data_folder
 from ..synthetic.keypoint_noise import EXACT_KEYPOINTS
+from .people import mean
 from .real_data import (
     LIMBS,
-    MOVING,
     exact_keypoints,
     found_keypoints,
     openpose_keypoints,
-    read_cameras,
-    read_truth,
+    read_moving,
 )
 from .real_take import whole_body
 from .sets import evaluation_sets
@@ -87,15 +85,17 @@ def materials(seeds: int, only: Sequence[str] = ()) -> list[Material]:
     sets = {one.label: one for one in evaluation_sets("val")}
     labels = (*sets, REAL)
     if unknown := [label for label in only if label not in labels]:
-        raise InputError(f"There is no part '{unknown[0]}' of the validation; expected {', '.join(labels)}.")
+        raise InputError(
+            "name-unknown",
+            f"There is no part '{unknown[0]}' of the validation; expected {', '.join(labels)}.",
+        )
     wanted = [label for label in labels if label in only or not only]
     found = []
     for label in (label for label in wanted if label in sets):
         clips = tuple(clip for clip in sets[label].clips() if len(clip) >= MIN_FRAMES)
         found += [_virtual(label, clips, bed, seed) for bed in BEDS for seed in range(seeds)]
     if REAL in wanted:
-        folder = data_folder() / "real" / MOVING
-        truth = read_truth(folder, list(read_cameras(folder)))
+        _, truth = read_moving()
         key = _digest([truth.limbs, *truth.openpose.values()])
         found.append(Material(REAL, REAL_VIEWS, 0, len(truth.openpose), key, real_takes))
     return found
@@ -131,19 +131,16 @@ def virtual_takes(clips: Sequence[Clip], bed: Bed, seed: int) -> Iterator[Judged
 def real_takes() -> Iterator[JudgedTake]:
     """The real take, a camera at a time; noisy keypoints as the detector finds them in the video, exact ones the true
     limbs with OpenPose's face. Twelve joints are known, which count from the middle of the hips; nobody lies."""
-    folder = data_folder() / "real" / MOVING
-    cameras = read_cameras(folder)
-    truth = read_truth(folder, list(cameras))
+    cameras, truth = read_moving()
     hips = truth.limbs[:, [LIMBS.index("r_hip"), LIMBS.index("l_hip")]].mean(axis=1)
     for name, camera in cameras.items():
         assert camera.R_camera_from_world is not None
-        assert camera.t_m is not None
         video = read_video(camera.video)
         size, focal = shown_size(video), float(camera.focal_px.mean())
         found = seen_only(found_keypoints(video), size)
         given = openpose_keypoints(truth.openpose[name], video.time_s)
         exact = exact_keypoints(camera, truth.limbs, given)
-        before = rotate(camera.R_camera_from_world, hips) + camera.t_m
+        before = camera.to_camera(hips)
         yield JudgedTake(
             name=name,
             person=REAL,
@@ -214,12 +211,6 @@ def take_figures(
         error = np.stack([near(bent[side] - true[side], 0.0)[there] for side in sides_of(name)])
         figures.append(mean(error**2) ** 0.5)
     return [*map(float, figures), float(lifted_share)]
-
-
-def mean(values: np.ndarray) -> float:
-    """Of values (N,), missing ones left out; NaN without any."""
-    values = values[np.isfinite(values)]
-    return float(values.mean()) if len(values) else float("nan")
 
 
 def _digest(parts: Sequence[np.ndarray]) -> str:

@@ -17,50 +17,84 @@ import numpy as np
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.lifted import ToLift
-from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import read_object, whole_file
 from ....pipeline.plugins.protocols import Lifter
 from ....pipeline.running.progress import each
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
-from .lifter_takes import CONDITIONS, FIGURES, POSTURES, REAL_VIEWS, Material, judge, materials, mean
-from .tables import Table, page
+from .lifter_takes import CONDITIONS, FIGURES, POSTURES, REAL_VIEWS, Material, judge, materials
+from .people import by_person, interval, mean, means
+from .sets import Question
+from .tables import Page, Table
 from .testbed import BEDS
 
-_DRAWS = 10_000
-_SEED = 0  # of the bootstrap
 _BOTH = " and ".join(BEDS)  # views that are judged together too
 _KEYS = ("condition", "posture", "views")
+_OF = {key: f"{{{key}}}" for key in _KEYS}
+_UNITS = {name: f"{name.removesuffix('_flexion')}, {unit}" for name, unit in FIGURES.items()}
+PAGE = Page(
+    "Lifters",
+    "pcnet3d {pcnet3d}, seeds of cameras: {seeds}, whole validation takes. Every person has one weight; people: "
+    "{people}. So few people stand for few others: intervals are rather too narrow. One scale a frame, velocity one a "
+    "take; angles are RMSE, 6 Hz. Constant: how much smaller the MPJPE is without each joint's mean error over a take. "
+    "Whether a network that was trained elsewhere saw these people nobody knows. The real take, noisy keypoints as "
+    "MoveNet finds them: 12 joints from the middle of the hips, one person, no interval, in no other row.",
+    [
+        Table(
+            "Errors",
+            "rows/*",
+            [],
+            {
+                **_OF, "part": "{part}", "people": "{people}", "network": "{network}",
+                **{_UNITS[name]: f"{{{name}:.1f}}" for name in FIGURES},
+            },
+        ),
+        Table(
+            "Differences",
+            "differences/*",
+            [],
+            {
+                **_OF, "people": "{people}", "less": "{networks[0]} less {networks[1]}",
+                **{_UNITS[name]: f"{{{name}[mean]:+.1f}}" for name in FIGURES},
+                **{
+                    f"90 % of {_UNITS[name]}": f"{{{name}[low]:+.1f}} to {{{name}[high]:+.1f}}"
+                    for name in FIGURES
+                },
+            },
+            "The mean over people and its 90 % interval; negative errors: the first network is better.",
+        ),
+    ],
+)  # fmt: skip
 
 People = dict[str, dict[str, np.ndarray]]  # {part: {person: (F,) of FIGURES}}
 
 
-def lifter_tables(
-    names: Sequence[str], kept: Path, seeds: int = 3, only: Sequence[str] = ()
+def tables(
+    question: Question, networks: Sequence[str], kept: Path, seeds: int = 3, part: Sequence[str] | None = None
 ) -> dict[str, Any]:
-    """Everything the report says. names: of load_lifter. kept: the folder in which errors are kept by network, so that
-    the same work goes on where it was left. only: labels of the parts to judge; all without any.
+    """Everything the report says. networks: names of load_lifter. kept: the folder in which errors are kept by
+    network, so that the same work goes on where it was left. part: labels of the parts to judge; all without any.
 
     {"seeds", "networks": [method], "rows": [{"condition", "views", "posture", "part", "people", "network", FIGURES}],
     "differences": [{"condition", "views", "posture", "people", "networks": [A, B], figure: {"mean", "low", "high"}}],
     "people": {part: [person]}}; the differences are A less B, with a 90 % interval.
     InputError for a network that is no lifter, one that looks at images, one twice, and a part that there is not.
     """
-    lifters = opened(names)
-    takes: dict[tuple[str, str, str, str], dict[str, dict[str, list[np.ndarray]]]] = {}
-    for condition, posture, views, network in product(
-        CONDITIONS, POSTURES, (*BEDS, _BOTH, REAL_VIEWS), lifters
-    ):
-        takes[condition, posture, views, network] = {}
-    for material in materials(seeds, only):
+    lifters = opened(networks)
+    takes: dict[tuple[str, str, str, str], dict[str, list[tuple[str, np.ndarray]]]] = {
+        key: {} for key in product(CONDITIONS, POSTURES, (*BEDS, _BOTH, REAL_VIEWS), lifters)
+    }
+    for material in materials(seeds, part or ()):
         for (network, condition), judged in errors_of(lifters, material, kept).items():
             for take, posture in product(judged, POSTURES):
                 for views in (material.views, *([_BOTH] if material.views in BEDS else [])):
                     if take[posture] is not None:
-                        people = takes[condition, posture, views, network].setdefault(material.part, {})
-                        people.setdefault(take["person"], []).append(np.array(take[posture], dtype=float))
-    values = {key: of_people(parts) for key, parts in takes.items() if parts}
+                        of_part = takes[condition, posture, views, network].setdefault(material.part, [])
+                        of_part.append((take["person"], np.array(take[posture], dtype=float)))
+    values = {
+        key: {label: by_person(of) for label, of in parts.items()} for key, parts in takes.items() if parts
+    }
     shown = {part: sorted(people) for parts in values.values() for part, people in parts.items()}
     return {
         "pcnet3d": package_version(),
@@ -80,14 +114,18 @@ def lifter_tables(
 
 
 def opened(names: Sequence[str]) -> dict[str, Lifter]:
-    """{method: lifter}. InputError as of lifter_tables."""
+    """{method: lifter}. InputError as of tables."""
     lifters: dict[str, Lifter] = {}
     for name in names:
         lifter = load_lifter(name)
         if "images" in lifter.takes:
-            raise InputError(f"{name} looks at images, which motion capture has none of; leave it out.")
+            raise InputError(
+                "option-conflict", f"{name} looks at images, which motion capture has none of; leave it out."
+            )
         if lifter.method in lifters:
-            raise InputError(f"{name} is given twice, as {lifter.method}; give each network once.")
+            raise InputError(
+                "option-conflict", f"{name} is given twice, as {lifter.method}; give each network once."
+            )
         lifters[lifter.method] = lifter
     return lifters
 
@@ -126,11 +164,6 @@ def errors_of(
     return found | {key: json.loads(json.dumps(takes)) for key, takes in made.items()}
 
 
-def of_people(takes: Mapping[str, Mapping[str, Sequence[np.ndarray]]]) -> People:
-    """The mean (F,) over each person's takes."""
-    return {part: {person: _means(rows) for person, rows in people.items()} for part, people in takes.items()}
-
-
 def rows_of(key: tuple[str, str, str, str], parts: People) -> list[dict[str, Any]]:
     """Means over people, each with one weight, of each part and, where there are several, of all."""
     groups = {part: list(people.values()) for part, people in parts.items()}
@@ -142,7 +175,7 @@ def rows_of(key: tuple[str, str, str, str], parts: People) -> list[dict[str, Any
             **of,
             "part": part,
             "people": len(people),
-            **dict(zip(FIGURES, _means(people).tolist(), strict=True)),
+            **dict(zip(FIGURES, means(people).tolist(), strict=True)),
         }
         for part, people in groups.items()
     ]
@@ -162,62 +195,3 @@ def difference(one: People, other: People) -> dict[str, Any]:
         low, high = interval(values[np.isfinite(values)])
         found[figure] = {"mean": mean(values), "low": low, "high": high}
     return found
-
-
-def interval(values: np.ndarray) -> tuple[float, float]:
-    """The 5th and 95th percentile of the mean of values (N,) drawn N at a time with replacement (bootstrap); NaN of
-    fewer than two."""
-    if len(values) < 2:
-        return float("nan"), float("nan")
-    drawn = np.random.default_rng(_SEED).integers(len(values), size=(_DRAWS, len(values)))
-    low, high = np.quantile(values[drawn].mean(axis=1), (0.05, 0.95))
-    return float(low), float(high)
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-    people = results["people"]
-    many = "; ".join(f"{part} {len(those)}" for part, those in people.items())
-    units = [f"{name.removesuffix('_flexion')}, {unit}" for name, unit in FIGURES.items()]
-    head = ["posture", "views", "part", "people", "network"]
-    tables = [
-        Table(
-            condition.capitalize(),
-            [*head, *units],
-            [
-                [*(row[key] for key in head), *(f"{row[figure]:.1f}" for figure in FIGURES)]
-                for row in results["rows"]
-                if row["condition"] == condition
-            ],
-        )
-        for condition in CONDITIONS
-    ]
-    for pair in combinations(results["networks"], 2):
-        rows = [
-            [*(row[key] for key in (*_KEYS, "people")), *(_signed(row[figure]) for figure in FIGURES)]
-            for row in results["differences"]
-            if row["networks"] == list(pair)
-        ]
-        note = "The mean over people and its 90 % interval; negative errors: the first network is better."
-        tables.append(Table(" less ".join(pair), [*_KEYS, "people", *units], rows, note))
-    return page(
-        "Lifters",
-        f"pcnet3d {results['pcnet3d']}, {how_many(results['seeds'], 'seed')} of cameras, whole validation takes. Every "
-        f"person has one weight; people: {many}. So few people stand for few others: intervals are rather too narrow. "
-        "One scale a frame, velocity one a take; angles are RMSE, 6 Hz. Constant: how much smaller the MPJPE is "
-        "without each joint's mean error over a take. Whether a network that was trained elsewhere saw these people "
-        "nobody knows. The real take, noisy keypoints as MoveNet finds them: 12 joints from the middle of the hips, "
-        "one person, no interval, in no other row.",
-        tables,
-    )
-
-
-def _signed(found: Mapping[str, float]) -> str:
-    if not np.isfinite(found["mean"]):
-        return ""
-    words = f"{found['mean']:+.1f}"
-    return f"{words} ({found['low']:+.1f} to {found['high']:+.1f})" if np.isfinite(found["low"]) else words
-
-
-def _means(values: Sequence[np.ndarray]) -> np.ndarray:
-    return np.array([mean(column) for column in np.stack(values).T])

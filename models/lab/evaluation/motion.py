@@ -10,20 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.frames import turned_covariance
 from ....pipeline.core.rotations import rotate
-from ....pipeline.running.progress import each
 from ....pipeline.signals.filters import CUTOFF_HZ, savitzky_golay
 from ...common.metrics import SD_90, Figure
 from ...smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
 from .acceleration import NO_MOTION, PARTS, accelerations, agreement, filtered, velocities
-from .sets import EvaluationSet, evaluation_sets, heading
-from .tables import Table, page, settings
+from .sets import Question
+from .tables import Page, Table
 from .take_answers import joints_of
 from .takes import LONG, group_of
 from .testbed import LiftedTake
@@ -39,6 +37,52 @@ _ALONG = {
 }  # of axes lateral, depth, vertical
 QUANTITIES = ("position", "velocity", "acceleration")
 _QUARTERS = ("slowest quarter", "second", "third", "fastest quarter")
+
+
+_COLUMNS = [f"{part}, {direction}" for part in PARTS for direction in _ALONG]
+PAGE = Page(
+    "Accelerations by smoother",
+    f". Wrists and ankles relative to the pelvis, true upright axes, {CUTOFF_HZ:g} Hz on both sides, against motion "
+    "capture, upright takes of 2 s and more.",
+    [
+        Table("Takes", "sets/*", ["set"], {"takes": "{takes}"}),
+        Table(
+            "Errors",
+            "sets/*/errors/*",
+            ["set", "smoother"],
+            {name: f"{{{name}[rmse]:.2f}}; {{{name}[r].p50:.2f}}" for name in _COLUMNS},
+            "RMSE in m/s^2, p50 / mean / p95 over takes; r, p50.",
+        ),
+        Table(
+            "",
+            "sets/*/better/*",
+            ["set", "smoother"],
+            {name: f"{{{name}:.0%}}" for name in _COLUMNS},
+            "In how many takes known noise has the smaller RMSE.",
+        ),
+        Table(
+            "",
+            "sets/*/quarters/*/*/*",
+            ["set", "part", "by the take's true speed", "smoother"],
+            {"RMSE": "{rmse:.2f}", "r": "{r:.2f}"},
+            "Medians over takes, vertical and horizontal.",
+        ),
+        Table(
+            "",
+            "sets/*/accel/*",
+            ["set", "smoother"],
+            {"Accel, mm/frame^2": "{value}"},
+            "All joints, truth unfiltered: p50 / mean / p95 over takes.",
+        ),
+        Table(
+            "",
+            "sets/*/inside/*",
+            ["set", "smoother"],
+            {f"{part}, {of}": f"{{{part}, {of}:.0%}}" for part in PARTS for of in QUANTITIES},
+            "Values within their 90 % bars, mean over takes.",
+        ),
+    ],
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,19 +116,10 @@ _SMOOTHERS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 }
 
 
-def motion_tables(
-    lifter: str | Path = "pcnet3d",
-    seed: int = 0,
-    flip: bool = False,
-    sets: Sequence[EvaluationSet] | None = None,
-) -> dict[str, Any]:
+def tables(question: Question) -> dict[str, Any]:
     """Everything the report says: {"sets": {label: {"takes", "errors", "quarters", "better", "accel", "inside"}}}."""
-    sets = sets or evaluation_sets()
-    results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "sets": {}}
-    for one in sets:
-        takes = one.takes(seed, lifter, flip)
-        results["sets"][one.label] = over_takes(judged(each(takes, f"{one.label} takes", len(one.clips()))))
-    return results
+    sets = {one.label: over_takes(judged(question.takes(one))) for one in question.sets}
+    return {**question.heading(), "sets": sets}
 
 
 def judged(takes: Iterable[LiftedTake]) -> list[Scores]:
@@ -205,47 +240,3 @@ def over_takes(scores: Sequence[Scores]) -> dict[str, Any]:
             for column in columns
         }
     return table
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-    parts: list[Table | str] = []
-    for label, table in results["sets"].items():
-        parts.append(f"## {label}, {table['takes']} takes")
-        if not table["takes"]:
-            continue
-        columns = list(table["errors"][NO_MOTION])
-        rows = [
-            [name, *(f"{row[c]['rmse']:.2f}; r {row[c]['r'].p50:.2f}" for c in columns)]
-            for name, row in table["errors"].items()
-        ]
-        parts.append(Table("", ["", *columns], rows, "RMSE in m/s^2, p50 / mean / p95 over takes; r, p50."))
-        rows = [[name, *(f"{100 * row[c]:.0f}" for c in columns)] for name, row in table["better"].items()]
-        note = "In how many of 100 takes known noise has the smaller RMSE."
-        parts.append(Table("", ["", *columns], rows, note))
-        for part, quarters in table["quarters"].items():
-            names = list(next(iter(quarters.values())))
-            rows = [
-                [words, *(f"{row[n]['rmse']:.2f}; {row[n]['r']:.2f}" for n in names)]
-                for words, row in quarters.items()
-            ]
-            note = (
-                f"{part} by the take's true speed: medians of RMSE and r over takes, vertical and horizontal."
-            )
-            parts.append(Table("", ["", *names], rows, note))
-        accel = "; ".join(f"{name} {figure:.1f}" for name, figure in table["accel"].items())
-        parts.append(
-            f"Accel, mm/frame^2, all joints, truth unfiltered: p50 / mean / p95 over takes: {accel}."
-        )
-        columns = list(next(iter(table["inside"].values())))
-        rows = [
-            [name, *(f"{100 * row[c]:.0f}" if np.isfinite(row[c]) else "" for c in columns)]
-            for name, row in table["inside"].items()
-        ]
-        parts.append(Table("", ["", *columns], rows, "Values within their 90 % bars, %, mean over takes."))
-    return page(
-        "Accelerations by smoother",
-        f"{settings(results)}. Wrists and ankles relative to the pelvis, true upright axes, {CUTOFF_HZ:g} Hz on both "
-        "sides, against motion capture, upright takes of 2 s and more.",
-        parts,
-    )

@@ -7,36 +7,61 @@ its cameras and the keypoints that OpenPose found; his pelvis is taken for the m
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
-from ....pipeline.core.frames import CAMERA, IMAGE, scaled_covariance
+from ....pipeline.core.frames import scaled_covariance
 from ....pipeline.core.intrinsics import Intrinsics, undistorted
-from ....pipeline.core.layouts import COCO17, H36M17, remap
+from ....pipeline.core.layouts import H36M17, remap
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.rotations import is_finite, rotate, unit
+from ....pipeline.core.rotations import is_finite, unit
 from ....pipeline.files.video_frames import shown_size
 from ....pipeline.reading.take import read_video
-from ....pipeline.running.progress import each
 from ...common.metrics import SD_90, Figure, scaled
-from ...lifter.builtin import lift
 from ...place.path import PelvisPath, pelvis_path
-from ..mocap.clips import data_folder
-from .real_data import LIMBS, MOVING, read_cameras, read_truth
-from .sets import EvaluationSet, evaluation_sets, heading
-from .tables import Table, page, settings
-from .testbed import SeenTake
+from .real_data import LIMBS, openpose_keypoints, read_moving
+from .sets import Question
+from .tables import Page, Table
+from .testbed import LiftedTake, SeenTake
 
 _SPAN_S = 1.0  # over which walking speed is taken
-_TIMED = 10_000  # frames
 KNOWN, SIZED, ASSUMED = _CASES = ("focal known", "focal known, body of its true size", "focal assumed")
+
+PAGE = Page(
+    "Places",
+    "; one camera per take, standing still.",
+    [
+        Table(
+            "",
+            "places/*/*",
+            ["set", "case"],
+            {
+                "takes (not placed)": "{takes} ({not placed})",
+                "frames (not placed)": "{frames:,} ({frames not placed:,})",
+                **{name: f"{{{name}:.3f}}" for name in ("path", "still", "along", "across")},
+                "inside": "{inside_along:.1%}, {inside_across:.1%}",
+                "walks": "{walks}",
+                "speed, %": "{speed_percent:.1f}",
+                "speed, m/s": "{speed_mps:.3f}",
+            },
+            "Cells of three are p50 / mean / p95 over takes. Path: root mean square error in m; still: after the "
+            "take's mean error is taken off; along and across the ray to the person. Inside: frames within the stated "
+            "90 % band, along and across. Speed over the floor in spans of a second of walking.",
+        ),
+        Table(
+            "",
+            "real/*/*",
+            ["camera", "case"],
+            {"path": "{path:.2f}", "still": "{still:.2f}", "inside": "{inside_along:.0%}"},
+            "The real take, keypoints by OpenPose: path and still in m, inside along the ray.",
+        ),
+    ],
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,66 +77,51 @@ class Judged:
     speed: tuple[float, float] | None
 
 
-def place_tables(
-    lifter: str | Path = "pcnet3d",
-    seed: int = 0,
-    flip: bool = False,
-    sets: Sequence[EvaluationSet] | None = None,
-) -> dict[str, Any]:
+def tables(question: Question) -> dict[str, Any]:
     """Everything the report says, as nested dicts with Figures."""
-    sets = sets or evaluation_sets(bed="typical")
-    results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "places": {}}
-    for one in sets:
+    results: dict[str, Any] = {**question.heading(), "places": {}}
+    for one in question.sets:
         judged: dict[str, list[Judged | None]] = {case: [] for case in _CASES}
-        for take in each(
-            one.takes(seed, lifter, flip, focal_known=True), f"{one.label} takes", len(one.clips())
-        ):
+        for take in question.takes(one, focal_known=True):
             for case in _CASES:
-                judged[case].append(_judged(take.seen, take.lifted, case, flip, lifter))
+                judged[case].append(_judged(question, take, case))
         results["places"][one.label] = {case: figures(takes) for case, takes in judged.items()}
-    results["real"] = real_places(lifter, flip)
-    results["timing"] = {"frames": _TIMED, "seconds": placing_seconds(_TIMED)}
+    results["real"] = real_places(question)
     return results
 
 
-def real_places(lifter: str | Path = "pcnet3d", flip: bool = False) -> dict[str, dict[str, Any]]:
+def real_places(question: Question) -> dict[str, dict[str, Any]]:
     """{camera: {case: figures}} of the real take: root mean square error in m, `still` after its mean is taken off, and
     the share of frames whose error along the ray lies within 1.645 stated standard deviations."""
-    folder = data_folder() / "real" / MOVING
-    cameras = read_cameras(folder)
-    truth = read_truth(folder, list(cameras))
+    cameras, truth = read_moving()
     joints = np.full((len(truth.limbs), len(H36M17), 3), np.nan)
     joints[:, H36M17.indices(LIMBS)] = truth.limbs
     rows: dict[str, dict[str, Any]] = {}
     for name, camera in cameras.items():
-        assert camera.R_camera_from_world is not None
-        assert camera.t_m is not None
         video = read_video(camera.video)
         size, times = shown_size(video), video.time_s[: len(joints)]
         (fx, fy), (cx, cy) = camera.focal_px.tolist(), camera.principal_point_px.tolist()
         lens = Intrinsics((fx, fy), (cx, cy), tuple(camera.distortion.tolist()), image_size=size)
-        score = truth.openpose[name][..., 2]
-        pixels = np.where(score[..., None] > 0, truth.openpose[name][..., :2], np.nan)
-        found = PoseSequence(pixels, COCO17, IMAGE, score.clip(0, 1), times, np.arange(len(times)))
+        keypoints = openpose_keypoints(truth.openpose[name], times)
         guess = PRIOR_FOCAL * max(size)
         views = {
             KNOWN: Camera(size, lens.pinhole_focal_px, 0.0, "told", intrinsics=lens),
             ASSUMED: Camera(size, guess, guess * PRIOR_FOCAL_SPREAD, "prior"),
         }
-        true = _hips(rotate(camera.R_camera_from_world, joints) + camera.t_m)
+        true = _hips(camera.to_camera(joints))
         rows[name] = {
-            case: _real(remap(found), view, implied_stature(joints), true, lifter, flip)
+            case: _real(question, remap(keypoints), view, implied_stature(joints), true)
             for case, view in views.items()
         }
     return rows
 
 
 def _real(
-    found: PoseSequence, view: Camera, stature: float, true: np.ndarray, lifter: str | Path, flip: bool
+    question: Question, found: PoseSequence, view: Camera, stature: float, true: np.ndarray
 ) -> dict[str, float]:
     """found: keypoints. true: (T, 3) the middle of the hips before the camera, metres."""
     pixels = found.joints if view.intrinsics is None else undistorted(found.joints, view.intrinsics)
-    lifted = lift(found.with_(joints=pixels), view.image_size, view.focal_px, flip, lifter)
+    lifted = question.lift(found.with_(joints=pixels), view.image_size, view.focal_px)
     lifted = lifted.with_(joints=lifted.joints * (stature / implied_stature(lifted.joints)))
     path = pelvis_path(lifted, found, view)
     if path is None:
@@ -134,9 +144,10 @@ def _hips(joints: np.ndarray) -> np.ndarray:
     return joints[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1)
 
 
-def _judged(seen: SeenTake, lifted: PoseSequence, case: str, flip: bool, lifter: str | Path) -> Judged | None:
+def _judged(question: Question, take: LiftedTake, case: str) -> Judged | None:
+    seen, lifted = take.seen, take.lifted
     if case == ASSUMED:
-        lifted = lift(seen.keypoints, seen.image_size, camera_of(seen, case).focal_px, flip, lifter)
+        lifted = question.lift_seen(seen, camera_of(seen, case).focal_px)
     if case == SIZED:
         lifted = lifted.with_(joints=scaled(lifted.joints.astype(np.float64), seen.truth, "take"))
     else:
@@ -221,62 +232,3 @@ def figures(takes: Sequence[Judged | None]) -> dict[str, Any]:
 
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.nanmean(values**2)))
-
-
-def placing_seconds(frames: int) -> float:
-    """Seconds that pelvis_path takes on this machine for a take of a body that sways before the camera."""
-    rng = np.random.default_rng(0)
-    body = rng.normal(0, 0.3, (17, 3)) * [1.0, 1.5, 0.5]
-    joints = body - body[0] + rng.normal(0, 0.01, (frames, 17, 3))
-    place = np.array([0.0, 0.0, 4.0]) + 0.5 * np.sin(np.arange(frames) / 40)[:, None]
-    points = joints + place[:, None]
-    pixels = 1000 * points[..., :2] / points[..., 2:] + [960, 540]
-    time_s = np.arange(frames) / 30
-    poses = PoseSequence(joints, H36M17, CAMERA.with_(origin="pelvis"), time_s=time_s)
-    keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=time_s)
-    start = time.perf_counter()
-    pelvis_path(poses, keypoints, Camera((1920, 1080), 1000.0, 20.0, "told"))
-    return time.perf_counter() - start
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-    timing = results["timing"]
-    head = ["set", "case", "takes (not placed)", "frames (not placed)", "path", "still", "along", "across", "inside",
-            "walks", "speed, %", "speed, m/s"]  # fmt: skip
-    rows = [
-        f"{name} | {case} | {row['takes']} ({row['not placed']}) | {row['frames']:,} ({row['frames not placed']:,}) | "
-        + "".join(f"{row[what]:.3f} | " for what in ("path", "still", "along", "across"))
-        + f"{100 * row['inside_along']:.1f}, {100 * row['inside_across']:.1f} | {row['walks']} | "
-        f"{row['speed_percent']:.1f} | {row['speed_mps']:.3f}"
-        for name, cases in results["places"].items()
-        for case, row in cases.items()
-    ]
-    real = [
-        [name, case, f"{row['path']:.2f}", f"{row['still']:.2f}", f"{100 * row['inside_along']:.0f}"]
-        if row
-        else [name, case, "", "", ""]
-        for name, cases in results["real"].items()
-        for case, row in cases.items()
-    ]
-    return page(
-        "Places",
-        f"{settings(results)}; one camera per take, standing still. "
-        f"{timing['frames']:,} frames are placed in {timing['seconds']:.2f} s.",
-        [
-            Table(
-                "",
-                head,
-                rows,
-                "Cells of three are p50 / mean / p95 over takes. Path: root mean square error in m; still: after the "
-                "take's mean error is taken off; along and across the ray to the person. Inside: per cent of frames "
-                "within the stated 90 % band, along and across. Speed over the floor in spans of a second of walking.",
-            ),
-            Table(
-                "",
-                ["camera", "case", "path", "still", "inside"],
-                real,
-                "The real take, keypoints by OpenPose: path and still in m, inside along the ray in per cent.",
-            ),
-        ],
-    )

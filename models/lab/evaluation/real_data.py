@@ -13,7 +13,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import IMAGE
 from ....pipeline.core.layouts import COCO17
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.rotations import unit
+from ....pipeline.core.rotations import rotate, unit
 from ....pipeline.core.take import Video
 from ....pipeline.files.arrays import load_all
 from ....pipeline.reading.choose import choose_person
@@ -41,6 +41,12 @@ class RealCamera:
     distortion: np.ndarray
     R_camera_from_world: np.ndarray | None = None
     t_m: np.ndarray | None = None
+
+    def to_camera(self, joints_world: np.ndarray) -> np.ndarray:
+        """(..., J, 3) world -> camera, metres, of a take with truth."""
+        assert self.R_camera_from_world is not None
+        assert self.t_m is not None
+        return rotate(self.R_camera_from_world, joints_world) + self.t_m
 
     def project(self, joints_world: np.ndarray) -> np.ndarray:
         """(..., 3) world, metres -> (..., 2) pixels, lens distortion included."""
@@ -88,7 +94,8 @@ def read_cameras(folder: Path) -> dict[str, RealCamera]:
         }
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
-            f"Expected the cameras of a real take in {path}, got {type(error).__name__}: {error}."
+            "file-damaged",
+            f"Expected the cameras of a real take in {path}, got {type(error).__name__}: {error}.",
         ) from None
 
 
@@ -99,7 +106,8 @@ def read_truth(folder: Path, cameras: Sequence[str]) -> RealTruth:
     names = [str(name) for name in arrays["joint_names"]]
     if missing := [name for name in LIMBS if name not in names]:
         raise InputError(
-            f"Expected the limbs' joints in {folder / 'truth.npz'}; {', '.join(missing)} missing."
+            "wrong-content",
+            f"Expected the limbs' joints in {folder / 'truth.npz'}; {', '.join(missing)} missing.",
         )
     return RealTruth(
         limbs=arrays["joints"][:, [names.index(name) for name in LIMBS]].astype(np.float64),
@@ -108,12 +116,21 @@ def read_truth(folder: Path, cameras: Sequence[str]) -> RealTruth:
     )
 
 
+def read_moving() -> tuple[dict[str, RealCamera], RealTruth]:
+    """The cameras and the truth of the take of the man who balances. InputError where the data is not."""
+    folder = data_folder() / "real" / MOVING
+    cameras = read_cameras(folder)
+    return cameras, read_truth(folder, list(cameras))
+
+
 def found_keypoints(video: Video, looks: int | None = None) -> PoseSequence:
     """COCO17 in IMAGE: whom the data's own detector sees for longest. looks: of load_detector, as in a run without it.
     InputError when it sees nobody."""
     found = detect(video, load_detector(data_folder() / _DETECTOR, looks=looks))
     if not len(found.person):
-        raise InputError(f"Expected a person in {video.path}, but {found.method} finds nobody.")
+        raise InputError(
+            "nothing-usable", f"Expected a person in {video.path}, but {found.method} finds nobody."
+        )
     return choose_person(found.people(), "longest", str(video.path))
 
 

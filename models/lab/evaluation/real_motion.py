@@ -30,11 +30,11 @@ from ...smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
 from ..mocap.clips import data_folder
 from ..synthetic.bodies import STANDARD_SIZE_M, size_m
 from .acceleration import NO_MOTION, PARTS, accelerations, agreement, filtered, velocities
-from .real_data import LIMBS, MOVING, found_keypoints, read_cameras, read_truth
+from .real_data import LIMBS, found_keypoints, read_moving
 from .real_rectified import real_poses
 from .real_take import about_hips, same_heading
-from .sets import heading
-from .tables import Table, page, settings
+from .sets import Question
+from .tables import Page, Table
 
 _ROWS = sorted(row for part in PARTS.values() for row in part)
 _JOINTS = [H36M17.joints[row] for row in _ROWS]
@@ -43,6 +43,25 @@ _QUANTITIES = {"velocity": velocities, "acceleration": accelerations}
 _CUTOFFS = {"Butterworth 6 Hz": 6.0, "Butterworth 3 Hz": 3.0}
 _KNOWN = "known noise"
 _BLAZEPOSE = Path("models") / "pose_landmark_lite.onnx"
+_SIGNALS = {
+    name: f"{{{name}[0]:.2f}}; {{{name}[1]:.2f}}"
+    for name in (f"{part}, {of}" for part in PARTS for of in _QUANTITIES)
+}
+PAGE = Page(
+    "Real recordings",
+    ". RMSE in m/s and m/s^2 of one axis, and r; all three axes together.",
+    [
+        Table("", "clips/*/*", ["lifters of one video", "smoother"], _SIGNALS),
+        Table("", "take/*/*", ["against the truth", "smoother"], _SIGNALS),
+        Table(
+            "",
+            "inside/*",
+            ["lifters of one video"],
+            {name: f"{{{name}:.0%}}" for name in _QUANTITIES},
+            "Differences between two lifters within both 90 % bars.",
+        ),
+    ],
+)
 Row = dict[str, tuple[float, float]]
 
 
@@ -61,7 +80,7 @@ class _Lift:
 
     @property
     def motion(self) -> Motion:
-        """What a run with --smoother auto writes."""
+        """What a run writes by default."""
         motion = known_noise(self.paths, self.time_s, self.covariance, lifted=True)
         return motion.widened(LIFTED_UNSTATED if self.covariance is None else LIFTED)
 
@@ -72,13 +91,14 @@ class _Lift:
         return classical | {_KNOWN: self.motion.values[0]}
 
 
-def real_motion_tables(rectifier: Rectifier, lifter: str = "pcnet3d", flip: bool = False) -> dict[str, Any]:
+def tables(question: Question) -> dict[str, Any]:
     """{"clips": {"CLIP: one, other": {"PAIR'S SMOOTHER": {"PART, QUANTITY": (RMSE, r)}}}, "inside": {"CLIP: one,
     other": {quantity: share of the differences within both 90 % bars}}, "take": {lifter: {smoother: {"PART, QUANTITY":
     (RMSE, r)}}}}. m/s and m/s^2 of a standard body, or of the man; all axes together; the take: mean over cameras.
     InputError where the data is not."""
+    (rectifier,) = question.rectifiers
     clips: dict[str, dict[str, _Lift]] = {}
-    for clip, name, poses in real_poses(lifter, flip):
+    for clip, name, poses in real_poses(question):
         size = STANDARD_SIZE_M / size_m(poses.joints[is_finite(poses.joints).all(axis=1)])
         clips.setdefault(clip, {})[name] = _levelled(rectifier, poses, float(size))
     pairs, inside = {}, {}
@@ -88,22 +108,20 @@ def real_motion_tables(rectifier: Rectifier, lifter: str = "pcnet3d", flip: bool
             smoothed = zip(a.smoothed.items(), b.smoothed.values(), strict=True)
             pairs[f"{clip}: {one}, {other}"] = {name: _row(p, q, a.time_s) for (name, p), q in smoothed}
             inside[f"{clip}: {one}, {other}"] = _inside(a.motion, b.motion)
-    return {
-        **heading(lifter, None, flip), "clips": pairs, "inside": inside, "take": _against_truth(rectifier, lifter, flip)
-    }  # fmt: skip
+    return {**question.heading(), "clips": pairs, "inside": inside, "take": _against_truth(question)}
 
 
-def _against_truth(rectifier: Rectifier, lifter: str, flip: bool) -> dict[str, dict[str, Row]]:
-    folder = data_folder() / "real" / MOVING
-    cameras = read_cameras(folder)
-    limbs = about_hips(read_truth(folder, list(cameras)).limbs)
-    lifters = {"pcnet3d": load_lifter(lifter), "BlazePose": load_lifter(data_folder() / _BLAZEPOSE)}
+def _against_truth(question: Question) -> dict[str, dict[str, Row]]:
+    (rectifier,) = question.rectifiers
+    cameras, truth = read_moving()
+    limbs = about_hips(truth.limbs)
+    lifters = {"pcnet3d": load_lifter(question.lifter), "BlazePose": load_lifter(data_folder() / _BLAZEPOSE)}
     rows: dict[str, dict[str, list[Row]]] = {name: {} for name in lifters}
     for camera in cameras.values():
         video = read_video(camera.video)
         keypoints = remap(found_keypoints(video), H36M17)
         for name, own in lifters.items():
-            poses = own.lift(ToLift(keypoints, shown_size(video), flip=flip, video=video)).poses
+            poses = own.lift(ToLift(keypoints, shown_size(video), flip=question.flip, video=video)).poses
             true = limbs[poses.frame_index]
             found = relative(poses.joints)[:, H36M17.indices(LIMBS)]
             size = np.median(np.linalg.norm(true, axis=-1)) / np.median(np.linalg.norm(found, axis=-1))
@@ -151,36 +169,3 @@ def _inside(one: Motion, other: Motion) -> dict[str, float]:
 def _mean(rows: list[Row]) -> Row:
     """RMSE and r of each, mean over rows."""
     return {key: tuple(np.mean([row[key] for row in rows], axis=0).tolist()) for key in rows[0]}
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-    columns = [f"{part}, {name}" for part in PARTS for name in _QUANTITIES]
-    tables = [
-        Table(
-            "",
-            [title, "smoother", *columns],
-            [
-                [name, smoother, *(f"{row[c][0]:.2f}" + _r(row[c][1]) for c in columns)]
-                for name, smoothers in rows.items()
-                for smoother, row in smoothers.items()
-            ],
-        )
-        for title, rows in (
-            ("lifters of one video", results["clips"]),
-            ("against the truth", results["take"]),
-        )
-    ]
-    shares = [
-        [name, *(f"{100 * share:.0f}" for share in row.values())] for name, row in results["inside"].items()
-    ]
-    note = "Differences between two lifters within both 90 % bars, %."
-    return page(
-        "Real recordings",
-        f"{settings(results)}. RMSE in m/s and m/s^2 of one axis, and r; all three axes together.",
-        [*tables, Table("", ["", *_QUANTITIES], shares, note)],
-    )
-
-
-def _r(r: float) -> str:
-    return f"; {r:.2f}" if np.isfinite(r) else ""

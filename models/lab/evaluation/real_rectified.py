@@ -1,4 +1,4 @@
-"""Rectifiers on real lifters' output: consistency, not error, since nobody knows the truth.
+"""Lifters and rectifiers on real clips: agreement and consistency, not error, since nobody knows the truth.
 
 Two lifters of one video should show one body, a camera that stands still has one `up`, and people who stand or walk
 hold their trunk near it.
@@ -6,64 +6,126 @@ hold their trunk near it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.frames import CAMERA
-from ....pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, Layout, remap
+from ....pipeline.core.frames import CAMERA, IMAGE
+from ....pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, HALPE26, Layout, remap
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose, unit
-from ....pipeline.plugins.protocols import Rectifier
-from ...common.metrics import Figure, relative
-from ...lifter.builtin import lift
+from ...common.metrics import Figure, procrustes_error, relative
 from ..mocap.clips import data_folder
-from .real_clips import agreement, image_poses
-from .sets import heading
-from .tables import Table, page, settings
+from ..synthetic.bodies import STANDARD_SIZE_M, size_m
+from .real_data import LIMBS
+from .sets import Question
+from .tables import Page, Table
 from .take_answers import Answer, answers, named
 
 _OURS = "pcnet3d on MoveNet"
-# clip, array in its file, the lifter's name and layout; the cameras stand still
-_LIFTED: tuple[tuple[str, str, str, Layout], ...] = (
-    ("boxing", "motionbert", "MotionBERT", H36M17),
-    ("boxing", "blazepose_world", "BlazePose", BLAZEPOSE33),
-    ("boxing", "movenet_kp2d", _OURS, COCO17),
-    ("walk_crop", "blazepose_world", "BlazePose", BLAZEPOSE33),
-    ("walk_crop", "movenet_kp2d", _OURS, COCO17),
-    ("demo_man", "blazepose_world", "BlazePose", BLAZEPOSE33),
-    ("demo_man", "movenet_kp2d", _OURS, COCO17),
-    ("mhformer_skating", "run_a", "MHFormer", H36M17),
-)
+# By clip: an array of its file, the lifter's name and the array's layout; the cameras stand still.
+_CLIPS: dict[str, tuple[tuple[str, str, Layout], ...]] = {
+    "boxing": (
+        ("alphapose_kp2d", "pcnet3d on AlphaPose", HALPE26), ("motionbert", "MotionBERT", H36M17),
+        ("blazepose_world", "BlazePose", BLAZEPOSE33), ("movenet_kp2d", _OURS, COCO17),
+    ),
+    "walk_crop": (("blazepose_world", "BlazePose", BLAZEPOSE33), ("movenet_kp2d", _OURS, COCO17)),
+    "demo_man": (("blazepose_world", "BlazePose", BLAZEPOSE33), ("movenet_kp2d", _OURS, COCO17)),
+    "mhformer_skating": (("run_a_kp2d", "pcnet3d on HRNet", H36M17), ("run_a", "MHFormer", H36M17)),
+}  # fmt: skip
 _PAIRS = (
     ("boxing", "MotionBERT", "BlazePose"),
     ("boxing", _OURS, "BlazePose"),
     ("walk_crop", _OURS, "BlazePose"),
     ("demo_man", _OURS, "BlazePose"),
 )
+PAGE = Page(
+    "Real clips",
+    ". Nobody knows the truth of these: how far lifters are apart, and how steady up is.",
+    [
+        Table(
+            "Lifters",
+            "real/*",
+            [],
+            {"clip": "{pair[0]}", "one": "{pair[1]}", "other": "{pair[2]}", "apart": "{apart}"},
+            "PA-MPJPE in mm of a standard body, p50 / mean / p95 over frames.",
+        ),
+        "## Rectified\n\nDegrees over frames, p50 / mean / p95.",
+        Table("", "real, rectified/apart/*/*", ["two lifters of one video", "axes"], {"apart": "{value}"}),
+        Table(
+            "",
+            "real, rectified/up/*/*",
+            ["lifter", "rectifier"],
+            {"up against the take's mean up": "{value}"},
+        ),
+        Table(
+            "",
+            "real, rectified/trunk/*/*",
+            ["lifter", "rectifier"],
+            {"trunk against the take's up": "{lean}", "its stated 90 % bound": "{bound:.1f}"},
+        ),
+    ],
+)
 
 
-def real_poses(lifter: str = "pcnet3d", flip: bool = False) -> Iterator[tuple[str, str, PoseSequence]]:
-    """(clip, lifter, poses): H36M17 in CAMERA axes relative to the pelvis, the lifter's unit.
-
-    lifter, flip: ours, for the clips of which there are 2D keypoints; their focal length is unknown.
-    """
-    for clip, array, name, layout in _LIFTED:
+def real_poses(question: Question, detectors: bool = False) -> Iterator[tuple[str, str, PoseSequence]]:
+    """(clip, lifter, poses): H36M17 in CAMERA axes relative to the pelvis, the lifter's unit; ours for the clips of
+    which there are 2D keypoints, whose focal length is unknown. detectors: on those of other detectors than MoveNet
+    too."""
+    for clip, arrays in _CLIPS.items():
         with np.load(data_folder() / "lifter" / f"{clip}.npz", allow_pickle=False) as file:
-            found, time_s = file[array], np.arange(len(file[array])) / float(file["fps"])
-            if name == _OURS:
-                width, height = (int(side) for side in file["image_size"])
-                poses = lift(image_poses(found, layout), (width, height), flip=flip, model=lifter)
-            else:
-                poses = remap(PoseSequence(found, layout, CAMERA.with_(unit="arbitrary")))
-        joints = relative(poses.joints.astype(np.float64))
-        yield clip.removeprefix("mhformer_"), name, poses.with_(joints=joints, time_s=time_s)
+            for array, name, layout in arrays:
+                ours = array.endswith("_kp2d")
+                if ours and name != _OURS and not detectors:
+                    continue
+                found, time_s = file[array], np.arange(len(file[array])) / float(file["fps"])
+                if ours:
+                    width, height = (int(side) for side in file["image_size"])
+                    poses = question.lift(image_poses(found, layout), (width, height))
+                else:
+                    poses = remap(PoseSequence(found, layout, CAMERA.with_(unit="arbitrary")))
+                joints = relative(poses.joints.astype(np.float64))
+                yield clip.removeprefix("mhformer_"), name, poses.with_(joints=joints, time_s=time_s)
 
 
-def consistency(
-    rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d", flip: bool = False
-) -> dict[str, Any]:
+def image_poses(keypoints: np.ndarray, layout: Layout) -> PoseSequence:
+    """(T, J, 2 or 3) pixels and maybe scores -> H36M17 in IMAGE."""
+    poses = PoseSequence(keypoints[..., :2], layout, IMAGE)
+    if keypoints.shape[-1] == 3:
+        poses = poses.with_(confidence=np.clip(keypoints[..., 2], 0, 1))
+    return remap(poses)
+
+
+def agreement(question: Question) -> list[dict[str, Any]]:
+    """PA-MPJPE over the twelve limb joints, mm of a standard body, of every pair of lifters on every clip, but for ours
+    with itself: {"pair": (clip, one, other), "apart": Figure}."""
+    lifts: dict[str, dict[str, np.ndarray]] = {}
+    for clip, name, poses in real_poses(question, detectors=True):
+        lifts.setdefault(clip, {})[name] = poses.joints
+    rows = []
+    for clip, of in lifts.items():
+        for pair in combinations(of, 2):
+            one, other = sorted(pair, key=lambda name: not name.startswith("pcnet3d"))
+            if not other.startswith("pcnet3d"):
+                rows.append(
+                    {"pair": (clip, one, other), "apart": Figure.of(limb_distance(of[one], of[other]))}
+                )
+    return rows
+
+
+def limb_distance(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(T,) mm of a standard body, after the best similarity of every frame; joints (T, 17, 3) from the pelvis. Spine,
+    thorax, nose and head are other points for every lifter (formats.md section 1)."""
+    seen = np.isfinite(one).all(axis=(-2, -1)) & np.isfinite(other).all(axis=(-2, -1))
+    rows, scale = H36M17.indices(LIMBS), STANDARD_SIZE_M / size_m(other[seen])
+    error = np.full(len(one), np.nan)
+    error[seen] = 1000 * procrustes_error(one[seen][:, rows], other[seen][:, rows] * scale)
+    return error
+
+
+def consistency(question: Question) -> dict[str, Any]:
     """{"apart": {"clip: lifter, lifter": {axes: Figure}}, "up": {"clip, lifter": {method: Figure}}, "trunk": {"clip,
     lifter": {method: {"lean": Figure, "bound"}}}}, degrees over frames.
 
@@ -74,9 +136,9 @@ def consistency(
     """
     joints: dict[tuple[str, str], np.ndarray] = {}
     found: dict[tuple[str, str], dict[str, dict[str, Answer]]] = {}
-    for clip, name, poses in real_poses(lifter, flip):
+    for clip, name, poses in real_poses(question):
         joints[clip, name] = poses.joints
-        found[clip, name] = answers(rectifiers, poses.joints, poses.times)
+        found[clip, name] = answers(question.rectifiers, poses.joints, poses.times)
     apart = {}
     for clip, *pair in _PAIRS:
         both = [(joints[clip, name], named(found[clip, name])) for name in pair]
@@ -106,50 +168,9 @@ def spread_deg(up: np.ndarray) -> np.ndarray:
     return angle_deg(up, np.broadcast_to(unit(np.nanmean(up, axis=0)), up.shape))
 
 
-def real_clip_tables(
-    rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d", flip: bool = False
-) -> dict[str, Any]:
-    """Everything the report says: real_clips.agreement as "real", and consistency as "real, rectified"."""
-    return {
-        **heading(lifter, None, flip),
-        "real": agreement(lifter, flip),
-        "real, rectified": consistency(rectifiers, lifter, flip),
-    }
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-    found = results["real, rectified"]
-    trunk = {
-        name: {method: f"{of['lean']}; {of['bound']:.1f}" for method, of in row.items()}
-        for name, row in found["trunk"].items()
-    }
-    tables = {
-        "two lifters of one video apart": found["apart"],
-        "up against the take's mean up": found["up"],
-        "trunk against the take's up; its stated 90 % bound": trunk,
-    }
-    return page(
-        "Real clips",
-        f"{settings(results)}. Nobody knows the truth of these: how far lifters are apart, and how steady up is.",
-        [
-            Table(
-                "Lifters",
-                ["clip", "one", "other", "apart"],
-                [[*row["pair"], row["apart"]] for row in results["real"]],
-                "PA-MPJPE in mm of a standard body, p50 / mean / p95 over frames.",
-            ),
-            "## Rectified\n\nDegrees over frames, p50 / mean / p95.",
-            *(
-                Table(
-                    "",
-                    [title, *next(iter(rows.values()))],
-                    [[name, *row.values()] for name, row in rows.items()],
-                )
-                for title, rows in tables.items()
-            ),
-        ],
-    )
+def tables(question: Question) -> dict[str, Any]:
+    """Everything the report says: agreement as "real", and consistency as "real, rectified"."""
+    return {**question.heading(), "real": agreement(question), "real, rectified": consistency(question)}
 
 
 def _trunk(joints: np.ndarray, take: Answer) -> dict[str, Any]:

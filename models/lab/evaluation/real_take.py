@@ -8,8 +8,7 @@ the truth seen through the camera. Then the same man standing still, of whom onl
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -32,91 +31,129 @@ from ...common.metrics import joint_error, procrustes_error, scaled
 from ...common.spread import stated_spread
 from ...gravity import Seen, known_up, level_static, why_not
 from ...gravity.view import camera_of
-from ...lifter.builtin import lift
 from ...rectifier.load import load_rectifier
 from ..mocap.clips import data_folder
 from .angles import judge, spread
+from .people import mean
 from .real_data import (
     LIMBS,
-    MOVING,
     STANDING,
     exact_keypoints,
     found_keypoints,
     openpose_keypoints,
     read_cameras,
-    read_truth,
+    read_moving,
 )
-from .sets import heading
-from .tables import Table, page, settings
+from .sets import Question
+from .tables import Page, Table
 
 _LIMB_ROWS = H36M17.indices(LIMBS)
 _KEYPOINTS = ("video, skeletons alone", "OpenPose", "exact limbs")
 _WITH_IMAGE = "video, with its image"  # its lines tell up and the focal length
 _LIFT_ANGLES = ("knee_flexion", "elbow_flexion")
 _LEANS = ("trunk_lean_sagittal", "trunk_lean_frontal")
+_UP = {
+    "up": "{up_deg:.1f}", "stated": "{stated_deg:.1f}", "bound": "{bound_deg:.1f}", "levelled": "{levelled:.0%}"
+}  # fmt: skip
+PAGE = Page(
+    "A real take",
+    "; a man who balances, each of four cameras by itself, focal length unknown. Keypoints: found in the video alone, "
+    "OpenPose's, or the true limbs as the camera sees them with OpenPose's face.",
+    [
+        Table(
+            "Lift",
+            "lift/*/*",
+            ["keypoints", "camera"],
+            {
+                "PA": "{pa_mm:.0f}",
+                "rigid": "{rigid_mm:.0f}",
+                **{name: f"{{{name}[rmse]:.1f}} / {{{name}[mae]:.1f}}" for name in _LIFT_ANGLES},
+            },
+            "Mean distance of the 12 limb joints, mm: PA, after the best rotation, shift and scale of every frame; "
+            "rigid, from the mid-hips, after one rotation and scale for the take. Angles: RMSE / MAE, degrees.",
+        ),
+        Table(
+            "One gravity for the take",
+            "level/*/*",
+            ["keypoints, rectifier", "camera"],
+            {
+                **_UP,
+                "LEVEL": "{level_mm:.0f}",
+                **{name: f"{{{name}[rmse]:.1f}} / {{{name}[mae]:.1f}}" for name in _LEANS},
+            },
+            "Up: degrees off, root mean square error stated, and 90 % bound stated; levelled: takes that are not "
+            "refused. LEVEL: as rigid, but with the up that was found and one true heading. Lean of the trunk: RMSE / "
+            "MAE, degrees.",
+        ),
+        Table(
+            "The same man standing still, from the video alone", "standing/*/*", ["rectifier", "camera"], _UP
+        ),
+    ],
+)
 
 
-def real_take_tables(
-    rectifiers: Sequence[Rectifier], lifter: str | Path = "pcnet3d", flip: bool = False
-) -> dict[str, Any]:
+def tables(question: Question) -> dict[str, Any]:
     """Everything the report says. {"lift": {keypoints: {camera: row}}, "level": {"keypoints, method": {camera: row}},
     "standing": {method: {camera: row}}}; the rows are lift_row's and level_row's, the last of each the mean over
     cameras. InputError where the data is not."""
     results: dict[str, Any] = {
-        **heading(lifter, None, flip), "rectifiers": [r.method for r in rectifiers],
+        **question.heading(), "rectifiers": [r.method for r in question.rectifiers],
         "lift": {}, "level": {}, "standing": {},
     }  # fmt: skip
-    folder = data_folder() / "real"
-    cameras = read_cameras(folder / MOVING)
-    truth = read_truth(folder / MOVING, list(cameras))
+    cameras, truth = read_moving()
     for name, camera in cameras.items():
         video = read_video(camera.video)
         if len(video.time_s) != len(truth.limbs):
             raise InputError(
+                "files-apart",
                 f"Expected {how_many(len(truth.limbs), 'frame')} in {camera.video}, as in truth.npz; "
-                f"got {len(video.time_s)}."
+                f"got {len(video.time_s)}.",
             )
         given = openpose_keypoints(truth.openpose[name], video.time_s)
         sources = (found_keypoints(video), given, exact_keypoints(camera, truth.limbs, given))
-        for kind, keypoints in zip(_KEYPOINTS, sources, strict=True):
-            poses = lift(seen_only(keypoints, shown_size(video)), shown_size(video), flip=flip, model=lifter)
+        lifts: dict[str, tuple[Look | None, PoseSequence]] = {
+            kind: (None, _alone(question, video, keypoints))
+            for kind, keypoints in zip(_KEYPOINTS, sources, strict=True)
+        }
+        lifts[_WITH_IMAGE] = _with_image(question, video, sources[0])
+        for kind, (look, poses) in lifts.items():
             limbs = truth.limbs[poses.frame_index]
             results["lift"].setdefault(kind, {})[name] = lift_row(poses, limbs)
-            for rectifier in rectifiers:
+            for rectifier in question.rectifiers:
                 rows = results["level"].setdefault(f"{kind}, {rectifier.method}", {})
-                rows[name] = level_row(rectifier, poses, camera.up, limbs)
-        seen, poses = _with_image(video, sources[0], lifter, flip)
-        results["lift"].setdefault(_WITH_IMAGE, {})[name] = lift_row(poses, truth.limbs[poses.frame_index])
-        for rectifier in rectifiers:
-            rows = results["level"].setdefault(f"{_WITH_IMAGE}, {rectifier.method}", {})
-            rows[name] = level_row(rectifier, poses, camera.up, truth.limbs[poses.frame_index], seen)
-    for name, camera in read_cameras(folder / STANDING).items():
+                rows[name] = level_row(rectifier, poses, camera.up, limbs, look)
+    for name, camera in read_cameras(data_folder() / "real" / STANDING).items():
         video = read_video(camera.video)
         keypoints = found_keypoints(video)
-        poses = lift(seen_only(keypoints, shown_size(video)), shown_size(video), flip=flip, model=lifter)
-        seen, with_image = _with_image(video, keypoints, lifter, flip)
-        for rectifier in rectifiers:
+        poses = _alone(question, video, keypoints)
+        look, with_image = _with_image(question, video, keypoints)
+        for rectifier in question.rectifiers:
             rows = results["standing"].setdefault(rectifier.method, {})
             rows[name] = level_row(rectifier, poses, camera.up)
             rows = results["standing"].setdefault(f"{rectifier.method}, with the image", {})
-            rows[name] = level_row(rectifier, with_image, camera.up, look=seen)
-    for tables in (results["lift"], results["level"], results["standing"]):
-        for rows in tables.values():
+            rows[name] = level_row(rectifier, with_image, camera.up, look=look)
+    for table in (results["lift"], results["level"], results["standing"]):
+        for rows in table.values():
             rows["mean"] = mean_row(list(rows.values()))
     return results
 
 
+def _alone(question: Question, video: Video, keypoints: PoseSequence) -> PoseSequence:
+    """The lift of keypoints alone, without those that a run takes for not seen."""
+    return question.lift(seen_only(keypoints, shown_size(video)), shown_size(video))
+
+
 def _with_image(
-    video: Video, keypoints: PoseSequence, lifter: str | Path, flip: bool
+    question: Question, video: Video, keypoints: PoseSequence
 ) -> tuple[Look | None, PoseSequence]:
     """What the video's images say about up, and the lift with the focal length and the up that they tell, as a run does
     it."""
-    seen = camera_of(video, keypoints, (int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])))
-    look = seen.looks[0] if seen.looks else None
-    given = seen_only(keypoints, shown_size(video)), shown_size(video), seen.focal_px, flip, lifter
-    poses = lift(*given)
+    camera = camera_of(video, keypoints, (int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])))
+    look = camera.looks[0] if camera.looks else None
+    given = seen_only(keypoints, shown_size(video)), shown_size(video), camera.focal_px
+    poses = question.lift(*given)
     up = known_up(poses, load_rectifier("pcnet"), look=look)
-    return look, poses if up is None else lift(*given, up)
+    return look, poses if up is None else question.lift(*given, up)
 
 
 def lift_row(poses: PoseSequence, limbs: np.ndarray) -> dict[str, Any]:
@@ -130,8 +167,8 @@ def lift_row(poses: PoseSequence, limbs: np.ndarray) -> dict[str, Any]:
     found, true = (limb_angles(joints, None, poses.times) for joints in (lifted, limbs))
     return {
         "frames": len(limbs),
-        "pa_mm": _mean(1000 * procrustes_error(lifted, limbs)),
-        "rigid_mm": _mean(1000 * joint_error(turned, other)),
+        "pa_mm": mean(1000 * procrustes_error(lifted, limbs)),
+        "rigid_mm": mean(1000 * joint_error(turned, other)),
         **angle_errors(found, true, _LIFT_ANGLES),
     }
 
@@ -159,9 +196,9 @@ def level_row(
     row: dict[str, Any] = {
         "frames": len(poses),
         "levelled": float(not why_not(level)),
-        "up_deg": _mean(angle_deg(ups, np.broadcast_to(up, ups.shape))),
-        "stated_deg": _mean(level.up_error_deg),
-        "bound_deg": _mean(level.up_bound_deg),
+        "up_deg": mean(angle_deg(ups, np.broadcast_to(up, ups.shape))),
+        "stated_deg": mean(level.up_error_deg),
+        "bound_deg": mean(level.up_bound_deg),
     }
     if limbs is None:
         return row
@@ -169,7 +206,7 @@ def level_row(
     found = limb_angles(lifted, level.R_camera_from_body, poses.times)
     return {
         **row,
-        "level_mm": _mean(1000 * level_error(lifted, level.R_camera_from_level, limbs)),
+        "level_mm": mean(1000 * level_error(lifted, level.R_camera_from_level, limbs)),
         **angle_errors(found, limb_angles(limbs, None, poses.times), _LEANS),
     }
 
@@ -232,66 +269,6 @@ def mean_row(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {
         key: mean_row([row[key] for row in rows])
         if isinstance(value, dict)
-        else _mean(np.array([row[key] for row in rows], dtype=np.float64))
+        else mean(np.array([row[key] for row in rows], dtype=np.float64))
         for key, value in rows[0].items()
     }
-
-
-def _mean(values: np.ndarray) -> float:
-    values = values[np.isfinite(values)]
-    return float(values.mean()) if len(values) else float("nan")
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-
-    def rows(
-        tables: dict[str, dict[str, Any]], cells: Callable[[dict[str, Any]], list[str]]
-    ) -> list[list[str]]:
-        return [[label, camera, *cells(row)] for label, of in tables.items() for camera, row in of.items()]
-
-    up = ["camera", "up", "stated", "bound"]
-    return page(
-        "A real take",
-        f"{settings(results)}; a man who balances, each of four cameras by itself, focal length unknown. Keypoints: "
-        "found in the video alone, OpenPose's, or the true limbs as the camera sees them with OpenPose's face.",
-        [
-            Table(
-                "Lift",
-                ["keypoints", "camera", "PA", "rigid", "knee", "elbow"],
-                rows(results["lift"], _lift_cells),
-                "Mean distance of the 12 limb joints, mm: PA, after the best rotation, shift and scale of every frame; "
-                "rigid, from the mid-hips, after one rotation and scale for the take. Angles: RMSE / MAE, degrees.",
-            ),
-            Table(
-                "One gravity for the take",
-                ["keypoints, rectifier", *up, "LEVEL", "lean sagittal", "frontal"],
-                rows(results["level"], _level_cells),
-                "Up: degrees off, root mean square error stated, and 90 % bound stated; in brackets where the take is "
-                "refused. LEVEL: as rigid, but with the up that was found and one true heading. Lean of the trunk: "
-                "RMSE / MAE, degrees.",
-            ),
-            Table(
-                "The same man standing still, from the video alone",
-                ["rectifier", *up],
-                rows(results["standing"], _up_cells),
-            ),
-        ],
-    )
-
-
-def _lift_cells(row: dict[str, Any]) -> list[str]:
-    return [f"{row['pa_mm']:.0f}", f"{row['rigid_mm']:.0f}", *_errors(row, _LIFT_ANGLES)]
-
-
-def _level_cells(row: dict[str, Any]) -> list[str]:
-    return [*_up_cells(row), f"{row['level_mm']:.0f}", *_errors(row, _LEANS)]
-
-
-def _up_cells(row: dict[str, Any]) -> list[str]:
-    up, stated, bound = (f"{row[key]:.1f}" for key in ("up_deg", "stated_deg", "bound_deg"))
-    return [up if row["levelled"] else f"({up})", stated, bound]
-
-
-def _errors(row: dict[str, Any], names: Sequence[str]) -> list[str]:
-    return [f"{row[name]['rmse']:.1f} / {row[name]['mae']:.1f}" for name in names]

@@ -26,9 +26,42 @@ from ..mocap.clips import lying
 from ..mocap.split import read_parts
 from ..synthetic.views import Targets, View, seen, views
 from .motion_class import CLASSES, motion_classes
-from .sets import EvaluationSet, evaluation_sets, heading
-from .tables import Table, page, settings
+from .sets import EvaluationSet, Question
+from .tables import Page, Table
 
+_TITLES = {
+    "rows": "Rectifiers",
+    "sources": "By skeleton, upright",
+    "views": "By view, upright",
+    "motions": "By motion, upright",
+}
+PAGE = Page(
+    "Rectifiers",
+    "{about}. Cells of three numbers are p50 / mean / p95.",
+    [
+        Table(
+            title,
+            f"rectifiers/*/{key}/*",
+            ["rectifier", "set"],
+            {
+                "frames": "{frames:,}", "rotation, deg": "{rotation}", "tilt, deg": "{tilt}", "MPJPE, mm": "{mpjpe}",
+                "PA-MPJPE, mm": "{pa_mpjpe.mean:.1f}", "bones, %": "{bones.mean:.2f}",
+                "Frobenius 'deg'": "{frobenius.mean:.1f}", "expected, mean": "{expected.mean:.1f}",
+                "Spearman": "{spearman:.2f}",
+            },
+        )
+        for key, title in _TITLES.items()
+    ]
+    + [
+        Table(
+            "",
+            "rectifiers/*",
+            ["rectifier"],
+            {"degrees": "{equivariance}"},
+            "Deviation from rotation(Q x) = Q rotation(x).",
+        )
+    ],
+)  # fmt: skip
 _BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
 
 
@@ -129,10 +162,10 @@ def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0, targets: Targe
     return takes
 
 
-def lifted(of: EvaluationSet, seed: int = 0, lifter: str = "pcnet3d", flip: bool = False) -> list[Take]:
+def lifted(question: Question, of: EvaluationSet) -> list[Take]:
     """The test bed's takes, frames without a lift or a heading left out."""
     takes = []
-    for take in of.takes(seed, lifter, flip):
+    for take in question.takes(of):
         seen_, joints = take.seen, take.lifted.joints
         finite = np.isfinite(np.concatenate([joints, seen_.R_camera_from_body], axis=1))
         fine = np.asarray(finite.all(axis=(1, 2)))
@@ -144,40 +177,30 @@ def lifted(of: EvaluationSet, seed: int = 0, lifter: str = "pcnet3d", flip: bool
     return takes
 
 
-def rectifier_tables(
-    rectifiers: Sequence[Rectifier],
-    lifter: str = "pcnet3d",
-    seed: int = 0,
-    flip: bool = False,
-    sets: Sequence[EvaluationSet] | None = None,
-) -> dict[str, Any]:
+def tables(question: Question) -> dict[str, Any]:
     """{"rectifiers": _tables} of the people that the shipped networks never saw, lifted and clean."""
-    sets = sets or evaluation_sets()
-    clips = [one.clips() for one in sets]
+    clips = [one.clips() for one in question.sets]
     kinds = {
-        one.label: {"lifted": partial(lifted, one, seed, lifter, flip), **_clean(own, seed, "body")}
-        for one, own in zip(sets, clips, strict=True)
+        one.label: {"lifted": partial(lifted, question, one), **_clean(own, question.seed, "body")}
+        for one, own in zip(question.sets, clips, strict=True)
     }
-    found = heading(lifter, seed, flip, sets)
-    return {**found, "about": settings(found), "rectifiers": _tables(rectifiers, kinds, clips[0])}
+    return {**question.heading(), "rectifiers": _tables(question.rectifiers, kinds, clips[0])}
 
 
 def own_tables(
-    rectifiers: Sequence[Rectifier],
-    data: Path,
-    split: Path | None = None,
-    targets: Targets = "body",
-    seed: int = 0,
+    question: Question, data: Path, split: Path | None = None, targets: Targets = "body"
 ) -> dict[str, Any]:
     """The same of the test subjects of a file of clips, or of everybody without a split, clean only."""
     clips = read_parts(data, split, ["test"]).clips["test"] if split else read_mocap(data)
     subjects = sorted({clip.subject for clip in clips})
     whom = f"{data.name}, {'test' if split else 'everybody'}"
-    about = f"pcnet3d {package_version()}, {data}, {how_many(len(subjects), 'subject')}, targets {targets}, seed {seed}"
+    many = how_many(len(subjects), "subject")
+    about = f"pcnet3d {package_version()}, {data}, {many}, targets {targets}, seed {question.seed}"
     return {
-        "pcnet3d": package_version(), "data": str(data), "split": str(split or ""), "targets": targets, "seed": seed,
+        "pcnet3d": package_version(), "data": str(data), "split": str(split or ""), "targets": targets,
+        "seed": question.seed,
         "subjects": subjects, "about": about,
-        "rectifiers": _tables(rectifiers, {whom: _clean(clips, seed, targets)}, clips),
+        "rectifiers": _tables(question.rectifiers, {whom: _clean(clips, question.seed, targets)}, clips),
     }  # fmt: skip
 
 
@@ -244,31 +267,3 @@ def equivariance(rectifier: Rectifier, clips: Sequence[Clip], count: int = 2000,
     return Figure.of(
         geodesic_deg(rectifier.rotation(rotate(Q, joints))[0], Q @ rectifier.rotation(joints)[0])
     )
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables; cells of three numbers are p50 / mean / p95."""
-    found = results["rectifiers"]
-    head = ["set", "frames", "rectifier", "rotation, deg", "tilt, deg", "MPJPE, mm", "PA-MPJPE, mm", "bones, %",
-            "Frobenius 'deg'", "expected, mean", "Spearman"]  # fmt: skip
-    titles = {
-        "rows": "Rectifiers", "sources": "By skeleton, upright", "views": "By view, upright",
-        "motions": "By motion, upright",
-    }  # fmt: skip
-    tables: list[Table | str] = [
-        Table(
-            title,
-            head,
-            [
-                f"{name} | {row['frames']:,} | {method} | {row['rotation']} | {row['tilt']} | {row['mpjpe']} | "
-                f"{row['pa_mpjpe'].mean:.1f} | {row['bones'].mean:.2f} | {row['frobenius'].mean:.1f} | "
-                f"{row['expected'].mean:.1f} | {row['spearman']:.2f}"
-                for name in next(iter(found.values()))[key]
-                for method, row in ((method, tables_[key][name]) for method, tables_ in found.items())
-            ],
-        )
-        for key, title in titles.items()
-    ]
-    turned = "; ".join(f"{method} {tables_['equivariance']}" for method, tables_ in found.items())
-    tables.append(f"Deviation from rotation(Q x) = Q rotation(x), degrees: {turned}.")
-    return page("Rectifiers", f"{results['about']}.", tables)

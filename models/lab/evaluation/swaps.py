@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,24 +21,60 @@ from ....pipeline.running.progress import each
 from ....pipeline.signals.swap_repair import repair_swaps, settled
 from ....pipeline.signals.swaps import Kind, Swap, find_swaps, kinds
 from ...common.metrics import Figure, joint_error, scaled
-from ...lifter.builtin import lift
-from ..synthetic.cameras import WILD, ViewRange
 from ..synthetic.keypoint_noise import Noise
-from .sets import EvaluationSet, evaluation_sets, heading
-from .tables import Table, page, settings
-from .testbed import BEDS, MIN_FRAMES, SeenTake, see
+from .sets import Question
+from .tables import Page, Table
+from .testbed import MIN_FRAMES, SeenTake, see
 
 _LENGTHS = ((1, 1), (3, 10), (11, 30), (31, 60))
 _EVERY = 90  # frames
 _MARGIN = 10  # frames between two swaps, and at the ends of a take
 _OVERLAP = 0.5  # intersection over union from which on a swap counts as found
 _ROUNDS = 3  # times that a take gets other swaps
-_MADE = ("legs exchanged", "arms exchanged", "both exchanged", "body mirrored", "limb mirrored")
+_SHARES = {
+    "swaps": "{swaps}", "recall": "{recall:.1%}", "precision": "{precision:.1%}", "certain": "{certain:.1%}",
+    "precision of these": "{certain_precision:.1%}", "frames: recall": "{frame_recall:.1%}",
+    "frames: precision": "{frame_precision:.1%}",
+}  # fmt: skip
+PAGE = Page(
+    "Swaps",
+    ". A swap is found when one of the same kind overlaps with it by half of both together; certain ones are repaired. "
+    "Frames count once for each kind.",
+    [
+        Table(
+            "Anywhere in the take",
+            "anywhere/*",
+            ["set"],
+            _SHARES
+            | {"false a minute, untouched": "{false_per_minute:.2f} in {untouched_minutes:.1f} minutes"},
+        ),
+        Table(
+            "",
+            "anywhere/*/by_kind_and_length/*",
+            ["set", "kind, frames"],
+            {"found / put in": "{1} / {0}"},
+            "Recall by kind and length in frames:",
+        ),
+        Table(
+            "The noise's own, in profile",
+            "in profile/*",
+            ["set"],
+            _SHARES
+            | {
+                "lift without swaps": "{lift[without swaps]}",
+                "with": "{lift[with swaps]}",
+                "put right": "{lift[put right]}",
+            },
+            "Keypoints with runs of 8 frames on average, as the lifter was trained on. MPJPE of our lift in mm (p50 / "
+            "mean / p95), one scale a take, in the frames with swaps.",
+        ),
+    ],
+)
 
 
 @dataclass(frozen=True)
 class Made:
-    """A swap that was put in: rows first_row to last_row, wrong in these ways; one of _MADE and of _LENGTHS."""
+    """A swap that was put in: rows first_row to last_row, wrong in these ways; one of _LENGTHS."""
 
     ways: tuple[Kind, ...]
     first_row: int
@@ -104,42 +139,29 @@ class Tally:
         }
 
 
-def swap_tables(
-    lifter: str | Path = "pcnet3d",
-    seed: int = 0,
-    flip: bool = False,
-    sets: Sequence[EvaluationSet] | None = None,
-) -> dict[str, Any]:
+def tables(question: Question) -> dict[str, Any]:
     """Everything the report says, as nested dicts with Figures."""
-    sets = sets or evaluation_sets()
-    results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "anywhere": {}, "in profile": {}}
-    for one in sets:
+    results: dict[str, Any] = {**question.heading(), "anywhere": {}, "in profile": {}}
+    for one in question.sets:
         clips = [clip for clip in one.clips() if len(clip) >= MIN_FRAMES]
-        tallies, profile = one_set(one.label, clips, lifter, seed, flip, BEDS[one.bed])
+        tallies, profile = one_set(question, one.label, clips)
         results["anywhere"] |= {f"{one.label}, {kind}": tally.figures() for kind, tally in tallies.items()}
         results["in profile"][one.label] = profile
     return results
 
 
-def one_set(
-    label: str,
-    clips: Sequence[Clip],
-    lifter: str | Path,
-    seed: int,
-    flip: bool,
-    views: ViewRange = WILD,
-) -> tuple[dict[str, Tally], dict[str, Any]]:
+def one_set(question: Question, label: str, clips: Sequence[Clip]) -> tuple[dict[str, Tally], dict[str, Any]]:
     """Tallies by input ("motion capture", "lifted", "keypoints"), and figures of the noise's own swaps."""
     tallies = {"motion capture": Tally(), "lifted": Tally(), "keypoints": Tally()}
     own, errors = Tally(), {"without swaps": [], "with swaps": [], "put right": []}
     for number, clip in enumerate(each(clips, f"{label} takes", len(clips))):
-        take = see(clip, seed, noise=Noise(swap_rate=0.0), views=views)
-        lifted = lift(take.keypoints, take.image_size, None, flip, lifter)
+        take = see(clip, question.seed, noise=Noise(swap_rate=0.0), views=question.views)
+        lifted = question.lift_seen(take)
         clean = lifted.with_(joints=take.truth, frame=CAMERA, confidence=None, history=())
         for name, poses in zip(tallies, (clean, lifted, take.keypoints), strict=True):
-            _judge(tallies[name], poses, number, seed)
-        swapped = see(clip, seed, views=views)
-        for name, values in _profile(own, take, swapped, lifted, lifter, flip).items():
+            _judge(tallies[name], poses, number, question.seed)
+        swapped = see(clip, question.seed, views=question.views)
+        for name, values in _profile(question, own, take, swapped, lifted).items():
             errors[name].append(values)
     figures = own.figures()
     figures["lift"] = {name: Figure.of(np.concatenate(values)) for name, values in errors.items()}
@@ -181,10 +203,10 @@ def put_in(poses: PoseSequence, rng: np.random.Generator) -> tuple[PoseSequence,
 
 
 def _profile(
-    tally: Tally, right: SeenTake, swapped: SeenTake, lifted: PoseSequence, lifter: str | Path, flip: bool
+    question: Question, tally: Tally, right: SeenTake, swapped: SeenTake, lifted: PoseSequence
 ) -> dict[str, np.ndarray]:
     """Adds one take with the noise's own swaps. -> errors of the lift in mm, one scale a take, in the frames that they
-    spoil: as if there were none, with them, and as `--swaps repair` leaves them."""
+    spoil: as if there were none, with them, and as read.swaps=repair leaves them."""
     made = own_swaps(right.keypoints, swapped.keypoints)
     found = find_swaps(swapped.keypoints)
     tally.add(len(lifted), made, found)
@@ -197,7 +219,7 @@ def _profile(
         ("with swaps", swapped.keypoints),
         ("put right", repair_swaps(swapped.keypoints, settled(swapped.keypoints, found)[0])),
     ):
-        lifts[name] = lift(keypoints, right.image_size, None, flip, lifter)
+        lifts[name] = question.lift(keypoints, right.image_size)
     return {
         name: 1000
         * joint_error(scaled(poses.joints.astype(np.float64), right.truth, "take"), right.truth)[spoilt]
@@ -229,51 +251,3 @@ def _cells(rows: int, spans: Iterable[tuple[str, int, int]]) -> set[tuple[str, i
 
 def _share(part: float, whole: float) -> float:
     return part / whole if whole else float("nan")
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-    shares = ["recall", "precision", "certain", "precision of these", "frames: recall", "precision"]
-    lengths = [f"{low}-{high}" for low, high in _LENGTHS]
-    anywhere = [
-        f"{name} | {row['swaps']} | {_percents(row)} | {row['false_per_minute']:.2f} in "
-        f"{row['untouched_minutes']:.1f} minutes"
-        for name, row in results["anywhere"].items()
-    ]
-    by_length = [
-        [name, kind, *(f"{cell[1]} / {cell[0]}" if cell else "" for cell in cells)]
-        for name, row in results["anywhere"].items()
-        for kind in _MADE
-        if any(cells := [row["by_kind_and_length"].get(f"{kind}, {length}") for length in lengths])
-    ]
-    in_profile = [
-        f"{name} | {row['swaps']} | {_percents(row)} | {' | '.join(map(str, row['lift'].values()))}"
-        for name, row in results["in profile"].items()
-    ]
-    lifts = ["lift without swaps", "with", "put right"]
-    return page(
-        "Swaps",
-        f"{settings(results)}. A swap is found when one of the same kind overlaps with it by half of both together; "
-        "certain ones are repaired. Shares in %; frames count once for each kind.",
-        [
-            Table("Anywhere in the take", ["set", "swaps", *shares, "false a minute, untouched"], anywhere),
-            Table(
-                "",
-                ["set", "kind", *lengths],
-                by_length,
-                "Recall by kind and length in frames, found / put in:",
-            ),
-            Table(
-                "The noise's own, in profile",
-                ["set", "swaps", *shares, *lifts],
-                in_profile,
-                "Keypoints with runs of 8 frames on average, as the lifter was trained on. MPJPE of our lift in mm "
-                "(p50 / mean / p95), one scale a take, in the frames with swaps.",
-            ),
-        ],
-    )
-
-
-def _percents(row: dict[str, Any]) -> str:
-    names = ("recall", "precision", "certain", "certain_precision", "frame_recall", "frame_precision")
-    return " | ".join(f"{100 * row[name]:.1f}" for name in names)

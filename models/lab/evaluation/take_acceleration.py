@@ -25,7 +25,32 @@ from .acceleration import NO_MOTION, PARTS, accelerations, agreement
 from .tables import Table
 from .take_answers import TRUE_AXES, Answer, with_heading
 
-_COLUMNS = [(part, direction) for part in PARTS for direction in ("vertical", "horizontal")]
+_TITLES = {
+    "level": "In upright axes, one heading for the take, the same for every method; frame by frame: each frame's own "
+    "up under it. `true axes` is what is left when the rotation is right.",
+    "lift": "The first lift's against the same in the true axes: what the rotation alone adds.",
+    "body": "In BODY, the paper's R^T x, against the true one.",
+}
+TABLES: list[Table | str] = [
+    "## Acceleration of wrists and ankles\n\n"
+    f"Relative to the pelvis, {CUTOFF_HZ:g} Hz zero-phase, against motion capture; RMSE in m/s^2 (horizontal: of one "
+    "axis), p50 / mean / p95 over takes, and r, p50. Upright takes of 2 s and more without gaps.",
+    Table("", "acceleration/*", ["set"], {"takes": "{takes}", "left out, with gaps": "{left out}"}),
+    *(
+        Table(
+            "",
+            f"acceleration/*/{axes}/*",
+            ["set", "method"],
+            {
+                f"{part}, {direction}": f"{{{part}[{direction}][rmse]:.2f}}; {{{part}[{direction}][r].p50:.2f}}"
+                for part in PARTS
+                for direction in ("vertical", "horizontal")
+            },
+            note,
+        )
+        for axes, note in _TITLES.items()
+    ),
+]
 
 
 def compare(signal: np.ndarray, truth: np.ndarray) -> dict[str, tuple[float, float]]:
@@ -84,39 +109,7 @@ def over_takes(scores: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return join(scores) if scores else {}
 
 
-def as_tables(sets: dict[str, Any]) -> list[Table | str]:
-    """Of {set: {"takes": count, "left out": count, **over_takes}}."""
-    parts: list[Table | str] = [
-        "## Acceleration of wrists and ankles\n\n"
-        f"Relative to the pelvis, {CUTOFF_HZ:g} Hz zero-phase, against motion capture; RMSE in m/s^2 (horizontal: of "
-        "one axis), p50 / mean / p95 over takes, and r, p50. Upright takes of 2 s and more without gaps.",
-    ]
-    titles = {
-        "level": "In upright axes, one heading for the take, the same for every method; frame by frame: each frame's "
-        "own up under it. `true axes` is what is left when the rotation is right.",
-        "lift": "The first lift's against the same in the true axes: what the rotation alone adds.",
-        "body": "In BODY, the paper's R^T x, against the true one.",
-    }
-    for label, values in sets.items():
-        if not values["takes"]:
-            continue
-        gaps = f", {values['left out']} with gaps left out" if values["left out"] else ""
-        parts.append(f"### {label}, {values['takes']} takes{gaps}")
-        for axes in (axes for axes in titles if axes in values):
-            rows = [
-                [method, *(_cell(row[part][direction]) for part, direction in _COLUMNS)]
-                for method, row in values[axes].items()
-            ]
-            parts.append(Table("", ["", *map(", ".join, _COLUMNS)], rows, titles[axes]))
-    return parts
-
-
 def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
     """Accelerations of each part's joints in other axes."""
     turned = rotate(transpose(R_camera_from_axes), joints)
     return {part: accelerations(turned[:, rows], time_s) for part, rows in PARTS.items()}
-
-
-def _cell(score: dict[str, Figure]) -> str:
-    r = score["r"].p50
-    return f"{score['rmse']:.2f}" + (f"; r {r:.2f}" if np.isfinite(r) else "")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,14 +14,24 @@ from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ...common.metrics import Figure
-from ...lifter.builtin import lift
 from ..synthetic.cameras import WILD, ViewRange
+from .sets import Question
 from .tables import Table
 from .take_answers import CAMERA_AXES, TRUE_AXES, answers, camera_axes, constant, joints_of, named
 from .testbed import SeenTake, see
 
 CAMERAS = 8
 _PITCH_DEG = (-20.0, 40.0)  # and no more than the views allow
+TABLE = Table(
+    "One take from eight cameras",
+    "cameras/*/*",
+    ["joints", "method"],
+    {"joints, mm": "{joints_mm}", "lean, deg": "{lean_deg}"},
+    "Takes of the first set, of 2 s and more; yaw 0 to 315 degrees, pitch of the bed's cameras between -20 and "
+    "40. Root mean square over cameras to their mean, one heading for all: every joint's position in upright axes, and "
+    "the trunk's lean from the vertical; p50 / mean / p95 over takes. `true axes` is what the lifts differ by. The "
+    "geometric rectifier agrees with itself on clean joints by construction, and sees no lean to disagree about.",
+)
 
 
 def around(clip: Clip, seed: int, views: ViewRange = WILD) -> list[SeenTake]:
@@ -61,22 +70,15 @@ def apart(views: np.ndarray) -> tuple[float, float]:
     return 1000 * _rms(distance), _rms(lean - lean.mean(axis=0))
 
 
-def camera_tables(
-    rectifiers: Sequence[Rectifier],
-    clips: Sequence[Clip],
-    seed: int = 0,
-    lifter: str | Path = "pcnet3d",
-    flip: bool = False,
-    views: ViewRange = WILD,
-) -> dict[str, Any]:
+def camera_tables(question: Question, clips: Sequence[Clip]) -> dict[str, Any]:
     """{"takes": count, "lifted", "clean": {method: {"joints_mm", "lean_deg": Figure}}}, figures over the clips."""
     parts: dict[str, dict[str, list[tuple[float, float]]]] = {"lifted": {}, "clean": {}}
     for clip in each(clips, f"{CAMERAS} cameras", len(clips)):
         seen_by: dict[str, dict[str, list[np.ndarray]]] = {"lifted": {}, "clean": {}}
-        for seen in around(clip, seed, views):
-            poses = lift(seen.keypoints, seen.image_size, flip=flip, model=lifter)
+        for seen in around(clip, question.seed, question.views):
+            poses = question.lift_seen(seen)
             for kind, joints in (("lifted", joints_of(poses, seen.truth)), ("clean", seen.truth)):
-                for name, points in positions(rectifiers, seen, joints).items():
+                for name, points in positions(question.rectifiers, seen, joints).items():
                     seen_by[kind].setdefault(name, []).append(points)
         for kind, methods in seen_by.items():
             for name, points in methods.items():
@@ -88,30 +90,6 @@ def camera_tables(
             for name, values in methods.items()
         }
     return tables
-
-
-def as_table(tables: dict[str, Any]) -> Table:
-    """Of camera_tables."""
-    return Table(
-        "One take from eight cameras",
-        ["", "joints, lifted, mm", "lean, lifted, deg", "joints, clean, mm", "lean, clean, deg"],
-        [
-            [
-                name,
-                *(
-                    tables[kind][name][what]
-                    for kind in ("lifted", "clean")
-                    for what in ("joints_mm", "lean_deg")
-                ),
-            ]
-            for name in tables["lifted"]
-        ],
-        f"{tables['takes']} takes of the first set, of 2 s and more; yaw 0 to 315 degrees, pitch of the bed's cameras "
-        "between -20 and 40. Root mean square over cameras to their mean, one heading for all: every joint's "
-        "position in upright axes, and the trunk's lean from the vertical; p50 / mean / p95 over takes. `true axes` is "
-        "what the lifts differ by. The geometric rectifier agrees with itself on clean joints by construction, and "
-        "sees no lean to disagree about.",
-    )
 
 
 def _rms(values: np.ndarray) -> float:

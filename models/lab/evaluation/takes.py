@@ -7,26 +7,21 @@ accelerations of wrists and ankles, and one take from eight cameras.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
-from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.mocap.clip import Clip
-from ....pipeline.running.progress import each
 from ...common.metrics import Figure, joint_error, sorting
 from ...common.spread import stated_spread
-from ...gravity import Seen, level_static, why_not
-from ...lifter.builtin import lift
+from ...gravity import why_not
 from ..mocap.clips import lying
 from . import take_acceleration, take_cameras
-from .sets import EvaluationSet, evaluation_sets, heading
-from .tables import Table, page, settings
+from .sets import Question
+from .tables import Page, Table
 from .take_answers import (
     CAMERA_AXES,
     TRUE_AXES,
@@ -38,14 +33,47 @@ from .take_answers import (
     named,
     simulated_look,
 )
-from .testbed import BEDS, LiftedTake
+from .testbed import LiftedTake
 
 _LONG_S = 2.0
 LONG, _SHORT, _PARTLY, _LYING = _GROUPS = (
     "upright, 2 s and more", "upright, under 2 s", "lying now and then", "lying",
 )  # fmt: skip
-_POOLED = 10_000  # frames
 _CAMERA_TAKES = 20
+PAGE = Page(
+    "Takes",
+    "; one camera a take, standing still.",
+    [
+        Table(
+            "Errors",
+            "takes/*/methods/*",
+            ["set", "method"],
+            {
+                "takes": "{takes}", "frames": "{frames:,}", "tilt": "{tilt}", "rotation": "{rotation}",
+                "MPJPE": "{mpjpe}",
+            },
+            "p50 / mean / p95. Tilt, degrees: over takes, of a take's mean. Rotation of BODY, degrees, and MPJPE, mm, "
+            "one scale a take: over frames. Upright: in every frame; lying: trunk more than 60 degrees from the "
+            "vertical half of the time or more.",
+        ),
+        Table(
+            "Trust",
+            "takes/*/methods/*",
+            ["set", "method"],
+            {
+                "levelled": "{levelled:.1%}", "inside the bound": "{inside:.1%}",
+                "stated / true, deg (sorting)": "{expected:.1f} / {true:.1f} ({spearman:.2f})",
+                "drift": "{drifted} of {takes}",
+            },
+            "Levelled: takes that are not refused. Of those, how many have their true up inside the stated 90 % bound, "
+            "the mean stated rotation error over the mean true one, and how well it sorts frames (Spearman). Drift: "
+            "takes said to be seen by a camera that moved; none was.",
+            where=lambda row: "levelled" in row,
+        ),
+        *take_acceleration.TABLES,
+        take_cameras.TABLE,
+    ],
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,39 +91,21 @@ class Judged:
     drifted: bool | None = None
 
 
-def take_tables(
-    rectifiers: Sequence[Rectifier],
-    lifter: str | Path = "pcnet3d",
-    seed: int = 0,
-    flip: bool = False,
-    sets: Sequence[EvaluationSet] | None = None,
-) -> dict[str, Any]:
+def tables(question: Question) -> dict[str, Any]:
     """Everything the report says, as nested dicts with Figures."""
-    sets = sets or evaluation_sets()
-    clips = [one.clips() for one in sets]
-    results: dict[str, Any] = heading(lifter, seed, flip, sets)
-    results |= {"rectifiers": [r.method for r in rectifiers], "takes": {}, "acceleration": {}}
-    for one, own in zip(sets, clips, strict=True):
-        tables, signals = one_set(
-            rectifiers, one.label, one.takes(seed, lifter, flip), len(own), lifter, flip, seed
-        )
-        results["takes"] |= tables
+    results: dict[str, Any] = question.heading()
+    results |= {"rectifiers": [r.method for r in question.rectifiers], "takes": {}, "acceleration": {}}
+    for one in question.sets:
+        taken, signals = one_set(question, one.label, question.takes(one))
+        results["takes"] |= taken
         results["acceleration"] |= signals
-    results["cameras"] = take_cameras.camera_tables(
-        rectifiers, some_clips(clips[0], _CAMERA_TAKES), seed, lifter, flip, BEDS[sets[0].bed]
-    )
-    results["pooling"] = {"frames": _POOLED, "seconds": pooling_seconds(_POOLED)}
+    first = some_clips(question.sets[0].clips(), _CAMERA_TAKES)
+    results["cameras"] = take_cameras.camera_tables(question, first)
     return results
 
 
 def one_set(
-    rectifiers: Sequence[Rectifier],
-    label: str,
-    takes: Iterable[LiftedTake],
-    total: int,
-    lifter: str | Path = "pcnet3d",
-    flip: bool = False,
-    seed: int = 0,
+    question: Question, label: str, takes: Iterable[LiftedTake]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """({"LABEL, lifted, GROUP": {"takes", "frames", "methods": {method: figures}}}, accelerations by set)."""
     judged: dict[str, dict[str, list[Judged]]] = {
@@ -103,16 +113,16 @@ def one_set(
     }
     scores: dict[str, list[dict[str, Any]]] = {"lifted": [], "clean": []}
     gaps = {"lifted": 0, "clean": 0}
-    for take in each(takes, f"{label} takes", total):
+    for take in takes:
         seen = take.seen
         for kind, joints in (("lifted", joints_of(take.lifted, seen.truth)), ("clean", seen.truth)):
-            look = simulated_look(seen.up, seed, seen.clip)
+            look = simulated_look(seen.up, question.seed, seen.clip)
             spread = again = None
             if kind == "lifted":
-                told = lift(seen.keypoints, seen.image_size, None, flip, lifter, look.up)
+                told = question.lift_seen(seen, up=look.up)
                 spread = stated_spread(take.lifted)
                 again = joints_of(told, seen.truth), stated_spread(told)
-            both = named(answers(rectifiers, joints, seen.keypoints.times, look, spread, again))
+            both = named(answers(question.rectifiers, joints, seen.keypoints.times, look, spread, again))
             for name, answer in both.items():
                 rows = judged[f"{label}, {kind}, {group_of(take)}"].setdefault(name, [])
                 rows.append(judge(take, joints, answer))
@@ -121,7 +131,6 @@ def one_set(
                     scores[kind].append(signals(take, joints, both))
                 else:
                     gaps[kind] += 1
-    tables = {name: row(methods) for name, methods in judged.items() if methods}
     accelerated = {
         f"{label}, {kind}": {
             "takes": len(scores[kind]),
@@ -130,7 +139,7 @@ def one_set(
         }
         for kind in scores
     }
-    return tables, accelerated
+    return {name: row(methods) for name, methods in judged.items() if methods}, accelerated
 
 
 def group_of(take: LiftedTake) -> str:
@@ -207,72 +216,3 @@ def some_clips(clips: Sequence[Clip], count: int) -> list[Clip]:
     """At most `count` upright clips of 2 s and more, evenly spread over the list."""
     fine = [c for c in clips if len(c) / c.fps >= _LONG_S and not lying(c.joints).any()]
     return [fine[i] for i in np.unique(np.linspace(0, len(fine) - 1, min(count, len(fine))).astype(int))]
-
-
-def pooling_seconds(frames: int) -> float:
-    """Seconds that level_static takes on this machine for a take, beyond the rectifier's own time: votes scattered
-    about an upright person's by a few degrees, correlated in time."""
-    from scipy.ndimage import gaussian_filter1d
-    from scipy.spatial.transform import Rotation
-
-    rng = np.random.default_rng(0)
-    turns = np.radians(12) * gaussian_filter1d(rng.normal(size=(frames, 3)), 3.0, axis=0)
-    R = camera_axes(frames).R_camera_from_body @ Rotation.from_rotvec(turns).as_matrix()
-    joints = rng.normal(0, 0.3, (frames, 17, 3))
-    error_deg, time_s = rng.uniform(4, 12, frames), np.arange(frames) / 30
-    start = time.perf_counter()
-    level_static(Seen(joints, R, error_deg, time_s))
-    return time.perf_counter() - start
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-    pooling = results["pooling"]
-    rows = [
-        (name, table["takes"], table["frames"], method, figures)
-        for name, table in results["takes"].items()
-        for method, figures in table["methods"].items()
-    ]
-    errors = [
-        [name, takes, f"{frames:,}", method, *(figures[what] for what in ("tilt", "rotation", "mpjpe"))]
-        for name, takes, frames, method, figures in rows
-    ]
-    trust = [
-        f"{name} | {method} | {100 * figures['levelled']:.1f} | {100 * figures['inside']:.1f} | "
-        f"{figures['expected']:.1f} / {figures['true']:.1f} ({figures['spearman']:.2f}) | "
-        f"{figures['drifted']} of {takes}"
-        for name, takes, _, method, figures in rows
-        if "levelled" in figures
-    ]
-    return page(
-        "Takes",
-        f"{settings(results)}; one camera a take, standing still. A take of {pooling['frames']:,} frames is pooled in "
-        f"{pooling['seconds']:.2f} s beyond the rectifier's own time.",
-        [
-            Table(
-                "Errors",
-                ["set", "takes", "frames", "method", "tilt", "rotation", "MPJPE"],
-                errors,
-                "p50 / mean / p95. Tilt, degrees: over takes, of a take's mean. Rotation of BODY, degrees, and MPJPE, "
-                "mm, one scale a take: over frames. Upright: in every frame; lying: trunk more than 60 degrees from "
-                "the vertical half of the time or more.",
-            ),
-            Table(
-                "Trust",
-                [
-                    "set",
-                    "method",
-                    "levelled, %",
-                    "inside the bound, %",
-                    "stated / true, deg (sorting)",
-                    "drift",
-                ],
-                trust,
-                "Levelled: takes that are not refused. Of those, how many have their true up inside the stated 90 % "
-                "bound, the mean stated rotation error over the mean true one, and how well it sorts frames "
-                "(Spearman). Drift: takes said to be seen by a camera that moved; none was.",
-            ),
-            *take_acceleration.as_tables(results["acceleration"]),
-            take_cameras.as_table(results["cameras"]),
-        ],
-    )

@@ -25,7 +25,7 @@ from ....pipeline.core.frames import IMAGE
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.rotations import rotate
+from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.files.atomic import refuse_unwritable_file, whole_file
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.reading.settings import OnDevice
@@ -49,12 +49,13 @@ BEDS: dict[Bed, ViewRange] = {"wild": WILD, "typical": TYPICAL}
 
 @dataclass(frozen=True, eq=False)
 class SeenTake:
-    """One clip as a static camera and a detector saw it, and what is true about it.
+    """One clip as a camera and a detector saw it, and what is true about it.
 
     keypoints: the detector's answer, IMAGE, pixels. image_size, focal_px: the camera's.
     joints_camera: (T, 17, 3) metres, the truth, origin at the camera.
-    R_camera_from_body: (T, 3, 3), the truth by design.md section 4. R_camera_from_world: (3, 3), world +Z up; its
-        third column is `up`. R_camera_from_ray: (T, 3, 3), z along the ray to the body.
+    R_camera_from_body: (T, 3, 3), the truth by design.md section 4. R_camera_from_world: (3, 3), or (T, 3, 3) of a
+        camera that pans, world +Z up; its third column is `up`. R_camera_from_ray: (T, 3, 3), z along the ray to the
+        body.
     lying: (T,) by trunk angle. clip, subject, source: where it comes from.
     """
 
@@ -72,8 +73,8 @@ class SeenTake:
 
     @property
     def up(self) -> np.ndarray:
-        """(3,) against gravity, in the camera."""
-        return self.R_camera_from_world[:, 2]
+        """(3,) or (T, 3) against gravity, in the camera."""
+        return self.R_camera_from_world[..., :, 2]
 
     @property
     def truth(self) -> np.ndarray:
@@ -83,7 +84,7 @@ class SeenTake:
     @cached_property
     def motion(self) -> dict[str, np.ndarray]:
         """{class: (T,) bool} of motion_class.motion_classes."""
-        world = rotate(self.R_camera_from_world.T, self.joints_camera)  # its origin is the camera
+        world = rotate(transpose(self.R_camera_from_world), self.joints_camera)  # its origin is the camera
         return motion_classes(world, self.keypoints.fps)
 
 
@@ -134,8 +135,9 @@ def _refuse_known_subjects(subjects: Subjects, model: str | Path) -> None:
     trained_on = network(model).trained_on
     if ("train" in (subjects, trained_on) and subjects.startswith(trained_on[:5])) or subjects == trained_on:
         raise InputError(
+            "files-apart",
             f"Expected a lifter that never saw the subjects '{subjects}', but {model} was trained on '{trained_on}'; "
-            'train one on the other half (subjects = "train-a" or "train-b" in its config).'
+            'train one on the other half (subjects = "train-a" or "train-b" in its config).',
         )
 
 
@@ -159,7 +161,7 @@ def see(
     bodies: BodyRange | None = None,
     views: ViewRange = WILD,
 ) -> SeenTake:
-    """A clip before one static camera and a noisy detector; deterministic in the seed and the clip's name."""
+    """A clip before one camera and a noisy detector; deterministic in the seed and the clip's name."""
     rng = _rng(clip, seed)
     world = clip.joints[None].astype(np.float64)
     if bodies is not None:
@@ -167,7 +169,9 @@ def see(
     cameras = place(world, rng, views)
     joints = cameras.to_camera(world)
     pixels, confidence = detect(cameras.project(joints), joints, rng, noise, clip.fps)
-    R_camera_from_world = cameras.R_camera_from_world[0, 0]
+    R_camera_from_world = cameras.R_camera_from_world[0]
+    if not views.pans:
+        R_camera_from_world = R_camera_from_world[0]
     time_s = np.arange(len(clip)) / clip.fps
     keypoints = PoseSequence(pixels[0], H36M17, IMAGE, confidence[0], time_s, np.arange(len(clip)))
     width, height = (int(side) for side in cameras.image_size[0])
@@ -225,7 +229,9 @@ def write_takes(
             )
         )
     if not takes:
-        raise InputError(f"There is no take of {MIN_FRAMES} frames or more of the subjects '{subjects}'.")
+        raise InputError(
+            "nothing-usable", f"There is no take of {MIN_FRAMES} frames or more of the subjects '{subjects}'."
+        )
     frames = [len(take.lifted) for take in takes]
     seen = [take.seen for take in takes]
     output.parent.mkdir(parents=True, exist_ok=True)

@@ -54,14 +54,16 @@ def true_takes(paths: Sequence[Path], clips: Sequence[Clip]) -> Iterator[tuple[C
             clip = by_name.get(str(name))
             if clip is None or len(clip) != end - begin:
                 raise InputError(
-                    f"Expected takes of the motion capture in PCNET3D_DATA in {path}, got {name}."
+                    "files-apart",
+                    f"Expected takes of the motion capture in PCNET3D_DATA in {path}, got {name}.",
                 )
             true = truth[begin:end].astype(np.float64)
             world = relative(clip.joints.astype(np.float64))
             R_world_from_camera = kabsch(world.reshape(-1, 3), true.reshape(-1, 3))
             if np.abs(rotate(R_world_from_camera, true) - world).max() > _SAME_M:
                 raise InputError(
-                    f"Expected the captured bodies in {path}, got others; leave --bodies of testbed out."
+                    "files-apart",
+                    f"Expected the captured bodies in {path}, got others; leave --bodies of testbed out.",
                 )
             yield clip, scaled(lifted[begin:end].astype(np.float64), true, "take"), R_world_from_camera
 

@@ -17,13 +17,13 @@ import numpy as np
 import typer
 
 from ....pipeline.files.atomic import whole_file
-from ....pipeline.running.progress import each
 from ...common.metrics import SD_90
 from ...gait.errors import ERROR_FILE, OF_LENGTH
 from ...rectifier.load import load_rectifier
 from ..common.modules import run_command
-from ..evaluation.gait import TRUE, Difference, JudgedGait, Mean, judge_both
-from ..evaluation.sets import evaluation_sets
+from ..evaluation.gait import TRUE, JudgedGait, judged_takes
+from ..evaluation.gait_means import Difference, Mean
+from ..evaluation.sets import Question
 from ..evaluation.testbed import BEDS
 
 Judged = TypeVar("Judged", Mean, Difference)
@@ -119,18 +119,18 @@ def main(
 ) -> None:
     """Fit the stated errors of gait figures on validation subjects."""
     rectifier = load_rectifier("pcnet")
+    questions = [Question((rectifier,), seed=seed, bed=bed) for bed in BEDS for seed in range(seeds)]
     takes = [
         judged
-        for bed in BEDS
-        for seed in range(seeds)
-        for one in evaluation_sets("val", bed)
-        for take in each(one.takes(seed, focal_known=True), f"{one.label} {bed}", len(one.clips()))
-        if (judged := judge_both(rectifier, take)) is not None and judged.kind != "none"
+        for question in questions
+        for of in question.sets
+        for judged in judged_takes(question, of)
+        if judged.kind != "none"
     ]
     figures, differences = fit_errors(takes), fit_differences(takes)
     content = {
         "made_by": "python -m pcnet3d.models.lab.fits.gait_errors",
-        "fitted_on": f"{len(takes)} lifted walks and runs of {', '.join(one.label for one in evaluation_sets('val'))}",
+        "fitted_on": f"{len(takes)} lifted walks and runs of {', '.join(of.label for of in questions[0].sets)}",
         "figures": figures,
         "differences": differences,
     }

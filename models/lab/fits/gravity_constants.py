@@ -103,7 +103,7 @@ def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
         spreads.append(pair.stated)
         pooled.append(pool(R[..., 2], error_deg, pair.time_s))
     if not tilts:
-        raise InputError(f"Expected upright takes of {_SHORTEST} frames or more, got none.")
+        raise InputError("nothing-usable", f"Expected upright takes of {_SHORTEST} frames or more, got none.")
     tilt, heading, said = (np.concatenate(parts) for parts in (tilts, headings, expected))
     usual = np.array([np.median(each) for each in spreads])
     square = np.array([np.mean(each**2) for each in expected])

@@ -131,7 +131,7 @@ def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> Joi
             pairs.append(pair)
             levels.append(level)
     if not pairs:
-        raise InputError("Expected validation takes that can be levelled, got none.")
+        raise InputError("nothing-usable", "Expected validation takes that can be levelled, got none.")
     return with_multiples(replace(shipped_noise(), modes=modes_of(read_pairs(train))), pairs, levels)
 
 

@@ -25,6 +25,7 @@ from ...rectifier.onnx import PCNetRectifier
 from ..common.extras import needed_for
 from ..common.toml_config import as_toml, checked
 from ..evaluation.rectifiers import clean_takes, judge, together
+from ..evaluation.tables import Page, Table, written
 from ..mocap.convert import read_folder
 from ..mocap.mmfi import Activities, protocol
 from ..mocap.split import Parts
@@ -34,6 +35,28 @@ if TYPE_CHECKING:
     from ..training.rectifier.train import TrainConfig
 
 _VALIDATED = 10  # every so many of those to train on choose the best weights; the toolbox has no such part
+
+
+_PAGE = Page(
+    "MM-Fi",
+    "Protocols of the data set's toolbox, activities {activities}, targets {targets}, the paper's views; "
+    "{steps:,} steps of {batch:,} poses. Rotation is p50 / mean / p95, the others are means. MPJPE and PA-MPJPE are "
+    "of the pose with what the residual head adds, turned only is without; the scale is fitted frame by frame, as in "
+    "all tables here. The last column is what the paper's published code calls degrees.",
+    [
+        Table(
+            "",
+            "rows/*",
+            [],
+            {
+                "trained on": "{trained}", "tested on": "{tested}", "frames": "{frames:,}",
+                "of people trained on": "{known people:.0%}", "rotation, deg": "{rotation}",
+                "MPJPE, mm": "{mpjpe.mean:.1f}", "PA-MPJPE, mm": "{pa_mpjpe.mean:.1f}",
+                "MPJPE turned only, mm": "{turned only.mean:.1f}", "Frobenius 'deg'": "{frobenius.mean:.1f}",
+            },
+        )
+    ],
+)  # fmt: skip
 
 
 def mmfi(
@@ -84,7 +107,11 @@ def mmfi(
     # What onnxruntime can use is not what torch can; the exported networks are judged where it offers.
     with computing_on(CPU if device == CPU else AUTO) as where:
         rows = table(runs, output)
-    text = as_markdown(rows, runs, activities)
+    run = next(iter(runs.values()))
+    results = {
+        "rows": rows, "activities": activities, "targets": run.targets, "steps": run.schedule.steps, "batch": run.batch
+    }  # fmt: skip
+    text = written(results, _PAGE)
     with whole_file(output / "mmfi.json") as partial:
         partial.write_text(
             json.dumps(plain({"rows": rows, "device": where.summary()}), indent=1), encoding="utf-8"
@@ -110,8 +137,9 @@ def split_of(clips: Sequence[Clip], name: str, activities: Activities) -> dict[s
     }
     if empty := [part for part, names in split.items() if not names]:
         raise InputError(
+            "nothing-usable",
             f"Expected recordings for {name} of MM-Fi, two people to train on and one to test, but {', '.join(empty)} "
-            "has none."
+            "has none.",
         )
     return split
 
@@ -143,33 +171,3 @@ def known_share(parts: Parts, test: Sequence[Clip]) -> float:
     """Share of the frames of `test` whose people are in the train or val part of another split."""
     people = {clip.subject for part in ("train", "val") for clip in parts.clips[part]}
     return sum(len(clip) for clip in test if clip.subject in people) / sum(map(len, test))
-
-
-def as_markdown(rows: Sequence[dict[str, Any]], runs: dict[str, TrainConfig], activities: Activities) -> str:
-    """The table as a page."""
-    head = ["trained on", "tested on", "frames", "of people trained on", "rotation, deg", "MPJPE, mm", "PA-MPJPE, mm",
-            "MPJPE turned only, mm", "Frobenius 'deg'"]  # fmt: skip
-    run = next(iter(runs.values()))
-    lines = [
-        "# MM-Fi",
-        "",
-        f"Protocols of the data set's toolbox, activities {activities}, targets {run.targets}, the paper's views; "
-        f"{run.schedule.steps:,} steps of {run.batch:,} poses. Rotation is p50 / mean / p95, the others are means. "
-        "MPJPE and PA-MPJPE are of the pose with what the residual head adds, turned only is without; the scale is "
-        "fitted frame by frame, as in all tables here. The last column is what the paper's published code calls "
-        "degrees.",
-        "",
-        _line(head),
-        _line(["---"] * len(head)),
-    ]
-    for row in rows:
-        known = f"{100 * row['known people']:.0f} %" if "known people" in row else ""
-        means = [f"{row[name].mean:.1f}" for name in ("mpjpe", "pa_mpjpe", "turned only", "frobenius")]
-        lines.append(
-            _line([row["trained"], row["tested"], f"{row['frames']:,}", known, str(row["rotation"]), *means])
-        )
-    return "\n".join(lines) + "\n"
-
-
-def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"

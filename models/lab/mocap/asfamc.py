@@ -8,6 +8,7 @@ in the order written. Lengths are inches over the skeleton's `length` unit (CMU'
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,44 +61,67 @@ def parse_asf(text: str, metres: float | None = None) -> Acclaim:
     sections = {m[1]: m[2] for m in re.finditer(r"^:(\w+)(.*?)(?=^:|\Z)", _no_comments(text), re.M | re.S)}
     missing = {"units", "root", "bonedata", "hierarchy"} - set(sections)
     if missing:
-        raise InputError(f"expected an ASF skeleton with :{', :'.join(sorted(missing))}.")
+        raise InputError("wrong-content", f"expected an ASF skeleton with :{', :'.join(sorted(missing))}.")
     try:
-        units = dict(line.split()[:2] for line in sections["units"].strip().splitlines())
-        metres = metres or _INCH_M / float(units.get("length", 1.0))
-        degrees = units.get("angle", "deg").lower().startswith("deg")
-        root = {key: rest for key, *rest in map(str.split, sections["root"].strip().splitlines())}
-        bones = [_bone(block) for block in _BONE.findall(sections["bonedata"])]
-        by_name = {bone["name"][0]: bone for bone in bones}
+        units, root = _records(sections["units"]), _records(sections["root"])
+        metres = metres or _INCH_M / float(units.get("length", ["1"])[0])
+        degrees = units.get("angle", ["deg"])[0].lower().startswith("deg")
+        bones = {bone["name"][0]: bone for bone in map(_records, _BONE.findall(sections["bonedata"]))}
         parent_of = {
             child: words[0]
             for words in map(str.split, sections["hierarchy"].strip().splitlines())
             for child in words[1:]
         }
-        names = ["root"]
-        while len(names) <= len(bones):
-            following = [n for n in by_name if n not in names and parent_of[n] in names]
-            if not following:
-                raise ValueError("a bone hangs on nothing")
-            names += following
-        offsets, C = np.zeros((len(names), 3)), np.empty((len(names), 3, 3))
-        order = root.get("axis", ["XYZ"])[0]
-        C[0] = _turn(order, np.array([float(x) for x in root.get("orientation", ["0"] * 3)]), degrees)
-        for i, name in enumerate(names[1:], start=1):
-            *angles, order = by_name[name].get("axis", ["0", "0", "0", "XYZ"])
-            C[i] = _turn(order, np.array([float(x) for x in angles]), degrees)
-            parent = by_name.get(parent_of[name])  # a joint is where its parent's bone ends
-            if parent is not None:
-                direction = np.array([float(x) for x in parent["direction"]])
-                offsets[i] = direction / np.linalg.norm(direction) * float(parent["length"][0]) * metres
-        parents = [-1, *(names.index(parent_of[name]) for name in names[1:])]
+        names = _parents_first(bones, parent_of)
+        parents = (-1, *(names.index(parent_of[name]) for name in names[1:]))
+        own_axes = [root.get("orientation", ["0"] * 3) + root.get("axis", ["XYZ"])]
+        own_axes += [bones[name].get("axis", ["0", "0", "0", "XYZ"]) for name in names[1:]]
+        C = np.stack([_turn(order, _numbers(angles), degrees) for *angles, order in own_axes])
+        dofs = {"root": root["order"], **{name: bone.get("dof", []) for name, bone in bones.items()}}
+        offsets = metres * np.stack([_offset(bones.get(parent_of.get(name, ""))) for name in names])
     except (ValueError, KeyError, IndexError) as error:
-        raise InputError(f"the ASF skeleton is damaged: {error}.") from None
-    dofs = {name: tuple(d.lower() for d in bone.get("dof", ())) for name, bone in by_name.items()}
-    dofs["root"] = tuple(d.lower() for d in root["order"])
-    strange = sorted({d for name, ds in dofs.items() for d in ds} - {"rx", "ry", "rz", "tx", "ty", "tz"})
-    if strange or any(d[0] == "t" for name, ds in dofs.items() if name != "root" for d in ds):
-        raise InputError(f"expected bones that turn only, got {', '.join(strange) or 'a sliding one'}.")
-    return Acclaim(Skeleton(tuple(names), tuple(parents), offsets), C, dofs, metres, degrees)
+        raise InputError("file-damaged", f"the ASF skeleton is damaged: {error}.") from None
+    return Acclaim(Skeleton(names, parents, offsets), C, _checked(dofs), metres, degrees)
+
+
+def _records(section: str) -> dict[str, list[str]]:
+    """{first word: the others} of every line."""
+    return {words[0]: words[1:] for words in map(str.split, section.splitlines()) if words}
+
+
+def _parents_first(bones: Iterable[str], parent_of: Mapping[str, str]) -> tuple[str, ...]:
+    """The root and the bones, each behind what it hangs on. ValueError for one that hangs on nothing."""
+    names, left = ["root"], list(bones)
+    while left:
+        following = [name for name in left if parent_of[name] in names]
+        if not following:
+            raise ValueError("a bone hangs on nothing")
+        names += following
+        left = [name for name in left if name not in following]
+    return tuple(names)
+
+
+def _offset(parent: Mapping[str, list[str]] | None) -> np.ndarray:
+    """(3,) from where a parent's bone begins to where it ends, which is where its children begin; 0 of the root."""
+    if parent is None:
+        return np.zeros(3)
+    direction = _numbers(parent["direction"])
+    return direction / np.linalg.norm(direction) * float(parent["length"][0])
+
+
+def _checked(dofs: Mapping[str, Iterable[str]]) -> dict[str, tuple[str, ...]]:
+    """What an AMC line says, by bone. InputError for a bone that slides, and for what is no turn."""
+    lower = {name: tuple(dof.lower() for dof in of) for name, of in dofs.items()}
+    strange = sorted({dof for of in lower.values() for dof in of} - {"rx", "ry", "rz", "tx", "ty", "tz"})
+    if strange or any(dof[0] == "t" for name, of in lower.items() if name != "root" for dof in of):
+        raise InputError(
+            "wrong-content", f"expected bones that turn only, got {', '.join(strange) or 'a sliding one'}."
+        )
+    return lower
+
+
+def _numbers(words: Iterable[str]) -> np.ndarray:
+    return np.array([float(word) for word in words])
 
 
 def parse_amc(text: str, acclaim: Acclaim) -> tuple[dict[str, np.ndarray], bool]:
@@ -113,18 +137,20 @@ def parse_amc(text: str, acclaim: Acclaim) -> tuple[dict[str, np.ndarray], bool]
         elif words and not words[0].startswith(":"):
             if len(words) - 1 != len(acclaim.dofs.get(words[0], ())):
                 raise InputError(
-                    f"frame {frames}: '{words[0]}' does not fit its skeleton; another skeleton's file?"
+                    "files-apart",
+                    f"frame {frames}: '{words[0]}' does not fit its skeleton; another skeleton's file?",
                 )
             lines[words[0]].append(words[1:])
     short = [name for name, rows in lines.items() if len(rows) not in (0, frames)]
     if not frames or short or not lines["root"]:
         raise InputError(
-            f"expected whole frames, got {frames}, {', '.join(short) or 'root'} not in all of them."
+            "file-damaged",
+            f"expected whole frames, got {frames}, {', '.join(short) or 'root'} not in all of them.",
         )
     try:
         return {name: np.array(rows, dtype=float) for name, rows in lines.items() if rows}, degrees
     except ValueError as error:
-        raise InputError(f"the AMC file is damaged: {error}.") from None
+        raise InputError("file-damaged", f"the AMC file is damaged: {error}.") from None
 
 
 def pose(acclaim: Acclaim, motion: dict[str, np.ndarray], degrees: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -153,10 +179,6 @@ def _turn(order: str, angles: np.ndarray, degrees: bool) -> np.ndarray:
     return Rotation.from_euler(order.lower(), angles, degrees=degrees).as_matrix()
 
 
-def _bone(block: str) -> dict[str, list[str]]:
-    return {words[0]: words[1:] for words in map(str.split, block.splitlines()) if words}
-
-
 def _no_comments(text: str) -> str:
     return re.sub(r"^\s*#.*$", "", text, flags=re.M)
 
@@ -165,5 +187,5 @@ def _skeleton_of(path: Path) -> Path:
     skeletons = sorted(path.parent.glob("*.[aA][sS][fF]"))
     named = [file for file in skeletons if path.stem.lower().startswith(file.stem.lower())]
     if not named and len(skeletons) != 1:
-        raise InputError("expected its .asf skeleton in the same folder.")
+        raise InputError("needs-input", "expected its .asf skeleton in the same folder.")
     return max(named, key=lambda file: len(file.stem)) if named else skeletons[0]

@@ -51,9 +51,13 @@ def data_folder() -> Path:
     """The folder of motion capture that PCNET3D_DATA names. InputError where it is not set, or has none."""
     named = os.environ.get("PCNET3D_DATA")
     if not named:
-        raise InputError("Expected motion capture; set PCNET3D_DATA to the folder that has cmu_mocap.npz.")
+        raise InputError(
+            "needs-input", "Expected motion capture; set PCNET3D_DATA to the folder that has cmu_mocap.npz."
+        )
     if not (Path(named) / "cmu_mocap.npz").is_file():
-        raise InputError(f"Expected cmu_mocap.npz in {named}; set PCNET3D_DATA to the folder that has it.")
+        raise InputError(
+            "cannot-open", f"Expected cmu_mocap.npz in {named}; set PCNET3D_DATA to the folder that has it."
+        )
     return Path(named)
 
 
@@ -66,7 +70,9 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
     another name, or where the data is not, or is of an older edition.
     """
     if subjects not in get_args(Subjects):
-        raise InputError(f"Expected subjects of {', '.join(get_args(Subjects))}; got '{subjects}'.")
+        raise InputError(
+            "bad-value", f"Expected subjects of {', '.join(get_args(Subjects))}; got '{subjects}'."
+        )
     folder = folder or data_folder()
     split = _read_split(folder)
     if subjects == "hdm05":
@@ -80,8 +86,9 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
     )  # fmt: skip
     if not clips:
         raise InputError(
+            "nothing-usable",
             f"Expected clips of {subjects} subjects in {', '.join(map(str, files)) or folder}, but there are none of "
-            "those that splits.json lists."
+            "those that splits.json lists.",
         )
     return clips
 
@@ -95,13 +102,16 @@ def _read_split(folder: Path) -> dict[str, dict[str, set[str]]]:
             name: {key: set(listed[name].get(key, ())) for key in _PARTS} for name in _FILES if name in listed
         }
     except (OSError, ValueError, RecursionError, AttributeError, TypeError) as error:
-        raise InputError(f"Expected train, val and test subjects in {path}: {error}.") from None
+        raise InputError(
+            "file-damaged", f"Expected train, val and test subjects in {path}: {error}."
+        ) from None
     lacks = [f"{name}.npz is not there" for name in _FILES if not (folder / f"{name}.npz").is_file()]
     lacks += [f"splits.json does not list {name}" for name in _FILES if name not in split]
     if lacks:
         raise InputError(
+            "other-version",
             f"Expected the {_EDITION} edition of the project's motion capture in {folder}, but {' and '.join(lacks)}; "
-            "put that edition there, or set PCNET3D_DATA to the folder that has it."
+            "put that edition there, or set PCNET3D_DATA to the folder that has it.",
         )
     return split
 
@@ -115,7 +125,8 @@ def _members(split: dict[str, dict[str, set[str]]], subjects: Subjects, path: Pa
                 places.setdefault(one, []).append(key)
     if twice := [f"{one} ({' and '.join(where)})" for one, where in places.items() if len(where) > 1]:
         raise InputError(
-            f"Expected every subject in one part of {path} only; not so: {', '.join(sorted(twice))}."
+            "wrong-content",
+            f"Expected every subject in one part of {path} only; not so: {', '.join(sorted(twice))}.",
         )
     part = "test" if subjects == "tennis" else subjects.partition("-")[0]
     members = {
@@ -124,7 +135,7 @@ def _members(split: dict[str, dict[str, set[str]]], subjects: Subjects, path: Pa
         if part != "test" or (name == _TENNIS) == (subjects == "tennis")
     }
     if not any(members.values()):
-        raise InputError(f"Expected {subjects} subjects in {path}, but it lists none.")
+        raise InputError("nothing-usable", f"Expected {subjects} subjects in {path}, but it lists none.")
     return members
 
 

@@ -32,7 +32,8 @@ def check_upright(clips: Sequence[Clip]) -> None:
     share = upright_share(np.concatenate([clip.joints for clip in clips]))
     if share < 0.5:
         raise InputError(
-            f"Only in {100 * share:.0f} % of the frames is the head above the feet; say which axis is up with --up."
+            "wrong-axes",
+            f"Only in {100 * share:.0f} % of the frames is the head above the feet; say which axis is up with --up.",
         )
 
 
@@ -84,9 +85,9 @@ def mocap(
     Says who is in it: subjects must be told apart before a split can be made.
     """
     if unit is not None and unit not in UNITS:
-        raise InputError(f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
+        raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
     if fps is not None and not fps > 0:
-        raise InputError(f"Expected a positive frame rate, got {fps}.")
+        raise InputError("bad-value", f"Expected a positive frame rate, got {fps}.")
     clips, notes = read_folder(folder, format, How(unit, up, fps, subject))
     write_mocap(output, clips)
     for note in notes:
@@ -104,14 +105,16 @@ def read_folder(folder: Path, format: str = "auto", how: How | None = None) -> t
     """The clips of a folder (or one file) at the format's frame rate, and one sentence for everything that was assumed
     or left out. InputError when the format is unknown or not clear, or nothing could be read."""
     if not folder.exists():
-        raise InputError(f"Expected a folder of motion capture at {folder}, found nothing there.")
+        raise InputError(
+            "cannot-open", f"Expected a folder of motion capture at {folder}, found nothing there."
+        )
     name, files = _recognised(folder, format)
     read, notes, bad, clips = FORMATS[name], Counter(), [], {}
     for file in each(files, "files", len(files)):
         try:
             found = read.read(file, folder if folder.is_dir() else folder.parent, how or How())
             if found.clip.name in clips:
-                raise InputError(f"there is another clip named {found.clip.name}.")
+                raise InputError("wrong-content", f"there is another clip named {found.clip.name}.")
             clip = resampled(found.clip, read.fps)
         except InputError as error:
             bad.append(f"{file}: {error}")
@@ -120,7 +123,8 @@ def read_folder(folder: Path, format: str = "auto", how: How | None = None) -> t
         notes.update(found.notes)
     if not clips:
         raise InputError(
-            f"No file of {len(files)} in {folder} could be read as {name}; the first is {bad[0]}"
+            "format-unknown",
+            f"No file of {len(files)} in {folder} could be read as {name}; the first is {bad[0]}",
         )
     read.check(list(clips.values()))
     said = [f"{note} ({count} of {how_many(len(files), 'file')})" for note, count in notes.items()]
@@ -143,13 +147,15 @@ def resampled(clip: Clip, fps: float) -> Clip:
 
 def _recognised(folder: Path, format: str) -> tuple[str, list[Path]]:
     if format != "auto" and format not in FORMATS:
-        raise InputError(f"There is no format '{format}'; {did_you_mean(format, FORMATS)}")
+        raise InputError("name-unknown", f"There is no format '{format}'; {did_you_mean(format, FORMATS)}")
     for names in _ORDER if format == "auto" else ((format,),):
         found = {name: files for name in names if (files := FORMATS[name].files(folder))}
         if len(found) > 1:
-            raise InputError(f"{folder} holds files of {' and '.join(found)}; say which with --format.")
+            raise InputError(
+                "format-ambiguous", f"{folder} holds files of {' and '.join(found)}; say which with --format."
+            )
         if found:
             return next(iter(found.items()))
     wanted = FORMATS if format == "auto" else (format,)
     kinds = ", ".join(FORMATS[name].files_are for name in wanted)
-    raise InputError(f"Expected motion capture ({kinds}) in {folder}, found none.")
+    raise InputError("nothing-usable", f"Expected motion capture ({kinds}) in {folder}, found none.")

@@ -55,7 +55,9 @@ def protocol(name: str, activities: Activities = "P3") -> Split:
     S1 has every subject in both parts, with other actions. InputError for another name.
     """
     if name not in get_args(Protocol) or activities not in get_args(Activities):
-        raise InputError(f"Expected MM-Fi's protocols S1 to S3 and P1 to P3, got {name} and {activities}.")
+        raise InputError(
+            "bad-value", f"Expected MM-Fi's protocols S1 to S3 and P1 to P3, got {name} and {activities}."
+        )
     actions = [a for a in ACTIONS if activities == "P3" or (a in DAILY) == (activities == "P1")]
     train, test = set(), set()
     for place, action in enumerate(actions):
@@ -73,18 +75,21 @@ def read(path: Path, folder: Path, how: How) -> Found:
     """One recording, in metres, named by subject and action ("S05_A13"). InputError for a file that is no such
     recording."""
     if how != How():
-        raise InputError("units, axes, frame rate and subjects of MM-Fi are known; leave the options out.")
+        raise InputError(
+            "option-conflict",
+            "units, axes, frame rate and subjects of MM-Fi are known; leave the options out.",
+        )
     environment, subject, action = path.parts[-4:-1]
     if subject not in SUBJECTS or action not in ACTIONS or environment != _environment(subject):
-        raise InputError(f"MM-Fi has no {environment}/{subject}/{action}.")
+        raise InputError("name-unknown", f"MM-Fi has no {environment}/{subject}/{action}.")
     joints = load(path, ("frames", 17, 3))
     if joints.dtype.kind != "f":
-        raise InputError(f"expected numbers with fractions, got {joints.dtype}.")
+        raise InputError("wrong-content", f"expected numbers with fractions, got {joints.dtype}.")
     if not np.isfinite(joints).all():
-        raise InputError("expected joints in every frame, got NaN or infinite ones.")
+        raise InputError("wrong-content", "expected joints in every frame, got NaN or infinite ones.")
     world = rotate(_PC_FROM_CAMERA, joints.astype(np.float64)).astype(np.float32)
     if not _LEG_M[0] <= leg_length(world) <= _LEG_M[1]:
-        raise InputError(f"expected metres, got legs {leg_length(world):.3g} long.")
+        raise InputError("wrong-axes", f"expected metres, got legs {leg_length(world):.3g} long.")
     return Found(Clip(f"{subject}_{action}", subject, "mmfi", FPS, world))
 
 
@@ -105,16 +110,18 @@ def check(clips: Sequence[Clip]) -> None:
     )
     if seen.verdict in ("wrong", "legs against arms") or (right_hand and np.mean(right_hand) < 0.5):
         raise InputError(
+            "sides-swapped",
             "Expected MM-Fi's joints in Human3.6M's order, right leg first, x right, y down, z away, but left and "
-            f"right contradict that: {seen}; the hand that should move does in {hands}."
+            f"right contradict that: {seen}; the hand that should move does in {hands}.",
         )
     hips = joints[:, H36M17.index("l_hip")] - joints[:, H36M17.index("r_hip")]
     facing = float((hips[:, 1] < 0).mean())  # who faces -x has the left at -y
     upright = upright_share(joints)
     if facing < 0.5 or upright < 0.5:
         raise InputError(
+            "wrong-axes",
             "Expected people who stand and face MM-Fi's sensor, x right, y down, z away, but only "
-            f"{100 * upright:.0f} % of the frames are upright and {100 * facing:.0f} % face it."
+            f"{100 * upright:.0f} % of the frames are upright and {100 * facing:.0f} % face it.",
         )
 
 

@@ -30,16 +30,22 @@ def read_parts(data: Path, split: Path, needed: Sequence[str] = _PARTS) -> Parts
     """
     clips, (lists, by) = read_mocap(data), _read_split(split)
     if missing := [part for part in needed if not lists.get(part)]:
-        raise InputError(f"Expected {by}s for {', '.join(needed)} in {split}; {', '.join(missing)} has none.")
+        raise InputError(
+            "nothing-usable",
+            f"Expected {by}s for {', '.join(needed)} in {split}; {', '.join(missing)} has none.",
+        )
     for part, other in (("train", "val"), ("train", "test"), ("val", "test")):
         if shared := lists.get(part, set()) & lists.get(other, set()):
             raise InputError(
+                "wrong-content",
                 f"Expected every {by} in one part of {split} only, but {', '.join(sorted(shared))} is in {part} "
-                f"and {other}."
+                f"and {other}.",
             )
     key = {clip.name: clip.name if by == "clip" else subject_of(clip.name) for clip in clips}
     if unknown := sorted(set().union(*lists.values()) - set(key.values())):
-        raise InputError(f"{split} lists {by}s that {data} does not have: {', '.join(unknown[:10])}.")
+        raise InputError(
+            "name-unknown", f"{split} lists {by}s that {data} does not have: {', '.join(unknown[:10])}."
+        )
     return Parts({part: tuple(c for c in clips if key[c.name] in names) for part, names in lists.items()}, by)
 
 
@@ -49,7 +55,7 @@ def _read_split(path: Path) -> tuple[dict[str, set[str]], Literal["subject", "cl
     except (OSError, ValueError, RecursionError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise InputError(
-            f"Expected a JSON file of train, val and test subjects at {path}: {reason}."
+            "file-damaged", f"Expected a JSON file of train, val and test subjects at {path}: {reason}."
         ) from None
     by = content.get("by", "subject") if isinstance(content, dict) else None
     lists = {part: content[part] for part in _PARTS if part in content} if by else {}
@@ -57,5 +63,8 @@ def _read_split(path: Path) -> tuple[dict[str, set[str]], Literal["subject", "cl
         isinstance(names, list) and all(isinstance(n, str) for n in names) for names in lists.values()
     )
     if by not in ("subject", "clip") or not texts:
-        raise InputError(f"Expected lists of names for train, val and test, by subject or clip, in {path}.")
+        raise InputError(
+            "wrong-content",
+            f"Expected lists of names for train, val and test, by subject or clip, in {path}.",
+        )
     return {part: set(names) for part, names in lists.items()}, by

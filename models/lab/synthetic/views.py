@@ -13,8 +13,8 @@ from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA, PC_CAMERA
 from ....pipeline.core.rotations import is_finite, rotate, transpose
-from ....pipeline.files.arrays import load_all
 from ...common.metrics import relative
+from ..common.testbed_file import read_testbed
 from ..mocap.clips import subject_of
 from .vectors import Array, library_of
 
@@ -84,15 +84,9 @@ def read_lifted(paths: Iterable[Path]) -> Lifted:
     """The frames of `pcnet3d testbed` files that were lifted and have a truth. InputError for anything else."""
     joints, truth, R, lying, clips = [], [], [], [], []
     for path in paths:
-        try:
-            held = load_all(path, "lifted", "truth", "R_camera_from_body", "lying", "clip")
-        except InputError as error:
-            raise InputError(f"Expected a file of pcnet3d testbed: {error}") from None
+        held = read_testbed(path, "lifted", "truth", "R_camera_from_body", "lying", "clip")
         one = [held[name].astype(np.float32) for name in ("lifted", "truth", "R_camera_from_body")]
         lies = held["lying"].astype(bool)
-        rows = len(lies)
-        if [a.shape for a in one] != [(rows, 17, 3)] * 2 + [(rows, 3, 3)] or held["clip"].ndim != 1:
-            raise InputError(f"Expected a file of pcnet3d testbed at {path}, got arrays of other shapes.")
         clips.extend(str(name) for name in held["clip"])
         fine = is_finite(one[0]).all(-1) & is_finite(one[2]).all(-1)
         a, b, rotation = (array[fine] for array in one)
@@ -109,7 +103,8 @@ def refuse_shared_subjects(train: Iterable[str], other: Iterable[str], what: str
     shared = {subject_of(name) for name in train} & {subject_of(name) for name in other}
     if shared:
         raise InputError(
-            f"Expected other subjects to train on than {what}, but both have {', '.join(sorted(shared))}."
+            "files-apart",
+            f"Expected other subjects to train on than {what}, but both have {', '.join(sorted(shared))}.",
         )
 
 

@@ -40,11 +40,11 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
     The file holds joints relative to the pelvis in world orientation and the pelvis apart (the data's README).
     """
     if not path.exists():
-        raise InputError(f"Expected motion capture at {path}, found nothing there.")
+        raise InputError("cannot-open", f"Expected motion capture at {path}, found nothing there.")
     arrays = load_all(path, *_ARRAYS)
     names = tuple(str(name) for name in arrays["joint_names"])
     if names != H36M17.joints:
-        raise InputError(f"Expected the joints of H36M17 in {path}, got {', '.join(names)}.")
+        raise InputError("wrong-content", f"Expected the joints of H36M17 in {path}, got {', '.join(names)}.")
     start, frames = arrays["clip_start"], len(arrays["root"])
     shapes = {
         "joints": (frames, len(H36M17), 3), "root": (frames, 3), "fps": (), "clip_start": (len(start),),
@@ -53,7 +53,8 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
     wrong = [f"{name} {arrays[name].shape}" for name, shape in shapes.items() if arrays[name].shape != shape]
     if wrong or any(arrays[name].dtype.kind not in "fiu" for name in ("joints", "root", "fps", "clip_start")):
         raise InputError(
-            f"Expected clips of {frames} frames in {path}, got {', '.join(wrong) or 'no numbers'}."
+            "wrong-content",
+            f"Expected clips of {frames} frames in {path}, got {', '.join(wrong) or 'no numbers'}.",
         )
     if (
         start[0] != 0
@@ -61,12 +62,17 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
         or start.dtype.kind == "f"
         or (np.diff(start.astype(float)) <= 0).any()
     ):
-        raise InputError(f"Expected clip_start to go up from 0 to {frames} in {path}; it does not.")
+        raise InputError(
+            "wrong-content", f"Expected clip_start to go up from 0 to {frames} in {path}; it does not."
+        )
     if not 0 < arrays["fps"] < np.inf:
-        raise InputError(f"Expected a frame rate in {path}, got {arrays['fps']}.")
+        raise InputError("wrong-content", f"Expected a frame rate in {path}, got {arrays['fps']}.")
     world = (arrays["joints"] + arrays["root"][:, None]).astype(np.float32)
     if not np.isfinite(world).all():
-        raise InputError(f"Expected finite joints in {path}, got NaN or infinite ones; the file is damaged.")
+        raise InputError(
+            "file-damaged",
+            f"Expected finite joints in {path}, got NaN or infinite ones; the file is damaged.",
+        )
     return tuple(
         Clip(
             name=str(arrays["clip_name"][i]),
@@ -83,7 +89,7 @@ def write_mocap(path: Path, clips: Sequence[Clip]) -> None:
     """What read_mocap reads, rounded to 0.1 mm. InputError when the clips' frame rates differ or nothing can be
     written there."""
     if len({clip.fps for clip in clips}) != 1:
-        raise InputError("Expected clips of one frame rate to write into one file.")
+        raise InputError("files-apart", "Expected clips of one frame rate to write into one file.")
     world = np.concatenate([clip.joints for clip in clips]).astype(np.float64)
     root = world[:, H36M17.index("pelvis")]
     try:
@@ -100,4 +106,6 @@ def write_mocap(path: Path, clips: Sequence[Clip]) -> None:
                 joint_names=np.array(H36M17.joints),
             )
     except OSError as error:
-        raise InputError(f"Cannot write {path}: {error.strerror}; choose another -o FILE.") from None
+        raise InputError(
+            "cannot-write", f"Cannot write {path}: {error.strerror}; choose another -o FILE."
+        ) from None

@@ -62,10 +62,12 @@ def label(path: Path, folder: Path, pattern: str | None) -> tuple[str, str]:
             found = re.search(pattern, path.relative_to(folder).as_posix())
         except re.error as error:
             raise InputError(
-                f"Expected a regular expression for the subject, got '{pattern}': {error}."
+                "bad-value", f"Expected a regular expression for the subject, got '{pattern}': {error}."
             ) from None
         if not (found and found.groups() and found[1]):
-            raise InputError(f"the pattern '{pattern}' finds no subject (its first group) in the path.")
+            raise InputError(
+                "bad-value", f"the pattern '{pattern}' finds no subject (its first group) in the path."
+            )
         subject = found[1]
     elif "_" in path.stem.strip("_"):
         subject = path.stem.partition("_")[0]
@@ -88,22 +90,27 @@ def z_up(joints: np.ndarray, up: Literal["y", "z"]) -> np.ndarray:
 def require_plausible(joints: np.ndarray) -> None:
     """InputError when joints (T, 17, 3), metres, are not those of a person whose limbs keep their length."""
     if len(joints) == 0 or not np.isfinite(joints).all():
-        raise InputError("expected frames with all joints, got none, or NaN among them.")
+        raise InputError("nothing-usable", "expected frames with all joints, got none, or NaN among them.")
     leg = leg_length(joints)
     if not LEG_M[0] * 0.5 <= leg <= LEG_M[1] * 1.1:
-        raise InputError(f"expected metres, got legs {leg:.4g} long; say the unit with --unit.")
+        raise InputError("wrong-axes", f"expected metres, got legs {leg:.4g} long; say the unit with --unit.")
     for start, end in _LIMBS:
         length = _distance(joints, H36M17.index(start), H36M17.index(end))
         if length.std() > _LIMB_SPREAD * length.mean():
-            raise InputError(f"the bone from {start} to {end} changes its length by more than 15 %.")
+            raise InputError(
+                "wrong-content", f"the bone from {start} to {end} changes its length by more than 15 %."
+            )
     seen = chirality(PoseSequence(joints.astype(np.float32), H36M17, Z_UP))
     # Not the verdict: where the nose is made from left and right, it agrees with them whatever they are.
     if seen.verdict == "legs against arms":
-        raise InputError("the shoulders' left is not the hips' left; look at the joints' names.")
+        raise InputError(
+            "sides-swapped", "the shoulders' left is not the hips' left; look at the joints' names."
+        )
     if seen.knee_votes >= _MIN_VOTES and seen.knees <= _BACKWARD:
         raise InputError(
+            "sides-swapped",
             f"left and right look exchanged, or the axes are left-handed: the knees bend forward in {seen.knees:.0%} "
-            f"of {seen.knee_votes} frames."
+            f"of {seen.knee_votes} frames.",
         )
 
 
@@ -122,7 +129,7 @@ def read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
-        raise InputError(f"{error.strerror or error}.") from None
+        raise InputError("cannot-open", f"{error.strerror or error}.") from None
 
 
 def _distance(joints: np.ndarray, a: int, b: int) -> np.ndarray:

@@ -25,9 +25,10 @@ def read(path: Path, folder: Path, how: How) -> Found:
     held = keys(path)
     if "joints" not in held:
         raise InputError(
+            "wrong-content",
             "it holds body-model parameters (AMASS), not joints; run the body model and save its joints."
             if {"poses", "betas"} & set(held)
-            else f"expected an array `joints`, got {', '.join(held) or 'none'}."
+            else f"expected an array `joints`, got {', '.join(held) or 'none'}.",
         )
     joints = load(path, ("frames", "joints", 3), key="joints").astype(np.float64)
     names = None
@@ -36,7 +37,7 @@ def read(path: Path, folder: Path, how: How) -> Found:
     rates = [float(load(path, (), (1,), key=name).squeeze()) for name in _RATES if name in held]
     fps = how.fps or next(iter(rates), None)
     if not fps or fps <= 0:
-        raise InputError(f"expected the frame rate in {', '.join(_RATES)}; say it with --fps.")
+        raise InputError("needs-rate", f"expected the frame rate in {', '.join(_RATES)}; say it with --fps.")
     joints = h36m17_named(joints * UNITS[how.unit or "m"], names)
     joints = z_up(joints, how.up or "z").astype(np.float32)
     require_plausible(joints)

@@ -13,6 +13,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 from ....pipeline.cli import main
+from ....pipeline.core.errors import InputError
 from ....pipeline.core.system import terminate_self
 
 IDLE_S = 60.0  # without an order, after which it exits
@@ -23,7 +24,7 @@ _ASKED_TO_LEAVE = 128 + signal.SIGTERM  # the exit code of `main` then
 
 def serve() -> None:
     """Do what each line of stdin orders, {"words": of the command line, "log": a file for all that is said}, and answer
-    with its exit code on what is stdout now."""
+    with its exit code, and behind a space the code of its refusal if there is one, on what is stdout now."""
     answers = os.fdopen(os.dup(1), "w", encoding="ascii")
     orders: SimpleQueue[dict[str, Any]] = SimpleQueue()
     threading.Thread(target=_listen, args=(orders,), daemon=True).start()
@@ -32,10 +33,10 @@ def serve() -> None:
             order = orders.get(timeout=IDLE_S)
         except Empty:
             return
-        code = _exit_code(order["words"], order["log"])
-        if code == _ASKED_TO_LEAVE:
-            sys.exit(code)
-        print(code, file=answers, flush=True)
+        exit_code, code = _ended(order["words"], order["log"])
+        if exit_code == _ASKED_TO_LEAVE:
+            sys.exit(exit_code)
+        print(exit_code, code, file=answers, flush=True)
 
 
 def _listen(orders: SimpleQueue[dict[str, Any]]) -> None:
@@ -47,15 +48,17 @@ def _listen(orders: SimpleQueue[dict[str, Any]]) -> None:
     os._exit(_ASKED_TO_LEAVE)
 
 
-def _exit_code(words: list[str], log: str) -> int:
-    """Of the command line, which says to `log` whatever it has to say."""
+def _ended(words: list[str], log: str) -> tuple[int, str]:
+    """Exit code of the command line, which says to `log` whatever it has to say, and the code of its refusal."""
     _say_to(log)
     sys.argv = ["pcnet3d", *words]
     try:
         main()
-        return 0
+        return 0, ""
     except SystemExit as end:
-        return end.code if isinstance(end.code, int) else int(end.code is not None)
+        refusal = end.__context__  # for which `main` ended
+        code = refusal.code if isinstance(refusal, InputError) else ""
+        return end.code if isinstance(end.code, int) else int(end.code is not None), code
     finally:
         _say_to(os.devnull)  # the log is its owner's again
 

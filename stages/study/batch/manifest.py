@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -18,7 +18,8 @@ from ....pipeline.files.atomic import printable
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.find import adapters, recognises
-from ....pipeline.reading.settings import MOVED, RunOptions, flag_of, flags, is_repeatable
+from ....pipeline.reading.flags import is_repeatable
+from ....pipeline.reading.settings import MOVED, RunOptions, flag_of
 from ....pipeline.running.plan import checked_setting, planned
 
 LABELS = ("subject", "visit", "condition")
@@ -31,6 +32,7 @@ _NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|p
 
 _BESIDE = ("poses", "keypoints")  # a video; a file that may be both is the first
 _ROLES = ("video", *_BESIDE)
+_FIELDS = tuple(name for name in RunOptions.model_fields if name not in ("settings", "keypoints_options"))
 _TOGETHER = ("pitch", "roll")  # of which none is taken without the other
 _DECIDING = (*_ROLES, "recipe", "calibrate", "person")  # which stages a take has
 _LARGEST = 64 << 20  # bytes of a manifest; some 300,000 takes
@@ -57,12 +59,12 @@ class Entry:
         with a dash."""
         words = []
         for name, values in self.options.items():
-            if name not in flags():
+            if name not in _FIELDS:
                 words += [f"--set={name}={value}" for value in values]
             elif name == "no_frames":
                 words.append(flag_of(name))
             elif name != "video":
-                words += [f"{flag_of(name)}={value}" for value in values]
+                words += [f"{flag_of(name)}={value}".replace("--set ", "--set=") for value in values]
         return [*words, "--", *self.options["video"]] if "video" in self.options else words
 
 
@@ -81,34 +83,38 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
     """
     given = {_column(name, "--set"): value for name, value in common.items()}
     if wrong := given.keys() & {"name", *LABELS}:
-        raise InputError(f"--set {min(wrong)}: that is one take's own; write a manifest.")
+        raise InputError("option-conflict", f"--set {min(wrong)}: that is one take's own; write a manifest.")
     shared, shared_files = _options(given, Path.cwd(), None, "--set")
     if source.is_dir():
         rows, base = list(_folder(source)), source
     else:
         rows, base = list(_manifest(source)), source.parent
     if not rows:
-        raise InputError(f"{source} names no take; {_wanted(source)}")
+        raise InputError("nothing-usable", f"{source} names no take; {_wanted(source)}")
     entries = []
     refused: dict[str, str] = {}  # common options so far without a take, and why
     used: set[str] = set()
     for where, row in rows:
         own, own_files = _options(row, base, None if outside else base, where)
+        reasons = {name: _no_use(name, {**shared, **own}) for name in {**shared, **own}}
         for name in own:
-            if reason := _no_use(name, {**shared, **own}):
-                raise InputError(f"{where}: {reason}")
-        reasons = {name: _no_use(name, {**shared, **own}) for name in shared if name not in own}
-        used |= {name for name, reason in reasons.items() if not reason}
-        refused |= {name: reason for name, reason in reasons.items() if reason}
-        options = {**{name: shared[name] for name, reason in reasons.items() if not reason}, **own}
+            if reasons[name]:
+                raise InputError("option-conflict", f"{where}: {reasons[name]}")
+        for name in shared.keys() - own.keys():
+            if reasons[name]:
+                refused[name] = reasons[name]
+            else:
+                used.add(name)
+        options = {name: values for name, values in {**shared, **own}.items() if not reasons[name]}
         options = {name: values for name, values in options.items() if values is not _NO}
-        files = tuple(
-            option for option in options if option in (own_files if option in own else shared_files)
-        )
+        files = {*own_files, *(shared_files - own.keys())}
         name = row.get("name") or _stem(options, where)
-        entries.append(Entry(name, options, files, {label: row.get(label, "") for label in LABELS}))
+        labels = {label: row.get(label, "") for label in LABELS}
+        entries.append(Entry(name, options, tuple(option for option in options if option in files), labels))
     for name in refused.keys() - used:
-        raise InputError(f"--set {name}: no take has a use for it; of the last one: {refused[name]}")
+        raise InputError(
+            "option-conflict", f"--set {name}: no take has a use for it; of the last one: {refused[name]}"
+        )
     _check_names(entries, [where for where, _ in rows])
     return tuple(entries)
 
@@ -125,17 +131,21 @@ def _column(name: str, where: str) -> str:
     if "." in column or column in registry.registered("stages"):
         return column
     column = column.lower()
-    own = {flag_of(field).lstrip("-").replace("-", "_"): field for field in flags() if field != "settings"}
+    own = {
+        flag_of(field).partition(".")[2] or flag_of(field).lstrip("-").replace("-", "_"): field
+        for field in _FIELDS
+    }
     known = {"name", *LABELS, *own}
     if column not in known:
         moved = (
             MOVED.get("--" + column.replace("_", "-"), "")
             .removeprefix("--set ")
+            .removeprefix("read.")
             .partition("=")[0]
             .lstrip("-")
         )
         hint = f"it is '{moved}' now." if moved else did_you_mean(column, known)
-        raise InputError(f"{where}: there is no column '{printable(name)}'; {hint}")
+        raise InputError("name-unknown", f"{where}: there is no column '{printable(name)}'; {hint}")
     return own.get(column, column)
 
 
@@ -160,7 +170,7 @@ def _refusal(name: str, values: tuple[str, ...], others: tuple[tuple[str, tuple[
 
 def _run_options(texts: Mapping[str, tuple[str, ...]]) -> RunOptions:
     """The options of a take as text, as those of a run; InputError for a value of another type."""
-    fields = {name: values for name, values in texts.items() if name in flags()}
+    fields = {name: values for name, values in texts.items() if name in _FIELDS}
     return RunOptions(
         settings={name: values[0] for name, values in texts.items() if name not in fields},
         **{name: values if is_repeatable(name) else values[0] for name, values in fields.items()},
@@ -171,66 +181,85 @@ def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
     """Where it stands and what is in it, of every row."""
     try:
         if path.stat().st_size > _LARGEST:
-            raise InputError(f"{path} has more than {_LARGEST >> 20} MB, too many for a manifest; split it.")
+            raise InputError(
+                "unsafe", f"{path} has more than {_LARGEST >> 20} MB, too many for a manifest; split it."
+            )
         with open(path, encoding="utf-8-sig", newline="") as file:
             reader = csv.reader(file, strict=True)
             header = next(reader, [])
             if len(header) == 1 and ";" in header[0]:
                 raise InputError(
-                    f"{path}: expected commas between columns, found semicolons; save it with commas."
+                    "format-unknown",
+                    f"{path}: expected commas between columns, found semicolons; save it with commas.",
                 )
             columns = [_column(name, str(path)) for name in header]
             if twice := {name for name in columns if columns.count(name) > 1}:
-                raise InputError(f"{path}: the column '{min(twice)}' stands there twice; leave one.")
+                raise InputError(
+                    "wrong-content", f"{path}: the column '{min(twice)}' stands there twice; leave one."
+                )
             for cells in reader:
                 where = f"{path}, line {reader.line_num}"
                 if len(cells) > len(columns):
                     raise InputError(
-                        f'{where}: expected {how_many(len(columns), "cell")}, found {len(cells)}; put " around commas.'
+                        "file-damaged",
+                        f'{where}: expected {how_many(len(columns), "cell")}, found {len(cells)}; put " around commas.',
                     )
                 row = {name: cell.strip() for name, cell in zip(columns, cells, strict=False)}
                 if any(row.values()):
                     yield where, {name: cell for name, cell in row.items() if cell}
     except OSError as error:
-        raise InputError(f"Expected a manifest or a folder at {path}: {error.strerror}.") from None
+        raise InputError(
+            "cannot-open", f"Expected a manifest or a folder at {path}: {error.strerror}."
+        ) from None
     except UnicodeDecodeError:
-        raise InputError(f"Expected a manifest in UTF-8 at {path}; save it as CSV UTF-8.") from None
+        raise InputError(
+            "format-unknown", f"Expected a manifest in UTF-8 at {path}; save it as CSV UTF-8."
+        ) from None
     except csv.Error as error:
-        raise InputError(f"Expected a manifest as CSV at {path}: {error}.") from None
+        raise InputError("file-damaged", f"Expected a manifest as CSV at {path}: {error}.") from None
 
 
 def _folder(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    """The videos of a folder with what lies beside them, then its other files of poses."""
     files = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
-    videos = [path for path in files if path.suffix.lower() in VIDEOS and not path.is_dir()]
-    beside: dict[tuple[Path, str], Path] = {}  # by the video, and what it is of that
-    for video in videos:
-        row = {"video": video.name}
-        for role in _BESIDE:
-            named = [path for path in files if path.name.startswith(f"{video.stem}.{role}.")]
-            named += [path for path in files if path.name == f"{video.stem}.{role}"]
-            if len(named) > 1:
-                names = " and ".join(path.name for path in named)
-                raise InputError(
-                    f"{video}: expected one file of {role}, found {names}; keep one, or write a manifest."
-                )
-            if named:
-                row[role] = named[0].name
-                beside[video, role] = named[0]
-        yield str(video), row
-    alone = [path for path in files if path not in (*videos, *beside.values()) and not path.is_dir()]
-    taken: Counter[str] = Counter(video.stem.casefold() for video in videos)
-    taken.update(path.stem.casefold() for path in alone)
+    videos: dict[Path, dict[str, Path]] = {}
+    for video in files:
+        if video.suffix.lower() in VIDEOS and not video.is_dir():
+            videos[video] = {role: of for role in _BESIDE if (of := _beside(video, role, files))}
+            yield str(video), {"video": video.name, **{role: of.name for role, of in videos[video].items()}}
+    used = {*videos, *(path for beside in videos.values() for path in beside.values())}
+    alone = [path for path in files if path not in used and not path.is_dir()]
+    stems = Counter(path.stem.casefold() for path in (*videos, *alone))
     for path in alone:
-        given = {adapter.gives for adapter in adapters().values() if recognises(adapter, path)}
-        if held := next((role for role in _BESIDE if role in given), None):
-            of = next((video for video in videos if video.stem.casefold() == path.stem.casefold()), None)
-            if of is None and held == "poses":
-                yield str(path), {"poses": path.name}
-            else:
-                _left_out(path, held, of, beside.get((of, held)) if of else None)
-        elif not given and _looks_like_poses(path):
-            name = path.stem if taken[path.stem.casefold()] == 1 else path.name
-            yield str(path), {"name": name, "poses": path.name}
+        if row := _alone(path, videos, stems):
+            yield str(path), row
+
+
+def _alone(path: Path, videos: Mapping[Path, Mapping[str, Path]], stems: Counter[str]) -> dict[str, str]:
+    """The row of a file that is no video and belongs to none; empty where it is none of poses."""
+    given = {adapter.gives for adapter in adapters().values() if recognises(adapter, path)}
+    role = next((role for role in _BESIDE if role in given), None)
+    namesake = next((video for video in videos if video.stem.casefold() == path.stem.casefold()), None)
+    if role == "poses" and namesake is None:
+        return {"poses": path.name}
+    if role is not None:
+        _left_out(path, role, namesake, videos[namesake].get(role) if namesake else None)
+    elif not given and _looks_like_poses(path):
+        return {"name": path.stem if stems[path.stem.casefold()] == 1 else path.name, "poses": path.name}
+    return {}
+
+
+def _beside(video: Path, role: str, files: Sequence[Path]) -> Path | None:
+    """The video's file of poses or keypoints among a folder's; InputError for several."""
+    name = f"{video.stem}.{role}"
+    named = [path for path in files if path.name == name or path.name.startswith(f"{name}.")]
+    if len(named) > 1:
+        names = " and ".join(path.name for path in named)
+        raise InputError(
+            "choose-entry",
+            f"{video}: expected one file of {role}, found {names}; keep one, or write a manifest.",
+        )
+    return named[0] if named else None
 
 
 def _left_out(path: Path, held: str, video: Path | None, instead: Path | None) -> None:
@@ -242,8 +271,9 @@ def _left_out(path: Path, held: str, video: Path | None, instead: Path | None) -
         say("note", f"{path} is not used: the {held} of {video.name} are {instead.name}")
     else:
         raise InputError(
+            "format-ambiguous",
             f"{path} holds {held} and is named like {video.name}; call it {video.stem}.{held}{path.suffix} if they are "
-            "that video's, name it otherwise if not, or write a manifest."
+            "that video's, name it otherwise if not, or write a manifest.",
         )
 
 
@@ -255,25 +285,25 @@ def _looks_like_poses(path: Path) -> bool:
 
 def _options(
     row: Mapping[str, str], base: Path, inside: Path | None, where: str
-) -> tuple[dict[str, tuple[str, ...]], list[str]]:
+) -> tuple[dict[str, tuple[str, ...]], set[str]]:
     """Options of `run`, checked by their types, and which of them are files. inside: the folder that no path leaves.
     A flag that is switched off has the value _NO."""
     options: dict[str, tuple[str, ...]] = {}
-    files = []
+    files = set()
     for name, cell in row.items():
         if name in ("name", *LABELS):
             continue
-        listed = name in flags() and is_repeatable(name)
+        listed = name in _FIELDS and is_repeatable(name)
         values = tuple(part.strip() for part in cell.split(";")) if listed else (cell,)
         try:
             value = _typed(name, values)
         except InputError as error:
-            raise InputError(f"{where}: {error}") from None
-        if name in flags() and value is False:
+            raise InputError(error.code, f"{where}: {error}") from None
+        if name in _FIELDS and value is False:
             values = _NO
         if isinstance(value, Path) or cell.lower().endswith(".onnx"):
             values = (str(_found(cell, base, inside, f"{where}: {name}")),)
-            files.append(name)
+            files.add(name)
         options[name] = values
     return options, files
 
@@ -281,7 +311,7 @@ def _options(
 def _typed(name: str, values: tuple[str, ...]) -> Any:
     """The value of an option or a setting; InputError for one of another type, or that its stage does not know."""
     given = _run_options({name: values})
-    if name in flags():
+    if name in _FIELDS:
         return getattr(given, name)
     return checked_setting(name, values[0]) if "." in name and given.settings else values[0]
 
@@ -292,13 +322,16 @@ def _found(cell: str, base: Path, inside: Path | None, where: str) -> Path:
         there = path.exists()
     except (OSError, ValueError) as error:  # too long a name, a zero byte, a ring of links
         reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(f"{where}: '{printable(cell[:80])}' cannot be a path: {reason}.") from None
+        raise InputError(
+            "bad-value", f"{where}: '{printable(cell[:80])}' cannot be a path: {reason}."
+        ) from None
     if inside is not None and not path.is_relative_to(inside.resolve()):
         raise InputError(
-            f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside if it may be."
+            "unsafe",
+            f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside if it may be.",
         )
     if not there:
-        raise InputError(f"{where}: expected a file at {path}, found nothing there.")
+        raise InputError("cannot-open", f"{where}: expected a file at {path}, found nothing there.")
     return path
 
 
@@ -306,7 +339,7 @@ def _stem(options: Mapping[str, tuple[str, ...]], where: str) -> str:
     for role in _ROLES:
         if role in options:
             return Path(options[role][0]).stem
-    raise InputError(f"{where}: expected a video, poses or keypoints, found none of them.")
+    raise InputError("needs-input", f"{where}: expected a video, poses or keypoints, found none of them.")
 
 
 def _check_names(entries: list[Entry], places: list[str]) -> None:
@@ -317,13 +350,15 @@ def _check_names(entries: list[Entry], places: list[str]) -> None:
         _stem(entry.options, where)
         if not is_file_name(entry.name) or len(entry.name) > _LONGEST:
             raise InputError(
-                f"{where}: the name {entry.name!r} cannot be a folder's; give another in a column 'name'."
+                "bad-value",
+                f"{where}: the name {entry.name!r} cannot be a folder's; give another in a column 'name'.",
             )
         first = names.setdefault(entry.name.casefold(), where)
         if first != where:
             raise InputError(
-                f"{where}: the name '{entry.name}' is taken by {first}; give each take its own 'name'."
+                "bad-value",
+                f"{where}: the name '{entry.name}' is taken by {first}; give each take its own 'name'.",
             )
         same = takes.setdefault(repr(sorted(entry.options.items())), where)
         if same != where:
-            raise InputError(f"{where}: the same files and options as {same}; leave one out.")
+            raise InputError("bad-value", f"{where}: the same files and options as {same}; leave one out.")

@@ -37,15 +37,18 @@ def connected(address: str) -> Iterator[Any]:
 
         from distributed import Client
     except ImportError:
-        raise InputError("--dask needs the package distributed: pip install 'pcnet3d[dask]'.") from None
+        raise InputError(
+            "needs-package", "--dask needs the package distributed: pip install 'pcnet3d[dask]'."
+        ) from None
     # What matters of its log is said here in a sentence.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
         client: Any = Client(address, timeout=10)
     except (OSError, ValueError, TypeError, ImportError) as error:
         raise InputError(
+            "not-reached",
             f"There is no Dask scheduler to be reached at {address} ({type(error).__name__}); expected an address such "
-            "as tcp://HOST:8786."
+            "as tcp://HOST:8786.",
         ) from None
     try:
         yield client
@@ -78,8 +81,9 @@ def on_cluster(jobs: Sequence[Job], client: Any, patience_s: float = 60.0) -> Ge
                 seen = time.monotonic()
             elif time.monotonic() - seen > patience_s:
                 raise InputError(
+                    "not-reached",
                     f"The cluster at {address} has had no worker for {patience_s:g} s; "
-                    "takes that are done are kept, run the same command again when it has some."
+                    "takes that are done are kept, run the same command again when it has some.",
                 )
             if not batch:
                 time.sleep(_LOOK_S)
@@ -108,6 +112,7 @@ def _outcome(future: Any, name: str, address: str) -> Outcome:
 
 def _lost(address: str) -> InputError:
     return InputError(
+        "not-reached",
         f"The Dask scheduler at {address} was lost; takes that are done are kept, run the same "
-        "command again when it is back."
+        "command again when it is back.",
     )

@@ -18,14 +18,14 @@ from pydantic import BaseModel, ValidationError
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_summary, printable, read_summary, whole_file
+from ....pipeline.files.digest import sha256
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import files_among
-from ....pipeline.reading.take import sha256
 from ....pipeline.running.recipe import load_recipe
 from ....pipeline.running.run import checkpoints_of
 from .manifest import Entry
 from .study import figures
-from .workers import run_in_worker
+from .workers import Ended, run_in_worker
 
 _KEY = "batch"  # in a take's summary.json
 _TAIL = 64 << 10  # bytes of a log that are searched for its last words
@@ -60,7 +60,8 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """kept: done by an earlier batch and unchanged since. rows: the take's figures, one row a person."""
+    """kept: done by an earlier batch and unchanged since. rows: the take's figures, one row a person. code: of the
+    refusal (InputError) for which it failed, if that is why."""
 
     name: str
     state: Literal["done", "kept", "failed"]
@@ -69,6 +70,12 @@ class Outcome:
     seconds: float = 0.0
     host: str = ""
     rows: tuple[dict[str, Any], ...] = ()
+    code: str = ""
+
+    @property
+    def status(self) -> dict[str, Any]:
+        """As batch.json has it."""
+        return {name: value for name, value in vars(self).items() if name != "rows"}
 
 
 class _Kept(BaseModel):
@@ -90,11 +97,13 @@ def run_take(job: Job) -> Outcome:
     try:
         if package_version() != job.version:
             raise InputError(
-                f"{host} has pcnet3d {package_version()}, the batch {job.version}; install one version."
+                "other-version",
+                f"{host} has pcnet3d {package_version()}, the batch {job.version}; install one version.",
             )
         if not job.output.is_dir():
             raise InputError(
-                f"{host} does not see {job.output}; the folder must be on a disk that all workers share."
+                "cannot-open",
+                f"{host} does not see {job.output}; the folder must be on a disk that all workers share.",
             )
         with FileLock(job.lock):
             _tidy(job.folder)
@@ -103,17 +112,17 @@ def run_take(job: Job) -> Outcome:
             key = _key(job.entry, files)
             if kept.key == key:
                 return Outcome(name, "kept", seconds=kept.seconds, host=host, rows=figures(job.folder))
-            code, reason = _run(job, _begun_before(job, key))
+            ended, reason = _run(job, _begun_before(job, key))
             seconds = round(time.perf_counter() - start, 2)
-            if code:
+            if ended.exit_code:
                 _tidy(job.folder)
-                return Outcome(name, "failed", code, reason, seconds, host)
+                return Outcome(name, "failed", ended.exit_code, reason, seconds, host, code=ended.code)
             job.begun.unlink(missing_ok=True)
             add_to_summary(job.folder, **{_KEY: {"key": key, "files": files, "seconds": seconds}})
             job.log.unlink(missing_ok=True)
             return Outcome(name, "done", seconds=seconds, host=host, rows=figures(job.folder))
     except InputError as error:
-        return Outcome(name, "failed", 2, str(error), host=host)
+        return Outcome(name, "failed", 2, str(error), host=host, code=error.code)
     except OSError as error:
         reason = f"{error.filename or 'A file'} could not be read or written: {error.strerror or error}."
         return Outcome(name, "failed", 2, reason, host=host)
@@ -135,13 +144,13 @@ def _hashes(entry: Entry, known: dict[str, dict[str, str]]) -> dict[str, dict[st
         for number, stage in enumerate(load_recipe(paths["recipe"]).stages):
             for option, path in files_among(stage.options).items():
                 paths[f"recipe {number} {option}"] = path
-    found = {}
+    hashes = {}
     for column, path in paths.items():
         stamp = _stamp(path)
         before = known.get(column, {})
         digest = before.get("sha256") if before.get("stamp") == stamp else None
-        found[column] = {"file": printable(path.name), "stamp": stamp, "sha256": digest or sha256(path)}
-    return found
+        hashes[column] = {"file": printable(path.name), "stamp": stamp, "sha256": digest or sha256(path)}
+    return hashes
 
 
 def _stamp(path: Path) -> str:
@@ -184,14 +193,14 @@ def _tidy(folder: Path) -> None:
             shutil.rmtree(left, ignore_errors=True)
 
 
-def _run(job: Job, resume: bool) -> tuple[int, str]:
-    """Exit code of the take and why it is not 0. Its words go to the log."""
-    words = ["run", f"--output={job.folder}", *(["--resume"] if resume else []), *job.entry.arguments]
+def _run(job: Job, resume: bool) -> tuple[Ended, str]:
+    """How the take ended, and why its exit code is not 0. What it says goes to the log."""
+    arguments = ["run", f"--output={job.folder}", *(["--resume"] if resume else []), *job.entry.arguments]
     try:
-        code = run_in_worker(words, job.log, job.timeout_s)
+        ended = run_in_worker(arguments, job.log, job.timeout_s)
     except TimeoutError:
-        return 124, f"took longer than the {job.timeout_s:g} s of --timeout, and was ended"
-    return code, _last_words(code, job.log) if code else ""
+        return Ended(124), f"took longer than the {job.timeout_s:g} s of --timeout, and was ended"
+    return ended, _last_words(ended.exit_code, job.log) if ended.exit_code else ""
 
 
 def _last_words(code: int, log: Path) -> str:

@@ -11,18 +11,25 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 from ....pipeline.core.system import apart, kill
 from .child import IDLE_S
 
-_MOST = (
-    50  # takes of one process: what packages do not give back ends with it, such as 1.5 MB for each recording
-)
+# Takes of one process: what packages do not give back ends with it, such as 1.5 MB for each recording.
+_MOST = 50
 _TO_END_S = 5.0  # for a take that is asked to leave
 # As many processes as there are cores: each computes with one thread, or they get in each other's way. One on every
 # machine, since another number of threads rounds otherwise. What they say is read back here.
 _ENVIRONMENT = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 _ENVIRONMENT |= {"OPENCV_FOR_THREADS_NUM": "1", "PYTHONIOENCODING": "utf-8"}
+
+
+class Ended(NamedTuple):
+    """exit_code: negative for the signal that ended it. code: of the refusal, if that was why."""
+
+    exit_code: int
+    code: str = ""
 
 
 class Worker:
@@ -48,7 +55,7 @@ class Worker:
         idle_s = time.monotonic() - self._since
         return self.process.poll() is None and self._takes < _MOST and idle_s < IDLE_S / 2
 
-    def run(self, words: Sequence[str], log: Path, timeout_s: float | None) -> int:
+    def run(self, words: Sequence[str], log: Path, timeout_s: float | None) -> Ended:
         """As `run_in_worker`."""
         assert self.process.stdin is not None
         assert self.process.stdout is not None
@@ -67,7 +74,8 @@ class Worker:
         if late.is_set():
             raise TimeoutError
         self._since = time.monotonic()
-        return int(answer) if answer else self.process.wait()
+        exit_code, _, code = answer.decode("ascii").strip().partition(" ")
+        return Ended(int(exit_code), code) if answer else Ended(self.process.wait())
 
     def kill(self) -> None:
         """End it at once, and what it has started."""
@@ -93,8 +101,8 @@ _busy: set[Worker] = set()
 _stopped = threading.Event()
 
 
-def run_in_worker(words: Sequence[str], log: Path, timeout_s: float | None) -> int:
-    """Exit code of `pcnet3d WORDS`, all of whose words go to the file `log`; negative: the signal that ended it.
+def run_in_worker(words: Sequence[str], log: Path, timeout_s: float | None) -> Ended:
+    """How `pcnet3d WORDS` ended, all of whose words go to the file `log`.
     TimeoutError when it took longer than `timeout_s` seconds, and was ended. OSError for a process that cannot be
     started or a log that cannot be written."""
     worker = _free_worker(log)

@@ -46,7 +46,7 @@ def stamped(side: Side, reference: Side, shift_s: float) -> Alignment:
     r, common = _score(_angles(side, side.time_s), _angles(reference, side.time_s + shift_s))
     inside = ((side.time_s >= times[0]) & (side.time_s <= times[-1])).sum()
     if inside < 3 or not common:
-        raise InputError(_apart(side, reference, shift_s, 0.0))
+        raise InputError("files-apart", _apart(side, reference, shift_s, 0.0))
     return Alignment("time stamps", shift_s, r)
 
 
@@ -67,13 +67,13 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     own, other = _angles(side, times), _angles(reference, around)
     known = np.isfinite(own).any(axis=0) & np.isfinite(other).any(axis=0)
     if not known.any():
-        raise InputError(_apart(side, reference, offset_s, search_s))
+        raise InputError("files-apart", _apart(side, reference, offset_s, search_s))
     own, other = own[:, known], other[:, known]
-    found = [_score(own, other[i : i + len(times)]) for i in range(2 * reach + 1)]
-    scores, common = (np.array(part) for part in zip(*found, strict=True))
+    tried = [_score(own, other[i : i + len(times)]) for i in range(2 * reach + 1)]
+    scores, common = (np.array(part) for part in zip(*tried, strict=True))
     enough = common * step >= max(LEAST_S, _LEAST_SHARE * common.max() * step)
     if not (enough & np.isfinite(scores)).any():
-        raise InputError(_apart(side, reference, offset_s, search_s))
+        raise InputError("files-apart", _apart(side, reference, offset_s, search_s))
     scores = np.where(enough, np.nan_to_num(scores, nan=-1.0), -1.0)
     shifts = offset_s + step * np.arange(-reach, reach + 1)
     peak = np.r_[False, (scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]), False]
@@ -101,10 +101,10 @@ def turn_deg(side: np.ndarray, reference: np.ndarray) -> float:
     return float(np.degrees(np.angle(np.vdot(a, b))))
 
 
-def turned(joints: np.ndarray, angle_deg: float) -> np.ndarray:
-    """joints (T, J, 3) turned about z."""
+def turned(points: np.ndarray, angle_deg: float) -> np.ndarray:
+    """points (T, 3) or (T, J, 3) turned about z."""
     cosine, sine = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
-    return rotate(np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]), joints)
+    return rotate(np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]), points)
 
 
 def size_ratio(side: np.ndarray, reference: np.ndarray) -> float:

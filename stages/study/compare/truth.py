@@ -16,7 +16,7 @@ from ....pipeline.files.arrays import keys
 from ....pipeline.files.bvh import parse
 from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_trc
 from ....pipeline.files.skeletons import UNITS, h36m17_named
-from ....pipeline.plugins.options import did_you_mean
+from ....pipeline.plugins.options import call, did_you_mean
 from ....pipeline.reading.find import adapters, recognises
 from ....pipeline.reading.mocap import bvh as mocap_bvh
 from ....pipeline.reading.mocap import joints as mocap_joints
@@ -39,12 +39,12 @@ def read_truth(
     format that leaves no choice.
     """
     if not path.is_file():
-        raise InputError(f"Expected motion capture at {path}, found no file there.")
+        raise InputError("cannot-open", f"Expected motion capture at {path}, found no file there.")
     if unit is not None and unit not in UNITS:
-        raise InputError(f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
+        raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
     kind = path.suffix.lower()
     if clip is not None and kind != ".npz":
-        raise InputError(f"A clip is chosen from a .npz file of several; {path} is none.")
+        raise InputError("option-conflict", f"A clip is chosen from a .npz file of several; {path} is none.")
     try:
         if kind in (".trc", ".c3d"):
             poses = _of_markers(read_trc(path) if kind == ".trc" else read_c3d(path), up, unit, fps)
@@ -55,14 +55,17 @@ def read_truth(
         else:
             poses = _adapted(path, How(unit, up, fps))
     except InputError as error:
-        raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
+        raise error if str(path) in str(error) else InputError(error.code, f"{path}: {error}") from None
     share = upright_share(poses.joints)
     if np.isnan(share):
-        raise InputError(f"{path}: expected frames with the head and both legs, which tell up; got none.")
+        raise InputError(
+            "nothing-usable", f"{path}: expected frames with the head and both legs, which tell up; got none."
+        )
     if share < 0.5:
         raise InputError(
+            "wrong-axes",
             f"{path}: only in {100 * share:.0f} % of the frames is the head above the feet; say which axis is up with "
-            "--up."
+            "--up.",
         )
     return poses
 
@@ -70,20 +73,24 @@ def read_truth(
 def _of_markers(found: Markers, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
     unit = unit or found.unit
     if unit not in UNITS:
-        raise InputError(f"expected a unit of {', '.join(UNITS)}, got '{unit}'; say it with --unit.")
+        raise InputError(
+            "needs-input", f"expected a unit of {', '.join(UNITS)}, got '{unit}'; say it with --unit."
+        )
     bodies = {}
     for subject, points in by_subject(found).items():
         with suppress(InputError):
             bodies[subject] = h36m17_named(points.points * UNITS[unit], points.names)
     if len(bodies) > 1:
         raise InputError(
-            f"expected one person's points, got those of {', '.join(bodies)}; keep one of them in the file."
+            "choose-person",
+            f"expected one person's points, got those of {', '.join(bodies)}; keep one of them in the file.",
         )
     if not bodies:
         raise InputError(
+            "wrong-content",
             "expected points at the joint centres (hips, knees, ankles, shoulders, elbows, wrists, neck and head, "
             f"under names in use), got {', '.join(found.names[:30])}; markers on the skin must be turned "
-            "into joint centres first."
+            "into joint centres first.",
         )
     (joints,) = bodies.values()
     joints = z_up(joints, up or found.up)
@@ -101,47 +108,54 @@ def _npz(path: Path, name: str | None, how: How) -> PoseSequence:
     several = "clip_start" in keys(path)
     if not several:
         if name is not None:
-            raise InputError("a clip is chosen from a file of several; this holds one.")
+            raise InputError("option-conflict", "a clip is chosen from a file of several; this holds one.")
         clip = mocap_joints.read(path, path.parent, how).clip
     else:
         _refuse(how, "a file of several clips is in metres with +Z up and says its frame rate")
         clips = {clip.name: clip for clip in read_mocap(path)}
         if name is None and len(clips) > 1:
             raise InputError(
-                f"it holds {len(clips)} clips; name one with --clip, such as {next(iter(clips))}."
+                "choose-entry",
+                f"it holds {len(clips)} clips; name one with --clip, such as {next(iter(clips))}.",
             )
         if name is not None and name not in clips:
-            raise InputError(f"it has no clip '{name}'; {did_you_mean(name, clips)}")
+            raise InputError("name-unknown", f"it has no clip '{name}'; {did_you_mean(name, clips)}")
         clip = clips[name] if name else next(iter(clips.values()))
     return _poses(clip.joints, np.arange(len(clip)) / clip.fps)
 
 
 def _adapted(path: Path, how: How) -> PoseSequence:
-    people = [
-        poses
-        for adapter in adapters("poses").values()
-        if recognises(adapter, path)
-        for poses in adapter.read(path)
-        if poses.frame.family == "world" and poses.frame.metric
-    ]
+    people = people_in_a_world(path)
     if len(people) != 1:
         raise InputError(
-            "expected one person's motion capture: TRC, C3D, BVH, .npz, or TotalCapture's gt_skel_gbl_pos.txt."
+            "format-unknown",
+            "expected one person's motion capture: TRC, C3D, BVH, .npz, or TotalCapture's gt_skel_gbl_pos.txt.",
         )
     _refuse(replace(how, fps=None), "this file's format says which")
     poses = remap(people[0], H36M17)
     if how.fps is not None:
         poses = poses.with_(time_s=poses.frame_index / how.fps)
     if poses.time_s is None:
-        raise InputError("it does not say its frame rate; give it with --rate.")
+        raise InputError("needs-rate", "it does not say its frame rate; give it with --rate.")
     return change_frame(poses, Z_UP.with_(origin=poses.frame.origin))
+
+
+def people_in_a_world(path: Path) -> list[PoseSequence]:
+    """Those in metres and a world's axes that any adapter reads in a file."""
+    return [
+        poses
+        for adapter in adapters("poses").values()
+        if recognises(adapter, path)
+        for poses in call(adapter.read, path, what=f"Adapter '{adapter.name}'", options={})
+        if poses.frame.family == "world" and poses.frame.metric
+    ]
 
 
 def _refuse(how: How, why: str) -> None:
     """InputError when anything of `how` is told of a file that leaves no choice."""
     said = {"--unit": how.unit, "--up": how.up, "--rate": how.fps}
     if given := [option for option, value in said.items() if value is not None]:
-        raise InputError(f"{', '.join(given)}: {why}; leave that out.")
+        raise InputError("option-conflict", f"{', '.join(given)}: {why}; leave that out.")
 
 
 def _poses(joints: np.ndarray, time_s: np.ndarray) -> PoseSequence:

@@ -24,17 +24,17 @@ from ....pipeline.core.messages import how_many, say, show
 from ....pipeline.core.system import quoted
 from ....pipeline.core.take import Told
 from ....pipeline.files.atomic import add_to_summary, whole_folder
-from ....pipeline.files.detections import KEYPOINTS
+from ....pipeline.files.names import KEYPOINTS
 from ....pipeline.files.viewer import following
 from ....pipeline.plugins.options import call
-from ....pipeline.reading.settings import Force, Output, RunOptions, offering
+from ....pipeline.reading.flags import Force, Output, offering
+from ....pipeline.reading.settings import RunOptions
 from ....pipeline.running.conclusion import conclude, point_to, show_files
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
 from ....pipeline.running.progress import now_and_then, stages, tell
 from ....pipeline.running.recipe import Recipe
 from ....pipeline.running.run import check_plan, inputs_of, run_into
-from ....pipeline.signals.swap_repair import Swaps
 from ...detect import Detect
 from ...rectify import Rectify
 from .recording import live_recording
@@ -42,13 +42,12 @@ from .source import Incoming, Source, open_source
 
 LIVE = "live.rrd"
 _VIDEO = "video.ts"
-_KNOWN = ("detector", "person_detector", "person_kind", "looks", "swaps")  # of the options of detect
+_KNOWN = ("detector", "person_detector", "person_kind", "looks")  # of the options of detect
 _LOST = 30  # frames without the person who is shown, after which another may be
 
 
 @offering(
-    "detector", "device", "stature", "title", "person_id", "date", "focal", "pitch", "roll", "gravity", "also",
-    "no_frames", "recipe", "settings",
+    "detector", "device", "stature", "focal", "also", "no_frames", "recipe", "settings"
 )  # fmt: skip
 def live(
     options: RunOptions,
@@ -74,7 +73,7 @@ def live(
     inputs = inputs_of(options.with_(video=None if shown.video is None else shown.video.path), asked)
     with computing_on(options.device) as where, whole_folder(output, force, inputs) as folder:
         video = shown.video.path if shown.video else folder / _VIDEO if frames else None
-        recorded = _recorded(options, detect.swaps, folder / KEYPOINTS, video)
+        recorded = _recorded(options, folder / KEYPOINTS, video)
         _check_end(recorded)
         networks = _networks(asked, detect, options.told)
         watching = following(folder / LIVE, web) if view or web else nullcontext()
@@ -85,7 +84,8 @@ def live(
         try:
             if seen.person is None:
                 raise InputError(
-                    f"Nobody was found in {seen.words} of {shown.name} by {networks.detector.method}."
+                    "nothing-usable",
+                    f"Nobody was found in {seen.words} of {shown.name} by {networks.detector.method}.",
                 )
             size = seen.size if video is None else None  # a video has its own; that of ours is even
             recorded = recorded.with_(person=seen.person, image_size=size)
@@ -120,20 +120,23 @@ def _detect(recipe: Recipe) -> Detect:
     whole videos and would go unheard."""
     told = next((entry.options for entry in recipe.stages if entry.use == "detect"), None)
     if told is None:
-        raise InputError("Expected somebody to be looked for by live, got detect=off; leave it out.")
+        raise InputError(
+            "option-conflict", "Expected somebody to be looked for by live, got detect=off; leave it out."
+        )
     detect = call(Detect, what="Stage 'detect'", options=told)
     if unheard := [f"detect.{name}" for name in told if name not in _KNOWN]:
         raise InputError(
+            "option-conflict",
             f"Expected for live no options of detect but {', '.join(_KNOWN)}, got {', '.join(unheard)}; leave it out, "
-            "or give it to a run of the video afterwards."
+            "or give it to a run of the video afterwards.",
         )
     return detect
 
 
-def _recorded(options: RunOptions, swaps: Swaps, keypoints: Path, video: Path | None) -> RunOptions:
+def _recorded(options: RunOptions, keypoints: Path, video: Path | None) -> RunOptions:
     """The run at the end, but for the person and the image's size, which are not known before."""
     others = {name: value for name, value in options.settings.items() if not name.startswith("detect.")}
-    return options.with_(keypoints=keypoints, video=video, detector=None, swaps=swaps, settings=others)
+    return options.with_(keypoints=keypoints, video=video, detector=None, settings=others)
 
 
 def _end(recorded: RunOptions) -> Recipe:
@@ -148,7 +151,9 @@ def _check_end(recorded: RunOptions) -> None:
     try:
         check_plan(_end(recorded), recorded.told, *given)
     except InputError as error:
-        raise InputError(f"live ends with a run of its {' and its '.join(given)}: {error}") from None
+        raise InputError(
+            error.code, f"live ends with a run of its {' and its '.join(given)}: {error}"
+        ) from None
 
 
 @dataclass(frozen=True, eq=False)

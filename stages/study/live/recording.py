@@ -50,7 +50,7 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
             recording.save(path, default_blueprint=_blueprint())
             yield LiveRecording(recording, layout, target if frames else None)
         except RuntimeError as error:
-            raise InputError(f"The recording {path} could not be written: {error}.") from None
+            raise InputError("cannot-write", f"The recording {path} could not be written: {error}.") from None
         finally:
             recording.flush()
             recording.disconnect()

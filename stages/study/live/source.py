@@ -61,7 +61,8 @@ def open_source(source: str) -> Source:
     if colon:
         if protocol not in _PROTOCOLS:
             raise InputError(
-                f"Expected a stream by one of {', '.join(_PROTOCOLS)}, got '{protocol}'; give a file by its path."
+                "unsafe",
+                f"Expected a stream by one of {', '.join(_PROTOCOLS)}, got '{protocol}'; give a file by its path.",
             )
         allowed = f"{','.join(_PROTOCOLS)},{_NEEDED}"
         return Source(f"{protocol} stream", _stream(source, source, allowed), None, waits=False)
@@ -82,7 +83,9 @@ def _stream(source: str | FileIO, name: str, protocols: str) -> Iterator[Shot]:
             source, "r", metadata_errors="ignore", options={"protocol_whitelist": protocols}
         ) as container:
             if not container.streams.video:
-                raise InputError(f"Expected a video from {name}, but it has no video stream.")
+                raise InputError(
+                    "format-unknown", f"Expected a video from {name}, but it has no video stream."
+                )
             stream = container.streams.video[0]
             # Threads by frame would hold some back.
             stream.thread_type, stream.codec_context.thread_count = "SLICE", cores()
@@ -94,14 +97,17 @@ def _stream(source: str | FileIO, name: str, protocols: str) -> Iterator[Shot]:
                     now = 0.0 if last is None else last + 1 / float(stream.average_rate or 30)
                 if last is not None and now <= last:
                     raise InputError(
+                        "times-broken",
                         f"Expected from {name} each image later than the one before, got one at {now:.3f} s after "
-                        f"one at {last:.3f} s; begin again for what follows."
+                        f"one at {last:.3f} s; begin again for what follows.",
                     )
                 start, last = now if start is None else start, now
                 image = np.rot90(frame.to_ndarray(format="rgb24", threads=1), round(frame.rotation / 90))
                 yield Shot(number, now - start, np.ascontiguousarray(image))
     except FFmpegError as error:
-        raise InputError(f"Expected a video from {name}, but it cannot be read: {error.strerror}.") from None
+        raise InputError(
+            "not-reached", f"Expected a video from {name}, but it cannot be read: {error.strerror}."
+        ) from None
 
 
 def _camera(source: str) -> Iterator[Shot]:
@@ -111,13 +117,16 @@ def _camera(source: str) -> Iterator[Shot]:
     try:
         if not camera.isOpened():
             raise InputError(
-                f"There is no camera {source}, or another program has it; the first one has number 0."
+                "not-reached",
+                f"There is no camera {source}, or another program has it; the first one has number 0.",
             )
         start, number = None, 0
         while True:
             there, image = camera.read()
             if not there:
-                raise InputError(f"The camera {source} gives no more pictures; is it still connected?")
+                raise InputError(
+                    "not-reached", f"The camera {source} gives no more pictures; is it still connected?"
+                )
             now = time.perf_counter()  # whose steps are finer than those of monotonic on Windows
             start = now if start is None else start
             yield Shot(number, now - start, np.ascontiguousarray(image[..., ::-1]))

@@ -9,6 +9,7 @@ from golden.detections import openpose as write_openpose
 from pcnet3d.adapters import openpose, read
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import BODY_25B, COCO17, remap
+from refusals import refused
 
 # What OpenPose found of a man in one frame of Pose2Sim's demo (BSD-3-Clause), in BODY_25B.
 _REAL = (
@@ -117,7 +118,7 @@ def test_nobody(tmp_path):
 def test_not_a_folder_of_such_files(tmp_path):
     (tmp_path / "walk.json").write_text("{}")
     for path in (tmp_path, tmp_path / "walk.json"):
-        with pytest.raises(InputError, match="Expected a folder of OpenPose's"):
+        with refused("format-unknown"):
             openpose.read(path)
 
 

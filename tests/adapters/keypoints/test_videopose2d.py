@@ -12,6 +12,7 @@ from pcnet3d.adapters import detectron, read, read_all, videopose2d
 from pcnet3d.pipeline import IMAGE, InputError
 from pcnet3d.pipeline.core.layouts import COCO17, H36M17
 from pcnet3d.pipeline.reading.find import adapters
+from refusals import refused
 
 SYMMETRY = [[1, 3, 5, 7, 9, 11, 13, 15], [2, 4, 6, 8, 10, 12, 14, 16]]
 
@@ -154,5 +155,5 @@ def test_a_frame_of_another_shape_is_named(write, moving):
 def test_plain_arrays_are_not_its_own(tmp_path):
     np.savez(tmp_path / "a.npz", boxes=np.zeros(3), keypoints=np.zeros(3), metadata=np.zeros(3))
     assert not detectron.sniff(tmp_path / "a.npz")
-    with pytest.raises(InputError, match="expected Python objects"):
+    with refused("wrong-content"):
         detectron.read(tmp_path / "a.npz")

@@ -70,7 +70,7 @@ def test_pick_shows_the_people_under_the_numbers_that_person_takes(film, toys, t
 
     video = film([toys.scene(box, seed=int(i >= 20)) for i, box in enumerate(toys.walking(40))])
     words = [video.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "here/out"]
-    assert call(*words, "--pick")[0] == 0
+    assert call(*words, "--person", "pick")[0] == 0
     assert [path.name for path in (tmp_path / "here").iterdir()] == ["out-people.png"]
     sheet = cv2.imread(str(tmp_path / "here/out-people.png"))
     for cell in (sheet[:220, :220], sheet[:220, 220:440]):

@@ -17,10 +17,11 @@ from pcnet3d.models.detector.video import detect
 from pcnet3d.pipeline import InputError, Take
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.files import video_frames
-from pcnet3d.pipeline.files.detections import Detections, interrupted_at, load_detections
+from pcnet3d.pipeline.files.detections import Detections, load_detections
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.stages.detect import Detect, smoothed
+from refusals import refused
 
 
 def same(a: Detections, b: Detections) -> bool:
@@ -137,10 +138,10 @@ def test_files_of_earlier_versions_know_of_no_damage(walk_film, toy, tmp_path):
 
 def test_resuming_something_else_is_refused(walk_film, toy, toys, tmp_path):
     found = detect(walk_film, load_detector(toy), "one video")
-    with pytest.raises(InputError, match="of another video, detector or version"):
+    with refused("files-apart"):
         detect(walk_film, load_detector(toy), "another", found)
     other = load_detector(toys.save_toy(tmp_path / "other.onnx", toys.float))
-    with pytest.raises(InputError, match="of another video, detector or version"):
+    with refused("files-apart"):
         detect(walk_film, other, "one video", found)
 
 
@@ -230,11 +231,11 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
     default = Detect()(take)
     assert default.keypoints.person == "0"
     assert "Of 2 people (frames in brackets) 0 (40), 1 (35), person 0 is taken" in default.notices[1].text
-    assert interrupted_at(default) is None
-    other = Detect(person="1")(take).keypoints
+    assert not any(each.code == "interrupted" for each in default.notices)
+    other = Detect()(take.telling(person="1")).keypoints
     assert (other.person, len(other)) == ("1", 35)
     with pytest.raises(InputError, match="no person '7'"):
-        Detect(person="7")(take)
+        Detect()(take.telling(person="7"))
 
 
 def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, monkeypatch):
@@ -247,13 +248,13 @@ def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, mon
 
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Both())
     take = Take("walk", video=walk_film)
-    found = [Detect(person=asked)(take).keypoints for asked in (None, "longest")]
+    found = [Detect()(take.telling(person=asked)).keypoints for asked in (None, "longest")]
     assert [len(one) for one in found] == [40, 40]
     assert all(np.nanmin(one.joints) >= 200 for one in found)
 
 
 def test_another_frame_rate(walk_film, toy):
-    take = Detect(detector=str(toy), fps=120)(Take("walk", video=walk_film))
+    take = Detect(detector=str(toy))(Take("walk", video=walk_film).telling(fps=120.0))
     np.testing.assert_allclose(take.keypoints.times, np.arange(40) / 120)
 
 

@@ -8,10 +8,11 @@ from pcnet3d.models.gravity import Seen, TakeUp, direction
 from pcnet3d.models.gravity.fusion import fused_up
 from pcnet3d.models.gravity.images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
 from pcnet3d.models.gravity.moving import with_looks
-from pcnet3d.models.gravity.view import before, moving_camera, static_camera
+from pcnet3d.models.gravity.view import known_camera, moving_camera, static_camera
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.camera import Look
 from pcnet3d.pipeline.core.rotations import angle_deg
+from refusals import refused
 
 SEEDS = (0, 4, 10)
 
@@ -41,7 +42,7 @@ def test_a_told_focal_length_is_obeyed_and_an_impossible_one_refused(streets):
     shown = streets[10]
     answer = up_from_images([shown.image], shown.focal_px, [shown.boxes])
     assert answer.focal_px == pytest.approx(shown.focal_px, rel=0.05)
-    with pytest.raises(InputError, match="focal length in pixels"):
+    with refused("bad-value"):
         up_from_images([shown.image], 0.8)
 
 
@@ -82,11 +83,15 @@ def test_a_small_grey_image_is_no_crash():
 
 def test_who_says_the_focal_length():
     size = (1920, 1080)
-    assert before(size, 1500.0, 1400.0)[::2] == (1500.0, "told")
-    assert before(size, None, 1400.0)[::2] == (1400.0, "file")
-    focal, spread, source = before(size, None, None)
-    assert (focal, source) == (0.8 * 1920, "prior")
-    assert spread == pytest.approx(0.22)
+    for told_px, file_px, focal_px, source in (
+        (1500.0, 1400.0, 1500.0, "told"),
+        (None, 1400.0, 1400.0, "file"),
+    ):
+        known = known_camera(size, told_px, file_px)
+        assert (known.focal_px, known.focal_source) == (focal_px, source)
+    known = known_camera(size, None, None)
+    assert (known.focal_px, known.focal_source) == (0.8 * 1920, "prior")
+    assert known.focal_sd_px / known.focal_px == pytest.approx(0.22)
 
 
 def test_a_camera_keeps_the_lines_of_its_first_image(streets):

@@ -31,10 +31,12 @@ def test_a_mirrored_network_is_refused_and_put_right_when_asked(per_frame, facin
     good = per_frame(ZERO, facing_camera, name="good.onnx")
     mirrored = per_frame(ZERO, facing_camera * [-1, 1, 1], name="mirrored.onnx")
     expected = Lift(good)(take).poses
-    with pytest.raises(InputError, match=r"The lift by mirrored.onnx@.* mirrored .*--handedness mirror"):
+    with pytest.raises(
+        InputError, match=r"The lift by mirrored.onnx@.* mirrored .*--set read.handedness=mirror"
+    ):
         Lift(mirrored)(take)
     np.testing.assert_allclose(
-        Lift(mirrored, handedness="mirror")(take).poses.joints, expected.joints, atol=1e-6
+        Lift(mirrored)(take.telling(handedness="mirror")).poses.joints, expected.joints, atol=1e-6
     )
 
 
@@ -50,7 +52,7 @@ def test_the_bearing_is_told_until_the_focal_length_is_known(per_frame, facing_c
 
 
 def test_a_lift_that_is_no_skeleton_is_warned_of(per_frame, take):
-    notices = Lift(per_frame(np.diag([1, 1, 0])), handedness="ignore")(take).said
+    notices = Lift(per_frame(np.diag([1, 1, 0])))(take.telling(handedness="ignore")).said
     assert "bones" in [said.code for said in notices]
 
 

@@ -9,8 +9,9 @@ from pcnet3d.models.common.metrics import joint_error, scaled
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.models.lifter.clock import averaged, clock_of
 from pcnet3d.models.lifter.live import LiveLifter
-from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
+from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence
 from pcnet3d.pipeline.core.rotations import is_finite
+from refusals import refused
 
 SECONDS = 6.0
 
@@ -163,7 +164,7 @@ def test_who_crosses_the_image_at_two_frames_a_second_is_one_person():
     pixels += np.arange(len(pixels))[:, None, None] * [1.2 * np.ptp(pixels, axis=1).max(), 0.0]
     wide = int(pixels.max()) + 50, camera.height
     assert np.isfinite(lift(keypoints.with_(joints=pixels), wide).joints).all()
-    with pytest.raises(InputError, match="two people look mixed"):
+    with refused("people-mixed"):
         lift(keypoints.with_(joints=pixels, time_s=keypoints.time_s / 15), wide)
 
 

@@ -9,12 +9,13 @@ from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_lifter
 from pcnet3d.models.lifter.blazepose import crops_around
-from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, remap
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, remap
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, FEET
 from pcnet3d.pipeline.core.lifted import ToLift
 from pcnet3d.pipeline.core.rotations import geodesic_deg, kabsch
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take, read_video
+from refusals import refused
 
 RNG = np.random.default_rng(0)
 WORLD = RNG.normal(size=(33, 3)).round(2)
@@ -104,7 +105,7 @@ def test_flip_averages_with_the_mirrored_landmarks(landmarks, take):
 
 
 def test_without_a_video_it_is_refused(landmarks, take):
-    with pytest.raises(InputError, match="give the video"):
+    with refused("needs-input"):
         load_lifter(landmarks(WORLD)).lift(ToLift(take.keypoints, (640, 360))).noted()
 
 

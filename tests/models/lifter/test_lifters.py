@@ -12,6 +12,7 @@ from pcnet3d.pipeline import H36M17, InputError, remap
 from pcnet3d.pipeline.core.layouts import COCO17, HALPE26
 from pcnet3d.pipeline.core.lifted import ToLift
 from pcnet3d.pipeline.core.rotations import rotate
+from refusals import refused
 
 SIZE = (1920, 1080)
 FLAT = [[1, 0, 0], [0, 1, 0], [0, 0, 0]]  # x and y as they are, the confidence dropped
@@ -74,7 +75,7 @@ def test_videopose3d_on_coco_joints(per_frame, coco):
     assert_allclose(lifted.joints[..., :2], relative(coco.joints) / 960, atol=1e-5)
     halpe = remap(coco, COCO17)
     assert lifted.layout == H36M17
-    with pytest.raises(InputError, match="has no joint from which"):
+    with refused("wrong-content"):
         lifter.lift(ToLift(remap(halpe, H36M17), SIZE)).noted()
 
 

@@ -86,7 +86,7 @@ def test_axes_units_and_origin(poses):
 
 def test_scale(poses):
     small = poses.mapped(lambda points: points / 3, frame=CAMERA.with_(unit="arbitrary"))
-    again = scale(small, 1.7)
+    again = scale(small, 1.7)[0]
     factor = again.history[-1].options["factor"]
     np.testing.assert_allclose(again.feet, small.feet * factor, rtol=1e-5)
 
@@ -122,7 +122,7 @@ def test_clean_fills_gaps_and_removes_jumps(poses):
     broken = PoseSequence(
         poses.joints[index], H36M17, CAMERA, time_s=index / 30, frame_index=index, feet=feet[index]
     )
-    mended = clean(broken)
+    mended = clean(broken)[0]
     assert len(mended) == FRAMES
     assert_rigid(mended, 1e-3)
     assert mended.history[-1].options["spikes_removed"] == 1
@@ -142,7 +142,7 @@ def test_rectified_and_filtered(poses):
     for canonical in (rectified.body, rectified.level):
         assert_rigid(canonical)
     assert rectified.body.frame.family == BODY.family
-    still = smooth(rectified.level)
+    still = smooth(rectified.level)[0]
     shaken = rectified.level.feet + 0.02 * np.random.default_rng(0).standard_normal(poses.feet.shape)
-    calmed = smooth(rectified.level.with_(feet=shaken))
+    calmed = smooth(rectified.level.with_(feet=shaken))[0]
     assert np.nanstd(calmed.feet - still.feet) < 0.75 * np.std(shaken - rectified.level.feet)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from pcnet3d.pipeline import BODY, CAMERA, H36M17, IMAGE, LEVEL, InputError, PoseSequence, Rectified
+from refusals import refused
 
 finite_or_nan = st.floats(-1e6, 1e6, width=32) | st.just(float("nan"))
 
@@ -29,7 +30,7 @@ def test_frame_numbers_are_accepted_exactly_when_they_increase(numbers):
         assert poses.frame_index.tolist() == numbers
         assert poses.frames_known
     else:
-        with pytest.raises(InputError, match="increase"):
+        with refused("times-broken"):
             PoseSequence(joints, H36M17, CAMERA, frame_index=numbers)
 
 
@@ -117,5 +118,5 @@ def test_other_joints_leave_no_covariance_unless_it_is_given():
     assert stated.with_(person="1").covariance is not None
     assert stated.with_(joints=poses.joints * 2).covariance is None
     assert stated.with_(joints=poses.joints * 2, covariance=4 * covariance).covariance[0, 0, 0, 0] == 4
-    with pytest.raises(InputError, match="covariances of shape"):
+    with pytest.raises(InputError, match="covariance of shape"):
         poses.with_(covariance=covariance[:, :3])

@@ -135,7 +135,7 @@ def take():
 
 def lifted_by(register, toy, take):
     register("lifters", model(toy))
-    return Lift("toy", handedness="ignore")(take)
+    return Lift("toy")(take.telling(handedness="ignore"))
 
 
 def test_of_another_packages_lifter_is_said_what_it_says(register, take):
@@ -194,7 +194,9 @@ def test_who_looks_at_images_is_given_keypoints_as_they_were_filmed(register, ta
 def test_any_lifter_is_given_where_to_keep_its_work_and_from_where_to_go_on(register, take, tmp_path):
     toy = Toy()
     register("lifters", model(toy))
-    Lift("toy", handedness="ignore", checkpoint=tmp_path / "now.npz", resume=tmp_path / "then.npz")(take)
+    Lift("toy", checkpoint=tmp_path / "now.npz", resume=tmp_path / "then.npz")(
+        take.telling(handedness="ignore")
+    )
     assert (toy.asked[0].checkpoint, toy.asked[0].resume) == (tmp_path / "now.npz", tmp_path / "then.npz")
 
 
@@ -261,7 +263,7 @@ def test_another_packages_writer_is_checked_before_the_work(register, tmp_path):
     Export(tmp_path, also=("toy",))
 
     def check():
-        raise InputError("The toy needs batteries.")
+        raise InputError("bad-value", "The toy needs batteries.")
 
     register("writers", SimpleNamespace(file="toy.txt", what="a toy", write=lambda *_: None, check=check))
     with pytest.raises(InputError, match="batteries"):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from golden.measures import rows_of
-from pcnet3d.pipeline import InputError, Take
+from pcnet3d.pipeline import Z_UP, InputError, Take
 from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.notices import own_notice
 from pcnet3d.pipeline.files.viewer import view_page
@@ -62,7 +62,7 @@ def test_up_of_a_take_in_which_nobody_stands_is_known_unless_the_picture_is_turn
     laid = replace(take.rectified, level=level.with_(joints=level.joints[..., [2, 1, 0]]))
     assert trust(take.with_(rectified=laid))[1].endswith(" degrees unless the picture is turned")
     assert "turned" not in trust(take)[1]
-    known = replace(laid, camera="gravity")
+    known = replace(laid, source=Z_UP, camera=None)
     assert "turned" not in trust(take.with_(rectified=known))[1]
 
 

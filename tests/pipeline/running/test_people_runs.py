@@ -24,7 +24,9 @@ from pcnet3d.pipeline.reading.take import open_people, open_take
 from pcnet3d.pipeline.running.people import folder_names
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files, run_people
+from refusals import refused
 
+SAVGOL = {"trajectories.smoother": "savgol"}
 STAGES = ("clean", "scale", "rectify", "trajectories", "export")
 
 
@@ -63,7 +65,7 @@ def test_a_whole_run_each_in_one_level(done, scene):
 def test_who_is_hardly_seen_is_named_and_left_out(done):
     output, people = done
     (left_out,) = json.loads((output / SUMMARY).read_text())["left_out"]
-    assert (left_out["person"], left_out["frames"]) == ("2", 4)
+    assert (left_out["person"], left_out["frames"], left_out["code"]) == ("2", 4, "nothing-usable")
     assert "10 are the least" in left_out["reason"] == people[2].reason
 
 
@@ -96,7 +98,7 @@ def test_a_stage_that_refuses_one_person_leaves_nothing_of_theirs(mmpose, recipe
     def refusing(self, take):
         result = export(self, take)
         if take.poses.person == "0":
-            raise InputError("no.")
+            raise InputError("bad-value", "no.")
         return result
 
     monkeypatch.setattr(Export, "__call__", refusing)
@@ -157,12 +159,14 @@ def test_the_options_are_those_of_the_command(mmpose, tmp_path, monkeypatch):
     """A stature, a filter, a rectifier, a file more and stages less reach both, and what one person has is refused."""
     (tmp_path / "short.toml").write_text("\n".join(f'[[stages]]\nuse = "{name}"' for name in STAGES))
     options = RunOptions(
-        poses=mmpose(), fps=30, recipe=tmp_path / "short.toml", person="0", stature=1.7, smoother="savgol",
-        also=("csv",), pitch=25, roll=8, settings={"rectify.rectifier": "geometric"},
+        poses=mmpose(), fps=30, recipe=tmp_path / "short.toml", person="0", stature=1.7,
+        also=("csv",), pitch=25, roll=8, settings={"rectify.rectifier": "geometric", **SAVGOL},
     )  # fmt: skip
     run_files(options, str(tmp_path / "python"))
-    words = f"--poses {options.poses} --fps 30 --recipe {options.recipe} --person 0 --stature 1.7 --smoother savgol "
-    words += f"--also csv --pitch 25 --roll 8 --set rectify.rectifier=geometric -o {tmp_path / 'command'}"
+    words = f"--poses {options.poses} --fps 30 --recipe {options.recipe} --person 0 --stature 1.7 "
+    words += "".join(f"--set {place}={value} " for place, value in SAVGOL.items())
+    words += "--also csv --set read.pitch=25 --set read.roll=8 --set rectify.rectifier=geometric "
+    words += f"-o {tmp_path / 'command'}"
     monkeypatch.setattr(sys, "argv", ["pcnet3d", "run", *words.split()])
     with pytest.raises(SystemExit):
         cli.main()
@@ -178,7 +182,7 @@ def test_the_options_are_those_of_the_command(mmpose, tmp_path, monkeypatch):
 
 
 def test_an_id_is_one_persons(mmpose, recipe, tmp_path):
-    with pytest.raises(InputError, match="--person-id"):
+    with pytest.raises(InputError, match=r"read\.person_id"):
         run_people(RunOptions(poses=mmpose(), fps=30, person_id="P-07"), tmp_path / "out", recipe)
 
 
@@ -418,7 +422,7 @@ def test_the_command(mmpose, tmp_path, monkeypatch, capsys):
     ends = [line.partition(": ")[0] for line in said.out.splitlines()[-4:]]
     assert ends == ["person 0", "person 0", "person 1", "person 1"]
     (output / "0" / "take.rrd").write_bytes(b"")
-    with pytest.raises(InputError, match="view one"):
+    with refused("choose-entry"):
         find_recording(output)
 
 

@@ -1,12 +1,13 @@
 """The options of a run: what each becomes, and what is refused in them."""
 
+import re
 from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
 
 from pcnet3d.pipeline import InputError, Told, load_recipe
-from pcnet3d.pipeline.reading.settings import MOVED, RunOptions, flag_of, flags, reading_options
+from pcnet3d.pipeline.reading.settings import MOVED, PLACES, RunOptions, flag_of, reading_options
 from pcnet3d.pipeline.running.plan import planned
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 
@@ -34,21 +35,25 @@ def test_without_options_every_stage_has_its_own_defaults():
 
 
 def test_an_option_goes_to_each_stage_that_it_is_for():
-    assert told(keypoints=KEYPOINTS, smoother="savgol") == {
-        "trajectories": {"smoother": "savgol"},
-        "angles": {"smoother": "savgol"},
+    assert told(video=VIDEO, detector="toy", lifter="geometric", also=("csv",)) == {
+        "detect": {"detector": "toy"},
+        "lift": {"lifter": "geometric"},
+        "export": {"also": ("csv",)},
     }
-    assert told(poses=POSES, person="2", fps=30, swaps="repair") == {}
-    assert told(video=VIDEO, person="2", swaps="repair")["detect"] == {"person": "2", "swaps": "repair"}
 
 
 def test_what_is_told_of_the_recording_is_no_stages_option():
     given = {
         "camera": "moving", "focal": 900, "image_size": "640x360", "stature": 1.7, "no_frames": True,
+        "person": "2", "fps": 60, "swaps": "repair", "handedness": "mirror",
     }  # fmt: skip
     assert told(keypoints=KEYPOINTS, **given) == {}
     options = RunOptions(keypoints=KEYPOINTS, **given)
-    assert options.told == Told("moving", 900, image_size=(640, 360), stature_m=1.7, images=False)
+    assert options.told == Told(
+        "moving", 900, image_size=(640, 360), stature_m=1.7, images=False,
+        fps=60, person="2", handedness="mirror", swaps="repair",
+    )  # fmt: skip
+    assert told(video=VIDEO, person="2", fps=60, swaps="repair", handedness="mirror") == {}
     assert RunOptions(gravity="0,1,0").told == Told(gravity=(0, 1, 0))
 
 
@@ -64,7 +69,7 @@ def test_what_is_told_of_the_recording_is_no_stages_option():
 )
 def test_what_no_stage_reads_is_refused(given, stage):
     bare = Recipe(stages=(StageEntry(use="trajectories"),))
-    flag = f"--{next(iter(given))}".replace("_", "-")
+    flag = re.escape(flag_of(next(iter(given))))
     with pytest.raises(InputError, match=f"{flag} is for the stage .*'{stage}'.*this run does not have"):
         planned(RunOptions(poses=POSES, **given), bare)
 
@@ -75,8 +80,7 @@ def test_a_given_recipe_has_all_that_the_options_ask_for():
         keypoints=KEYPOINTS,
         lifter="geometric",
         also=("csv",),
-        smoother="savgol",
-        settings=["clean.spike=0.7"],
+        settings=["clean.spike=0.7", "angles.smoother=savgol"],
     )
     recipe = load_recipe().starting_with("lift")
     assert planned(options, recipe) == planned(options)
@@ -94,11 +98,15 @@ def test_a_given_recipe_has_all_that_the_options_ask_for():
     [
         ("rectify.camera=moving", "--camera"),
         ("place.focal_px=900", "--focal"),
-        ("rectify.gravity=0,1,0", "--gravity"),
-        ("rectify.pitch_deg=3", "--pitch"),
+        ("rectify.gravity=0,1,0", "--set read.gravity"),
+        ("rectify.pitch_deg=3", "--set read.pitch"),
         ("scale.stature_m=1.8", "--stature"),
-        ("clean.image_size=640,360", "--image-size"),
+        ("clean.image_size=640,360", "--set read.image_size"),
         ("report.frames=false", "--no-frames"),
+        ("detect.fps=60", "--fps"),
+        ("detect.person=2", "--person"),
+        ("detect.swaps=repair", "--set read.swaps"),
+        ("lift.handedness=mirror", "--set read.handedness"),
     ],
 )
 def test_what_is_told_of_the_recording_cannot_be_contradicted(setting, flag):
@@ -107,7 +115,7 @@ def test_what_is_told_of_the_recording_cannot_be_contradicted(setting, flag):
         planned(RunOptions(poses=POSES, settings=[setting]))
     stage, key = setting.partition("=")[0].split(".")
     with pytest.raises(InputError, match=f"told of the recording.*{flag}"):
-        planned(RunOptions(poses=POSES), load_recipe().with_options(stage, **{key: 1}))
+        planned(RunOptions(poses=POSES), load_recipe().starting_with(stage).with_options(stage, **{key: 1}))
 
 
 def test_settings_reach_their_stage_in_the_type_it_asks_for():
@@ -153,10 +161,14 @@ def test_a_setting_that_cannot_be_used_is_refused_with_its_reason(setting, words
     ("given", "words"),
     [
         ({"fps": "fast"}, ["--fps=fast", "number"]),
-        ({"handedness": "ignroe"}, ["--handedness=ignroe", "'ignore'"]),
+        ({"handedness": "ignroe"}, ["--set read.handedness=ignroe", "'ignore'"]),
         ({"image_size": "640"}, ["WIDTHxHEIGHT", "'640'"]),
-        ({"gravity": "0,1"}, ["--gravity X,Y,Z", "'0,1'"]),
+        ({"gravity": "0,1"}, ["--set read.gravity=X,Y,Z", "'0,1'"]),
         ({"ftps": 30}, ["'ftps'", "did you mean fps"]),
+        (
+            {"smoother": "savgol"},
+            ["'smoother'", "--set trajectories.smoother=VALUE --set angles.smoother=VALUE now"],
+        ),
     ],
 )
 def test_a_value_of_another_type_is_one_sentence(given, words):
@@ -171,11 +183,11 @@ def test_options_do_not_change():
 
 
 def test_what_has_moved_has_gone_from_the_flags_and_is_somewhere_else():
-    assert not MOVED.keys() & {flag_of(name) for name in flags()}
+    assert not MOVED.keys() & {flag_of(name) for name in PLACES}
     stands_for = {"VALUE": "1", "FILE": "f", "KEY": "track"}
     for old, new in MOVED.items():
         if not new.startswith("--set "):
-            assert new in {flag_of(name) for name in flags()}, old
+            assert new.partition(" ")[0] in {flag_of(name) for name in PLACES}, old
             continue
         name, _, value = new.removeprefix("--set ").partition("=")
         stage, _, key = name.partition(".")
@@ -192,5 +204,5 @@ def test_the_session_is_what_is_told_of_it():
     assert told(poses=POSES, title="Visit 1", person_id="P-07", date="2026-03-31") == {}  # of no stage alone
     assert RunOptions(date="20260331").date == "2026-03-31"
     for wrong in ("31.3.2026", "2026-02-30", "today"):
-        with pytest.raises(InputError, match=f"--date YYYY-MM-DD.*'{wrong}'"):
+        with pytest.raises(InputError, match=f"--set read.date=YYYY-MM-DD.*'{wrong}'"):
             RunOptions(date=wrong)

@@ -65,11 +65,11 @@ def run(joints, tmp_path, monkeypatch, capsys):
     ("change", "code"), [(_as_it_is, 0), (_repeated, 3), (_flat, 4), (_lying, 0), (_short, 4)]
 )
 def test_strict_tells_by_the_exit_code_and_without_it_the_result_does(run, change, code, monkeypatch):
-    ended, last, out = run(change, "--strict", "--handedness=ignore")
+    ended, last, out = run(change, "--strict", "--set=read.handedness=ignore")
     assert ended == code
     assert code == 0 or last.endswith(f"(exit code {code}, as --strict asks)")
     files = sorted(path.name for path in out.iterdir())
-    ended, last, out = run(change, "--handedness=ignore")
+    ended, last, out = run(change, "--set=read.handedness=ignore")
     assert ended == 0
     assert code == 0 or last.endswith(f"(--strict makes the exit code {code})")
     assert sorted(path.name for path in out.iterdir()) == files  # the results are there in any case
@@ -79,7 +79,7 @@ def test_strict_tells_by_the_exit_code_and_without_it_the_result_does(run, chang
 
 @pytest.mark.parametrize("change", [_as_it_is, _repeated, _flat])
 def test_the_code_is_the_one_of_inspect(run, change, monkeypatch, tmp_path):
-    ended, _, _ = run(change, "--strict", "--handedness=ignore")
+    ended, _, _ = run(change, "--strict", "--set=read.handedness=ignore")
     file = str(tmp_path / "poses.npy")
     monkeypatch.setattr(sys, "argv", ["pcnet3d", "inspect", file, "--adapter", "videopose3d"])
     with pytest.raises(SystemExit) as inspected:

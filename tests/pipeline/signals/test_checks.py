@@ -58,7 +58,7 @@ def test_one_cue_alone_only_warns(person):
 
 def test_a_nose_that_was_made_of_other_joints_has_no_vote(person):
     """Wherever it is, the knees decide; without them nothing is certain."""
-    made = person.noted("markers", derived=["nose = mean(Neck, Head)"])
+    made = person.deriving("markers", {"nose": "mean(Neck, Head)"})
     assert chirality(made).verdict == "good"
     assert chirality(made).nose_votes == 0
     assert chirality(repaired(made, "mirror")).verdict == "wrong"

@@ -85,7 +85,7 @@ def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
         _, keypoints, (event,), _ = treated(None, wrong, how)
         assert event.weight == "warning"
         assert "which cannot be told" in event.text
-        assert "--swaps" not in event.text
+        assert "--set read.swaps" not in event.text
         np.testing.assert_array_equal(keypoints.joints, wrong.joints)
     assert [finding.weight for finding in swap_findings(wrong, (found,))] == ["note"]
 
@@ -130,7 +130,7 @@ def test_a_repair_against_the_rhythm_is_undone_and_said(monkeypatch):
         assert event.weight == "warning"
         assert "legs exchanged in frames 58-81, 83-109, but after a repair" in event.text
         assert "the legs would not alternate" in event.text
-        assert "--swaps" not in event.text
+        assert "--set read.swaps" not in event.text
 
 
 def test_a_repair_that_makes_joints_leap_is_undone_and_others_are_not():

@@ -290,11 +290,11 @@ def test_the_command_line_repairs_counts_and_refuses_other_words(tmp_path, poses
     stages = ("clean", "rectify", "trajectories", "export")
     recipe.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages))
     options = ("--poses", file, *OPTIONS, "--recipe", recipe, "-o", tmp_path / "out")
-    result = pcnet3d("run", *options, "--swaps", "repair")
+    result = pcnet3d("run", *options, "--set", "read.swaps=repair")
     assert result.returncode == 0, result.stderr
     said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
     (said,) = [
         each["text"] for each in said if each["weight"] == "repair" and each["about"] == "left and right"
     ]
     assert said == "The poses were put right as asked: legs exchanged in frames 60-69 (10 of 240 rows)."
-    assert pcnet3d("run", *options, "--swaps", "fix").returncode == 2
+    assert pcnet3d("run", *options, "--set", "read.swaps=fix").returncode == 2

@@ -15,6 +15,7 @@ from pcnet3d.stages.drawing.palette import LEFT, RIGHT
 from pcnet3d.stages.export.annotated import check_h264, write_annotated
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
+from refusals import refused
 
 STAMPS_MS = (0, 30, 70, 100, 180, 210, 250, 290, 390, 420, 450, 500)
 ROWS = np.array([2, 3, 4, 6, 7, 8, 9])  # frame 5 has no pose
@@ -114,7 +115,7 @@ def test_where_it_begins_is_told(take, tmp_path):
 
 
 def test_without_a_video_or_frames_of_it_it_is_refused(take, tmp_path):
-    with pytest.raises(InputError, match="give the video"):
+    with refused("needs-input"):
         write_annotated(take.with_(video=None), tmp_path / "annotated.mp4")
     body = take.rectified.body.with_(frame_index=ROWS + 100)
     with pytest.raises(InputError, match="from frame 102 on"):

@@ -11,6 +11,7 @@ from pcnet3d.pipeline.files.skeletons import place
 from pcnet3d.pipeline.signals.filters import rate
 from pcnet3d.stages.export.armature import ANIMATION, armature
 from pcnet3d.stages.export.markers import evenly
+from refusals import refused
 
 
 def posed(found):
@@ -150,7 +151,7 @@ def test_when_the_take_begins_is_said(walked, walk):
 
 def test_what_cannot_be_animated_is_refused(walked):
     take = walked()
-    with pytest.raises(InputError, match="'trajectories'"):
+    with refused("needs-stage"):
         armature(take.with_(filtered=None))
     first = take.filtered
     one = type(first)(first.joints[:1], first.layout, first.frame, time_s=first.times[:1])

@@ -47,7 +47,7 @@ def test_a_difference_of_step_lengths_is_as_uncertain_as_is_stated_from_oblique_
                 continue
             camera = Camera(seen.image_size, seen.focal_px, 0.02 * seen.focal_px, "told")
             lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
-            poses = scale(lifted, implied_stature(clip.joints)).with_(made_by=JUDGED)
+            poses = scale(lifted, implied_stature(clip.joints))[0].with_(made_by=JUDGED)
             take = Take(clip.name, keypoints=seen.keypoints, camera=camera, poses=poses)
             found = nested(Pipeline((Place(), *STAGES))(take).measures)["walking"]
             key = "step_length_symmetry_index_percent"

@@ -28,7 +28,7 @@ def running(request):
     seen = see(clip, request.param, views=TYPICAL)
     camera = Camera(seen.image_size, seen.focal_px, 0.02 * seen.focal_px, "told")
     lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
-    poses = scale(lifted, implied_stature(clip.joints))
+    poses = scale(lifted, implied_stature(clip.joints))[0]
     take = Take("run", keypoints=seen.keypoints, camera=camera, poses=poses)
     for stage in (Place(), Rectify(), Trajectories(), Angles(), Measures()):
         take = stage(take)

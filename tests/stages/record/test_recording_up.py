@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import CAMERA, Rectified, Take
+from pcnet3d.pipeline import CAMERA, Z_UP, Rectified, Take
 from pcnet3d.pipeline.core.camera import pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.frames import GL_CAMERA, PC_CAMERA
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate, unit
@@ -138,7 +138,7 @@ def test_a_camera_that_looks_straight_down_has_a_sphere_too(make_take, tmp_path)
 
 
 def test_without_votes_there_is_nothing_of_them(recorded):
-    recording = recorded(up_votes=None, up_bound_deg=np.zeros(12), camera="gravity")
+    recording = recorded(up_votes=None, up_bound_deg=np.zeros(12), source=Z_UP, camera=None)
     assert not any(entity.split("/")[0] in ("up", "tilt") for entity in recording.entities)
     assert "rotation/up" not in recording.entities
     assert not {"up", "tilt"} & set(recording.blueprint(ORIGIN))
@@ -162,7 +162,10 @@ def told(take: Take, **changes) -> str:
 
 def test_the_summary_says_how_well_up_is_known_and_what_it_rests_on(make_take):
     text = told(make_take())
-    assert "up: known to within **5 deg** (90 %), rests on: frames 75 %, feet 25 %" in text
+    assert (
+        "up: Known to within 5° (90 %). It rests on the body's posture (75 %), the feet's places (25 %)."
+        in text
+    )
     assert "looks down by 0.0 deg" in text
     assert "relative to the camera" not in text
 
@@ -178,20 +181,20 @@ def test_the_summary_of_a_moving_camera(make_take):
     take = make_take()
     rectified = moving(take.rectified, np.zeros(12))
     text = told(take.with_(rectified=rectified), up_bound_deg=np.linspace(5, 8, 12))
-    assert "within **5 to 8 deg** (90 %)" in text
+    assert "within 5° to 8° (90 %)" in text
     assert "back and right are relative to the camera" in text
 
 
 def test_the_summary_of_a_take_that_is_not_level_claims_nothing(make_take):
     text = told(make_take(), level_ok=False, level_reason="the person lies")
     assert "**no: the person lies**" in text
-    assert "known to within" not in text
+    assert "nown to within" not in text
 
 
 def test_the_summary_of_a_take_in_which_nobody_stands_has_a_condition(make_take):
     level = make_take().rectified.level
     text = told(make_take(), level=level.with_(joints=level.joints[..., [2, 1, 0]]))
-    assert "known to within **5 deg** (90 %), unless the picture is turned, rests on" in text
+    assert "Known to within 5° (90 %), unless the picture is turned. It rests on" in text
 
 
 def test_the_summary_of_one_frame_has_no_rate(make_take):
@@ -200,4 +203,4 @@ def test_the_summary_of_one_frame_has_no_rate(make_take):
 
 
 def test_the_summary_of_a_source_that_knows_its_up(make_take):
-    assert "up: that of the source's own axes" in told(make_take(), camera="gravity", up_votes=None)
+    assert "up: that of the source's own axes" in told(make_take(), source=Z_UP, camera=None, up_votes=None)

@@ -12,7 +12,7 @@ import pytest
 
 from golden.measures import rows_of
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, InputError, PoseSequence, Take, change_frame
+from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, PoseSequence, Take, change_frame
 from pcnet3d.pipeline.core.notices import own_notice
 from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.signals.angles import ANGLES
@@ -24,6 +24,7 @@ from pcnet3d.stages.report.angles import angle_table
 from pcnet3d.stages.report.measures import _percent
 from pcnet3d.stages.report.stage import Report, report
 from pcnet3d.stages.trajectories import UNCERTAIN
+from refusals import refused
 
 
 class Page(HTMLParser):
@@ -161,7 +162,7 @@ def test_what_a_take_lacks_is_left_out(walk_take):
     assert "Joint angles" not in said
     assert "before rectification, as the camera sees it" in said  # in place of image and keypoints
     assert "Before: camera&#39;s view (m)" in said
-    with pytest.raises(InputError, match="rectify"):
+    with refused("needs-stage"):
         report(walk_take.with_(rectified=None))
 
 

@@ -17,6 +17,7 @@ from pcnet3d.pipeline.files.video_frames import images_ahead, images_at, images_
 from pcnet3d.stages.drawing.skeletons import key_rows
 from pcnet3d.stages.report.key_frames import jpeg, keypoints_at
 from pcnet3d.stages.report.stage import report
+from refusals import refused
 
 
 def square(image: np.ndarray) -> float:
@@ -50,7 +51,7 @@ def test_images_are_turned_upright(film, turn):
 def test_a_video_that_cannot_be_decoded(film, tmp_path):
     video = film()
     video.path.write_bytes(b"\0" * 400)
-    with pytest.raises(InputError, match="cannot be decoded"):
+    with refused("file-damaged"):
         images_at(video, [3])
 
 

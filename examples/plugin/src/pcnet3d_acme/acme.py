@@ -27,13 +27,13 @@ def sniff(path: Path) -> bool:
 def read(path: Path) -> tuple[PoseSequence]:
     """The one person of the file. Raises InputError when it is not Acme's."""
     if not sniff(path):
-        raise InputError(f"{path}: expected a first line time_s,pelvis_x,...; export it from Acme again.")
+        raise InputError("format-unknown", f"{path}: expected a line time_s,pelvis_x,...; export it again.")
     try:
         lines = path.read_text(encoding="utf-8").splitlines()[1:]
         cells = [[float(cell or "nan") for cell in line.split(",")] for line in lines]
         rows = np.array(cells).reshape(len(cells), len(HEADER))
     except ValueError as error:
-        raise InputError(f"{path}: expected {len(HEADER)} numbers in each row, got {error}.") from None
+        raise InputError("file-damaged", f"{path}: expected {len(HEADER)} numbers a row: {error}.") from None
     joints = rows[:, 1:].reshape(-1, len(H36M17), 3)
     frame = GL_CAMERA.with_(origin="camera", unit="mm")
     return (PoseSequence(joints, H36M17, frame, time_s=rows[:, 0]),)

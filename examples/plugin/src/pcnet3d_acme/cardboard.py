@@ -16,7 +16,10 @@ class Cardboard:
     def lift(self, asked: ToLift) -> Lifted:
         """Each joint where its ray meets the figure; missing joints stay missing."""
         if asked.image_size is None:
-            raise InputError("Expected the picture's width and height; give the video or --image-size.")
+            raise InputError(
+                "needs-input",
+                "Expected the image's size; give the video or --set read.image_size=WIDTHxHEIGHT.",
+            )
         size = np.array(asked.image_size)
         focal_px = asked.focal_px or float(size.max())
         keypoints = remap(asked.keypoints, H36M17)
@@ -30,7 +33,9 @@ class Cardboard:
                     if all(np.array_equal(kept[name], x, True) for name, x in (("rays", rays), ("up", up))):
                         joints, done = kept["joints"], int(kept["done"])
             except Exception as error:
-                raise InputError(f"Expected a lift to go on with at {asked.resume}: {error}.") from None
+                raise InputError(
+                    "file-damaged", f"Expected a lift to go on with at {asked.resume}: {error}."
+                ) from None
         for row in range(done, len(rays)):
             joints[row] = stand(rays[row], up[row])
             if asked.checkpoint is not None and row % 100 == 99:

@@ -20,7 +20,7 @@ class Reach:
 
     def __post_init__(self) -> None:
         if self.side not in ("l", "r", "both"):
-            raise InputError(f"Stage 'reach': expected side l, r or both, got '{self.side}'.")
+            raise InputError("bad-value", f"Stage 'reach': expected side l, r or both, got '{self.side}'.")
 
     def __call__(self, take: Take) -> Take:
         sides = "lr" if self.side == "both" else self.side

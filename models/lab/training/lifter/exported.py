@@ -74,8 +74,9 @@ def weights_of(path: Path, net: LifterNet) -> dict[str, Tensor]:
         dilations = [block.dilation for block in net.blocks if isinstance(block, Block)][:count]
         if "reach" in said and int(said["reach"]) != sum(dilations):
             raise InputError(
+                "wrong-network",
                 f"Expected a network whose first {count} blocks have the config's dilations "
-                f"({', '.join(map(str, dilations))}), but {path} reaches {said['reach']} frames, not {sum(dilations)}."
+                f"({', '.join(map(str, dilations))}), but {path} reaches {said['reach']} frames, not {sum(dilations)}.",
             )
         return weights
 
@@ -84,7 +85,8 @@ def _of_this_family(weights: dict[str, Tensor], path: Path) -> dict[str, Tensor]
     """The weights. InputError for those of a lifter before joint tokens."""
     if isinstance(weights, dict) and "blocks.0.mix.weight" in weights and _FAMILY not in weights:
         raise InputError(
+            "wrong-network",
             f"Expected weights of a lifter with a token a joint, but {path} has those of the family before it, which "
-            "cannot be gone on with; leave it out, and train from the beginning."
+            "cannot be gone on with; leave it out, and train from the beginning.",
         )
     return weights

@@ -28,7 +28,9 @@ def mean(net: LifterNet, parts: list[tuple[float, Path]]) -> LifterNet:
     """net with the mean of these weights, by their shares. InputError for files that are not of this network
     (weights_of), and for shares that do not sum to 1."""
     if abs(sum(share for share, _ in parts) - 1) > 1e-6:
-        raise InputError(f"Expected shares that sum to 1, got {sum(share for share, _ in parts):g}.")
+        raise InputError(
+            "bad-value", f"Expected shares that sum to 1, got {sum(share for share, _ in parts):g}."
+        )
     total = {name: torch.zeros_like(value) for name, value in net.state_dict().items()}
     for share, path in parts:
         weights = weights_of(path, net)
@@ -46,7 +48,7 @@ def part(text: str) -> tuple[float, Path]:
     try:
         return float(share), Path(path)
     except ValueError:
-        raise InputError(f"Expected a share and a file as in 0.5:best.pt, got {text}.") from None
+        raise InputError("bad-value", f"Expected a share and a file as in 0.5:best.pt, got {text}.") from None
 
 
 def main(

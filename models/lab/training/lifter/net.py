@@ -44,7 +44,7 @@ class NetConfig:
     def __post_init__(self) -> None:
         sizes = {"width": self.width, "trunk": self.trunk, "dilations": min(self.dilations, default=1)}
         if small := [name for name, size in sizes.items() if size < 1]:
-            raise InputError(f"expected {' and '.join(small)} of at least 1")
+            raise InputError("bad-value", f"expected {' and '.join(small)} of at least 1")
 
     @property
     def reach(self) -> int:

@@ -83,7 +83,7 @@ class TrainConfig(BaseModel):
     @classmethod
     def _some(cls, lengths: dict[int, float]) -> dict[int, float]:
         if not 0 < sum(lengths.values()) < math.inf:
-            raise InputError("expected a length with a share above 0")
+            raise InputError("bad-value", "expected a length with a share above 0")
         return lengths
 
 
@@ -162,10 +162,13 @@ def read_config(path: Path) -> TrainConfig:
     config = read_toml(path, TrainConfig)
     if (config.data is None) != (config.split is None):
         raise InputError(
-            f"{path}: expected `data` and `split` together: clips, and which of them to train on."
+            "needs-input",
+            f"{path}: expected `data` and `split` together: clips, and which of them to train on.",
         )
     if config.data is not None and config.subjects != "train":
-        raise InputError(f'{path}: with `data`, expected subjects = "train"; the split says who that is.')
+        raise InputError(
+            "bad-value", f'{path}: with `data`, expected subjects = "train"; the split says who that is.'
+        )
     return config
 
 

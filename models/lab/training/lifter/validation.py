@@ -59,8 +59,9 @@ def whole_takes(clips: Sequence[Clip]) -> dict[str, list[Take]]:
     judged = [clip for clip in clips if len(clip) >= MIN_FRAMES and not lying(clip.joints).all()]
     if not judged:
         raise InputError(
+            "nothing-usable",
             f"Expected a clip to validate on of {MIN_FRAMES} frames or more in which somebody is upright, but there is "
-            "none; add one to the split's val."
+            "none; add one to the split's val.",
         )
     return {name: [_take(clip, each) for clip in judged] for name, each in CONDITIONS.items()}
 

@@ -79,8 +79,9 @@ class Material(MotionRange):
         unknown = sorted(set(self.absent) - set(H36M17.joints))
         if unknown or not all(0 <= share <= 1 for share in self.absent.values()):
             raise InputError(
+                "bad-value",
                 f"expected joints of {', '.join(H36M17.joints)} in absent, each with a share between 0 and 1, got "
-                f"{', '.join(f'{joint} = {share:g}' for joint, share in self.absent.items())}"
+                f"{', '.join(f'{joint} = {share:g}' for joint, share in self.absent.items())}",
             )
 
 
@@ -100,7 +101,8 @@ class Windows:
         """clips: at 30 frames per second. InputError for another rate."""
         if odd := sorted({clip.fps for clip in clips if abs(clip.fps - _CAPTURED_FPS) > 0.01}):
             raise InputError(
-                f"Expected motion capture at 30 frames per second to train on, got {odd[0]:g}; convert it."
+                "wrong-content",
+                f"Expected motion capture at 30 frames per second to train on, got {odd[0]:g}; convert it.",
             )
         self.device, self.material = torch.device(device), material
         self.joints = torch.from_numpy(np.concatenate([clip.joints for clip in clips])).to(self.device)
@@ -110,7 +112,8 @@ class Windows:
         lies = torch.tensor([float(lying(clip.joints).sum()) for clip in clips])
         if material.lying and not lies.any():
             raise InputError(
-                "Expected clips in which somebody lies, for the material wants them; leave `lying` out."
+                "nothing-usable",
+                "Expected clips in which somebody lies, for the material wants them; leave `lying` out.",
             )
         self.share = (
             1 - material.lying
@@ -176,8 +179,9 @@ class Windows:
         weights = torch.where(room >= 0, self.share, 0.0)
         if not bool((weights > 0).any()):
             raise InputError(
+                "nothing-usable",
                 f"Expected a clip of {frames} frames at {fps:.0f} frames per second, but the longest lasts "
-                f"{float(self.lengths.max()) / _CAPTURED_FPS:.1f} s; shorten `lengths`."
+                f"{float(self.lengths.max()) / _CAPTURED_FPS:.1f} s; shorten `lengths`.",
             )
         clip = draw.choice(weights, count)
         begin = draw.uniform((0.0, 1.0), count) * room[clip]

@@ -73,7 +73,8 @@ def export(deployed: Deployed, path: Path, **properties: object) -> None:
         apart = parity(deployed, partial)
         if not apart < _TOLERANCE:
             raise InputError(
-                f"The exported network answers otherwise than torch, by {apart:.1e}; it was not written."
+                "wrong-network",
+                f"The exported network answers otherwise than torch, by {apart:.1e}; it was not written.",
             )
 
 

@@ -85,11 +85,13 @@ class TrainingFrames:
         as they were recorded."""
         if mixture.lifted and lifted is None:
             raise InputError(
-                "Expected files of lifted takes, for the mixture wants them; make some with pcnet3d testbed."
+                "needs-input",
+                "Expected files of lifted takes, for the mixture wants them; make some with pcnet3d testbed.",
             )
         if targets == "axes" and any((mixture.poses.turned, mixture.poses.leaning, mixture.poses.laid)):
             raise InputError(
-                'Expected bodies as they were recorded for targets = "axes"; leave turned, leaning and laid out.'
+                "option-conflict",
+                'Expected bodies as they were recorded for targets = "axes"; leave turned, leaning and laid out.',
             )
         self.device, self.mixture = torch.device(device), mixture
         self.targets: Targets = targets
@@ -134,7 +136,8 @@ class TrainingFrames:
     def _rows(self, lies: np.ndarray, what: str) -> Tensor:
         if self.mixture.lying and not lies.any():
             raise InputError(
-                f"Expected {what} in which somebody lies, for the mixture wants them; leave `lying` out."
+                "nothing-usable",
+                f"Expected {what} in which somebody lies, for the mixture wants them; leave `lying` out.",
             )
         return torch.from_numpy(np.flatnonzero(lies)).to(self.device)
 

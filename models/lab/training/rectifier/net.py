@@ -53,9 +53,11 @@ class NetConfig:
     def __post_init__(self) -> None:
         sizes = ("width", "output", "graph_layers", "attention_layers", "heads", "blocks")
         if small := [name for name in sizes if getattr(self, name) < 1]:
-            raise InputError(f"expected {', '.join(small)} of at least 1")
+            raise InputError("bad-value", f"expected {', '.join(small)} of at least 1")
         if self.net in ("hybrid", "transformer") and self.width % self.heads:
-            raise InputError(f"expected a width that {self.heads} heads can share, got {self.width}")
+            raise InputError(
+                "bad-value", f"expected a width that {self.heads} heads can share, got {self.width}"
+            )
 
 
 class Answer(NamedTuple):

@@ -56,7 +56,8 @@ def quantise(source: Path, output: Path) -> Figure:
     original = PCNetRectifier(source)
     if original.precision != "float32":
         raise InputError(
-            f"Expected a float32 network to quantise, but {source} is {original.precision} already."
+            "wrong-network",
+            f"Expected a float32 network to quantise, but {source} is {original.precision} already.",
         )
     model = onnx.load_from_string(Path(source).read_bytes())
     _quantise(model, str(source))
@@ -67,8 +68,9 @@ def quantise(source: Path, output: Path) -> Figure:
         change = rotation_change(original, PCNetRectifier(partial))
         if not change.mean < LARGEST_CHANGE_DEG:
             raise InputError(
+                "wrong-network",
                 f"In int8 the rotations of {source} change by {change.mean:.2f} degrees on average, more than the "
-                f"{LARGEST_CHANGE_DEG} that are allowed; it was not written."
+                f"{LARGEST_CHANGE_DEG} that are allowed; it was not written.",
             )
     return change
 
@@ -116,7 +118,8 @@ def _quantise(model: onnx.ModelProto, name: str) -> None:
         nodes.append(helper.make_node("MatMulIntegerToFloat", inputs, [y], domain="com.microsoft"))
     if not known:
         raise InputError(
-            f"Expected a network with layers of {_SMALLEST} features or more to quantise in {name}, found none."
+            "wrong-network",
+            f"Expected a network with layers of {_SMALLEST} features or more to quantise in {name}, found none.",
         )
     del graph.node[:], graph.value_info[:]
     graph.node.extend(nodes)

@@ -148,16 +148,22 @@ def prepare(config: TrainConfig, device: torch.device) -> tuple[TrainingFrames, 
 def parts_of(config: TrainConfig) -> Parts:
     """The clips to train on and those held out. InputError when the config's keys contradict each other."""
     if config.targets == "axes" and (config.lifted or config.lifted_val):
-        raise InputError('Lifted takes know the target "body" only; leave them out, or set targets = "body".')
+        raise InputError(
+            "option-conflict",
+            'Lifted takes know the target "body" only; leave them out, or set targets = "body".',
+        )
     if (config.data is None) != (config.split is None):
-        raise InputError("Expected `data` and `split` together: clips, and which of them to train on.")
+        raise InputError(
+            "needs-input", "Expected `data` and `split` together: clips, and which of them to train on."
+        )
     if config.data is None or config.split is None:
         held_out = {str(part): read_clips(part) for part in _HELD_OUT}
         return Parts({"train": read_clips(config.subjects), **held_out}, "subject")
     parts = read_parts(config.data, config.split)
     if config.subjects != "train" or (parts.by == "clip" and (config.lifted or config.lifted_val)):
         raise InputError(
-            'With `data`, expected subjects = "train", and lifted takes only where the split lists subjects.'
+            "bad-value",
+            'With `data`, expected subjects = "train", and lifted takes only where the split lists subjects.',
         )
     return parts
 

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.lab.evaluation.gait import Difference, JudgedGait, Mean, as_markdown, judge, one_kind
+from pcnet3d.models.lab.evaluation.gait import PAGE, JudgedGait, judge, one_kind
+from pcnet3d.models.lab.evaluation.gait_means import Difference, Mean
+from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.lab.fits.gait_errors import fit_differences, fit_errors
 from pcnet3d.models.rectifier.geometric import Geometric
@@ -38,13 +40,12 @@ def test_true_joints_have_true_steps(judged):
 def test_the_report_has_every_row(judged):
     table = one_kind([judged])
     heading = {"pcnet3d": "0", "lifter": "l", "rectifier": "r", "seed": 0, "flip": False, "bed": "wild"}
-    page = as_markdown({**heading, "sets": {"here": {"walking": table, "false steps": 2}}})
+    page = written({**heading, "sets": {"here": {"walking": table, "false steps": 2}}}, PAGE)
     for said in (
-        "## here, walking",
-        "| initial contact |",
-        "| step_width, focal known |",
-        "| step_length, right less left, focal known |",
-        "without a walk: 2",
+        "| here | walking | initial contact |",
+        "| here | walking | step_width, focal known |",
+        "| here | walking | step_length, right less left, focal known |",
+        "| here | 2 |",
     ):
         assert said in page
 

@@ -10,7 +10,9 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lab.evaluation import evaluate as reports
 from pcnet3d.models.lab.evaluation import lifter_takes, lifters
 from pcnet3d.models.lab.evaluation.lifter_takes import EXACT, FIGURES, PUBLISHED, judge, virtual_takes
-from pcnet3d.models.lab.evaluation.lifters import difference, interval, lifter_tables, of_people, rows_of
+from pcnet3d.models.lab.evaluation.lifters import difference, rows_of, tables
+from pcnet3d.models.lab.evaluation.people import by_person, interval
+from pcnet3d.models.lab.evaluation.sets import Question
 from pcnet3d.pipeline import CAMERA, H36M17, InputError
 from pcnet3d.pipeline.core.layouts import remap
 from pcnet3d.pipeline.core.lifted import Lifted
@@ -53,7 +55,8 @@ def vector(value):
 
 def test_every_person_has_one_weight():
     many, few = [vector(1)] * 9 + [vector(11)], [vector(10)]
-    people = of_people({"here": {"one": many, "other": few}, "there": {"third": [vector(60)]}})
+    here = by_person([*(("one", take) for take in many), *(("other", take) for take in few)])
+    people = {"here": here, "there": by_person([("third", vector(60))])}
     here, there, everybody = rows_of(_KEY, people)
     assert (here["part"], here["people"], here["MPJPE"]) == ("here", 2, 6.0)  # 2 and 10
     assert (there["people"], there["MPJPE"]) == (1, 60.0)
@@ -63,7 +66,7 @@ def test_every_person_has_one_weight():
 def test_what_a_take_lacks_is_left_out():
     gap = vector(4)
     gap[1] = np.nan
-    (row,) = rows_of(_KEY, of_people({"here": {"one": [gap, vector(2)]}}))
+    (row,) = rows_of(_KEY, {"here": by_person([("one", gap), ("one", vector(2))])})
     assert (row["MPJPE"], row["PA-MPJPE"]) == (3.0, 2.0)
 
 
@@ -143,27 +146,27 @@ def judged(clips, monkeypatch):
 
 def test_work_goes_on_where_it_was_stopped(judged, tmp_path, monkeypatch):
     material, wrong = judged
-    first = lifter_tables(["wrong"], tmp_path)
+    first = tables(Question(), ["wrong"], tmp_path)
     assert len(wrong.asked) == 9  # three takes, three conditions
     assert sorted(focal is None for focal in wrong.asked) == [False] * 6 + [True] * 3
-    assert lifter_tables(["wrong"], tmp_path) == first
+    assert tables(Question(), ["wrong"], tmp_path) == first
     assert len(wrong.asked) == 9
     kept = sorted(tmp_path.rglob("*.json"))
     assert len(kept) == 3
     kept[1].write_text("{")  # as of a disk that was full
-    assert lifter_tables(["wrong"], tmp_path) == first
+    assert tables(Question(), ["wrong"], tmp_path) == first
     assert len(wrong.asked) == 12
     other = replace(material, key="drawn anew")
     monkeypatch.setattr(lifters, "materials", lambda seeds, only: [other])
-    lifter_tables(["wrong"], tmp_path)
+    tables(Question(), ["wrong"], tmp_path)
     assert len(wrong.asked) == 21
 
 
 def test_any_lifter_is_judged_and_the_page_says_how_few_people(judged, tmp_path, capsys):
-    reports.lifters(["wrong"], tmp_path / "out")
+    reports.lifters(networks=["wrong"], output=tmp_path / "out")
     page = (tmp_path / "out" / "lifters.md").read_text()
     assert page in capsys.readouterr().out
-    assert "people: CMU val 2." in page
+    assert "people: 2 (CMU val)." in page
     results = json.loads((tmp_path / "out" / "lifters.json").read_text())
     assert results["networks"] == [Wrong.method]
     assert results["people"] == {"CMU val": ["07", "43"]}
@@ -178,7 +181,7 @@ def test_a_file_that_is_no_lifter_is_refused_before_the_work(tmp_path, monkeypat
     if content is not None:
         (tmp_path / "a.onnx").write_bytes(content)
     with pytest.raises(InputError, match=r"a\.onnx"):
-        reports.lifters(["pcnet3d", str(tmp_path / "a.onnx")], tmp_path / "out")
+        reports.lifters(networks=["pcnet3d", str(tmp_path / "a.onnx")], output=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.lab.evaluation.acceleration import NO_MOTION
-from pcnet3d.models.lab.evaluation.motion import ESTIMATED, STATED, as_markdown, judged, over_takes
+from pcnet3d.models.lab.evaluation.motion import ESTIMATED, PAGE, STATED, judged, over_takes
+from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
 from pcnet3d.pipeline import CAMERA, H36M17, rotate
 from pcnet3d.pipeline.reading.mocap.clip import Clip
@@ -60,10 +61,10 @@ def test_a_known_error_is_smoothed_better_than_by_a_filter_and_bars_hold_it(take
     assert errors[STATED] < 0.8 * errors[NO_MOTION]
     assert table["better"]["Butterworth 6 Hz"]["wrist, vertical"] == 1
     assert table["inside"][STATED]["wrist, acceleration"] > 0.85
-    text = as_markdown({
+    text = written({
         "pcnet3d": "0", "lifter": "l", "seed": 0, "flip": False, "bed": "wild", "sets": {"S": table}
-    })  # fmt: skip
-    assert "## S, 1 takes" in text
+    }, PAGE)  # fmt: skip
+    assert "| S | 1 |" in text
     assert STATED in text
 
 

@@ -8,13 +8,13 @@ from pcnet3d.models.lab.evaluation import rectifiers as module
 from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation.rectifiers import (
     Take,
-    as_markdown,
     clean_takes,
     equivariance,
     judge,
-    rectifier_tables,
+    tables,
     view_of,
 )
+from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.rectifier.geometric import Geometric
 from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.reading.mocap.clip import Clip
@@ -129,14 +129,14 @@ def test_geometric_is_equivariant(clip):
 def test_the_tables_of_several_rectifiers(clip, monkeypatch):
     lying_down = Clip("03_02", "03", "daz", 30.0, clip.joints[:, :, [2, 1, 0]] * np.float32([1, -1, 1]))
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip, lying_down))
-    monkeypatch.setattr(module, "lifted", lambda of, seed, *_: clean_takes([clip], "wide", seed))
-    results = rectifier_tables([Geometric()], seed=3, sets=evaluation_sets.evaluation_sets("test"))
+    monkeypatch.setattr(module, "lifted", lambda question, of: clean_takes([clip], "wide", question.seed))
+    results = tables(evaluation_sets.Question((Geometric(),), seed=3, people="test"))
     rows = results["rectifiers"]["geometric"]["rows"]
     assert rows["CMU test, clean, paper's views, upright"]["frames"] == 40
     assert rows["HDM05, clean, wide views, lying"]["frames"] == 40
     assert rows["HDM05, lifted, lying"]["frames"] == 0
     assert rows["CMU test, clean, paper's views, upright"]["rotation"].mean < 12
-    text = as_markdown(results)
-    assert "| CMU test, lifted, upright | 40 | geometric |" in text
+    text = written(results, module.PAGE)
+    assert "| geometric | CMU test, lifted, upright | 40 |" in text
     assert "CMU test, clean, paper's views, asfamc" in text
     assert "CMU test, lifted, front" in text

@@ -7,6 +7,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lab.evaluation import rectifiers as module
 from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation.motion_class import CLASSES, motion_classes
+from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.rectifier.geometric import Geometric
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 
@@ -20,8 +21,10 @@ def clip():
 @pytest.fixture
 def results(clip, monkeypatch):
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip,))
-    monkeypatch.setattr(module, "lifted", lambda of, seed, *_: module.clean_takes([clip], "wide", seed))
-    return module.rectifier_tables([Geometric()], sets=evaluation_sets.evaluation_sets("test"))
+    monkeypatch.setattr(
+        module, "lifted", lambda question, of: module.clean_takes([clip], "wide", question.seed)
+    )
+    return module.tables(evaluation_sets.Question((Geometric(),), people="test"))
 
 
 def test_every_class_has_its_frames(results, clip):
@@ -32,7 +35,7 @@ def test_every_class_has_its_frames(results, clip):
     for name in CLASSES:
         for kind in ("lifted", "clean, paper's views"):
             assert rows[f"CMU test, {kind}, {name}"]["frames"] == frames[name]
-    assert "| HDM05, lifted, squatting |" in module.as_markdown(results)
+    assert "| geometric | HDM05, lifted, squatting |" in written(results, module.PAGE)
 
 
 def test_who_bends_is_where_geometry_alone_fails(results):
@@ -57,7 +60,7 @@ def test_a_lifted_take_has_the_classes_of_its_clip(clip, monkeypatch):
     from pcnet3d.models.lab.evaluation import testbed
 
     monkeypatch.setattr(testbed, "read_clips", lambda subjects, folder: (clip,))
-    take = module.lifted(evaluation_sets.evaluation_sets("test")[0])[0]
+    take = module.lifted(question := evaluation_sets.Question(people="test"), question.sets[0])[0]
     expected = motion_classes(clip.joints, clip.fps)
     for name in CLASSES:
         assert (take.motion[name] == expected[name]).mean() > 0.99, name

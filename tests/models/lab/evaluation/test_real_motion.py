@@ -5,7 +5,9 @@ import pytest
 
 from pcnet3d.models.lab.evaluation import real_motion as module
 from pcnet3d.models.lab.evaluation.acceleration import PARTS
-from pcnet3d.models.lab.evaluation.real_motion import _inside, _Lift, _row, as_markdown
+from pcnet3d.models.lab.evaluation.real_motion import _inside, _Lift, _row
+from pcnet3d.models.lab.evaluation.sets import Question
+from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.rectifier.geometric import Geometric
 from pcnet3d.pipeline import rotate
 
@@ -57,20 +59,20 @@ def test_flipped_lifts_are_asked_for(data, monkeypatch):
             asked.append(given.flip)
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(module, "real_poses", lambda lifter, flip=False: asked.append(flip) or [])
+    monkeypatch.setattr(module, "real_poses", lambda question: asked.append(question.flip) or [])
     monkeypatch.setattr(module, "load_lifter", lambda name: Spy())
     with pytest.raises(KeyboardInterrupt):
-        module.real_motion_tables(Geometric(), flip=True)
+        module.tables(Question((Geometric(),), flip=True, people=None))
     assert asked == [True, True]
 
 
 def test_the_page_has_a_line_for_each():
     row = {f"{part}, {name}": (1.0, np.nan) for part in PARTS for name in ("velocity", "acceleration")}
-    text = as_markdown({
+    text = written({
         "pcnet3d": "0", "lifter": "l", "flip": False,
         "clips": {"boxing: a, b": {"known noise": row}}, "take": {"pcnet3d": {"no motion": row}},
         "inside": {"boxing: a, b": {"velocity": 0.9, "acceleration": 1.0}},
-    })  # fmt: skip
+    }, module.PAGE)  # fmt: skip
     assert "| boxing: a, b | known noise | 1.00 | 1.00 | 1.00 | 1.00 |" in text
     assert "| pcnet3d | no motion | 1.00 |" in text
-    assert "| boxing: a, b | 90 | 100 |" in text
+    assert "| boxing: a, b | 90% | 100% |" in text

@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.lab.evaluation import real_rectified as module
+from pcnet3d.models.lab.evaluation import sets
 from pcnet3d.models.lab.evaluation.real_rectified import consistency, real_poses, spread_deg
 from pcnet3d.models.lifter.builtin import lift
+
+
+def of(*rectifiers, flip: bool = False) -> sets.Question:
+    return sets.Question(rectifiers, flip=flip, people=None)
 
 
 def test_the_spread_of_a_cone_is_its_half_angle() -> None:
@@ -28,7 +32,7 @@ def test_a_frame_without_up_does_not_spoil_the_others() -> None:
 
 @pytest.mark.data
 def test_the_trunk_of_who_walks_is_upright_within_the_stated_bound(data) -> None:
-    results = consistency([load_rectifier("pcnet")])
+    results = consistency(of(load_rectifier("pcnet")))
     for lifter in ("pcnet3d on MoveNet", "BlazePose"):
         (trunk,) = results["trunk"][f"walk_crop, {lifter}"].values()
         assert trunk["lean"].p50 < trunk["bound"] < 15
@@ -38,18 +42,18 @@ def test_the_trunk_of_who_walks_is_upright_within_the_stated_bound(data) -> None
 def test_flipped_lifts_are_asked_for(data, monkeypatch) -> None:
     asked = []
 
-    def spy(*args, flip=False, **settings):
+    def spy(keypoints, size, focal_px, flip, *args):
         asked.append(flip)
-        return lift(*args, flip=flip, **settings)
+        return lift(keypoints, size, focal_px, flip, *args)
 
-    monkeypatch.setattr(module, "lift", spy)
-    consistency([load_rectifier("geometric")], flip=True)
+    monkeypatch.setattr(sets, "lift", spy)
+    consistency(of(load_rectifier("geometric"), flip=True))
     assert asked == [True] * 3  # the clips with keypoints
 
 
 @pytest.mark.data
 def test_the_network_brings_two_lifters_of_one_video_nearer_and_the_baseline_does_not(data) -> None:
-    results = consistency([load_rectifier("geometric"), load_rectifier("pcnet")])
+    results = consistency(of(load_rectifier("geometric"), load_rectifier("pcnet")))
     apart = {key: figure.mean for key, figure in results["apart"]["boxing: MotionBERT, BlazePose"].items()}
     before, geometric, _, network, network_take = apart.values()
     assert network < before < geometric
@@ -76,9 +80,9 @@ class _Turned:
 
 @pytest.mark.data
 def test_a_fixed_turn_changes_nothing(data) -> None:
-    results = consistency([_Turned()])
+    results = consistency(of(_Turned()))
     for figures in results["apart"].values():
         before, after, _ = figures.values()
         assert after.mean == pytest.approx(before.mean, abs=1e-6)
     assert all(figure.p95 < 1e-5 for row in results["up"].values() for figure in row.values())
-    assert len(list(real_poses())) == len(results["up"])
+    assert len(list(real_poses(of()))) == len(results["up"])

@@ -18,10 +18,11 @@ from pcnet3d.models.lab.evaluation.real_data import (
     read_truth,
 )
 from pcnet3d.models.lab.evaluation.real_take import level_row, lift_row, mean_row
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence
+from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
 from pcnet3d.pipeline.core.canonical import body_axes
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.rotations import rotate
+from refusals import refused
 
 _ROWS = H36M17.indices(LIMBS)
 _TIME_S = np.arange(60) / 60
@@ -162,7 +163,7 @@ def test_means_are_over_rows():
 def test_cameras_that_say_too_little_are_refused(tmp_path, content):
     if content is not None:
         (tmp_path / "cameras.json").write_text(content)
-    with pytest.raises(InputError, match=r"Expected the cameras of a real take"):
+    with refused("file-damaged"):
         read_cameras(tmp_path)
 
 
@@ -187,7 +188,7 @@ def test_the_whole_report(data, tmp_path, monkeypatch, capsys):
         return openpose_keypoints(truth.openpose["cam01"][: len(video.time_s)], video.time_s)
 
     monkeypatch.setattr(module, "found_keypoints", found)
-    real_take(tmp_path / "out", ["pcnet"])
+    real_take(output=tmp_path / "out", rectifier=["pcnet"])
     results = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     assert list(results["lift"]["OpenPose"]) == ["cam01", "cam02", "cam03", "cam04", "mean"]
     assert 20 < results["lift"]["exact limbs"]["mean"]["pa_mm"] < 100

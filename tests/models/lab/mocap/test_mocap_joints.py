@@ -6,6 +6,7 @@ import pytest
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.reading.mocap import joints as mocap_joints
 from pcnet3d.pipeline.reading.mocap.common import How
+from refusals import refused
 
 SMPL = [
     "pelvis", "l_hip", "r_hip", "spine1", "l_knee", "r_knee", "spine2", "l_ankle", "r_ankle", "spine3", "l_toes",
@@ -72,7 +73,7 @@ def test_smpl_joints_in_millimetres_are_the_same_body(read, smpl):
 
 
 def test_body_model_parameters_are_refused(read):
-    with pytest.raises(InputError, match="body model"):
+    with refused("wrong-content"):
         read(poses=np.zeros((4, 156)), trans=np.zeros((4, 3)), betas=np.zeros(16), mocap_framerate=120)
 
 

@@ -113,17 +113,17 @@ def test_judged_takes_have_the_targets_asked_for(clip_of):
 
 def test_evaluation_of_own_test_subjects(files, tmp_path, capsys):
     data, split = files
-    own_data(data, tmp_path / "out", ["geometric"], split)
+    own_data(data=data, output=tmp_path / "out", rectifier=["geometric"], split=split)
     page = (tmp_path / "out" / "evaluation.md").read_text()
     assert page in capsys.readouterr().out
-    assert "| clips.npz, test, clean, paper's views, upright | 80 | geometric |" in page
+    assert "| geometric | clips.npz, test, clean, paper's views, upright | 80 |" in page
     assert "wide views" in page
     assert "lifted" not in page
     report = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     assert report["subjects"] == ["04"]
-    own_data(data, tmp_path / "out", ["geometric"])
+    own_data(data=data, output=tmp_path / "out", rectifier=["geometric"])
     assert (
-        "| clips.npz, everybody, clean, paper's views, upright | 320 |"
+        "| geometric | clips.npz, everybody, clean, paper's views, upright | 320 |"
         in (tmp_path / "out" / "evaluation.md").read_text()
     )
 
@@ -133,7 +133,7 @@ def test_own_axes_are_another_truth(files, tmp_path):
     data, split = files
     mean = {}
     for targets in ("body", "axes"):
-        own_data(data, tmp_path / targets, ["geometric"], split, targets)
+        own_data(data=data, output=tmp_path / targets, rectifier=["geometric"], split=split, targets=targets)
         rows = json.loads((tmp_path / targets / "evaluation.json").read_text())["rectifiers"]["geometric"][
             "rows"
         ]

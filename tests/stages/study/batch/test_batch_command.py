@@ -58,6 +58,7 @@ def test_each_take_fails_for_itself_and_says_why(finished):
         "good": ("done", 0), "broken": ("failed", 2), "crash": ("failed", -signal.SIGABRT), "hang": ("failed", 124),
     }  # fmt: skip
     assert ".npy" in takes["broken"]["reason"]
+    assert [takes[name]["code"] for name in ("good", "broken", "crash")] == ["", "format-unknown", ""]
     assert "SIGABRT" in takes["crash"]["reason"]
     assert "--timeout" in takes["hang"]["reason"]
     for name in ("broken", "crash", "hang"):
@@ -75,6 +76,7 @@ def test_the_table_has_a_row_for_every_take(finished):
         good = row["name"].startswith("good")
         assert row["state"] == ("done" if good else "failed")
         assert bool(row["reason"]) != good
+        assert bool(row["code"]) == row["name"].startswith("broken")
         assert (row["range_of_motion.r_knee_flexion.p05_p95_deg"] is not None) == good
         assert row["subject"].startswith("s")
         if good:

@@ -9,6 +9,7 @@ import pytest
 
 from pcnet3d.pipeline import InputError
 from pcnet3d.stages.study.batch.manifest import read_entries
+from refusals import refused
 
 
 @pytest.fixture
@@ -38,7 +39,8 @@ def test_every_option_of_a_run_is_a_column(study):
     assert one.labels == {"subject": "s1", "visit": "first", "condition": "barefoot"}
     assert set(one.arguments) == {
         f"--poses={study / 'a.npy'}", "--fps=30", "--stature=1.8", "--no-frames", "--also=csv", "--also=trc",
-        "--pitch=-5", "--roll=2", "--set=rectify.window_s=0.5", f"--recipe={study / 'quick.toml'}", "--camera=static",
+        "--set=read.pitch=-5", "--set=read.roll=2", "--set=rectify.window_s=0.5",
+        f"--recipe={study / 'quick.toml'}", "--camera=static",
     }  # fmt: skip
     assert set(one.files) == {"poses", "recipe"}
     assert two.name == "b"
@@ -76,7 +78,7 @@ def test_the_arguments_are_ones_that_run_takes(study, pcnet3d, tmp_path):
         (("poses,poses", "a.npy,b.npy"), ["'poses'", "twice"]),
         (("poses,fps", "a.npy,30,7"), ["line 2", "2 cells", "3"]),
         (("poses,fps", "a.npy,fast"), ["line 2", "fps=fast"]),
-        (("poses,handedness", "a.npy,ignroe"), ["line 2", "--handedness=ignroe"]),
+        (("poses,handedness", "a.npy,ignroe"), ["line 2", "--set read.handedness=ignroe"]),
         (("poses,parity", "a.npy,ignore"), ["'parity'", "it is 'handedness' now"]),
         (("poses,cutoff", "a.npy,5"), ["'cutoff'", "it is 'trajectories.cutoff_hz' now"]),
         (("poses,trajectories.cutof_hz", "a.npy,5"), ["line 2", "did you mean cutoff_hz"]),
@@ -217,7 +219,7 @@ def test_a_folder_without_videos_takes_files_of_poses(tmp_path, facing_camera):
     (tmp_path / "notes.txt").write_text("nothing")
     (entry,) = read_entries(tmp_path, {"fps": "30"})
     assert entry.name == "lifted"
-    with pytest.raises(InputError, match="no take"):
+    with refused("nothing-usable"):
         read_entries(Path(__file__).parent, {})
 
 

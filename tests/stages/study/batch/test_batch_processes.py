@@ -20,7 +20,7 @@ def test_a_take_computes_in_one_thread_and_writes_utf_8(tmp_path, monkeypatch, t
     for name in ("OMP_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
         monkeypatch.setenv(name, told)
     monkeypatch.setenv("PYTHONIOENCODING", "cp1252")
-    assert workers.Worker(tmp_path / "log.txt").run(["run"], tmp_path / "log.txt", None) == 3
+    assert workers.Worker(tmp_path / "log.txt").run(["run"], tmp_path / "log.txt", None) == (3, "")
     environment = started["env"]
     assert {environment[name] for name in environment if name.endswith(("NUM_THREADS", "THREADS_NUM"))} == {
         "1"
@@ -51,4 +51,4 @@ def test_a_take_that_is_asked_leaves_by_itself_and_tidies_up(tmp_path, monkeypat
     assert worker.process.stdout.read().strip() == b"tidied up"
     with pytest.raises(ValueError, match="closed"):
         worker.process.stdin.write(b"more")
-    assert worker.run(["run"], tmp_path / "log.txt", None) == 9
+    assert worker.run(["run"], tmp_path / "log.txt", None) == (9, "")

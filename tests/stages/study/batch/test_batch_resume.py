@@ -8,6 +8,7 @@ from pcnet3d.pipeline.running.run import checkpoints_of
 from pcnet3d.stages.study.batch import take as _batch_take
 from pcnet3d.stages.study.batch.manifest import Entry
 from pcnet3d.stages.study.batch.take import Job, run_take
+from pcnet3d.stages.study.batch.workers import Ended
 
 
 @pytest.fixture
@@ -22,7 +23,8 @@ def job(tmp_path) -> Job:
 def begin(job: Job, monkeypatch, code: int = 1) -> bool:
     """Whether the take's process would go on from what an earlier one had detected."""
     resumed = []
-    monkeypatch.setattr(_batch_take, "_run", lambda job, resume: resumed.append(resume) or (code, "killed"))
+    ended = Ended(code), "killed"
+    monkeypatch.setattr(_batch_take, "_run", lambda job, resume: resumed.append(resume) or ended)
     run_take(job)
     return resumed[0]
 

@@ -22,10 +22,13 @@ def idle() -> list[int]:
 def test_one_process_runs_one_take_after_another(tmp_path):
     first, bad, third = (tmp_path / f"{name}.txt" for name in ("first", "bad", "third"))
     bad.write_text("of an earlier run")
-    assert run_in_worker(["list", "stages"], first, 60) == 0
+    assert run_in_worker(["list", "stages"], first, 60) == (0, "")
     (process,) = idle()
-    assert run_in_worker(["run", "-o", str(tmp_path / "out"), "--poses", "nowhere.npy"], bad, 60) == 2
-    assert run_in_worker(["list", "writers"], third, None) == 0
+    assert run_in_worker(["run", "-o", str(tmp_path / "out"), "--poses", "nowhere.npy"], bad, 60) == (
+        2,
+        "cannot-open",
+    )
+    assert run_in_worker(["list", "writers"], third, None) == (0, "")
     assert idle() == [process]
     assert "trajectories" in first.read_text()
     assert "nowhere.npy" in bad.read_text()
@@ -35,11 +38,11 @@ def test_one_process_runs_one_take_after_another(tmp_path):
 
 
 def test_of_one_that_has_died_another_takes_the_place(tmp_path):
-    assert run_in_worker(["--version"], tmp_path / "log.txt", 60) == 0
+    assert run_in_worker(["--version"], tmp_path / "log.txt", 60) == (0, "")
     (process,) = idle()
     os.kill(process, signal.SIGKILL)
     workers._idle[0].process.wait()
-    assert run_in_worker(["--version"], tmp_path / "log.txt", 60) == 0
+    assert run_in_worker(["--version"], tmp_path / "log.txt", 60) == (0, "")
     assert idle() != [process]
 
 
@@ -47,7 +50,7 @@ def test_a_process_has_so_many_takes_and_no_more(tmp_path, monkeypatch):
     monkeypatch.setattr(workers, "_MOST", 2)
     seen = []
     for _ in range(3):
-        assert run_in_worker(["--version"], tmp_path / "log.txt", 60) == 0
+        assert run_in_worker(["--version"], tmp_path / "log.txt", 60) == (0, "")
         seen.append(idle())
     assert [len(each) for each in seen] == [1, 0, 1]
     assert seen[2] != seen[0]
@@ -57,7 +60,7 @@ def test_what_takes_too_long_is_ended_and_harms_nobody_else(tmp_path):
     with pytest.raises(TimeoutError):
         run_in_worker(["--version"], tmp_path / "log.txt", 0.01)
     assert not idle()
-    assert run_in_worker(["--version"], tmp_path / "log.txt", 60) == 0
+    assert run_in_worker(["--version"], tmp_path / "log.txt", 60) == (0, "")
 
 
 def test_closed_processes_are_gone(tmp_path):

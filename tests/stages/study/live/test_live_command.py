@@ -95,7 +95,7 @@ def test_a_gravity_that_is_told_is_believed_from_the_first_frame_on(
 ):
     """It once reached the run at the end only."""
     up = np.array([0.3, -0.95, 0.1])
-    told = {"gravity": tuple(-up), "settings": GEOMETRIC}
+    told = {"settings": [*GEOMETRIC, "read.gravity=" + ",".join(map(str, -up))]}
     live(source=str(numbered_film), output=tmp_path / "out", detector=str(toy_detector), **told)
     bounds = [
         np.concatenate(logged(folder / "live.rrd", "rotation/bound", "Scalars:scalars")[1])
@@ -207,7 +207,7 @@ def test_exchanged_limbs_are_put_right_in_the_run_at_the_end(camera, joints_px, 
     wrong = joints_px.copy()
     for way in kinds(COCO17, depth=False):
         wrong[20:30] = way.applied(wrong[20:30])
-    settings = [*GEOMETRIC, "detect.swaps=repair"]
+    settings = [*GEOMETRIC, "read.swaps=repair"]
     toy = numbered.toy_detector(tmp_path / "toy.onnx", wrong)
     live(source="0", output=tmp_path / "out", detector=str(toy), settings=settings)
     said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
@@ -266,7 +266,9 @@ def kept(folder) -> bool:
     return {"live.rrd", "video.ts", "summary.json"} <= names
 
 
-@pytest.mark.parametrize("error", [InputError("No."), RuntimeError("a fault"), KeyboardInterrupt()])
+@pytest.mark.parametrize(
+    "error", [InputError("bad-value", "No."), RuntimeError("a fault"), KeyboardInterrupt()]
+)
 def test_whatever_fails_behind_the_camera_the_recording_is_kept(
     camera, toy_detector, tmp_path, monkeypatch, capsys, error
 ):
@@ -316,7 +318,7 @@ def test_a_gravity_that_is_none_is_refused_before_anything_is_recorded(numbered_
             source=str(numbered_film),
             output=tmp_path / "out",
             detector=str(toy_detector),
-            gravity=(0.0, 0.0, 0.0),
+            settings=["read.gravity=0,0,0"],
         )
     assert not any(tmp_path.iterdir())
 
@@ -389,7 +391,7 @@ def test_of_a_camera_that_is_too_fast_only_the_newest_image_is_taken():
 
 def test_a_source_that_gives_nothing_reaches_who_waits():
     def camera():
-        raise InputError("The camera is gone.")
+        raise InputError("bad-value", "The camera is gone.")
         yield
 
     with pytest.raises(InputError, match="gone"):
@@ -401,7 +403,7 @@ def test_a_camera_that_is_pulled_out_ends_the_take_and_it_is_processed(
 ):
     def camera():
         yield from open_source(str(numbered_film)).shots
-        raise InputError("The camera is gone.")
+        raise InputError("bad-value", "The camera is gone.")
 
     came = Source("camera", camera(), None, waits=True)
     monkeypatch.setattr("pcnet3d.stages.study.live.command.open_source", lambda source: came)
