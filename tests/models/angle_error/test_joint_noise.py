@@ -1,0 +1,107 @@
+"""The errors of a lifter's angles: their parts, the file that holds them, whose they are."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models import load_lifter
+from pcnet3d.models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
+from pcnet3d.models.angle_error.take_angles import MAX_SD_DEG, take_angles
+from pcnet3d.pipeline.signals.angles import ANGLES, FINE, UNTRUSTED
+from refusals import refused
+
+KNEE = "r_knee_flexion"
+PLAIN = replace(shipped_noise(), more={})
+
+
+def with_more(found_deg: list[float], sd_deg: list[float]) -> JointNoise:
+    return replace(PLAIN, more={KNEE: (found_deg, sd_deg)})
+
+
+def test_the_part_by_the_found_angle_is_added_as_squares_and_lies_on_lines_of_squares():
+    noise = with_more([0.0, 40.0], [3.0, 5.0])
+    found, own = np.array([-20.0, 0.0, 20.0, 40.0, 90.0]), np.full(5, 4.0)
+    np.testing.assert_allclose(noise.whole(KNEE, own, found), np.sqrt([25, 25, 33, 41, 41]))
+    np.testing.assert_array_equal(noise.whole("l_knee_flexion", own, found), own)
+    assert np.isnan(noise.whole(KNEE, own, np.full(5, np.nan))).all()
+    np.testing.assert_allclose(noise.of_noise(KNEE, noise.whole(KNEE, own, found), found), own)
+
+
+def test_the_parts_of_a_rates_error_add_as_squares():
+    noise = replace(PLAIN, rates={KNEE: (2.0, 0.5, 3.0)})
+    model, rate = np.array([0.0, 2.0, 2.0]), np.array([0.0, 0.0, -24.0])
+    stated = noise.of_rate(KNEE, model, rate)
+    np.testing.assert_allclose(stated, [3, 5, 13])
+    np.testing.assert_allclose(noise.of_model(KNEE, stated, rate), model, atol=1e-6)
+    np.testing.assert_array_equal(noise.of_rate("l_knee_flexion", model, rate), model)
+
+
+def test_what_is_stated_of_a_take_is_the_whole_and_rates_are_smoothed_by_the_noise_alone():
+    walk = walker(seconds=2)
+    camera = side_camera(walk)
+    joints = camera_poses(walk, camera).joints.astype(float)
+    R = R_camera_from_body(walk, camera)
+    error = np.full(len(walk), 5.0)
+    plain, more, vague = (
+        take_angles(joints, joints, R, error_deg=error, up_error_deg=error, noise=noise)
+        for noise in (PLAIN, with_more([0.0, 60.0], [2.0, 9.0]), with_more([0.0], [2 * MAX_SD_DEG]))
+    )
+    knee = plain[KNEE]
+    at = np.interp(knee.value_deg, [0.0, 60.0], [4.0, 81.0])
+    np.testing.assert_allclose(more[KNEE].sd_deg, np.sqrt(knee.sd_deg**2 + at))
+    for series in (knee, more[KNEE]):
+        np.testing.assert_allclose(series.noise_deg, knee.sd_deg)
+    np.testing.assert_array_equal(more["l_knee_flexion"].sd_deg, plain["l_knee_flexion"].sd_deg)
+    assert (knee.reason == FINE).all()
+    assert (vague[KNEE].reason == UNTRUSTED).all()  # nothing is known of such an angle
+    assert np.isnan([vague[KNEE].value_deg, vague[KNEE].sd_deg, vague[KNEE].noise_deg]).all()
+
+
+def test_the_shipped_errors_are_of_the_shipped_lifter():
+    noise = shipped_noise()
+    assert noise.lifter == load_lifter("pcnet3d").method
+    assert set(noise.rates) == set(ANGLES)
+    assert set(noise.more) <= set(ANGLES)
+    for at, sd in noise.more.values():
+        assert len(at) == len(sd)
+        assert (np.diff(at) > 0).all()
+        assert min(sd) >= 0
+
+
+def test_a_file_holds_all_of_it(tmp_path):
+    noise = replace(
+        with_more([0.0, 40.0], [3.0, 5.0]),
+        rates={KNEE: (2.0, 0.5, 3.0)},
+        lifter="toy@1",
+        factors={KNEE: 1.25},
+    )
+    path = tmp_path / "noise.json"
+    path.write_text(noise.as_json(), encoding="utf-8")
+    back = read_noise(path)
+    np.testing.assert_allclose(back.modes, noise.modes, atol=1e-6)
+    assert (back.usual, back.powers) == (pytest.approx(noise.usual), pytest.approx(noise.powers))
+    assert (back.factors, back.more, back.rates) == (noise.factors, noise.more, noise.rates)
+    assert back.lifter == "toy@1"
+
+
+@pytest.mark.parametrize("lacks", ["lifter", "modes", "usual", "powers", "factors", "more", "rates"])
+def test_a_file_that_lacks_something_is_refused(lacks, tmp_path):
+    content = json.loads(shipped_noise().as_json())
+    del content[lacks]
+    path = tmp_path / f"{lacks}.json"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with refused("format-unknown"):
+        read_noise(path)
+
+
+@pytest.mark.parametrize("content", [None, "", "[]", "no JSON", '{"modes": [1, 2]}'])
+def test_another_file_is_refused(content, tmp_path):
+    path = tmp_path / "other.json"
+    if content is not None:
+        path.write_text(content, encoding="utf-8")
+    with refused("format-unknown"):
+        read_noise(path)
