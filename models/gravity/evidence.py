@@ -25,6 +25,9 @@ _TOLD_DEG = 1.0  # error of a camera's pitch, roll or gravity vector that the us
 _USUAL_DEG = ((8.0, 14.0), (0.0, 5.0))
 _ANYHOW_DEG, _ANYHOW = 35.0, 0.05
 
+# 90 % radius of a Gaussian with standard deviations 1 and 0, 0.2, ... 1, by numerical integration.
+_RADII = (1.6449, 1.6573, 1.6992, 1.7915, 1.9472, 2.1460)
+
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
@@ -41,7 +44,8 @@ class TakeUp:
     expected root mean square angle to the truth, of the take or (T,) of each frame. shares: by name, each source's part
     of the information in a direction across up, its mean over all such directions. pulls: by how many degrees each
     source moves up against what the others say together. own: the up that each source would have by itself, and its
-    error in degrees, of those that know one. notices: about sources that contradict each other."""
+    error in degrees, of those that know one. notices: about sources that contradict each other. radius: of the circle
+    that holds 90 % of the error, over error_deg; more where up is surer along one direction than across it."""
 
     up: np.ndarray
     error_deg: float | np.ndarray
@@ -49,11 +53,12 @@ class TakeUp:
     pulls: dict[str, float] = field(default_factory=dict)
     own: dict[str, tuple[np.ndarray, float]] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
+    radius: float = RAYLEIGH_90
 
     @property
     def bound_deg(self) -> float | np.ndarray:
         """The angle that nine in ten takes should stay under, as error_deg."""
-        return RAYLEIGH_90 * self.error_deg
+        return self.radius * self.error_deg
 
     @property
     def by_bodies(self) -> float:
@@ -117,7 +122,13 @@ def fuse(sources: Sequence[Evidence]) -> TakeUp:
         if is_finite(theirs := _up_of(others)):
             pulls[source.name] = float(angle_deg(up, theirs))
     shares = {name: float(part / sum(parts.values())) for name, part in parts.items()}
-    return TakeUp(up, _error_of(sources, up), shares, pulls, own)
+    return TakeUp(up, _error_of(sources, up), shares, pulls, own, radius=radius_90(covariance))
+
+
+def radius_90(covariance: np.ndarray) -> float:
+    """Of the circle that holds 90 % of a two-dimensional Gaussian error (2, 2), over its root mean square length."""
+    least, most = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance), 0.0))
+    return float(np.interp(least / most, np.linspace(0, 1, len(_RADII)), _RADII) * most / np.hypot(least, most))
 
 
 def _up_of(sources: Sequence[Evidence]) -> np.ndarray:

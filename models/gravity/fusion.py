@@ -26,6 +26,7 @@ _TOLD_WIDEST_DEG = (
     60.0  # told gravity further than this from everything else is a mistake of the one who tells
 )
 _TOLD_ERRORS = 3.0
+KNOWN_DEG = 3.0  # root mean square error up to which a lifter is told up (models/gravity/known.py), and gains by it
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,10 @@ def fused_up(bodies: Sequence[Evidence], told: Sequence[Evidence] = (), look: Lo
     found = alone = fuse(bodies)
     decision = decide(alone, told, look)
     if decision.others:
-        found = fuse([*(bodies if decision.bodies else ()), *decision.others])
+        known = fuse(decision.others)
+        # A lift that was told up leans as it was told: its bodies would say the same a second time.
+        twice = is_finite(known.up) and known.error_deg < KNOWN_DEG
+        found = fuse([*(bodies if decision.bodies and not twice else ()), *decision.others])
     image = {IMAGE: (look.up, look.error_deg)} if look else {}
     return replace(found, own=alone.own | image | found.own, notices=decision.notices)
 

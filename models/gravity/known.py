@@ -12,12 +12,12 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.plugins.protocols import Rectifier
 from ..common.spread import stated_spread
 from .evidence import Evidence
+from .fusion import KNOWN_DEG
 from .levelling import static_up
 from .moving import sliding_up, timed, with_looks
 from .sampling import take_rotation
 from .seen import Seen
 
-_KNOWN_DEG = 3.0  # root mean square error up to which our own lifter gains; it was trained on such
 _VOTES = 300  # frames are enough to see a contradiction
 
 
@@ -33,7 +33,7 @@ def known_up(
     R, error_deg = rectifier.rotation(poses.joints[rows])
     seen = Seen(poses.joints[rows], R, error_deg, poses.times[rows], spread=stated_spread(poses)[rows])
     up = static_up(seen, told, look)
-    return up.up if float(up.error_deg) < _KNOWN_DEG and up.by_bodies < 0.5 else None
+    return up.up if float(up.error_deg) < KNOWN_DEG and up.by_bodies < 0.5 else None
 
 
 def known_moving_up(poses: PoseSequence, rectifier: Rectifier, looks: Sequence[Look]) -> np.ndarray | None:
@@ -56,7 +56,7 @@ def known_moving_up(poses: PoseSequence, rectifier: Rectifier, looks: Sequence[L
     for start, end in pairwise([0, *poses.seams, len(poses)]):
         part = slice(start, end)
         looked_at = any(poses.times[start] <= at <= poses.times[end - 1] for at, _ in said)
-        sure = np.median(np.asarray(up.error_deg)[part]) < _KNOWN_DEG
+        sure = np.median(np.asarray(up.error_deg)[part]) < KNOWN_DEG
         if looked_at and sure and np.median(left[part]) < half:
             known[part] = up.up[part]
     return known if np.isfinite(known).any() else None
