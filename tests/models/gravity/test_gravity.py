@@ -21,7 +21,7 @@ from pcnet3d.models.gravity import (
     take_up,
     why_not,
 )
-from pcnet3d.models.gravity.evidence import of_image
+from pcnet3d.models.gravity.evidence import of_image, radius_90
 from pcnet3d.models.gravity.lines import tangent
 from pcnet3d.models.gravity.votes import (
     STATED_LEAN_DEG,
@@ -228,7 +228,18 @@ def test_what_the_user_knows_wins_by_its_weight():
     left, apart = (pitch_roll_deg(told_up)[0] - pitch_roll_deg(each.up)[0] for each in (both, alone))
     assert left / apart == pytest.approx(frames[0], rel=0.02)
     assert both.error_deg == pytest.approx(np.sqrt(np.sum(1 / (sd**-2 + 2.0))), rel=0.02)
-    assert both.bound_deg == pytest.approx(RAYLEIGH_90 * both.error_deg)
+    draws = np.random.default_rng(1).normal(size=(200_000, 2)) / np.sqrt(sd**-2 + 2.0)
+    assert np.mean(np.hypot(*draws.T) < both.bound_deg) == pytest.approx(0.9, abs=0.003)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.13, 0.5, 0.9, 1.0])
+def test_a_bound_holds_nine_in_ten_of_an_error_that_is_larger_along_one_direction(share):
+    turn = Rotation.from_euler("z", 35, degrees=True).as_matrix()[:2, :2]
+    radius = radius_90(turn @ np.diag([4.0, (2 * share) ** 2]) @ turn.T)
+    draws = np.random.default_rng(0).normal(size=(400_000, 2)) * [2.0, 2 * share]
+    assert np.mean(np.hypot(*draws.T) < radius * np.hypot(2.0, 2 * share)) == pytest.approx(0.9, abs=0.003)
+    if share == 1:
+        assert radius == pytest.approx(RAYLEIGH_90, rel=1e-4)
 
 
 # --- bodies show a camera's roll better than its pitch
@@ -329,10 +340,13 @@ def test_feet_of_somebody_who_has_no_trunk_leave_what_is_told(standing):
     assert np.isnan(fuse([feet]).up).all()
     levelled = level_static(legs, [direction("told", UP, 1.0)])
     np.testing.assert_allclose(levelled.up.up, UP, atol=0.01)
-    assert levelled.up.error_deg <= 1.0
-    assert levelled.up.shares.keys() == {"told", "feet"}
-    assert levelled.up.pulls.keys() == {"feet"}  # without what is told there is nothing for it to pull at
+    assert levelled.up.error_deg == pytest.approx(1.0)
+    assert levelled.up.shares == {"told": 1.0}  # bodies have no say beside what a lifter may have been told
     assert "torso" in why_not(levelled)
+    vague = level_static(legs, [direction("told", UP, 5.0)]).up
+    assert vague.error_deg < 5.0
+    assert vague.shares.keys() == {"told", "feet"}
+    assert vague.pulls.keys() == {"feet"}  # without what is told there is nothing for it to pull at
 
 
 def test_feet_turn_with_the_camera(standing):
