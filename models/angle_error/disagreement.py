@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.signals.angles import FINE, UNTRUSTED, near
@@ -33,7 +34,7 @@ def by_disagreement(
     focal_px: float | None = None,
 ) -> dict[str, AngleSeries] | None:
     """The angles with standard deviations, of rates none; None where the keypoints show less than half of the poses'
-    frames.
+    frames, or cannot be lifted.
 
     poses: (T rows) in CAMERA; angles: theirs, without errors. keypoints: of the same person, pixels, with frame
     numbers of the same video; image_size: width and height. up: (3,) or (T, 3) in the camera and up_error_deg (T,) its
@@ -45,7 +46,12 @@ def by_disagreement(
     there &= body.frame_index[np.minimum(rows, len(body) - 1)] == poses.frame_index
     if there.mean() < _LEAST:
         return None
-    second = lift(body, image_size, focal_px)
+    try:
+        second = lift(body, image_size, focal_px)
+    except (
+        InputError
+    ):  # keypoints that cannot be lifted, as of two people: no errors, and no reason to end the run
+        return None
     rows = np.where(there, rows, 0)
     joints = np.where(there[:, None, None], second.joints[rows].astype(np.float64), np.nan)
     spread = np.where(there, stated_spread(second)[rows], np.nan)

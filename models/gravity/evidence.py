@@ -44,8 +44,9 @@ class TakeUp:
     expected root mean square angle to the truth, of the take or (T,) of each frame. shares: by name, each source's part
     of the information in a direction across up, its mean over all such directions. pulls: by how many degrees each
     source moves up against what the others say together. own: the up that each source would have by itself, and its
-    error in degrees, of those that know one. notices: about sources that contradict each other. radius: of the circle
-    that holds 90 % of the error, over error_deg; more where up is surer along one direction than across it."""
+    error in degrees, of those that know one. notices: about sources that contradict each other. covariance: (3, 3) of
+    the error, square radians, where up may be surer along one direction than across it; None of an error that is alike
+    in all directions."""
 
     up: np.ndarray
     error_deg: float | np.ndarray
@@ -53,12 +54,12 @@ class TakeUp:
     pulls: dict[str, float] = field(default_factory=dict)
     own: dict[str, tuple[np.ndarray, float]] = field(default_factory=dict)
     notices: tuple[Notice, ...] = ()
-    radius: float = RAYLEIGH_90
+    covariance: np.ndarray | None = None
 
     @property
     def bound_deg(self) -> float | np.ndarray:
         """The angle that nine in ten takes should stay under, as error_deg."""
-        return self.radius * self.error_deg
+        return self.error_deg * (RAYLEIGH_90 if self.covariance is None else radius_90(self.covariance))
 
     @property
     def by_bodies(self) -> float:
@@ -122,13 +123,16 @@ def fuse(sources: Sequence[Evidence]) -> TakeUp:
         if is_finite(theirs := _up_of(others)):
             pulls[source.name] = float(angle_deg(up, theirs))
     shares = {name: float(part / sum(parts.values())) for name, part in parts.items()}
-    return TakeUp(up, _error_of(sources, up), shares, pulls, own, radius=radius_90(covariance))
+    return TakeUp(up, _error_of(sources, up), shares, pulls, own, covariance=across.T @ covariance @ across)
 
 
 def radius_90(covariance: np.ndarray) -> float:
-    """Of the circle that holds 90 % of a two-dimensional Gaussian error (2, 2), over its root mean square length."""
-    least, most = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance), 0.0))
-    return float(np.interp(least / most, np.linspace(0, 1, len(_RADII)), _RADII) * most / np.hypot(least, most))
+    """Of the circle that holds 90 % of a Gaussian error across up, of covariance (3, 3), over its root mean square
+    length."""
+    least, most = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[1:], 0.0))
+    return float(
+        np.interp(least / most, np.linspace(0, 1, len(_RADII)), _RADII) * most / np.hypot(least, most)
+    )
 
 
 def _up_of(sources: Sequence[Evidence]) -> np.ndarray:

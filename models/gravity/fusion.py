@@ -26,7 +26,9 @@ _TOLD_WIDEST_DEG = (
     60.0  # told gravity further than this from everything else is a mistake of the one who tells
 )
 _TOLD_ERRORS = 3.0
-KNOWN_DEG = 3.0  # root mean square error up to which a lifter is told up (models/gravity/known.py), and gains by it
+KNOWN_DEG = (
+    3.0  # root mean square error up to which a lifter is told up (models/gravity/known.py), and gains by it
+)
 
 
 @dataclass(frozen=True)
@@ -89,13 +91,15 @@ def settled(bodies: TakeUp, look: Look, told: bool = False) -> tuple[bool, Notic
 
 def chi_square(bodies: TakeUp, look: Look) -> float:
     """Squared distance of both answers in their errors, on the plane across the image's up."""
-    per_axis = np.radians(bodies.error_deg) ** 2 / 2
     across = np.linalg.svd(look.up[None])[2][1:]
+    own = (
+        np.radians(bodies.error_deg) ** 2 / 2 * np.eye(3) if bodies.covariance is None else bodies.covariance
+    )
     apart = across @ (unit(bodies.up) - look.up)
     # A chord is shorter than its arc; far apart this matters.
     angle = np.radians(angle_deg(bodies.up, look.up))
     apart = apart * (angle / max(float(np.linalg.norm(apart)), 1e-12))
-    return float(apart @ np.linalg.solve(across @ look.covariance @ across.T + per_axis * np.eye(2), apart))
+    return float(apart @ np.linalg.solve(across @ (look.covariance + own) @ across.T, apart))
 
 
 def _notices_of_told(bodies: TakeUp, said: TakeUp, look: Look | None) -> tuple[Notice, ...]:

@@ -261,8 +261,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The errors of the angles are not known: the poses were estimated{by}, which nobody has judged; give the "
         "video's keypoints too, or a file of its errors (--set angles.errors=FILE)."),
     "angle-errors-by-disagreement": ("note", "motion",
-        "The poses were estimated{by}, whose errors nobody has judged; the errors of the angles are stated by how "
-        "far they are from those of the built-in lifter on the same keypoints."),
+        "Nobody has judged the errors of these poses{by}; those of the angles are stated by how far they are from "
+        "the built-in lifter's on the same keypoints."),
     # Files that were written
     "c3d-too-long": ("warning", "files",
         "{file} was not written: C3D numbers {most} frames at most, and the take has {frames} at one even rate; "

@@ -49,7 +49,7 @@ def fitted(takes: Sequence[Stated], squares: Squares) -> np.ndarray:
 
 
 def with_bars(take: Stated, squares: Squares, found: np.ndarray) -> Stated:
-    """The take with the bars that weights give."""
+    """The take with the bars that weights found (K,) give."""
     return replace(take, half=np.sqrt(squares(take) @ found))
 
 

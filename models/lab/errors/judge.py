@@ -93,7 +93,7 @@ def factor(takes: Sequence[Stated]) -> float:
 
 
 def weights(takes: Sequence[Stated]) -> np.ndarray:
-    """(cases of all takes,) one for a person, shared evenly by their takes, and by the cases of each."""
+    """(N,) of the cases of all takes: one for a person, shared evenly by their takes, and by the cases of each."""
     count: dict[str, int] = {}
     for take in takes:
         count[take.person] = count.get(take.person, 0) + 1

@@ -39,7 +39,8 @@ def statements(finished: Finished) -> Iterator[Stated]:
 
 
 def up(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
-    """One case a take before a static camera, one a frame before a moving one."""
+    """One case a take before a static camera, one a frame before a moving one. rows: (T,) of the truth that the take
+    has."""
     rectified = take.need("rectified")
     found = np.broadcast_to(rectified.R_source_from_level[..., :, 2], (len(rows), 3))
     true = np.broadcast_to(truth.up, (len(truth.lying), 3))[rows]
@@ -56,7 +57,7 @@ def up(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
 
 
 def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
-    """BODY's rotation."""
+    """BODY's rotation. rows: (T,) as of `up`."""
     rectified = take.need("rectified")
     error = geodesic_deg(rectified.R_source_from_body, truth.R_camera_from_body[rows])
     half, known = _MEAN_90 * rectified.error_deg, {"stated": rectified.error_deg}
@@ -64,7 +65,8 @@ def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
 
 
 def joints(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
-    """Joints relative to the pelvis: the length of their error in standard deviations of their covariance."""
+    """Joints relative to the pelvis: the length of their error in standard deviations of their covariance.
+    rows: (T,) as of `up`."""
     poses = take.need("poses")
     lifted, true = poses.joints.astype(np.float64), truth.truth[rows]
     brought = scaled(lifted, true, "take")
@@ -85,7 +87,7 @@ def angles(
     take: Take, truth: SeenTake, rows: np.ndarray, noise: JointNoise | None = None
 ) -> Iterator[Stated]:
     """Every angle and its rate, both sides together, of upright frames; `noise` and `model` are what their errors are
-    made of (JointNoise.whole, of_rate). noise: by which they are stated."""
+    made of (JointNoise.whole, of_rate). rows: (T,) as of `up`; noise: by which they are stated."""
     noise = shipped_noise() if noise is None else noise
     columns, time_s = take.kinematics or {}, truth.keypoints.times
     R = truth.R_camera_from_body

@@ -19,7 +19,7 @@ import typer
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.rotations import angle_deg, unit
 from ...common.metrics import RAYLEIGH_90
-from ...gravity import LEAN_DEG, TILT_SHARE, Votes, pool, take_up
+from ...gravity import LEAN_DEG, TILT_SHARE, Votes, pool
 from ...gravity.levelling import HEADING_POWER, HEADING_SHARE, STATED_HEADING_DEG
 from ...gravity.votes import STATED_LEAN_DEG, USUAL_DEG, USUAL_SPREAD
 from ...rectifier.load import load_rectifier
@@ -97,11 +97,11 @@ def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
         tilts.append(angle_deg(R[..., 2], up))
         headings.append(angle_deg(unit(facing), pair.R_camera_from_body[..., 0]))
         expected.append(error_deg)
-        found = take_up(R[..., 2], error_deg, pair.time_s)
-        off.append(float(angle_deg(found.up, unit(up.mean(axis=0)))))
-        stated.append(found.error_deg)
+        votes = pool(R[..., 2], error_deg, pair.time_s)
+        off.append(float(angle_deg(votes.up, unit(up.mean(axis=0)))))
+        stated.append(votes.error_deg)
         spreads.append(pair.stated)
-        pooled.append(pool(R[..., 2], error_deg, pair.time_s))
+        pooled.append(votes)
     if not tilts:
         raise InputError("nothing-usable", f"Expected upright takes of {_SHORTEST} frames or more, got none.")
     tilt, heading, said = (np.concatenate(parts) for parts in (tilts, headings, expected))
