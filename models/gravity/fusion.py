@@ -91,10 +91,15 @@ def settled(bodies: TakeUp, look: Look, told: bool = False) -> tuple[bool, Notic
 
 def chi_square(bodies: TakeUp, look: Look) -> float:
     """Squared distance of both answers in their errors, on the plane across the image's up."""
+    from scipy.spatial.transform import Rotation
+
     across = np.linalg.svd(look.up[None])[2][1:]
-    own = (
-        np.radians(bodies.error_deg) ** 2 / 2 * np.eye(3) if bodies.covariance is None else bodies.covariance
-    )
+    own = np.radians(bodies.error_deg) ** 2 / 2 * np.eye(3)
+    if bodies.covariance is not None:
+        turn = Rotation.align_vectors(look.up[None], bodies.up[None])[
+            0
+        ].as_matrix()  # from one's plane to the other's
+        own = turn @ bodies.covariance @ turn.T
     apart = across @ (unit(bodies.up) - look.up)
     # A chord is shorter than its arc; far apart this matters.
     angle = np.radians(angle_deg(bodies.up, look.up))

@@ -132,9 +132,12 @@ def test_a_rolled_camera_is_no_contradiction_where_the_bodies_see_it_too():
 def test_chi_square_counts_errors():
     bodies = take_up(votes(10), np.full(len(TIMES), 7.0), TIMES)
     near, far = chi_square(bodies, look(12)), chi_square(bodies, look(30))
-    per_axis = bodies.error_deg / np.sqrt(2)
-    assert far == pytest.approx((angle_deg(bodies.up, up_of(30)) ** 2) / (per_axis**2 + 0.36), rel=0.05)
-    assert near < 13.8 < far
+    pitch, roll = pitch_roll_error_deg(bodies.up, pool(votes(10), np.full(len(TIMES), 7.0), TIMES).error_deg)
+    assert far == pytest.approx((angle_deg(bodies.up, up_of(30)) ** 2) / (pitch**2 + 0.36), rel=0.05)
+    assert near < 13.8
+    rolled = chi_square(bodies, look(10, 20))
+    assert rolled > 2 * far  # by as many degrees of roll, which bodies show better
+    assert rolled == pytest.approx(20**2 / (roll**2 + 0.36), rel=0.15)
 
 
 def test_told_reaction_instead_of_gravity_is_refused_with_the_cause():
