@@ -31,10 +31,12 @@ from ...gait.errors import (
     FEWEST_OF_A_SIDE,
     OF_LENGTH,
     OF_SIDES,
+    beyond_seen,
     depth_of_steps,
     difference_error,
     mean_error,
     path_error,
+    style_of,
 )
 from ...gait.events import ON_FLOOR, Stance, stances
 from ...gait.foot_lock import foot_locked
@@ -44,6 +46,7 @@ from ...gravity import Seen, level_static, why_not
 from ...lifter.builtin import lift
 from ...place.path import SCALE_SD, pelvis_path
 from ..mocap.contact import true_contact
+from ..mocap.restyle import Spells
 from .place import ASSUMED, KNOWN, by_stature, camera_of
 from .sets import EvaluationSet, evaluation_sets, heading
 from .tables import Table, page, settings
@@ -63,14 +66,15 @@ _FIGURES = (
 @dataclass(frozen=True)
 class Mean:
     """A take's mean of one figure, found and true, of `count` values that were found; lengths in metres. gait: what was
-    found, "walking" or "running". leg: length of a leg in metres. root_sd, share: stated of the pelvis path, in metres,
-    and of all strides alike (gait.errors.path_error)."""
+    found, "walking" or "running". leg: length of a leg in metres. style: gait.errors.style_of what was found.
+    root_sd, share: stated of the pelvis path, in metres, and of all strides alike (gait.errors.path_error)."""
 
     found: float
     true: float
     count: int
     gait: str
     leg: float
+    style: dict[str, float]
     root_sd: float = 0.0
     share: float = 0.0
 
@@ -82,7 +86,8 @@ class Mean:
     def sd(self, name: str) -> float:
         """The stated standard deviation, in the figure's unit."""
         if name not in OF_LENGTH:
-            return mean_error(self.gait, name, self.count)
+            beyond = max(beyond_seen(self.gait, self.style).values(), default=0.0)
+            return mean_error(self.gait, name, self.count, beyond=beyond)
         own = self.leg * mean_error(self.gait, name, self.count, self.root_sd / self.leg)
         return float(np.hypot(own, self.share * self.found))
 
@@ -150,24 +155,30 @@ def gait_tables(
 
 
 def judge_both(
-    rectifier: Rectifier, take: LiftedTake, lifter: str | Path = "pcnet3d", flip: bool = False
+    rectifier: Rectifier,
+    take: LiftedTake,
+    lifter: str | Path = "pcnet3d",
+    flip: bool = False,
+    spells: Spells | None = None,
 ) -> JudgedGait | None:
     """As judge, of a take whose lift knew the focal length, with the means of a lift with the assumed one beside."""
-    judged = judge(rectifier, take)
+    judged = judge(rectifier, take, KNOWN, spells)
     if judged is None or not judged.means:
         return judged
     focal_px = camera_of(take.seen, ASSUMED).focal_px
     again = lift(take.seen.keypoints, take.seen.image_size, focal_px, flip, lifter)
-    guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
+    guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED, spells)
     if guessed is None:
         return judged
     differences = {**guessed.differences, **judged.differences}
     return replace(judged, means={**guessed.means, **judged.means}, differences=differences)
 
 
-def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGait | None:
+def judge(
+    rectifier: Rectifier, take: LiftedTake, path: str = KNOWN, spells: Spells | None = None
+) -> JudgedGait | None:
     """A take beside its truth; None where it cannot be levelled or joints are missing. path: what is known of the focal
-    length, KNOWN or ASSUMED."""
+    length, KNOWN or ASSUMED. spells: when feet are on the floor, where that is known otherwise than by the joints."""
     seen, time_s = take.seen, take.seen.keypoints.times
     joints = joints_of(take.lifted, seen.truth)
     if not np.isfinite(joints).all():
@@ -182,7 +193,7 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
     found = find_gait(body, time_s, feet=stances(probability, time_s), facing_deg=facing)
 
     world = rotate(seen.R_camera_from_world.T, seen.joints_camera)
-    spells = true_contact(world, time_s)
+    spells = true_contact(world, time_s) if spells is None else spells
     feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES}
     true_smooth = _smooth(seen.truth, time_s)
     R_world_from_body = seen.R_camera_from_world.T @ seen.R_camera_from_body
@@ -326,10 +337,11 @@ def _both(values: Values, name: str) -> np.ndarray:
 
 def _means(found: Values, true: Values, gait: str, leg: float, *path_errors: float) -> dict[str, Mean]:
     result = {}
+    style = style_of(found)
     for name in _FIGURES:
         a, b = (values[np.isfinite(values)] for values in (_both(found, name), _both(true, name)))
         if len(a) and len(b):
-            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), gait, leg, *path_errors)
+            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), gait, leg, style, *path_errors)
     return result
 
 
