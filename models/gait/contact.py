@@ -4,9 +4,8 @@ A foot on the floor goes back under the body as evenly as the body goes ahead, l
 that from a window of 0.6 s of both legs, in BODY axes and lengths of a leg: no scale, no place in the room, no heading
 and no frame rate enters, so that a treadmill, a moving camera and a lifter without a place are all the same to it.
 
-contact.json was learned by models/lab/fits/contact.py on motion capture of train subjects that lifters which never saw
-them
-had lifted, and on the motion capture itself; models/lab/mocap/contact.py says what a contact is there.
+contact.json was learned by models/lab/fits/contact.py on motion capture of train subjects, their walks also in styles
+that nobody walked, as lifted and as captured; models/lab/mocap/contact.py says what a contact is there.
 """
 
 from __future__ import annotations

@@ -1,17 +1,17 @@
 """How wrong a gait figure may be: standard deviations that were fitted on lifted walks with truth.
 
-The error of a mean over N steps or strides is made of a part that all of them share, one that each has for itself, and
-what the pelvis path's own error adds where lengths are read from that. A difference of the sides has an error of its
-own: what a lifter puts too near of one leg and too far of the other cancels in the mean over both and is twice as large
-in the difference, the more so the more of a step is depth. gait_error.json was learned by
-models/lab/fits/gait_errors.py on validation subjects, so that nine in ten errors lie within 1.645 standard
-deviations.
+The error of a mean over N steps or strides is made of a part that all of them share, one that each has for itself,
+and what the pelvis path's own error adds where lengths are read from that; of gaits unlike all that it was fitted on it
+is larger. A difference of the sides has an error of its own: what a lifter puts too near of one leg and too far of the
+other cancels in the mean over both and is twice as large in the difference, the more so the more of a step is depth.
+gait_error.json was learned by models/lab/fits/gait_errors.py on validation subjects, their
+walks as captured and in drawn styles, so that nine in ten errors lie within 1.645 standard deviations.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -28,24 +28,50 @@ OF_SIDES = (
     "step_time_s", "stance_time_s", "stance_percent", "swing_percent", "single_support_percent",
     "double_support_percent", "flight_time_s", "step_length",
 )  # fmt: skip
+OF_STYLE = ("stance_percent", "step_time_s")  # by which a gait is like those that were seen or not
 FEWEST_OF_A_SIDE = 2  # values, for a difference of the sides
 
 
 @cache
 def shipped_errors(of: str = "figures") -> dict[str, dict[str, dict[str, float]]]:
     """What gait_error.json holds. of: "figures" for {"walking", "running": {figure: {"shared", "each", "root"}}} of
-    means, "differences" for {...: {"shared", "each", "depth"}} of right less left."""
+    means, "differences" for {...: {"shared", "each", "depth"}} of right less left, "seen" for {...: {"least", "most"}}
+    of OF_STYLE as they were found in what that was fitted on."""
     content: dict[str, dict[str, dict[str, float]]] = json.loads(ERROR_FILE.read_text(encoding="utf-8"))[of]
     return content
 
 
-def mean_error(gait: str, figure: str, count: int, root_sd: float = 0.0) -> float:
+def mean_error(gait: str, figure: str, count: int, root_sd: float = 0.0, beyond: float = 0.0) -> float:
     """Standard deviation of the mean of `count` values of a figure (gait.time_values, gait.length_values), in its unit,
     lengths and speeds in lengths of a leg. gait: "walking" or "running". root_sd: of the pelvis path in lengths of a
-    leg."""
+    leg. beyond: the largest of `beyond_seen`, by which share all of it is larger: a rule, for nothing was fitted there.
+    """
     own = shipped_errors()[gait][figure]
     parts = (own["shared"], own["each"] / np.sqrt(count), own["root"] * root_sd / np.sqrt(count))
-    return float(np.sqrt(np.sum(np.square(parts))))
+    return float(np.sqrt(np.sum(np.square(parts)))) * (1 + beyond)
+
+
+def style_of(values: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, float]:
+    """{figure of OF_STYLE: mean over both sides' values (gait.time_values)}; those that are seen."""
+    means = {}
+    for name in OF_STYLE:
+        of_both = np.concatenate([*values[name].values()])
+        of_both = of_both[np.isfinite(of_both)]
+        if len(of_both):
+            means[name] = float(of_both.mean())
+    return means
+
+
+def beyond_seen(gait: str, style: Mapping[str, float]) -> dict[str, float]:
+    """{figure: how far} of those in a `style_of` that lie outside what was found in the walks and runs that errors were
+    fitted on: the distance in half widths of that range."""
+    found = {}
+    for name, value in style.items():
+        least, most = shipped_errors("seen")[gait][name]["least"], shipped_errors("seen")[gait][name]["most"]
+        outside = max(least - value, value - most)
+        if outside > 0:
+            found[name] = 2 * outside / (most - least)
+    return found
 
 
 def difference_error(gait: str, figure: str, right: int, left: int, depth: float) -> float:

@@ -235,6 +235,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "paths; what errs slowly cannot be told so, and {what} state no standard deviations."),
     "foot-not-locked": ("note", "motion",
         "No foot is locked: there is no pelvis path from keypoints and a camera that stands still."),
+    "gait-unlike-any-seen": ("warning", "motion",
+        "Nobody whom the errors of gait were fitted on had {figures}, {gait}: errors are stated larger the farther "
+        "that is from them, which nobody has judged."),
     "single-frame": ("warning", "motion",
         "A single frame has no path: velocities and accelerations are missing."),
     "not-filtered": ("warning", "motion",

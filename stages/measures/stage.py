@@ -57,7 +57,7 @@ from .figures import (
 from .floor import floor
 from .jumps import jumps
 from .smoothness import path_length
-from .walking import FEWEST, walking
+from .walking import FEWEST, unlike_any_seen, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
 _BEND, _RAISE, _ANY = 35.0, 50.0, 20.0  # degrees that a repetition rises by at least
@@ -101,15 +101,16 @@ class Measures:
             )
 
     def __call__(self, take: Take) -> Take:
-        found = measures(
+        filtered, rectified, kinematics = (
             take.need("filtered"),
             take.need("rectified"),
             take.need("kinematics"),
-            take.need("poses"),
-            self.repeated,
-            self.belt_speed,
         )
-        return take.with_(measures=found)
+        gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
+        source = take.need("poses")
+        found = measures(filtered, rectified, kinematics, source, gait, self.repeated, self.belt_speed)
+        said = unlike_any_seen(gait) if rectified.level_ok else []
+        return take.with_(measures=found).saying(*said)
 
 
 def measures(
@@ -117,6 +118,7 @@ def measures(
     rectified: Rectified,
     kinematics: dict[str, np.ndarray],
     source: PoseSequence,
+    gait: Gait,
     repeated: Sequence[str] = (),
     belt_speed: float | None = None,
 ) -> tuple[Row, ...]:
@@ -125,7 +127,7 @@ def measures(
 
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the poses that
-    were rectified; belt_speed: of a treadmill.
+    were rectified; gait: models.gait.of_take's; belt_speed: of a treadmill.
 
     An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with, the errors
     of two moments taken for independent; of means over repetitions by their spread, but by half of a frame's length at
@@ -158,7 +160,6 @@ def measures(
     """
     take = _Columns(kinematics, filtered.times, breaks(filtered))
     body = body_joints(filtered, rectified)
-    gait = gait_of(body, filtered, rectified, kinematics)
     named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in kinematics]
     ranges = [row for name in named for row in within(name, _range(take, name), side_of(name))]
     on_demand = [

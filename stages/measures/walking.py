@@ -11,11 +11,13 @@ from ...models.gait.contact import leg_length
 from ...models.gait.errors import (
     FEWEST_OF_A_SIDE,
     OF_LENGTH,
+    beyond_seen,
     depth_of_steps,
     difference_error,
     mean_error,
     path_error,
     side_error,
+    style_of,
 )
 from ...models.gait.events import contact_times
 from ...models.gait.gait import (
@@ -31,6 +33,7 @@ from ...models.gait.of_take import NOISE, SIDES, separation_sd
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.measures import Curve, Curves, Measure, Remark, Row, within
 from ...pipeline.core.messages import how_many, spans_in_words
+from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import transpose
 from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, rate
@@ -93,8 +96,9 @@ def walking(
     root_sd, share = _path_error(filtered, rectified, gait)
     R_camera_from_body = source.frame.basis.T @ rectified.R_source_from_body
     depth = depth_of_steps(R_camera_from_body, filtered.times, gait.walks) if lifted else 0.0
-    said = _Means(gait.kind, lifted, leg_length(body), root_sd, depth)
     values = time_values(gait)
+    beyond = max(beyond_seen(gait.kind, style_of(values)).values(), default=0.0)
+    said = _Means(gait.kind, lifted, leg_length(body), root_sd, depth, beyond)
     phases = (*_PHASES, "flight_time_s" if gait.kind == "running" else "double_support_percent")
     lengths, over_floor, belt_share = _lengths(
         gait, filtered, rectified, belt_speed, _BELT_SHARE if lifted else float("nan")
@@ -140,6 +144,17 @@ def walking(
     ]
 
 
+def unlike_any_seen(gait: Gait) -> list[Notice]:
+    """That stance or step time lies outside those that errors were fitted on; empty where both lie within."""
+    if not gait.walks:
+        return []
+    style = style_of(time_values(gait))
+    beyond = beyond_seen(gait.kind, style)
+    told = {"stance_percent": "a stance of {:.0f} % of the stride", "step_time_s": "a step time of {:.2f} s"}
+    figures = " and ".join(told[name].format(style[name]) for name in beyond)
+    return [notice("gait-unlike-any-seen", gait=gait.kind, figures=figures)] if beyond else []
+
+
 def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
     """What gaps of the separation (T,) at time_s (T,) have to do with it; "" where there are none between frames that
     have it."""
@@ -160,15 +175,18 @@ class _Means:
     """Means of gait figures with their errors. gait: "walking" or "running". lifted: whether a lifter made the poses;
     of others the errors of lengths and speeds are unknown, while times are those of contacts, which are found alike.
     leg: length of a leg, root_sd: of the pelvis path, in the poses' unit, NaN where unknown. depth:
-    errors.depth_of_steps."""
+    errors.depth_of_steps. beyond: the largest of errors.beyond_seen."""
 
-    def __init__(self, gait: str, lifted: bool, leg: float, root_sd: float, depth: float) -> None:
+    def __init__(
+        self, gait: str, lifted: bool, leg: float, root_sd: float, depth: float, beyond: float
+    ) -> None:
         self.gait, self.lifted, self.leg, self.root_sd, self.depth = gait, lifted, leg, root_sd, depth
+        self.beyond = beyond
 
     def error(self, name: str, count: int, of_side: bool = False) -> float:
         """Of the mean of `count` values, of both sides or of one; NaN where none is stated."""
         root_sd = self.root_sd / self.leg if name in OF_LENGTH else 0.0
-        own = mean_error(self.gait, name, count, root_sd)
+        own = mean_error(self.gait, name, count, root_sd, self.beyond)
         return self._in_unit(name, np.hypot(own, side_error(self.gait, name, self.depth)) if of_side else own)
 
     def difference_error(self, name: str, right: int, left: int) -> float:

@@ -36,6 +36,7 @@ from ...gait.parameters import flat_span
 from ...gravity import Seen, level_static, why_not
 from ...place.path import SCALE_SD, pelvis_path
 from ..mocap.contact import true_contact
+from ..mocap.restyle import Spells
 from .acceleration import filtered
 from .gait_means import FIGURES, Difference, Mean, differences_of, figure_of, means_of
 from .place import ASSUMED, KNOWN, by_stature, camera_of
@@ -120,28 +121,31 @@ def tables(question: Question) -> dict[str, Any]:
 
 
 def judged_takes(question: Question, of: EvaluationSet) -> list[JudgedGait]:
-    """The set's takes that can be judged, by the first rectifier; each lifted with its focal length known, and anew
-    with the assumed one, whose means stand beside."""
+    """The set's takes that can be judged, each as judge_both does."""
+    both = (judge_both(question, take) for take in question.takes(of, focal_known=True))
+    return [judged for judged in both if judged is not None]
+
+
+def judge_both(question: Question, take: LiftedTake, spells: Spells | None = None) -> JudgedGait | None:
+    """As judge, by the first rectifier, of a take whose lift knew the focal length, with the means of a lift with the
+    assumed one beside."""
     (rectifier,) = question.rectifiers
-    judged = []
-    for take in question.takes(of, focal_known=True):
-        known = judge(rectifier, take)
-        if known is not None and known.means:
-            again = question.lift_seen(take.seen, camera_of(take.seen, ASSUMED).focal_px)
-            guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
-            if guessed is not None:
-                known = replace(
-                    known,
-                    means={**guessed.means, **known.means},
-                    differences={**guessed.differences, **known.differences},
-                )
-        judged += [] if known is None else [known]
-    return judged
+    known = judge(rectifier, take, KNOWN, spells)
+    if known is None or not known.means:
+        return known
+    again = question.lift_seen(take.seen, camera_of(take.seen, ASSUMED).focal_px)
+    guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED, spells)
+    if guessed is None:
+        return known
+    differences = {**guessed.differences, **known.differences}
+    return replace(known, means={**guessed.means, **known.means}, differences=differences)
 
 
-def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGait | None:
+def judge(
+    rectifier: Rectifier, take: LiftedTake, path: str = KNOWN, spells: Spells | None = None
+) -> JudgedGait | None:
     """A take beside its truth; None where it cannot be levelled or joints are missing. path: what is known of the focal
-    length, KNOWN or ASSUMED."""
+    length, KNOWN or ASSUMED. spells: when feet are on the floor, where that is known otherwise than by the joints."""
     seen, time_s = take.seen, take.seen.keypoints.times
     joints = joints_of(take.lifted, seen.truth)
     if not np.isfinite(joints).all():
@@ -156,7 +160,7 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
     found = find_gait(body, time_s, feet=stances(probability, time_s), facing_deg=facing)
 
     world = rotate(seen.R_camera_from_world.T, seen.joints_camera)
-    spells = true_contact(world, time_s)
+    spells = true_contact(world, time_s) if spells is None else spells
     feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES}
     true_smooth = filtered(seen.truth, time_s)
     R_world_from_body = seen.R_camera_from_world.T @ seen.R_camera_from_body

@@ -10,7 +10,15 @@ import numpy as np
 
 from ...common.metrics import SD_90, Figure
 from ...gait.contact import SIDES
-from ...gait.errors import FEWEST_OF_A_SIDE, OF_LENGTH, OF_SIDES, difference_error, mean_error
+from ...gait.errors import (
+    FEWEST_OF_A_SIDE,
+    OF_LENGTH,
+    OF_SIDES,
+    beyond_seen,
+    difference_error,
+    mean_error,
+    style_of,
+)
 from ...gait.gait import Values
 
 FIGURES = (
@@ -22,14 +30,15 @@ FIGURES = (
 @dataclass(frozen=True)
 class Mean:
     """A take's mean of one figure, found and true, of `count` values that were found; lengths in metres. gait: what was
-    found, "walking" or "running". leg: length of a leg in metres. root_sd, share: stated of the pelvis path, in metres,
-    and of all strides alike (gait.errors.path_error)."""
+    found, "walking" or "running". leg: length of a leg in metres. style: gait.errors.style_of what was found.
+    root_sd, share: stated of the pelvis path, in metres, and of all strides alike (gait.errors.path_error)."""
 
     found: float
     true: float
     count: int
     gait: str
     leg: float
+    style: dict[str, float]
     root_sd: float = 0.0
     share: float = 0.0
 
@@ -41,7 +50,8 @@ class Mean:
     def sd(self, name: str) -> float:
         """The stated standard deviation, in the figure's unit."""
         if name not in OF_LENGTH:
-            return mean_error(self.gait, name, self.count)
+            beyond = max(beyond_seen(self.gait, self.style).values(), default=0.0)
+            return mean_error(self.gait, name, self.count, beyond=beyond)
         own = self.leg * mean_error(self.gait, name, self.count, self.root_sd / self.leg)
         return float(np.hypot(own, self.share * self.found))
 
@@ -73,10 +83,11 @@ def _both(values: Values, name: str) -> np.ndarray:
 def means_of(found: Values, true: Values, gait: str, leg: float, *path_errors: float) -> dict[str, Mean]:
     """{figure: Mean} of those of FIGURES that were found and are true. path_errors: Mean.root_sd and share."""
     result = {}
+    style = style_of(found)
     for name in FIGURES:
         a, b = (values[np.isfinite(values)] for values in (_both(found, name), _both(true, name)))
         if len(a) and len(b):
-            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), gait, leg, *path_errors)
+            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), gait, leg, style, *path_errors)
     return result
 
 

@@ -2,7 +2,8 @@
 
 Every figure's error has three parts (models/gait/errors.py), besides what the pelvis path says of all strides alike.
 They are those under which the errors of the takes' means are most likely, with the true path and with those from
-keypoints and a focal length that is known or assumed, then times the factor that brings nine in ten errors within 1.645
+keypoints and a focal length that is known or assumed, of takes as captured and of walks in drawn styles
+(models/lab/mocap/restyle.py), then times the factor that brings nine in ten errors within 1.645
 standard deviations. The errors of right less left have three parts too, one of them by how much of a step is depth.
 """
 
@@ -17,20 +18,45 @@ import numpy as np
 import typer
 
 from ....pipeline.files.atomic import whole_file
+from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.running.progress import each
 from ...common.metrics import SD_90
-from ...gait.errors import ERROR_FILE, OF_LENGTH
+from ...gait.errors import ERROR_FILE, OF_LENGTH, OF_STYLE
 from ...rectifier.load import load_rectifier
 from ..common.modules import run_command
-from ..evaluation.gait import TRUE, JudgedGait, judged_takes
+from ..evaluation.gait import TRUE, JudgedGait, judge_both, judged_takes
 from ..evaluation.gait_means import Difference, Mean
 from ..evaluation.sets import Question
-from ..evaluation.testbed import BEDS
+from ..evaluation.testbed import BEDS, LiftedTake, see
+from ..mocap.clips import data_set, read_clips
+from ..mocap.restyle import restyled_walks
 
 Judged = TypeVar("Judged", Mean, Difference)
 
 _COVERED = 0.9
+_END = 0.01
 _LEAST = 1e-4  # of a part, in the figure's unit: none is without error
 _CUT = 4.0  # robust standard deviations: beyond, an error is cut to that before the parts are fitted
+
+
+def seen_gaits(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
+    """{"walking", "running": {figure of OF_STYLE: {"least", "most"}}} as they were found, but for the hundredth at
+    either end."""
+    styles = [(mean.gait, mean.style) for take in takes for mean in [*take.means.get(TRUE, {}).values()][:1]]
+    return {
+        gait: {
+            name: _three_digits(
+                {
+                    end: float(
+                        np.quantile([style[name] for of, style in styles if of == gait and name in style], at)
+                    )
+                    for end, at in (("least", _END), ("most", 1 - _END))
+                }
+            )
+            for name in OF_STYLE
+        }
+        for gait in ("walking", "running")
+    }
 
 
 def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
@@ -113,6 +139,11 @@ def _three_digits(parts: dict[str, float]) -> dict[str, float]:
     return {part: float(f"{value:.3g}") for part, value in parts.items()}
 
 
+def _lifted(question: Question, clip: Clip) -> LiftedTake:
+    seen = see(clip, question.seed, views=question.views)
+    return LiftedTake(question.lift_seen(seen, seen.focal_px), seen)
+
+
 def main(
     output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = ERROR_FILE,
     seeds: Annotated[int, typer.Option(min=1, help="Draws of cameras and noise, of every bed.")] = 2,
@@ -120,17 +151,29 @@ def main(
     """Fit the stated errors of gait figures on validation subjects."""
     rectifier = load_rectifier("pcnet")
     questions = [Question((rectifier,), seed=seed, bed=bed) for bed in BEDS for seed in range(seeds)]
-    takes = [
+    clips = [clip for clip in read_clips("val") if data_set(clip) != "tennis"]
+    captured = [
         judged
         for question in questions
         for of in question.sets
         for judged in judged_takes(question, of)
         if judged.kind != "none"
     ]
+    drawn = [
+        judged
+        for question in questions
+        for walks in [list(restyled_walks(clips, 1, question.seed))]
+        for clip, spells in each(walks, f"walks in drawn styles, {question.bed}", len(walks))
+        if (judged := judge_both(question, _lifted(question, clip), spells)) is not None
+        and judged.kind != "none"
+    ]
+    takes = [*captured, *drawn]
     figures, differences = fit_errors(takes), fit_differences(takes)
     content = {
         "made_by": "python -m pcnet3d.models.lab.fits.gait_errors",
-        "fitted_on": f"{len(takes)} lifted walks and runs of {', '.join(of.label for of in questions[0].sets)}",
+        "fitted_on": f"{len(captured)} lifted walks and runs of "
+        f"{', '.join(of.label for of in questions[0].sets)}, and {len(drawn)} of their walks in drawn styles",
+        "seen": seen_gaits(takes),
         "figures": figures,
         "differences": differences,
     }

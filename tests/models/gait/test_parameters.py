@@ -6,6 +6,8 @@ import pytest
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.errors import (
     OF_SIDES,
+    OF_STYLE,
+    beyond_seen,
     depth_of_steps,
     difference_error,
     mean_error,
@@ -115,6 +117,18 @@ def test_errors_shrink_with_steps_and_grow_with_the_paths():
         assert mean_error(gait, "step_time_s", 20) < mean_error(gait, "step_time_s", 3)
         assert mean_error(gait, "step_length", 3, 0.1) > mean_error(gait, "step_length", 3)
         assert mean_error(gait, "step_time_s", 1) > 0.01  # a single step's, between frames
+
+
+def test_errors_grow_beyond_the_gaits_that_they_were_fitted_on():
+    for gait, seen in shipped_errors("seen").items():
+        assert set(seen) == set(OF_STYLE)
+        middle = {name: (seen[name]["least"] + seen[name]["most"]) / 2 for name in OF_STYLE}
+        assert beyond_seen(gait, middle) == beyond_seen(gait, {}) == {}
+        far = beyond_seen(gait, {**middle, "stance_percent": 1.5 * seen["stance_percent"]["most"]})
+        assert set(far) == {"stance_percent"}
+        assert beyond_seen(gait, {"step_time_s": 0.5 * seen["step_time_s"]["least"]})["step_time_s"] > 0
+        grown = mean_error(gait, "stance_percent", 10, beyond=far["stance_percent"])
+        assert grown > 1.2 * mean_error(gait, "stance_percent", 10)
 
 
 def test_a_difference_of_the_sides_is_less_sure_than_a_mean_the_more_so_the_more_of_a_step_is_depth():

@@ -25,7 +25,7 @@ NAMES = [name for name in HELD if name != "take_start"]
         "fits.joint_noise none.npz --val none.npz -o out.json",
         "fits.gravity_constants none.npz",
         "fits.gait_errors -o out.json",
-        "fits.contact none.npz --val none.npz -o out.json",
+        "fits.contact -o out.json",
         "training.lifter.mean none.toml out.onnx 1:none.pt",
         "train none.toml -o out",
     ],

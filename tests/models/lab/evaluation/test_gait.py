@@ -60,7 +60,7 @@ def test_fitted_errors_hold_nine_in_ten():
             (1, 1),
             np.zeros((0, 2)),
             {},
-            {"true path": {"step_time_s": Mean(e, 0.0, int(n), "walking", 0.9)}},
+            {"true path": {"step_time_s": Mean(e, 0.0, int(n), "walking", 0.9, {})}},
         )
         for e, n in zip(errors, count, strict=True)
     ]
