@@ -94,6 +94,7 @@ class Trajectories:
         level = _trusted(rectified)
         known_error = self.smoother == "auto" and self.cutoff_hz is None
         path = smooth(level, self.classical, self.cutoff_hz, self.joints)
+        cutoff_hz = path.history[-1].options.get("cutoff_hz")
         filtered = _notices(path, known_error)
         lifted = take.need("poses").lifted
         motions = known_motions(level, self.joints, lifted) if known_error else {}
@@ -115,7 +116,7 @@ class Trajectories:
             notices.append(notice("smoothed-by-estimated-error", what="positions" if lifted else "they"))
         elif known_error:
             notices.append(notice("smoothed-by-stated-error"))
-        return take.with_(kinematics=columns, filtered=path).saying(
+        return take.with_(kinematics=columns, filtered=path, cutoff_hz=cutoff_hz).saying(
             *notices,
             *filtered,
             *(fall_doubts(level) or pace_doubts(path)),

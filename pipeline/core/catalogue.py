@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
+from .catalogue_of_comparisons import COMPARING
+
 # From the least to the gravest; a mark is a place in the recording. The last two are verdicts on poses.
 Weight = Literal["mark", "note", "repair", "warning", "suspicious", "unusable"]
 About = Literal["", "poses", "left and right", "view", "up", "camera", "clock", "place", "motion", "files"]
@@ -357,4 +359,4 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The poses meet the keypoints within {off_percent:.0f} % of the person's size over {frames:~frame} of "
         "track {person}."),
 }  # fmt: skip
-CATALOGUE = {code: Entry(*entry) for code, entry in _ENTRIES.items()}
+CATALOGUE = {code: Entry(*entry) for code, entry in (_ENTRIES | COMPARING).items()}

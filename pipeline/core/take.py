@@ -126,7 +126,8 @@ class Take:
     camera: what the image and the user say about the camera.
     poses: 3D joints, H36M17 in CAMERA axes, relative to the pelvis.
     findings: what `pcnet3d inspect` finds in the poses as they were read or lifted; None where nothing looked.
-    filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
+    filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on.
+    cutoff_hz: of that filter; None where there is none.
     kinematics: columns (T,) by name, whose ends tell the units (design.md section 7).
     measures: rows of the take's figures, remarks, moments and curves (pipeline/core/measures.py).
     session: what the user says about the recording: title, person, date.
@@ -143,6 +144,7 @@ class Take:
     findings: tuple[Notice, ...] | None = None
     rectified: Rectified | None = None
     filtered: PoseSequence | None = None
+    cutoff_hz: float | None = None
     kinematics: dict[str, np.ndarray] | None = None
     measures: tuple[Row, ...] | None = None
     notices: tuple[Notice, ...] = ()

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ValidationError, model_validator
 
 from ..core.camera import Camera, FocalSource, view_rotation
 from ..core.catalogue import About, Weight
@@ -108,7 +108,16 @@ class _Summary(BaseModel):
     rectification: _Rectification
     camera: _Camera | None = None
     measures: dict[str, Any] | None = None
+    cutoff_hz: float | None = None
     history: tuple[Step, ...] = ()
+
+    @model_validator(mode="after")
+    def _older(self) -> Self:
+        """Runs of before `cutoff_hz` hold it among the options of their steps alone."""
+        if "cutoff_hz" not in self.model_fields_set:
+            steps = [step.options for step in self.history if step.name == "low-pass filter"]
+            self.cutoff_hz = steps[-1].get("cutoff_hz") if steps else None
+        return self
 
 
 def read_run(folder: str | Path) -> Take:
@@ -160,6 +169,7 @@ def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...
         findings=grave(said) if judged else None,
         rectified=rectified,
         filtered=_filtered(summary, arrays, rectified.level),
+        cutoff_hz=summary.cutoff_hz,
         measures=None if summary.measures is None else rows,
         notices=tuple(each for each in said if each not in grave(said)) if judged else said,
         inputs=summary.inputs,

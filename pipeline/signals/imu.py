@@ -13,6 +13,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.layouts import H36M17
+from ..core.notices import Notice, notice
 from ..core.rotations import angle_deg, is_finite, rotate, transpose
 from .filters import rate
 
@@ -43,10 +44,8 @@ _ORDERS = {"x y z w": [3, 0, 1, 2], "w z y x": [0, 3, 2, 1], "z y x w": [3, 2, 1
 _OTHER_SIGNAL = (
     "export the accelerometer's own signal (not linear or free acceleration) and check the quaternions' order"
 )
-_NEAR = (
-    0.8,
-    1.25,
-)  # norm of the mean specific force over g, in the right unit; the mean of motion itself is about 0
+# Norm of the mean specific force over g, in the right unit; the mean of motion itself is about 0.
+_NEAR = (0.8, 1.25)
 _LEAN_DEG = 10.0  # a mean specific force that leans further from up was rotated wrongly
 _BETTER_DEG = 5.0  # inverse orientations under which it leans less by this are the right ones
 
@@ -60,7 +59,7 @@ class Imu:
     force_mps2: (T, 3) specific force in the sensor's axes; NaN where missing.
     R_world_from_sensor: (T, 3, 3), into right-handed axes with z up and any heading; sensors that are to be
         subtracted from each other share the world. None where the file does not say, so that only the norm is known.
-    notes: what was done or found while reading, in sentences.
+    notices: what was done or found while reading.
 
     Raises InputError when shapes or order do not fit.
     """
@@ -69,7 +68,7 @@ class Imu:
     time_s: np.ndarray
     force_mps2: np.ndarray
     R_world_from_sensor: np.ndarray | None
-    notes: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
     def __post_init__(self) -> None:
         if self.segment and self.segment not in SEGMENTS:
@@ -168,14 +167,13 @@ def _in_mps2(
     unit: str,
     gravity: float,
 ) -> Imu:
-    said = f"Accelerations were in {unit} (gravity is {gravity:.3g} in them) and are converted to m/s^2."
-    return Imu(segment, time_s, force * _UNITS[unit], R_world_from_sensor, () if unit == "m/s^2" else (said,))
+    said = () if unit == "m/s^2" else (notice("imu-unit", unit=unit, gravity=gravity),)
+    return Imu(segment, time_s, force * _UNITS[unit], R_world_from_sensor, said)
 
 
-def point_on(segment: str, joints: np.ndarray, share: float | None = None) -> np.ndarray:
-    """(T, 3) where the segment's sensor is on joints (T, 17, 3); share: another part of the way along the segment."""
-    start, end, usual = SEGMENTS[segment]
-    share = usual if share is None else share
+def point_on(segment: str, joints: np.ndarray) -> np.ndarray:
+    """(T, 3) where the segment's sensor is on joints (T, 17, 3)."""
+    start, end, share = SEGMENTS[segment]
     return (1 - share) * joints[:, H36M17.index(start)] + share * joints[:, H36M17.index(end)]
 
 

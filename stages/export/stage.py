@@ -203,6 +203,7 @@ def summary(take: Take) -> dict[str, Any]:
             "steps": len(rectified.level.history),
         },
         "camera": _camera(take),
+        "cutoff_hz": take.cutoff_hz,
         "measures": None if take.measures is None else nested(take.measures),
         "history": [asdict(step) for step in facts.history],
     }

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.take import Take
 
 # Of the higher rate to the lower one, and from which rate on all are lifted alike. Ranges of the built-in walker's knee
@@ -18,13 +19,10 @@ def is_lifted(run: Take) -> bool:
     return run.poses is not None and run.poses.made_by.in_run
 
 
-def rates_apart(rates: Iterable[float]) -> str:
-    """What is to be said of lifted takes with so many frames a second: "lifted at 30 to 60 frames a second, ..."; empty
-    where they have about one rate, or fewer than two are known."""
+def rates_apart(takes: str, rates: Iterable[float]) -> tuple[Notice, ...]:
+    """What is to be said of lifted takes with so many frames a second; nothing where they have about one rate, or fewer
+    than two are known. takes: "runs", as the sentence calls them."""
     known = sorted(rate for rate in rates if np.isfinite(rate))
     if not known or min(known[-1], _ALIKE_HZ) <= _APART * known[0]:
-        return ""
-    return (
-        f"lifted at {known[0]:.4g} to {known[-1]:.4g} frames a second, which alone changes ranges of motion (of the "
-        "knee in walking by 3 degrees from 30 to 60): film what is to be compared at one rate."
-    )
+        return ()
+    return (notice("rates-differ", takes=takes, least_fps=known[0], most_fps=known[-1]),)

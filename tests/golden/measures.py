@@ -1,5 +1,7 @@
 """Rows of measures written as they stand in summary.json."""
 
+from dataclasses import replace
+
 from pcnet3d.pipeline.core.measures import (
     UNITS,
     Curve,
@@ -11,6 +13,7 @@ from pcnet3d.pipeline.core.measures import (
     side_of,
     within,
 )
+from pcnet3d.stages.study.batch.study import place
 
 _LENGTHS = {"_length": "length", "_width": "length", "_height": "length", "_speed": "speed"}
 _MOMENTS = ("start_s", "stop_s", "stride_start_s", "stride_stop_s", "landings_s", "toe_offs_s")
@@ -36,6 +39,16 @@ def rows_of(figures: dict) -> tuple[Row, ...]:
         elif not ("_error" in key or key == "within_error"):
             rows += _measures(key, value, figures)
     return tuple(rows)
+
+
+def by_place(numbers: dict[str, float]) -> dict[str, Measure]:
+    """Measures as a study's rows have them, of numbers by their dotted keys, such as "walking.cadence_spm"."""
+    rows = []
+    for dotted, number in numbers.items():
+        *groups, key = dotted.split(".")
+        (row,) = _measures(key, number, {})
+        rows.append(replace(row, group=tuple(groups)))
+    return {place(row): row for row in rows}
 
 
 def _measures(key: str, value: float | list, figures: dict) -> list[Measure]:

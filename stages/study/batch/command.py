@@ -9,7 +9,6 @@ import socket
 import time
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing, contextmanager, nullcontext
-from dataclasses import asdict, astuple, fields
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -28,7 +27,7 @@ from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
 from .page import as_page
 from .pool import connected, on_cluster, on_this_machine
-from .study import Change, changes, doubts, rates_within, write_table
+from .study import CHANGE, Change, changes, doubts, rates_within, write_table
 from .take import Job, Outcome
 
 STATUS = "batch.json"
@@ -164,35 +163,32 @@ def _run(
 ) -> list[Outcome]:
     """All outcomes in the jobs' order; the status is written as they come."""
     owner = f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%Y-%m-%d %H:%M:%S')}"
-    found: dict[str, Outcome] = {}
-    _write_status(jobs, found, failed_before, output, owner)
+    outcomes: dict[str, Outcome] = {}
+    _write_status(jobs, outcomes, failed_before, output, owner)
     written = time.monotonic()
     try:
         with counted("takes", len(jobs)) as done, closing(coming):
             for outcome in coming:
-                found[outcome.name] = outcome
+                outcomes[outcome.name] = outcome
                 if outcome.state == "failed":
                     say("failed", f"{outcome.name}: {outcome.reason}")
-                done(len(found))
+                done(len(outcomes))
                 if time.monotonic() - written > _SECONDS:
-                    _write_status(jobs, found, failed_before, output, owner)
+                    _write_status(jobs, outcomes, failed_before, output, owner)
                     written = time.monotonic()
     finally:
-        _write_status(jobs, found, failed_before, output, "")
-    return [found[job.entry.name] for job in jobs]
+        _write_status(jobs, outcomes, failed_before, output, "")
+    return [outcomes[job.entry.name] for job in jobs]
 
 
 def _write_status(
-    jobs: Sequence[Job], found: dict[str, Outcome], failed_before: set[str], output: Path, owner: str
+    jobs: Sequence[Job], outcomes: dict[str, Outcome], failed_before: set[str], output: Path, owner: str
 ) -> None:
     """batch.json: whose it is, and what became of each take so far."""
     takes = []
-    for job in jobs:
-        outcome = found.get(job.entry.name)
-        name = job.entry.name
+    for name in (job.entry.name for job in jobs):
         waiting = {"name": name, "state": "waiting", "failed_before": name in failed_before}
-        told = waiting if outcome is None else asdict(outcome)
-        takes.append({key: value for key, value in told.items() if key != "rows"})
+        takes.append(outcomes[name].status if name in outcomes else waiting)
     counts = {
         state: sum(take["state"] == state for take in takes)
         for state in ("waiting", "done", "kept", "failed")
@@ -213,12 +209,12 @@ def study_rows(entries: Sequence[Entry], outcomes: Sequence[Outcome]) -> list[di
     return rows
 
 
-def _write(output: Path, rows: Sequence[dict[str, Any]], found: Sequence[Change]) -> None:
+def _write(output: Path, rows: Sequence[dict[str, Any]], changed: Sequence[Change]) -> None:
     with whole_file(output / TABLE) as partial:
         write_table(rows, partial)
     with whole_file(output / CHANGES) as partial, open(partial, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([field.name for field in fields(Change)])
-        writer.writerows(astuple(change) for change in found)
+        writer.writerow(CHANGE)
+        writer.writerows([getattr(change, name) for name in CHANGE] for change in changed)
     with whole_file(output / PAGE) as partial:
-        partial.write_text(as_page(f"Study {output.name}", rows, found), encoding="utf-8")
+        partial.write_text(as_page(f"Study {output.name}", rows, changed), encoding="utf-8")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -94,19 +94,21 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
     used: set[str] = set()
     for where, row in rows:
         own, own_files = _options(row, base, None if outside else base, where)
+        reasons = {name: _no_use(name, {**shared, **own}) for name in {**shared, **own}}
         for name in own:
-            if reason := _no_use(name, {**shared, **own}):
-                raise InputError(f"{where}: {reason}")
-        reasons = {name: _no_use(name, {**shared, **own}) for name in shared if name not in own}
-        used |= {name for name, reason in reasons.items() if not reason}
-        refused |= {name: reason for name, reason in reasons.items() if reason}
-        options = {**{name: shared[name] for name, reason in reasons.items() if not reason}, **own}
+            if reasons[name]:
+                raise InputError(f"{where}: {reasons[name]}")
+        for name in shared.keys() - own.keys():
+            if reasons[name]:
+                refused[name] = reasons[name]
+            else:
+                used.add(name)
+        options = {name: values for name, values in {**shared, **own}.items() if not reasons[name]}
         options = {name: values for name, values in options.items() if values is not _NO}
-        files = tuple(
-            option for option in options if option in (own_files if option in own else shared_files)
-        )
+        files = {*own_files, *(shared_files - own.keys())}
         name = row.get("name") or _stem(options, where)
-        entries.append(Entry(name, options, files, {label: row.get(label, "") for label in LABELS}))
+        labels = {label: row.get(label, "") for label in LABELS}
+        entries.append(Entry(name, options, tuple(option for option in options if option in files), labels))
     for name in refused.keys() - used:
         raise InputError(f"--set {name}: no take has a use for it; of the last one: {refused[name]}")
     _check_names(entries, [where for where, _ in rows])
@@ -200,37 +202,45 @@ def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
 
 
 def _folder(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    """The videos of a folder with what lies beside them, then its other files of poses."""
     files = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
-    videos = [path for path in files if path.suffix.lower() in VIDEOS and not path.is_dir()]
-    beside: dict[tuple[Path, str], Path] = {}  # by the video, and what it is of that
-    for video in videos:
-        row = {"video": video.name}
-        for role in _BESIDE:
-            named = [path for path in files if path.name.startswith(f"{video.stem}.{role}.")]
-            named += [path for path in files if path.name == f"{video.stem}.{role}"]
-            if len(named) > 1:
-                names = " and ".join(path.name for path in named)
-                raise InputError(
-                    f"{video}: expected one file of {role}, found {names}; keep one, or write a manifest."
-                )
-            if named:
-                row[role] = named[0].name
-                beside[video, role] = named[0]
-        yield str(video), row
-    alone = [path for path in files if path not in (*videos, *beside.values()) and not path.is_dir()]
-    taken: Counter[str] = Counter(video.stem.casefold() for video in videos)
-    taken.update(path.stem.casefold() for path in alone)
+    videos: dict[Path, dict[str, Path]] = {}
+    for video in files:
+        if video.suffix.lower() in VIDEOS and not video.is_dir():
+            videos[video] = {role: of for role in _BESIDE if (of := _beside(video, role, files))}
+            yield str(video), {"video": video.name, **{role: of.name for role, of in videos[video].items()}}
+    used = {*videos, *(path for beside in videos.values() for path in beside.values())}
+    alone = [path for path in files if path not in used and not path.is_dir()]
+    stems = Counter(path.stem.casefold() for path in (*videos, *alone))
     for path in alone:
-        given = {adapter.gives for adapter in adapters().values() if recognises(adapter, path)}
-        if held := next((role for role in _BESIDE if role in given), None):
-            of = next((video for video in videos if video.stem.casefold() == path.stem.casefold()), None)
-            if of is None and held == "poses":
-                yield str(path), {"poses": path.name}
-            else:
-                _left_out(path, held, of, beside.get((of, held)) if of else None)
-        elif not given and _looks_like_poses(path):
-            name = path.stem if taken[path.stem.casefold()] == 1 else path.name
-            yield str(path), {"name": name, "poses": path.name}
+        if row := _alone(path, videos, stems):
+            yield str(path), row
+
+
+def _alone(path: Path, videos: Mapping[Path, Mapping[str, Path]], stems: Counter[str]) -> dict[str, str]:
+    """The row of a file that is no video and belongs to none; empty where it is none of poses."""
+    given = {adapter.gives for adapter in adapters().values() if recognises(adapter, path)}
+    role = next((role for role in _BESIDE if role in given), None)
+    namesake = next((video for video in videos if video.stem.casefold() == path.stem.casefold()), None)
+    if role == "poses" and namesake is None:
+        return {"poses": path.name}
+    if role is not None:
+        _left_out(path, role, namesake, videos[namesake].get(role) if namesake else None)
+    elif not given and _looks_like_poses(path):
+        return {"name": path.stem if stems[path.stem.casefold()] == 1 else path.name, "poses": path.name}
+    return {}
+
+
+def _beside(video: Path, role: str, files: Sequence[Path]) -> Path | None:
+    """The video's file of poses or keypoints among a folder's; InputError for several."""
+    name = f"{video.stem}.{role}"
+    named = [path for path in files if path.name == name or path.name.startswith(f"{name}.")]
+    if len(named) > 1:
+        names = " and ".join(path.name for path in named)
+        raise InputError(
+            f"{video}: expected one file of {role}, found {names}; keep one, or write a manifest."
+        )
+    return named[0] if named else None
 
 
 def _left_out(path: Path, held: str, video: Path | None, instead: Path | None) -> None:
@@ -255,11 +265,11 @@ def _looks_like_poses(path: Path) -> bool:
 
 def _options(
     row: Mapping[str, str], base: Path, inside: Path | None, where: str
-) -> tuple[dict[str, tuple[str, ...]], list[str]]:
+) -> tuple[dict[str, tuple[str, ...]], set[str]]:
     """Options of `run`, checked by their types, and which of them are files. inside: the folder that no path leaves.
     A flag that is switched off has the value _NO."""
     options: dict[str, tuple[str, ...]] = {}
-    files = []
+    files = set()
     for name, cell in row.items():
         if name in ("name", *LABELS):
             continue
@@ -273,7 +283,7 @@ def _options(
             values = _NO
         if isinstance(value, Path) or cell.lower().endswith(".onnx"):
             values = (str(_found(cell, base, inside, f"{where}: {name}")),)
-            files.append(name)
+            files.add(name)
         options[name] = values
     return options, files
 

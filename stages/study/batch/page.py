@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
@@ -10,6 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.measures import UNITS, Measure
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import WARNS
 from ....pipeline.core.pose import package_version
@@ -17,26 +18,27 @@ from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
 from ...drawing.skeletons import body_views, skeletons
 from ...drawing.words import spoken
-from .study import Change, doubts, error_key, name_of, of_length, rates_within
+from .study import Change, doubts, name_of, place, rates_within
 
-_RANGE = "range_of_motion.{}.p05_p95_deg"
-_OTHERS = {
-    "walking.walking_speed": "walking speed (m/s)",
-    "walking.cadence_spm": "cadence (steps/min)",
+_RANGE = "range_of_motion.{}.p05_p95"
+# Measures by place (study.py), and how they are called here.
+_WALKING = {
+    "walking.walking_speed": "walking speed",
+    "walking.cadence": "cadence",
     "walking.steps": "steps",
-    "walking.mean_stride_time_s": "stride (s)",
-    "walking.step_time_symmetry_index_percent": "symmetry of step times (%)",
+    "walking.mean_stride_time": "stride",
+    "walking.step_time_symmetry_index": "symmetry of step times",
+}
+_REPETITIONS = {
     "knee_bends.count": "knee bends",
     "knee_bends.squats": "of them squats",
-    "knee_bends.mean_rise_deg": "depth of a knee bend (°)",
-    "knee_bends.mean_duration_s": "duration of a knee bend (s)",
+    "knee_bends.mean_rise": "depth of a knee bend",
+    "knee_bends.mean_duration": "duration of a knee bend",
     "arm_raises.right.count": "raises of the right arm",
     "arm_raises.left.count": "raises of the left arm",
-    "arm_raises.right.mean_rise_deg": "right arm rises by (°)",
-    "arm_raises.left.mean_rise_deg": "left arm rises by (°)",
+    "arm_raises.right.mean_rise": "right arm rises by",
+    "arm_raises.left.mean_rise": "left arm rises by",
 }
-_WALKING = [key for key in _OTHERS if key.startswith("walking.")]
-_COUNTS = ("steps", "count", "squats")
 _ARM = ("elbow", "shoulder", "upper_arm")  # how the names of its angles begin
 _PAIRED = [both for both in OF_BOTH if both not in MIDLINE]
 _PARTS = {
@@ -44,33 +46,34 @@ _PARTS = {
     "arms": [name for both in _PAIRED if both.startswith(_ARM) for name in sides_of(both)],
     "trunk and pelvis": list(MIDLINE),
 }
+_GROUPS = {"walking": _WALKING, "repetitions": _REPETITIONS}
 _MOST = 20  # names of runs in a sentence
 _MOST_TOLD = 5  # changes
 
 _LEVELLED = {True: "yes", False: "no", None: None}
 
 _LABELS = ("subject", "visit", "condition")
-_WORDS = {_RANGE.format(name): f"range of {spoken(name)} (°)" for name in ANGLES} | _OTHERS
+_WORDS = {_RANGE.format(name): f"range of {spoken(name)}" for name in ANGLES} | _WALKING | _REPETITIONS
 
 Rows = Sequence[Mapping[str, Any]]
 
 
-def as_page(title: str, rows: Rows, found: Sequence[Change]) -> str:
-    """The page. rows: of the study's table, a failed take's with its `reason`; found: changes within subjects."""
+def as_page(title: str, rows: Rows, changed: Sequence[Change]) -> str:
+    """The page. rows: of the study's table, a failed take's with its `reason`; changed: changes within subjects."""
     done = [row for row in rows if row["state"] == "done"]
     failed = [row for row in rows if row["state"] == "failed"]
     sections = [
         ("Failed takes", _failed(failed)),
         ("Takes", _takes(done)),
-        ("Change within subjects", _changes(found)),
+        ("Change within subjects", _changes(changed)),
         ("Ranges of motion", _ranges(done)),
         ("Walking and repetitions", _others(done)),
         ("Warnings and repairs", _told(done)),
     ]
-    return page(title, _head(rows, done, found), sections)
+    return page(title, _head(rows, done, changed), sections)
 
 
-def _head(rows: Rows, done: Rows, found: Sequence[Change]) -> Markup:
+def _head(rows: Rows, done: Rows, changed: Sequence[Change]) -> Markup:
     named = {label: dict.fromkeys(row[label] for row in rows if row[label]) for label in _LABELS}
     about = [how_many(len(names), label) for label, names in named.items() if names]
     unsure = [
@@ -82,12 +85,12 @@ def _head(rows: Rows, done: Rows, found: Sequence[Change]) -> Markup:
         unsure.append(rates)
     return (
         small(" · ".join([*about, f"pcnet3d {package_version()}"]))
-        + answer(_conclusion(rows, done, found))
+        + answer(_conclusion(rows, done, changed))
         + box("Not to be believed, or with care", unsure, "warning")
     )
 
 
-def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str]:
+def _conclusion(rows: Rows, done: Rows, changed: Sequence[Change]) -> Iterator[str]:
     """How many takes are done and to be trusted, and what changed."""
     names = {row["name"] for row in done}
     failed = len({row["name"] for row in rows} - names)
@@ -95,24 +98,32 @@ def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str
     doubtful = {row["name"] for runs in doubts(done).values() for row in runs}
     trusted = f"{len(doubtful)} of them with doubts" if doubtful else "no doubts about poses or levelling"
     yield f"{how_many(len(names), 'take')}{of}{f'; {trusted}' if done else ''}."
-    for (factor, earlier, later), changes in _by_step(found).items():
-        beyond = [one for one in changes if one.of_the_mean]
-        beyond.sort(key=lambda one: -abs(one.bias) / one.sd)
-        step = f"From {factor} {earlier} to {later}, {how_many(max(one.n for one in changes), 'subject')}"
+    for (factor, earlier, later), changes in _by_step(changed).items():
+        beyond = [change for change in changes if change.of_the_mean]
+        beyond.sort(key=lambda change: -abs(change.bias) / change.sd)
+        step = (
+            f"From {factor} {earlier} to {later}, {how_many(max(change.n for change in changes), 'subject')}"
+        )
         counts = f"{len(beyond) or 'none'} of {how_many(len(changes), 'measure')} changed on average"
-        told = ", ".join(f"{_WORDS[one.measure]} {one.bias:+.3g}" for one in beyond[:_MOST_TOLD])
+        told = ", ".join(f"{_named(change.of)} {change.bias:+.3g}" for change in beyond[:_MOST_TOLD])
         more = f" and {len(beyond) - _MOST_TOLD} more" if len(beyond) > _MOST_TOLD else ""
         chance = "95 % interval of the mean without 0; of twenty that do not change one does by chance"
         yield f"{step}: {counts} ({chance}){f': {told}{more}' if told else ''}."
 
 
-def _by_step(found: Sequence[Change]) -> dict[tuple[str, str, str], list[Change]]:
+def _by_step(changed: Sequence[Change]) -> dict[tuple[str, str, str], list[Change]]:
     """Those changes that the page shows, by factor, earlier and later."""
     steps: dict[tuple[str, str, str], list[Change]] = {}
-    for one in found:
-        if one.measure in _WORDS:
-            steps.setdefault((one.factor, one.earlier, one.later), []).append(one)
+    for change in changed:
+        if place(change.of) in _WORDS:
+            steps.setdefault((change.factor, change.earlier, change.later), []).append(change)
     return steps
+
+
+def _named(measure: Measure) -> str:
+    """A measure of the page with its unit, such as "cadence (steps/min)"."""
+    unit = UNITS[measure.unit].page.format("m")
+    return f"{_WORDS[place(measure)]} ({unit})" if unit else _WORDS[place(measure)]
 
 
 def _linked(row: Mapping[str, Any]) -> Cell:
@@ -187,27 +198,28 @@ def _ranges(rows: Rows) -> Markup:
 
 
 def _others(rows: Rows) -> Markup:
-    tables = {
-        part: _table(
-            rows, {words: _of(rows, key) for key, words in _OTHERS.items() if (key in _WALKING) == walks}
-        )
-        for part, walks in (("walking", True), ("repetitions", False))
-    }
+    tables = {part: _table(rows, _columns(rows, keys)) for part, keys in _GROUPS.items()}
     return joined(heading(part) + content for part, content in tables.items() if content)
 
 
-def _of(rows: Rows, measure: str) -> list[Cell]:
-    """A measure of every take, with its error where it states one; no length of a take without a scale."""
-    counts = measure.split(".")[-1] in _COUNTS
-    cells: list[Cell] = []
-    for row in rows:
-        measures = {} if of_length(measure) and row.get("unit") != "m" else row.get("measures", {})
-        value, error = measures.get(measure), measures.get(error_key(measure))
-        if value is None or error is None:
-            cells.append(int(value) if value is not None and counts and value.is_integer() else value)
-        else:
-            cells.append(Stated(value, error))
-    return cells
+def _columns(rows: Rows, keys: Iterable[str]) -> dict[str, list[Cell]]:
+    """Measures of all takes under their names; those that any take has."""
+    measures = {key: measure for row in rows for key, measure in row.get("measures", {}).items()}
+    return {_named(measures[key]): _of(rows, key) for key in keys if key in measures}
+
+
+def _of(rows: Rows, key: str) -> list[Cell]:
+    """A measure of every take, with its error where it states one."""
+    return [_figure(row.get("measures", {}).get(key)) for row in rows]
+
+
+def _figure(measure: Measure | None) -> Cell:
+    if measure is None:
+        return None
+    if measure.error is not None:
+        return Stated(measure.value, measure.error)
+    counts = not measure.unit and measure.value.is_integer()
+    return int(measure.value) if counts else measure.value
 
 
 def _told(rows: Rows) -> Markup:
@@ -225,20 +237,19 @@ def _count(row: Mapping[str, Any], weights: tuple[str, ...]) -> int:
     return sum(said["weight"] in weights for said in row.get("notices", ()))
 
 
-def _changes(found: Sequence[Change]) -> Markup:
+def _changes(changed: Sequence[Change]) -> Markup:
     """The ranges of motion with both sides on one row, then what has no side."""
     tables = []
-    for (factor, earlier, later), of in _by_step(found).items():
-        by = {one.measure: one for one in of}
+    for (factor, earlier, later), of in _by_step(changed).items():
+        by = {place(change.of): change for change in of}
         rows: list[list[Cell]] = []
         for both in _PAIRED:
             sides = [by.get(_RANGE.format(name)) for name in sides_of(both)]
             if any(sides):
-                rows.append(
-                    [f"range of {spoken(both)} (°)", *(cell for one in sides for cell in _changed(one))]
-                )
+                cells = [cell for change in sides for cell in _changed(change)]
+                rows.append([f"range of {spoken(both)} (°)", *cells])
         paired = {_RANGE.format(name) for name in ANGLES if name not in MIDLINE}
-        rest = [[_WORDS[one.measure], *_changed(one)] for one in of if one.measure not in paired]
+        rest = [[_named(change.of), *_changed(change)] for key, change in by.items() if key not in paired]
         head = ("mean change", "95 % interval", "single subjects", "n")
         tables += [
             heading(f"{factor} {later} less {earlier}"),
@@ -258,9 +269,9 @@ def _changes(found: Sequence[Change]) -> Markup:
     return joined(tables) + small(words) if tables else Markup("")
 
 
-def _changed(one: Change | None) -> list[Cell]:
-    if one is None:
+def _changed(change: Change | None) -> list[Cell]:
+    if change is None:
         return [None] * 4
-    digits = 1 if max(abs(one.lower), abs(one.upper)) >= 10 else 2
-    spans = ((one.mean_lower, one.mean_upper), (one.lower, one.upper))
-    return [one.bias, *(f"{low:z.{digits}f} to {high:z.{digits}f}" for low, high in spans), one.n]
+    digits = 1 if max(abs(change.lower), abs(change.upper)) >= 10 else 2
+    spans = ((change.mean_lower, change.mean_upper), (change.lower, change.upper))
+    return [change.bias, *(f"{low:z.{digits}f} to {high:z.{digits}f}" for low, high in spans), change.n]

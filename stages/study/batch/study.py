@@ -8,17 +8,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from decimal import Decimal
 from pathlib import Path
 from statistics import fmean
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.measures import nested
+from ....pipeline.core.measures import OF_LENGTH, Measure, Row, nested
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
@@ -32,24 +32,29 @@ QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread
 _LIMIT = 1.96
 # Of the steps in which figures are stated: standard deviation of the difference of two (uniform errors).
 _ROUNDED = float(np.sqrt(2 / 12))
-# What a measure rests on, or its error.
-_NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames", "places", "sd_deg")
-
+_BASIS = ("frames", "nan_share", "beyond_anatomy_frames", "places", "sd")  # figures that others rest on
+# Of a notice.
+_SAID = ("code", "weight", "about", "text")
 
 # What the table says of a run that left nothing to judge it by.
 _UNKNOWN: dict[str, Any] = {
     "notices": [], "verdict": "", "frames": None, "fps": None, "duration_s": None, "unit": "",
     "method": "", "level_ok": None, "level_reason": "", **dict.fromkeys(QUALITY), "posture": None, "lifted": False,
-    "measures": {},
+    "measures": {}, "numbers": {},
 }  # fmt: skip
-# Of a notice.
-_SAID = ("code", "weight", "about", "text")
+# Of study.parquet, whose other columns are numbers, each measure's among them.
+_COLUMNS = (
+    "name", "subject", "visit", "condition", "person", "state", "exit_code", "reason", "report", "notices", "verdict",
+    "frames", "fps", "duration_s", "unit", "method", "device", "level_ok", "level_reason", *QUALITY,
+)  # fmt: skip
+_NUMBERS = ("fps", "duration_s", *QUALITY)
 
 
 def figures(folder: Path) -> tuple[dict[str, Any], ...]:
-    """What the table says of a take's folder, a row for each person who has a run in it. posture: a frame's joints in
-    BODY, and lifted: whether the run lifted its poses itself; `write_table` has neither. InputError when a file is not
-    as a run writes it."""
+    """What the table says of a take's folder, a row for each person who has a run in it. numbers: all single numbers by
+    their keys, as in summary.json. What `write_table` has not: measures, the figures that can be compared, by `place`;
+    posture, a frame's joints in BODY; and lifted, whether the run lifted its poses itself. InputError when a file is
+    not as a run writes it."""
     people = [path.parent for path in sorted(folder.glob(f"*/{SUMMARY}")) if (path.parent / POSES).exists()]
     return tuple(_figures(run, run.relative_to(folder.parent.parent)) for run in people or [folder])
 
@@ -71,7 +76,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
         take = read_run(folder)
     except InputError as error:
         raise InputError(f"{str(error).rstrip('.')}: remove that folder first.") from None
-    return plain({**_of_take(take), **row})
+    return {**plain(_of_take(take)), "measures": _comparable(take), **row}
 
 
 def _of_take(take: Take) -> dict[str, Any]:
@@ -93,7 +98,7 @@ def _of_take(take: Take) -> dict[str, Any]:
         "bone_length_spread": facts.bone_length_spread,
         "posture": _posture(rectified.body.joints.astype(np.float64)),
         "lifted": is_lifted(take),
-        "measures": {printable(name): value for name, value in _numbers(nested(take.measures or ()))},
+        "numbers": {printable(name): value for name, value in _numbers(nested(take.measures or ()))},
     }
 
 
@@ -117,31 +122,38 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
             yield f"{above}{key}", float(value)
 
 
-def error_key(measure: str) -> str:
-    """Of the error of a measure, such as `walking.cadence_error_spm`: the table of a study has only keys, those of
-    summary.json."""
-    if of_length(measure):
-        return f"{measure}_error"
-    words, _, unit = measure.rpartition("_")
-    return f"{words}_error_{unit}"
+def _comparable(take: Take) -> dict[str, Measure]:
+    """The take's single figures by place, but no length without a scale, nor what only says what others rest on."""
+    metric = take.need("poses").frame.metric
+    return {place(row): row for row in take.measures or () if _is_comparable(row, metric)}
 
 
-def of_length(measure: str) -> bool:
-    """Whether a measure is in the take's unit of length, or in that a second, which its key does not name."""
-    return measure.removesuffix("_error").endswith(("_length", "_width", "_height", "_speed"))
+def _is_comparable(row: Row, metric: bool) -> TypeGuard[Measure]:
+    return (
+        isinstance(row, Measure)
+        and row.number is None
+        and row.name not in _BASIS
+        and (metric or row.unit not in OF_LENGTH)
+        and bool(np.isfinite(row.value))
+    )
+
+
+def place(measure: Measure) -> str:
+    """Its groups and its name: `walking.cadence`."""
+    return ".".join((*measure.group, measure.name))
 
 
 def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
     """Finished runs by what is not to be believed of them, such as "with unusable poses", or by why it cannot be told;
     rows: as of `study_rows`, one for each person of a take."""
-    found = {
+    runs = {
         f"with {weight} poses": [row for row in rows if row.get("verdict") == weight]
         for weight in ("suspicious", "unusable")
     }
-    found["not levelled"] = [row for row in rows if row.get("level_ok") is False]
+    runs["not levelled"] = [row for row in rows if row.get("level_ok") is False]
     # Without the stage `export` a run's summary has no figures.
-    found["that left nothing to judge them by"] = [row for row in rows if row.get("level_ok") is None]
-    return {what: doubtful for what, doubtful in found.items() if doubtful}
+    runs["that left nothing to judge them by"] = [row for row in rows if row.get("level_ok") is None]
+    return {what: doubtful for what, doubtful in runs.items() if doubtful}
 
 
 def rates_within(rows: Sequence[Mapping[str, Any]]) -> str:
@@ -151,11 +163,11 @@ def rates_within(rows: Sequence[Mapping[str, Any]]) -> str:
     for row in rows:
         if row.get("subject") and row.get("lifted") and row.get("fps"):
             rates.setdefault(row["subject"], []).append(row["fps"])
-    apart = [subject for subject, of in rates.items() if rates_apart(of)]
-    if not apart:
-        return ""
-    words = rates_apart(rate for subject in apart for rate in rates[subject])
-    return f"The takes of {how_many(len(apart), 'subject')} were {words}"
+    apart = [subject for subject, of in rates.items() if rates_apart("takes", of)]
+    takes = f"takes of {how_many(len(apart), 'subject')}"
+    return "".join(
+        said.text for said in rates_apart(takes, (rate for subject in apart for rate in rates[subject]))
+    )
 
 
 def name_of(row: Mapping[str, Any]) -> str:
@@ -164,54 +176,21 @@ def name_of(row: Mapping[str, Any]) -> str:
 
 
 def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
-    """study.parquet: the columns of the rows, then a column for every measure of any; null where a take has none."""
+    """study.parquet: the columns of the rows, then a column for every number of any; null where a take has none."""
     import pyarrow as pa
     from pyarrow import parquet
 
-    words = (
-        "name",
-        "subject",
-        "visit",
-        "condition",
-        "person",
-        "state",
-        "reason",
-        "report",
-        "unit",
-        "method",
-        "device",
-        "verdict",
-    )
-    kinds: dict[str, Any] = dict.fromkeys((*words, "verdict", "level_reason"), pa.string())
+    kinds: dict[str, Any] = {name: pa.float64() if name in _NUMBERS else pa.string() for name in _COLUMNS}
     kinds |= {"exit_code": pa.int64(), "frames": pa.int64(), "level_ok": pa.bool_()}
     kinds["notices"] = pa.list_(pa.struct([(name, pa.string()) for name in _SAID]))
-    measures = dict.fromkeys(key for row in rows for key in row.get("measures", {}))
-    order = [
-        *words[:6],
-        "exit_code",
-        "reason",
-        "report",
-        "notices",
-        "verdict",
-        "frames",
-        "fps",
-        "duration_s",
-        "unit",
-    ]
-    order += ["method", "device", "level_ok", "level_reason", *QUALITY]
-    columns = {
-        name: pa.array([row.get(name) for row in rows], type=kinds.get(name, pa.float64())) for name in order
-    }
-    columns |= {
-        name: pa.array([row.get("measures", {}).get(name) for row in rows], type=pa.float64())
-        for name in measures
-    }
-    parquet.write_table(pa.table(columns), path)
+    kinds |= {key: pa.float64() for row in rows for key in row.get("numbers", {}) if key not in kinds}
+    lines = [{**row.get("numbers", {}), **row} for row in rows]
+    parquet.write_table(pa.Table.from_pylist(lines, schema=pa.schema(kinds)), path)
 
 
 @dataclass(frozen=True)
 class Change:
-    """Of a measure within subjects, from one visit or condition to another.
+    """Of a measure within subjects, from one visit or condition to another. of: the measure as one take has it.
 
     n: subjects who have both. bias: mean of the differences, later less earlier; sd: their standard deviation, but what
     the rounding of the figures makes at least, for differences of a few rounded ones may all be the same;
@@ -222,7 +201,7 @@ class Change:
     factor: str
     earlier: str
     later: str
-    measure: str
+    of: Measure
     n: int
     bias: float
     sd: float
@@ -232,9 +211,17 @@ class Change:
     upper: float
 
     @property
+    def measure(self) -> str:
+        """As summary.json has it: its groups and its key."""
+        return printable(".".join((*self.of.group, self.of.key)))
+
+    @property
     def of_the_mean(self) -> bool:
         """Whether the subjects changed on average: 0 lies outside the interval of the mean."""
         return self.mean_lower > 0 or self.mean_upper < 0
+
+
+CHANGE = tuple("measure" if field.name == "of" else field.name for field in fields(Change))  # of changes.csv
 
 
 def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
@@ -244,14 +231,27 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
     A subject's takes of one visit and condition are averaged, then compared within each condition (or visit, for
     conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
     Takes that could not be levelled or have unusable poses have no say, nor have takes of several people: nothing says
-    which of them is the subject, or who is who at the next visit. Nor has the unknown unit of a take without a scale in
-    its lengths.
+    which of them is the subject, or who is who at the next visit.
     """
-    from scipy.stats import t as student_t
+    done = _believed(rows)
+    measures = {key: of for row in done for key, of in row["measures"].items()}
+    result = []
+    for factor, other in (("visit", "condition"), ("condition", "visit")):
+        usable = {row[factor] for row in done}
+        levels = [level for level in dict.fromkeys(row[factor] for row in rows) if level and level in usable]
+        for later in levels[1:]:
+            for key, measure in measures.items():
+                off = _differences(done, key, factor, other, levels[0], later)
+                if len(off) >= 2:
+                    step = _step(row["measures"][key].value for row in done if key in row["measures"])
+                    result.append(_change(factor, levels[0], later, measure, off, _ROUNDED * step))
+    return result
 
-    found = []
+
+def _believed(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Those of subjects that have a say in changes."""
     people = Counter(row["name"] for row in rows if row.get("person"))
-    done = [
+    return [
         row
         for row in rows
         if row.get("subject")
@@ -260,47 +260,33 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
         and row.get("verdict") != "unusable"
         and not (row.get("person") and people[row["name"]] > 1)
     ]
-    names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key))
-    rounding = {name: _ROUNDED * _step(row["measures"].get(name) for row in done) for name in names}
-    for factor, other in (("visit", "condition"), ("condition", "visit")):
-        usable = {row[factor] for row in done}
-        levels = [level for level in dict.fromkeys(row[factor] for row in rows) if level and level in usable]
-        for later in levels[1:]:
-            for name in names:
-                off = _differences(done, name, factor, other, levels[0], later)
-                if len(off) >= 2:
-                    bias, sd = float(off.mean()), max(float(off.std(ddof=1)), rounding[name])
-                    margin = float(student_t.ppf(0.975, len(off) - 1)) * sd / np.sqrt(len(off))
-                    limits = (bias - margin, bias + margin, bias - _LIMIT * sd, bias + _LIMIT * sd)
-                    found.append(Change(factor, levels[0], later, name, len(off), bias, sd, *limits))
-    return found
 
 
-def _rests_on(name: str) -> bool:
-    """Whether a figure says what a measure rests on or how wrong it is, and is none itself. A count of a curve's cycles
-    is of those that are whole; other counts are of what the person did."""
-    *groups, key = name.split(".")
-    whole_cycles = key == "count" and "cycles" in groups
-    return key in _NO_MEASURE or whole_cycles or "_error_" in key or key.endswith("_error")
+def _change(factor: str, earlier: str, later: str, of: Measure, off: np.ndarray, rounding: float) -> Change:
+    """off: (n,) differences, one a subject. rounding: the least standard deviation."""
+    from scipy.stats import t as student_t
+
+    bias, sd = float(off.mean()), max(float(off.std(ddof=1)), rounding)
+    margin = float(student_t.ppf(0.975, len(off) - 1)) * sd / np.sqrt(len(off))
+    limits = (bias - margin, bias + margin, bias - _LIMIT * sd, bias + _LIMIT * sd)
+    return Change(factor, earlier, later, of, len(off), bias, sd, *limits)
 
 
-def _step(values: Iterable[float | None]) -> float:
+def _step(values: Iterable[float]) -> float:
     """Of the last decimal in which any is stated, to which all are taken to be rounded; 1 of whole numbers, counts too.
     Takes that are alike are rounded alike, so that a mean of several is known no better."""
-    known = [value for value in values if value is not None and np.isfinite(value)]
-    ends = [int(Decimal(str(value)).normalize().as_tuple().exponent) for value in known]
+    ends = [int(Decimal(str(value)).normalize().as_tuple().exponent) for value in values]
     return float(10.0 ** min([0, *ends]))
 
 
 def _differences(
-    rows: Sequence[Mapping[str, Any]], name: str, factor: str, other: str, earlier: str, later: str
+    rows: Sequence[Mapping[str, Any]], key: str, factor: str, other: str, earlier: str, later: str
 ) -> np.ndarray:
     """(subjects who have both,) of one measure."""
     cells: dict[tuple[str, str, str], list[float]] = {}
     for row in rows:
-        value = None if of_length(name) and row["unit"] != "m" else row["measures"].get(name)
-        if value is not None and row[factor] in (earlier, later):
-            cells.setdefault((row["subject"], row[other], row[factor]), []).append(value)
+        if key in row["measures"] and row[factor] in (earlier, later):
+            cells.setdefault((row["subject"], row[other], row[factor]), []).append(row["measures"][key].value)
     within: dict[str, list[float]] = {}
     for subject, level, place in cells:
         if place == earlier and (subject, level, later) in cells:

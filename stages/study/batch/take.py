@@ -70,6 +70,11 @@ class Outcome:
     host: str = ""
     rows: tuple[dict[str, Any], ...] = ()
 
+    @property
+    def status(self) -> dict[str, Any]:
+        """As batch.json has it."""
+        return {name: value for name, value in vars(self).items() if name != "rows"}
+
 
 class _Kept(BaseModel):
     """What a summary keeps of the batch that did the take."""
@@ -135,13 +140,13 @@ def _hashes(entry: Entry, known: dict[str, dict[str, str]]) -> dict[str, dict[st
         for number, stage in enumerate(load_recipe(paths["recipe"]).stages):
             for option, path in files_among(stage.options).items():
                 paths[f"recipe {number} {option}"] = path
-    found = {}
+    hashes = {}
     for column, path in paths.items():
         stamp = _stamp(path)
         before = known.get(column, {})
         digest = before.get("sha256") if before.get("stamp") == stamp else None
-        found[column] = {"file": printable(path.name), "stamp": stamp, "sha256": digest or sha256(path)}
-    return found
+        hashes[column] = {"file": printable(path.name), "stamp": stamp, "sha256": digest or sha256(path)}
+    return hashes
 
 
 def _stamp(path: Path) -> str:
@@ -185,10 +190,10 @@ def _tidy(folder: Path) -> None:
 
 
 def _run(job: Job, resume: bool) -> tuple[int, str]:
-    """Exit code of the take and why it is not 0. Its words go to the log."""
-    words = ["run", f"--output={job.folder}", *(["--resume"] if resume else []), *job.entry.arguments]
+    """Exit code of the take and why it is not 0. What it says goes to the log."""
+    arguments = ["run", f"--output={job.folder}", *(["--resume"] if resume else []), *job.entry.arguments]
     try:
-        code = run_in_worker(words, job.log, job.timeout_s)
+        code = run_in_worker(arguments, job.log, job.timeout_s)
     except TimeoutError:
         return 124, f"took longer than the {job.timeout_s:g} s of --timeout, and was ended"
     return code, _last_words(code, job.log) if code else ""

@@ -15,9 +15,8 @@ from pathlib import Path
 from ....pipeline.core.system import apart, kill
 from .child import IDLE_S
 
-_MOST = (
-    50  # takes of one process: what packages do not give back ends with it, such as 1.5 MB for each recording
-)
+# Takes of one process: what packages do not give back ends with it, such as 1.5 MB for each recording.
+_MOST = 50
 _TO_END_S = 5.0  # for a take that is asked to leave
 # As many processes as there are cores: each computes with one thread, or they get in each other's way. One on every
 # machine, since another number of threads rounds otherwise. What they say is read back here.

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .figures import correlation
+from .figures import match
 from .side import Side
 
-_FEWEST = 10  # frames
 _MOVING = 0.02  # of the reference's largest value: standard deviation of an acceleration that changes
 
 
@@ -28,19 +27,16 @@ class Accelerations:
 def accelerations(side: Side, reference: Side, times: np.ndarray, factor: float) -> Accelerations:
     """Of the joints whose acceleration both know in ten frames or more. times: (T,) the side's rows on the reference's
     clock. factor: from the side's unit of length to the reference's."""
-    found = Accelerations({}, {}, {}, {})
-    for joint in side.acceleration.keys() & reference.acceleration.keys():
+    result = Accelerations({}, {}, {}, {})
+    for joint in side.acceleration:
+        if joint not in reference.acceleration:
+            continue
         values = factor * side.acceleration[joint]
         other = reference.resampled(reference.acceleration[joint], times)
-        both = np.isfinite(values) & np.isfinite(other)
-        if both.sum() < _FEWEST:
-            continue
-        errors = reference.resampled(reference.acceleration_sd[joint], times)
-        found.values[joint], found.reference[joint] = values, other
-        found.sd[joint] = np.hypot(factor * side.acceleration_sd[joint], errors)
-        found.agreement[joint] = {
-            "frames": int(both.sum()),
-            "rmse": float(np.sqrt(((values[both] - other[both]) ** 2).mean())),
-            "r": correlation(values[both], other[both], _MOVING * float(other[both].max())),
-        }
-    return found
+        known = other[np.isfinite(values) & np.isfinite(other)]
+        if agreement := match(values, other, _MOVING * float(known.max(initial=0.0))):
+            errors = reference.resampled(reference.acceleration_sd[joint], times)
+            result.values[joint], result.reference[joint] = values, other
+            result.sd[joint] = np.hypot(factor * side.acceleration_sd[joint], errors)
+            result.agreement[joint] = agreement
+    return result

@@ -69,8 +69,8 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     if not known.any():
         raise InputError(_apart(side, reference, offset_s, search_s))
     own, other = own[:, known], other[:, known]
-    found = [_score(own, other[i : i + len(times)]) for i in range(2 * reach + 1)]
-    scores, common = (np.array(part) for part in zip(*found, strict=True))
+    tried = [_score(own, other[i : i + len(times)]) for i in range(2 * reach + 1)]
+    scores, common = (np.array(part) for part in zip(*tried, strict=True))
     enough = common * step >= max(LEAST_S, _LEAST_SHARE * common.max() * step)
     if not (enough & np.isfinite(scores)).any():
         raise InputError(_apart(side, reference, offset_s, search_s))
@@ -101,10 +101,10 @@ def turn_deg(side: np.ndarray, reference: np.ndarray) -> float:
     return float(np.degrees(np.angle(np.vdot(a, b))))
 
 
-def turned(joints: np.ndarray, angle_deg: float) -> np.ndarray:
-    """joints (T, J, 3) turned about z."""
+def turned(points: np.ndarray, angle_deg: float) -> np.ndarray:
+    """points (T, 3) or (T, J, 3) turned about z."""
     cosine, sine = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
-    return rotate(np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]), joints)
+    return rotate(np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]), points)
 
 
 def size_ratio(side: np.ndarray, reference: np.ndarray) -> float:

@@ -65,32 +65,32 @@ def changes(side: Side, reference: Side) -> list[Change]:
     return [*_ranges(before, after), *_movements(before, after, reference.metric and side.metric)]
 
 
-def other_cadence(found: list[Change]) -> bool:
+def other_cadence(changes: list[Change]) -> bool:
     """Whether the walks of two takes have cadences that differ by more than their errors, so that they are two walks:
     of 110 pairs of cameras that saw one captured walk (lifted) none had."""
-    return any(c.item == "cadence" and not c.within_error for c in found)
+    return any(c.item == "cadence" and not c.within_error for c in changes)
 
 
-def told(found: list[Change], against: str) -> Iterator[str]:
+def told(changes: list[Change], against: str) -> Iterator[str]:
     """A sentence on how many figures differ by more than their errors, and which. against: "B less A"."""
-    if not found:
+    if not changes:
         return
     apart = sorted(
-        (change for change in found if not change.within_error),
+        (change for change in changes if not change.within_error),
         key=lambda change: -abs(change.values[1] - change.values[0]) / change.error,
     )
     if not apart:
-        yield f"None of {len(found)} ranges of motion and figures of movements differs by more than its error (90 %)"
+        yield f"None of {len(changes)} ranges of motion and figures of movements differs by more than its error (90 %)"
         return
     words = [f"{named(change)} {change.words}{_gap(change.unit)}{change.unit}" for change in apart[:_MOST]]
     more = f" and {len(apart) - _MOST} more" if len(apart) > _MOST else ""
     yield (
-        f"{len(apart)} of {len(found)} ranges of motion and figures of movements differ by more than the error (90 %), "
-        f"{against}: {', '.join(words)}{more}"
+        f"{len(apart)} of {len(changes)} ranges of motion and figures of movements differ by more than the error "
+        f"(90 %), {against}: {', '.join(words)}{more}"
     )
 
 
-def as_figures(found: list[Change]) -> list[dict[str, Any]]:
+def as_figures(changes: list[Change]) -> list[dict[str, Any]]:
     """For JSON."""
     return [
         {
@@ -104,7 +104,7 @@ def as_figures(found: list[Change]) -> list[dict[str, Any]]:
             "error": float(f"{change.error:.2g}"),
             "within_error": change.within_error,
         }
-        for change in found
+        for change in changes
     ]
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import typer
@@ -14,6 +15,7 @@ from ....models.common.metrics import joint_error, plain
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say_all, show
+from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.reading.settings import Force, OnDevice
@@ -27,13 +29,12 @@ from .align import AMBIGUOUS, UNUSUAL, WEAK, Alignment, correlated, size_ratio, 
 from .changes import changes, other_cadence
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
-from .figures import agreement, view_spread
-from .joints import joint_agreement
+from .figures import agreement, joint_agreement, view_spread
 from .page import as_page
 from .recording import COLOURS, write_recording
 from .side import Side, load_side, named_apart, one_clock, told_apart, truth_side, unrectified
 from .truth import Up, read_truth
-from .wrists import lacks_keypoints, wrists
+from .wrists import wrists
 
 Align = Literal["auto", "stamps", "correlate", "cycles"]
 _MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack a second or two of each other
@@ -93,7 +94,7 @@ def compare(
         sides[0] = replace(sides[0], sources=(entry,))
     with computing_on(device) as where:
         found = compared(sides, align, offset, search)
-    words = "\n".join([*as_text(found), *(f"warning: {warning}" for warning in found.warnings)])
+    words = "\n".join([*as_text(found), *(f"warning: {each.text}" for each in found.notices)])
     target = folders[0] / "compare" if output is None else output
     with whole_folder(target, force, (*folders, *([truth] if truth else []))) as partial:
         content = {
@@ -109,10 +110,10 @@ def compare(
     if output is None:
         add_to_list(folders[0], "compare")
     show("\n".join(as_text(found)))
-    say_all("warning", found.warnings)
+    say_all("warning", [each.text for each in found.notices])
     show(f"{target}: {', '.join(sorted(file.name for file in target.iterdir()))}")
     for pair in found.pairs:
-        print("\n".join(result(pair, found.reference.name)))
+        print("\n".join(result(pair)))
     point_to(target)
 
 
@@ -129,35 +130,27 @@ def compared(
             f"Expected two to {len(COLOURS) + 1} runs, or a run and motion capture (--truth FILE), got {len(sides)}."
         )
     reference, *others = sides
-    warnings = [warning for side in sides for warning in side.warnings]
+    notices = [each for side in sides for each in side.notices]
     cutoffs = {side.cutoff_hz for side in sides}
     if len(cutoffs) > 1:
-        warnings.append(
-            f"The runs were low-passed at different cut-offs ({', '.join(map(str, cutoffs))} Hz)."
-        )
-    if apart := rates_apart(rate(side.time_s) for side in sides if side.run and is_lifted(side.run)):
-        warnings.append(f"The runs were {apart}")
+        notices.append(notice("cutoffs-differ", cutoffs=", ".join(map(str, cutoffs))))
+    notices += rates_apart("runs", (rate(side.time_s) for side in sides if side.run and is_lifted(side.run)))
     pairs = []
     for side in others:
         found = changes(side, reference)
         differ = [*told_apart(side, reference), *["cadences"] * other_cadence(found)]
         how, said = _aligned(side, reference, differ, align, offset_s, search_s)
-        warnings += said
-        pair = _pair(side, reference, how)
-        if pair.wrists and side.run and lacks_keypoints(side.run):
-            warnings.append(
-                f"{side.name} is of a version that kept no 2D keypoints: the wrist figure lacks them; run it again."
-            )
-        pair = replace(pair, changes=found, one_recording=one_clock(side, reference))
+        pair = replace(_pair(side, reference, how), changes=found)
         pairs.append(pair)
-        warnings += _beyond(pair, reference)
+        notices += said
+        notices += _beyond(pair)
     spread, without = _spreads(reference, pairs)
-    return Comparison(reference, tuple(pairs), spread, without, tuple(warnings))
+    return Comparison(reference, tuple(pairs), spread, without, tuple(notices))
 
 
 def _aligned(
     side: Side, reference: Side, differ: list[str], align: Align, offset_s: float, search_s: float
-) -> tuple[Alignment | None, list[str]]:
+) -> tuple[Alignment | None, list[Notice]]:
     """How the side's clock is brought to the reference's, None for takes of different motions, and doubts. differ: what
     the two do not have in common, as of motions that are not one."""
     if align == "cycles":
@@ -166,65 +159,52 @@ def _aligned(
         return None, []
     together = one_clock(side, reference)
     may_differ = align == "auto" and reference.run is not None and not together
-    apart = "taken for different motions, so only their ranges and cycles are compared."
+    both: dict[str, Any] = {"run": side.name, "other": reference.name}
     if may_differ and differ:
-        return None, [
-            f"{side.name} and {reference.name} have different {' and '.join(differ)}: {apart} --align correlate if not."
-        ]
+        return None, [notice("told-apart", **both, what=" and ".join(differ))]
     try:
         if align == "stamps" or (align == "auto" and together):
-            found = stamped(side, reference, offset_s)
+            how = stamped(side, reference, offset_s)
         else:
-            found = correlated(side, reference, offset_s, search_s)
+            how = correlated(side, reference, offset_s, search_s)
     except InputError:
         if not may_differ:
             raise
-        tried = f"within {search_s:g} s (--search) of {offset_s:g} s (--offset)"
-        return None, [f"{side.name} and {reference.name} share no second by their clocks, {tried}: {apart}"]
-    if not found.r >= WEAK:
-        weak = f"The angles of {side.name} and {reference.name} correlate weakly (r {found.r:.2f})"
-        if may_differ:
-            return None, [f"{weak}: {apart}"]
-        return found, [f"{weak}: are they of one motion, and is the shift right?"]
-    if found.runner_up > AMBIGUOUS * found.r:
-        fits = (
-            f"Another shift of {side.name} fits about as well (r {found.runner_up:.2f} against {found.r:.2f}), as it "
-            "does where a motion repeats itself, in two takes of walking too"
-        )
-        narrow = "narrow it with --offset and --search"
-        if may_differ:
-            return None, [
-                f"{fits}: {apart} If they are one, {narrow}, or give --align stamps where both began together."
-            ]
-        return found, [f"{fits}; the one nearest to {offset_s:g} s (--offset) is taken: {narrow}."]
-    if found.r < UNUSUAL and not together:
-        return found, [
-            f"The angles of {side.name} and {reference.name} correlate less (r {found.r:.2f}) than those of one motion "
-            f"mostly do (r {UNUSUAL:g} and more): are they of one, and is the shift right?"
-        ]
-    return found, []
+        return None, [notice("no-common-time", **both, search_s=search_s, offset_s=offset_s)]
+    if not how.r >= WEAK:
+        said = notice("angles-apart" if may_differ else "angles-weak", **both, r=how.r)
+    elif how.runner_up > AMBIGUOUS * how.r:
+        fits: dict[str, Any] = {
+            "run": side.name,
+            "r": how.r,
+            "runner_up": how.runner_up,
+            "offset_s": offset_s,
+        }
+        said = notice("shift-unknown" if may_differ else "shift-ambiguous", **fits)
+    elif how.r < UNUSUAL and not together:
+        return how, [notice("angles-unusual", **both, r=how.r, usual=UNUSUAL)]
+    else:
+        return how, []
+    return None if may_differ else how, [said]
 
 
-def _beyond(pair: Pair, reference: Side) -> list[str]:
+def _beyond(pair: Pair) -> list[Notice]:
     """A doubt about the measures of one motion, of which one take shows more than the other."""
     if pair.alignment is None or not pair.changes:
         return []
-    spans = np.array([times[[0, -1]] for times in (pair.times, reference.time_s)])
+    spans = np.array([times[[0, -1]] for times in (pair.times, pair.reference.time_s)])
     common_s, longest_s = spans[:, 1].min() - spans[:, 0].max(), np.ptp(spans, axis=1).max()
     if common_s >= _MOSTLY * longest_s:
         return []
-    return [
-        f"{pair.side.name} and {reference.name} have {common_s:.1f} of {longest_s:.1f} s in common: their ranges of "
-        "motion, counts and figures of movements are each of its whole take, and may differ for that alone; run both "
-        "on the common part (--time-range)."
-    ]
+    both: dict[str, Any] = {"run": pair.side.name, "other": pair.reference.name}
+    return [notice("partly-common", **both, common_s=float(common_s), longest_s=float(longest_s))]
 
 
 def _pair(side: Side, reference: Side, how: Alignment | None) -> Pair:
+    clock = one_clock(side, reference)
     if how is None:
-        return Pair(
-            side, None, side.time_s, {}, {}, {}, cycles(side, reference, None), scale=_scale(side, reference)
-        )
+        cut, scale = cycles(side, reference, None), _scale(side, reference)
+        return Pair(side, reference, None, side.time_s, {}, {}, {}, cut, scale=scale, one_recording=clock)
     times = side.time_s + how.shift_s
     at_reference = {name: reference.at(name, times) for name in ANGLES}
     sd = {name: _sd(side, reference, name, times) for name in ANGLES}
@@ -238,6 +218,8 @@ def _pair(side: Side, reference: Side, how: Alignment | None) -> Pair:
     truth = reference.run is None
     return Pair(
         side=side,
+        reference=reference,
+        one_recording=clock,
         alignment=how,
         times=times,
         at_reference=at_reference,
@@ -271,30 +253,22 @@ def _scale(side: Side, reference: Side) -> float:
 
 def _spreads(reference: Side, pairs: list[Pair]) -> tuple[dict[str, float], dict[str, float]]:
     """View-consistency by angle of all runs that show one motion, as they are and as if their cameras were level."""
-    together = [pair for pair in pairs if pair.alignment is not None]
-    if reference.run is None:
-        clock, shifts = together[0].side, [pair.alignment.shift_s for pair in together if pair.alignment]
-        sides = [pair.side for pair in together]
-        times = clock.time_s + shifts[0]
-    else:
-        sides = [reference, *(pair.side for pair in together)]
-        shifts = [0.0, *(pair.alignment.shift_s for pair in together if pair.alignment)]
-        times = reference.time_s
-    if len(sides) < 2:
+    shifts = [(pair.side, pair.alignment.shift_s) for pair in pairs if pair.alignment]
+    if reference.run:
+        shifts.insert(0, (reference, 0.0))
+    if len(shifts) < 2:
         return {}, {}
-    bare = [
-        replace(side, angles=unrectified(side.run, side.cutoff_hz)) if side.run else side for side in sides
-    ]
-    spread, without = {}, {}
-    for name, angle in ANGLES.items():
-        spread[name] = view_spread(
-            [s.at(name, times - shift) for s, shift in zip(sides, shifts, strict=True)]
-        )
-        if angle.needs_gravity and all(s.angles for s in bare):
-            without[name] = view_spread(
-                [s.at(name, times - shift) for s, shift in zip(bare, shifts, strict=True)]
-            )
-    return (
-        {name: value for name, value in spread.items() if value is not None},
-        {name: value for name, value in without.items() if value is not None},
-    )
+    times = shifts[0][0].time_s + shifts[0][1]
+
+    def spread(sides: list[Side], names: Iterable[str]) -> dict[str, float]:
+        series = {
+            name: [side.at(name, times - shift) for side, (_, shift) in zip(sides, shifts, strict=True)]
+            for name in names
+        }
+        values = {name: view_spread(of) for name, of in series.items()}
+        return {name: value for name, value in values.items() if value is not None}
+
+    sides = [side for side, _ in shifts]
+    bare = [replace(side, angles=unrectified(side.run, side.cutoff_hz)) for side in sides if side.run]
+    to_gravity = [name for name, angle in ANGLES.items() if angle.needs_gravity]
+    return spread(sides, ANGLES), spread(bare, to_gravity) if all(side.angles for side in bare) else {}

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.messages import how_many
+from ....pipeline.core.notices import Notice
 from ...drawing.words import spoken
 from .accelerations import Accelerations
 from .align import WEAK, Alignment, turned
 from .changes import Change, as_figures, told
 from .cycles import Cycles
-from .joints import JointAgreement
-from .side import TRUTH, Side
+from .figures import JointAgreement
+from .side import Side
 from .wrists import Wrists
 
 
@@ -30,6 +31,7 @@ class Pair:
     """
 
     side: Side
+    reference: Side
     alignment: Alignment | None
     times: np.ndarray
     at_reference: dict[str, np.ndarray]
@@ -60,15 +62,15 @@ class Comparison:
     pairs: tuple[Pair, ...]
     spread: dict[str, float]
     spread_unrectified: dict[str, float]
-    warnings: tuple[str, ...]
+    notices: tuple[Notice, ...]
 
 
-def as_text(found: Comparison) -> Iterator[str]:
+def as_text(comparison: Comparison) -> Iterator[str]:
     """The main figures, a line each."""
-    for pair in found.pairs:
+    for pair in comparison.pairs:
         if pair.alignment:
             yield (
-                f"{pair.side.name} against {found.reference.name}: {pair.alignment.how}, "
+                f"{pair.side.name} against {pair.reference.name}: {pair.alignment.how}, "
                 f"{pair.alignment.shift_s:+.3f} s added, r {pair.alignment.r:.3f}"
             )
         if pair.agreement:
@@ -89,10 +91,10 @@ def as_text(found: Comparison) -> Iterator[str]:
             )
 
 
-def result(pair: Pair, reference: str) -> Iterator[str]:
+def result(pair: Pair) -> Iterator[str]:
     """What came of a pair: whether they are taken for one motion, by how much their angles differ, also beside the
     errors that are stated, and which measures of two recordings differ by more than their errors."""
-    against = f"{pair.side.name} against {reference}"
+    against = f"{pair.side.name} against {pair.reference.name}"
     if pair.alignment is None or not pair.agreement:
         kinds = len({cycle.kind for cycle in pair.cycles})
         both = ["the ranges of motion"] * bool(pair.changes) + [how_many(kinds, "kind") + " of cycle"] * bool(
@@ -100,20 +102,22 @@ def result(pair: Pair, reference: str) -> Iterator[str]:
         )
         yield f"{against}: taken for two motions; compared: {' and '.join(both) or 'nothing'}"
     else:
-        yield f"{against}: {_of_one_motion(pair, pair.alignment, reference)}"
+        yield f"{against}: {_of_one_motion(pair, pair.alignment)}"
         yield _angles_apart(pair)
     if not pair.one_recording:
-        yield from told(pair.changes, f"{pair.side.name} less {reference}")
+        yield from told(pair.changes, f"{pair.side.name} less {pair.reference.name}")
 
 
-def _of_one_motion(pair: Pair, how: Alignment, reference: str) -> str:
+def _of_one_motion(pair: Pair, how: Alignment) -> str:
     """That both are compared as one motion; only of one recording it is known, for two takes may correlate as well."""
     alike = how.r >= WEAK
     taken = "one motion" if alike and pair.one_recording else "taken for one motion"
     though = "" if alike else " though their angles hardly correlate"
     # Motion capture is asked for as that of the take itself.
     way_out = (
-        "" if pair.one_recording or reference == TRUTH else "; if they are two takes, say --align cycles"
+        ""
+        if pair.one_recording or pair.reference.run is None
+        else "; if they are two takes, say --align cycles"
     )
     return f"{taken}{though}, shifted by {how.shift_s:+z.3f} s (correlation {how.r:.2f}){way_out}"
 
@@ -131,11 +135,11 @@ def _angles_apart(pair: Pair) -> str:
     )
 
 
-def figures(found: Comparison) -> dict[str, Any]:
+def figures(comparison: Comparison) -> dict[str, Any]:
     """Everything but the curves, for JSON."""
-    sides: Sequence[Side] = (found.reference, *(pair.side for pair in found.pairs))
+    sides: Sequence[Side] = (comparison.reference, *(pair.side for pair in comparison.pairs))
     return {
-        "reference": found.reference.name,
+        "reference": comparison.reference.name,
         "sides": {side.name: {"about": side.about, "inputs": list(side.sources)} for side in sides},
         "pairs": {
             pair.side.name: {
@@ -152,9 +156,9 @@ def figures(found: Comparison) -> dict[str, Any]:
                 if pair.wrists is None
                 else {"size_m": pair.wrists.size_m, "methods": pair.wrists.agreement},
             }
-            for pair in found.pairs
+            for pair in comparison.pairs
         },
-        "view_spread_deg": found.spread,
-        "view_spread_unrectified_deg": found.spread_unrectified,
-        "warnings": list(found.warnings),
+        "view_spread_deg": comparison.spread,
+        "view_spread_unrectified_deg": comparison.spread_unrectified,
+        "notices": [each.as_dict() for each in comparison.notices],
     }

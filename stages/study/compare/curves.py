@@ -3,7 +3,7 @@ colours that the sides have everywhere."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from markupsafe import Markup
@@ -11,6 +11,7 @@ from markupsafe import Markup
 from ....models.common.metrics import SD_90
 from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.measures import side_of
 from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ....pipeline.signals.angles import MIDLINE, OF_BOTH, near, sides_of
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Cloud, Curve, over_time, path, scatter
@@ -19,37 +20,35 @@ from ...drawing.page import charts, figure, joined
 from ...drawing.skeletons import body_views, key_rows, skeletons
 from ...drawing.words import spoken
 from .comparison import Pair
-from .cycles import Cycles
-from .side import Side
 
 _LEAST_HEIGHT_DEG = 1.0  # of the axis of differences
 _WIDE = 2.6  # the reference's line, so that it is seen where both run together
 
 
-def thumbnails(pair: Pair, reference: Side) -> Markup:
+def thumbnails(pair: Pair) -> Markup:
     """Both skeletons at the same moments, one over the other, each turned to face the reader."""
-    mine, other = (_facing(joints) for joints in (pair.level, reference.joints_at(pair.times)))
-    seen = is_finite(other).mean(axis=1, keepdims=True) > 0.5
+    mine, other = (_facing(joints) for joints in (pair.level, pair.reference.joints_at(pair.times)))
+    known = is_finite(other).mean(axis=1, keepdims=True) > 0.5
     shown = []
-    for row in key_rows(np.where(seen[..., None], mine, np.nan)):
-        words = f"{pair.side.name} over {reference.name} at {pair.times[row]:.2f} s"
+    for row in key_rows(np.where(known[..., None], mine, np.nan)):
+        words = f"{pair.side.name} over {pair.reference.name} at {pair.times[row]:.2f} s"
         drawn = skeletons(body_views(mine[row]), H36M17, words, behind=body_views(other[row]))
         shown.append(figure([drawn], f"{pair.times[row]:.2f} s"))
     return charts(shown, small=True)
 
 
-def angle_rows(pair: Pair, reference: Side) -> Markup:
+def angle_rows(pair: Pair) -> Markup:
     """A row of charts for every angle: over time, right and left, and the differences over the mean of both."""
-    return joined(charts(_angle_row(pair, reference, name)) for name in OF_BOTH)
+    return joined(charts(_angle_row(pair, name)) for name in OF_BOTH)
 
 
-def _angle_row(pair: Pair, reference: Side, both: str) -> Iterator[Markup]:
+def _angle_row(pair: Pair, both: str) -> Iterator[Markup]:
     names = [name for name in sides_of(both) if name in pair.agreement]
     clouds = []
     for name in names:
         title = f"{spoken(name).capitalize()} (°)"
         values, other = pair.side.angles[name], pair.at_reference[name]
-        curves = _two(reference.name, other, pair.side.name, values, name, pair.sd[name])
+        curves = _two(pair.reference.name, other, pair.side.name, values, name, pair.sd[name])
         yield figure([over_time(curves, pair.times, f"{title} of both over time")], title)
         clouds.append(differences(name, values, other, pair.agreement[name]))
     if clouds:
@@ -63,28 +62,32 @@ def differences(name: str, values: np.ndarray, reference: np.ndarray, of: Mappin
     the limits. of: figures.agreement of the two."""
     off = near(values - reference, 0.0)
     levels = (float(of["bias_deg"]), float(of["lower_deg"]), float(of["upper_deg"]))
-    return Cloud(_side(name), reference + off / 2, off, _colour(name), levels)
+    return Cloud(side_of(name), reference + off / 2, off, _colour(name), levels)
 
 
-def cycle_rows(found: Sequence[Cycles], side: Side, reference: Side) -> Markup:
+def cycle_rows(pair: Pair) -> Markup:
     """The mean cycles of both with a band of one standard deviation, each kind of cycle on rows of its own."""
     rows: dict[str, list[Markup]] = {}
-    for one in found:
-        mine, other = ((each.mean(axis=0), each.std(axis=0, ddof=1)) for each in (one.curves, one.reference))
+    for cycle in pair.cycles:
+        mine, other = (
+            (each.mean(axis=0), each.std(axis=0, ddof=1)) for each in (cycle.curves, cycle.reference)
+        )
         curves = [
-            Curve(reference.name, other[0], SOFT, other[1], width=_WIDE),
-            Curve(side.name, mine[0], _colour(one.angle), mine[1]),
+            Curve(pair.reference.name, other[0], SOFT, other[1], width=_WIDE),
+            Curve(pair.side.name, mine[0], _colour(cycle.angle), mine[1]),
         ]
-        title = f"{one.kind.capitalize()}: {spoken(one.angle)} (°)"
+        title = f"{cycle.kind.capitalize()}: {spoken(cycle.angle)} (°)"
         chart = over_time(curves, np.linspace(0, 100, len(mine[0])), f"{title} over a cycle", "cycle (%)")
-        rows.setdefault(one.kind, []).append(figure([chart], title))
+        rows.setdefault(cycle.kind, []).append(figure([chart], title))
     return joined(map(charts, rows.values()))
 
 
-def wrist_paths(pair: Pair, reference: Side, unit: str) -> Markup:
+def wrist_paths(pair: Pair, unit: str) -> Markup:
     """Both wrists from two sides and from above, in the reference's LEVEL and at one scale."""
-    mine, other = (_wrists(joints) for joints in (pair.level, reference.joints_at(pair.times)))
-    front, right = ways_of_level(reference.run.need("rectified").level_heading if reference.run else "median")
+    mine, other = (_wrists(joints) for joints in (pair.level, pair.reference.joints_at(pair.times)))
+    front, right = ways_of_level(
+        pair.reference.run.need("rectified").level_heading if pair.reference.run else "median"
+    )
     views = {
         f"From {right}": ((0, 2), (-1, 1), f"{front} is to the right"),
         "From above": ((1, 0), (1, -1), f"{front} is up, {right} to the right"),
@@ -108,20 +111,20 @@ def wrist_paths(pair: Pair, reference: Side, unit: str) -> Markup:
     return charts(shown)
 
 
-def acceleration_rows(pair: Pair, reference: Side, unit: str) -> Markup:
+def acceleration_rows(pair: Pair, unit: str) -> Markup:
     """Charts of the accelerations of both over time, right beside left."""
-    found = pair.accelerations
-    if found is None:
+    both = pair.accelerations
+    if both is None:
         return Markup("")
     rows = []
     for limb in ("wrist", "ankle"):
         shown = []
         for joint in (f"{side}_{limb}" for side in "rl"):
-            if joint in found.values:
+            if joint in both.values:
                 title = f"{spoken(joint).capitalize()} acceleration ({unit}/s²)"
                 curves = _two(
-                    reference.name, found.reference[joint], pair.side.name, found.values[joint], joint,
-                    found.sd[joint],
+                    pair.reference.name, both.reference[joint], pair.side.name, both.values[joint], joint,
+                    both.sd[joint],
                 )  # fmt: skip
                 shown.append(figure([over_time(curves, pair.times, f"{title} of both over time")], title))
         rows.append(charts(shown))
@@ -134,10 +137,6 @@ def _two(
     """The reference and, over it, the side with the band that holds nine of ten references if the errors are right."""
     margin = SD_90 * sd if np.isfinite(sd).any() else None
     return [Curve(reference, other, SOFT, width=_WIDE), Curve(side, values, _colour(name), margin)]
-
-
-def _side(name: str) -> str:
-    return {"r_": "right", "l_": "left"}.get(name[:2], "")
 
 
 def _colour(name: str) -> str:

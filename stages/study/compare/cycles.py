@@ -31,7 +31,7 @@ def cycles(side: Side, reference: Side, shift_s: float | None) -> list[Cycles]:
     shift_s: of takes of one motion, what is to be added to the side's time: then both are cut at the same moments,
     those of the side (motion capture has none of its own). None for takes of different motions, each cut at its own.
     """
-    found = []
+    result = []
     own, others = spans(side.measures), spans(reference.measures)
     for (kind, angle), cut in own.items():
         cut_reference = others.get((kind, angle)) if shift_s is None else cut + shift_s
@@ -47,8 +47,8 @@ def cycles(side: Side, reference: Side, shift_s: float | None) -> list[Cycles]:
             before, curves = together[: len(before)], together[len(before) :]
         agreement = cycles_agree(curves, before, paired=shift_s is not None)
         if agreement is not None:
-            found.append(Cycles(kind, angle, curves, before, agreement))
-    return found
+            result.append(Cycles(kind, angle, curves, before, agreement))
+    return result
 
 
 def _cut(side: Side, angle: str, cut: np.ndarray) -> np.ndarray:
@@ -63,8 +63,8 @@ def _cut(side: Side, angle: str, cut: np.ndarray) -> np.ndarray:
 
 def spans(measures: Iterable[Row]) -> dict[tuple[str, str], np.ndarray]:
     """(N, 2) seconds at which to cut, by kind of cycle and angle, from a run's measures (stages/measures/stage.py)."""
-    found = _spans(grouped(measures))
-    return {(kind, angle): cut for kind, angle, cut in found if angle in ANGLES and len(cut)}
+    groups = _spans(grouped(measures))
+    return {(kind, angle): cut for kind, angle, cut in groups if angle in ANGLES and len(cut)}
 
 
 def _spans(measures: Group) -> Iterator[tuple[str, str, np.ndarray]]:

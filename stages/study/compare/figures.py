@@ -1,4 +1,4 @@
-"""Figures of agreement between two series of one angle, and between the cycles of two takes.
+"""Figures of agreement between two series of one angle, the cycles of two takes, and their joints.
 
 Limits of agreement: Bland & Altman, "Statistical methods for assessing agreement between two methods of clinical
 measurement", Lancet 1986: the mean of the differences and 1.96 of their standard deviations to each side. Frames of
@@ -11,8 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ....models.common.metrics import SD_90
+from ....models.common.metrics import SD_90, person_size
+from ....pipeline.core.layouts import H36M17
 from ....pipeline.signals.angles import near
+
+JointAgreement = dict[str, dict[str, float | int]]
 
 _LIMIT = 1.96
 _FEWEST = 10  # frames
@@ -36,7 +39,7 @@ def agreement(
     middle = reference[both] + off / 2
     spread = float(np.std(off, ddof=1))
     roms = [float(np.subtract(*np.percentile(part[both], [95, 5]))) for part in (values, reference)]
-    found: dict[str, float | int] = {
+    result: dict[str, float | int] = {
         "frames": int(both.sum()),
         "bias_deg": float(off.mean()),
         "sd_deg": spread,
@@ -52,9 +55,9 @@ def agreement(
     }
     stated = np.full(1, np.nan) if sd is None else sd[both]
     if np.isfinite(stated).any():
-        found["within_band"] = float((np.abs(off) <= SD_90 * stated)[np.isfinite(stated)].mean())
-        found["stated_sd_deg"] = float(np.nanmedian(stated))
-    return found
+        result["within_band"] = float((np.abs(off) <= SD_90 * stated)[np.isfinite(stated)].mean())
+        result["stated_sd_deg"] = float(np.nanmedian(stated))
+    return result
 
 
 def view_spread(series: list[np.ndarray]) -> float | None:
@@ -96,9 +99,44 @@ def cycles_agree(curves: np.ndarray, reference: np.ndarray, paired: bool) -> dic
     }
 
 
+def match(values: np.ndarray, reference: np.ndarray, least: float) -> dict[str, float | int] | None:
+    """Of a series (T,) against a reference (T,): "frames", "rmse" and "r" (`correlation`); None when fewer than ten
+    frames have both."""
+    both = np.isfinite(values) & np.isfinite(reference)
+    if both.sum() < _FEWEST:
+        return None
+    values, reference = values[both], reference[both]
+    rmse = float(np.sqrt(((values - reference) ** 2).mean()))
+    return {"frames": len(values), "rmse": rmse, "r": correlation(values, reference, least)}
+
+
 def correlation(a: np.ndarray, b: np.ndarray, least: float) -> float:
     """Pearson's r of (T,) and (T,); NaN when the standard deviation of one is below `least`: of what hardly changes, r
     compares the errors."""
     if min(a.std(), b.std()) < least:
         return float("nan")
     return float(np.corrcoef(a, b)[0, 1])
+
+
+def joint_agreement(joints: np.ndarray, reference: np.ndarray, metric: bool) -> JointAgreement:
+    """By joint the distance of joints (T, 17, 3) from others (T, 17, 3), both about the pelvis in one LEVEL, of one
+    size: its median, root mean square and 95th percentile in per cent of the reference's size (the root mean square
+    distance of its joints from the pelvis), and, of metres, the root mean square in mm. Joints that fewer than ten
+    frames have are left out, and the pelvis.
+    """
+    size = person_size(reference)
+    apart = np.linalg.norm(joints - reference, axis=-1)
+    result: JointAgreement = {}
+    for row, joint in enumerate(H36M17.joints):
+        off = apart[np.isfinite(apart[:, row]), row]
+        if joint == "pelvis" or len(off) < _FEWEST:
+            continue
+        rms = float(np.sqrt((off**2).mean()))
+        result[joint] = {
+            "frames": len(off),
+            "p50_percent": 100 * float(np.median(off)) / size,
+            "rms_percent": 100 * rms / size,
+            "p95_percent": 100 * float(np.quantile(off, 0.95)) / size,
+            **({"rms_mm": 1000 * rms} if metric else {}),
+        }
+    return result

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from markupsafe import Markup
@@ -16,7 +16,6 @@ from ...drawing.page import (
     answer,
     box,
     bullets,
-    details,
     heading,
     joined,
     page,
@@ -27,76 +26,69 @@ from ...drawing.words import range_words, spoken
 from .changes import Change, named
 from .comparison import Comparison, Pair, result
 from .curves import acceleration_rows, angle_rows, cycle_rows, thumbnails, wrist_paths
-from .joints import joint_table
-from .side import Side
+from .figures import JointAgreement
 from .wrists import AXES, WRISTS, wrist_charts
 
 _ERRORS = (
     "± is one standard deviation; those of two runs are taken for independent. What is marked 90 %, or said to be "
     "within the errors, is so in nine of ten cases."
 )
+LOWER_BOUND = (
+    "Half of a root mean square difference is a lower bound of the error of one of the two, here as for angles: runs "
+    "that agree may still err alike."
+)
 
 
-def as_page(found: Comparison) -> str:
+def as_page(comparison: Comparison) -> str:
     """The comparison as one HTML page that needs no other file."""
     sections = []
-    for pair in found.pairs:
-        of = f": {pair.side.name}" if len(found.pairs) > 1 else ""
-        sections += [
-            (f"At the same moments{of}", _moments(pair, found.reference)),
-            (f"Ranges of motion{of}", _ranges(pair, found.reference)),
-            (f"Walking and repetitions{of}", _movements(pair, found.reference)),
-            (f"Agreement of the angles{of}", _agreement(pair, found.reference)),
-            (f"Agreement of the joints{of}", joint_table(pair.joints, found.reference.run is None)),
-            (f"Cycles{of}", _cycles(pair, found.reference)),
-            (f"Angles over time and differences{of}", _angles(pair, found.reference)),
-            (f"Wrists against motion capture{of}", _wrists(pair)),
-            (f"Wrist paths and accelerations{of}", _motion(pair, found.reference)),
-        ]
-    spread, together = _spread(found), _together(found)
-    if len(found.pairs) == 1:  # of two, it says no more than their agreement
-        spread, together = Markup(""), together + details("Spread of each angle between the runs", spread)
-    sections += [("View-consistency", spread), ("How they were brought together", together)]
-    names = " and ".join([found.reference.name, *(pair.side.name for pair in found.pairs)])
-    about = [f"Reference: {found.reference.name} ({found.reference.about})"]
-    about += [f"compared: {pair.side.name} ({pair.side.about})" for pair in found.pairs]
-    said = [f"{line}." for pair in found.pairs for line in result(pair, found.reference.name)]
+    for pair in comparison.pairs:
+        of = f": {pair.side.name}" if len(comparison.pairs) > 1 else ""
+        sections += [(f"{name}{of}", section(pair)) for name, section in _SECTIONS.items()]
+    spread = (
+        _spread(comparison) if len(comparison.pairs) > 1 else Markup("")
+    )  # of two, it says no more than their agreement
+    sections += [("View-consistency", spread), ("How they were brought together", _together(comparison))]
+    names = " and ".join([comparison.reference.name, *(pair.side.name for pair in comparison.pairs)])
+    about = [f"Reference: {comparison.reference.name} ({comparison.reference.about})"]
+    about += [f"compared: {pair.side.name} ({pair.side.about})" for pair in comparison.pairs]
+    said = [f"{line}." for pair in comparison.pairs for line in result(pair)]
     head = (
         small(" · ".join(about))
         + answer(said)
         + small(_ERRORS)
-        + box("Warnings", list(found.warnings), "warning")
+        + box("Warnings", [each.text for each in comparison.notices], "warning")
     )
     return page(names, head, sections)
 
 
-def _moments(pair: Pair, reference: Side) -> Markup:
+def _moments(pair: Pair) -> Markup:
     if pair.alignment is None:
         return Markup("")
     words = (
-        f"Grey: {reference.name}. In colour: {pair.side.name}, orange its right, blue its left, at the same size. "
+        f"Grey: {pair.reference.name}. In colour: {pair.side.name}, orange its right, blue its left, at the same size. "
         "Each is turned to face you."
     )
-    return small(words) + thumbnails(pair, reference)
+    return small(words) + thumbnails(pair)
 
 
-def _together(found: Comparison) -> Markup:
+def _together(comparison: Comparison) -> Markup:
     lines = []
-    for pair in found.pairs:
+    for pair in comparison.pairs:
         how = pair.alignment
         if how is None:
             lines.append(
-                f"{pair.side.name}: taken for another motion than {found.reference.name}'s, so only ranges and cycles "
-                "are compared."
+                f"{pair.side.name}: taken for another motion than {comparison.reference.name}'s, so only ranges and "
+                "cycles are compared."
             )
             continue
         lines.append(
             f"{pair.side.name}: by {how.how}; {how.shift_s:+.3f} s added to its time (r of eight joint angles "
             f"{how.r:.3f}), LEVEL turned by {pair.turn_deg:.1f}° and scaled by {pair.scale:.3g} to "
-            f"{found.reference.name}'s for the recording."
+            f"{comparison.reference.name}'s for the recording."
             + ("" if pair.joints_mm is None else f" Joints then differ by {pair.joints_mm:.0f} mm.")
         )
-    sides = (found.reference, *(pair.side for pair in found.pairs))
+    sides = (comparison.reference, *(pair.side for pair in comparison.pairs))
     cutoffs = {side.cutoff_hz for side in sides}
     words = " and ".join(
         "unfiltered" if hz is None else f"{hz:g} Hz" for hz in sorted(cutoffs, key=lambda x: x or 0)
@@ -107,125 +99,121 @@ def _together(found: Comparison) -> Markup:
     )
 
 
-def _agreement(pair: Pair, reference: Side) -> Markup:
+def _agreement(pair: Pair) -> Markup:
     if not pair.agreement:
         return Markup("")
-    shown = {name: _agreed(pair.agreement.get(name)) for name in ANGLES}
     head = ("difference (°)", "RMSE (°)", "r", "within error")
-    rows: list[list[Cell]] = [
-        [spoken(both), *(cell for name in sides_of(both) for cell in shown[name])]
-        for both in OF_BOTH
-        if both not in MIDLINE and any(name in pair.agreement for name in sides_of(both))
-    ]
-    middle: list[list[Cell]] = [[spoken(name), *shown[name]] for name in MIDLINE if name in pair.agreement]
-    return (
-        small(
-            f"{pair.side.name} less {reference.name}: bias, and in brackets the limits of agreement, 1.96 standard "
-            "deviations of the differences to each side of it (Bland & Altman 1986), of this take's frames. Within "
-            "error: share of frames whose difference is what the stated standard errors allow in nine of ten."
-        )
-        + table(("", *(f"{side}: {word}" for side in ("right", "left") for word in head)), rows)
-        + table(("", *head), middle)
-        + details("All figures of the agreement", _agreement_figures(pair, reference))
-    )
+    return small(
+        f"{pair.side.name} less {pair.reference.name}: bias, and in brackets the limits of agreement, 1.96 standard "
+        "deviations of the differences to each side of it (Bland & Altman 1986), of this take's frames. Within "
+        "error: share of frames whose difference is what the stated standard errors allow in nine of ten. All figures "
+        "are in compare.json."
+    ) + _by_angle({name: _agreed(of) for name, of in pair.agreement.items()}, head)
 
 
-def _agreed(of: Mapping[str, float | int] | None) -> list[Cell]:
-    if of is None:
-        return [None] * 4
+def _agreed(of: Mapping[str, float | int]) -> list[Cell]:
     words = f"{of['bias_deg']:+z.1f} ({of['lower_deg']:z.0f} to {of['upper_deg']:z.0f})"
     r = f"{of['r']:.2f}" if np.isfinite(of["r"]) else None
     inside = f"{100 * of['within_band']:.0f} %" if "within_band" in of else None
     return [words, f"{of['rmse_deg']:.1f}", r, inside]
 
 
-def _agreement_figures(pair: Pair, reference: Side) -> Markup:
-    keys = ("bias_deg", "sd_deg", "lower_deg", "upper_deg", "slope", "rom_deg", "rom_reference_deg", "frames")
+def _by_angle(cells: Mapping[str, list[Cell]], head: Sequence[str]) -> Markup:
+    """Tables of angles: both sides on one row, then those of the midline. cells: by angle, one for each of head."""
+    none: list[Cell] = [None] * len(head)
     rows: list[list[Cell]] = [
-        [spoken(name), *(_cell(of[key]) for key in keys)] for name, of in pair.agreement.items()
+        [spoken(both), *(cell for name in sides_of(both) for cell in cells.get(name, none))]
+        for both in OF_BOTH
+        if both not in MIDLINE and any(name in cells for name in sides_of(both))
     ]
-    head = (
-        "angle", "bias (°)", "SD of differences (°)", "lower limit (°)", "upper limit (°)", "slope",
-        f"range of {pair.side.name} (°)", f"range of {reference.name} (°)", "frames",
-    )  # fmt: skip
+    middle: list[list[Cell]] = [[spoken(name), *cells[name]] for name in MIDLINE if name in cells]
+    names = (f"{side}: {word}" for side in ("right", "left") for word in head)
+    return table(("", *names), rows) + table(("", *head), middle)
+
+
+def _joints(agreement: JointAgreement, truth: bool) -> Markup:
+    """truth: whether the reference is motion capture."""
+    if not agreement:
+        return Markup("")
+    named = {
+        "p50_percent": "median (%)", "rms_percent": "root mean square (%)", "p95_percent": "95 % of frames below (%)",
+        "rms_mm": "root mean square (mm)",
+    }  # fmt: skip
+    keys = [key for key in named if all(key in of for of in agreement.values())]
+    rows: list[list[Cell]] = [[spoken(joint), *(of[key] for key in keys)] for joint, of in agreement.items()]
     words = (
-        "Slope: of the difference over the mean of both. Range: 5th to 95th percentile of the common frames."
+        "Distance in one LEVEL and at one size, from the pelvis, in per cent of the person's size (root mean square "
+        "distance of the joints from the pelvis)."
     )
-    return table(head, rows) + small(words)
+    return small(words if truth else f"{words} {LOWER_BOUND}") + table(
+        ("joint", *(named[key] for key in keys)), rows
+    )
 
 
-def _ranges(pair: Pair, reference: Side) -> Markup:
+def _ranges(pair: Pair) -> Markup:
     """Of two runs, as their measures have them."""
-    both = [subgroup(grouped(side.measures), "range_of_motion") for side in (reference, pair.side)]
+    both = [subgroup(grouped(side.measures), "range_of_motion") for side in (pair.reference, pair.side)]
     if not all(both):
         return Markup("")
     by = {change.item: _by(change) for change in pair.changes if change.group == "range_of_motion"}
 
-    def cells(name: str) -> list[Cell]:
-        return [*(range_words(subgroup(of, name)) for of in both), by.get(name)]
-
-    rows: list[list[Cell]] = [
-        [spoken(name), *(cell for part in sides_of(name) for cell in cells(part))]
-        for name in OF_BOTH
-        if name not in MIDLINE
-    ]
-    middle: list[list[Cell]] = [[spoken(name), *cells(name)] for name in MIDLINE]
-    names = (reference.name, pair.side.name, "difference")
-    head = ("", *(f"{side}: {name}" for side in ("right", "left") for name in names))
+    cells: dict[str, list[Cell]] = {
+        name: [*(range_words(subgroup(of, name)) for of in both), by.get(name)] for name in ANGLES
+    }
     words = (
         "From the 5th to the 95th percentile of each whole take, in degrees; ± is the angle's standard deviation. "
-        f"Difference: {pair.side.name} less {reference.name}, of how wide the range is. Grey: a difference that lies "
-        "within its error (90 %), or a range with values such as no joint reaches."
+        f"Difference: {pair.side.name} less {pair.reference.name}, of how wide the range is. Grey: a difference that "
+        "lies within its error (90 %), or a range with values such as no joint reaches."
     )
-    return small(words) + table(head, rows) + table(("", *names), middle)
+    return small(words) + _by_angle(cells, (pair.reference.name, pair.side.name, "difference"))
 
 
-def _movements(pair: Pair, reference: Side) -> Markup:
+def _movements(pair: Pair) -> Markup:
     """Of two runs: what else both state with an error."""
     rows: list[list[Cell]] = [
         [
-            f"{named(one)} ({one.unit})",
-            *(f"{value:g} ± {error:g}" for value, error in zip(one.values, one.errors, strict=True)),
-            _by(one),
+            f"{named(change)} ({change.unit})",
+            *(f"{value:g} ± {error:g}" for value, error in zip(change.values, change.errors, strict=True)),
+            _by(change),
         ]
-        for one in pair.changes
-        if one.group != "range_of_motion"
+        for change in pair.changes
+        if change.group != "range_of_motion"
     ]
-    return table(("", reference.name, pair.side.name, "difference"), rows)
+    return table(("", pair.reference.name, pair.side.name, "difference"), rows)
 
 
 def _by(change: Change) -> Cell:
     return Soft(change.words) if change.within_error else change.words
 
 
-def _angles(pair: Pair, reference: Side) -> Markup:
+def _angles(pair: Pair) -> Markup:
     if not pair.agreement:
         return Markup("")
     words = (
-        f"Grey: {reference.name}. In colour: {pair.side.name}, orange its right, blue its left; its band holds "
+        f"Grey: {pair.reference.name}. In colour: {pair.side.name}, orange its right, blue its left; its band holds "
         "the grey curve in nine of ten frames, if the stated errors of both are right. Each row ends with "
         "the differences over the mean of both; lines: bias, and dashed the limits of agreement."
     )
-    return small(words) + angle_rows(pair, reference)
+    return small(words) + angle_rows(pair)
 
 
-def _cycles(pair: Pair, reference: Side) -> Markup:
+def _cycles(pair: Pair) -> Markup:
     if not pair.cycles:
         return Markup("")
     rows: list[list[Cell]] = []
-    for found in pair.cycles:
-        of = found.agreement
+    for cycle in pair.cycles:
+        of = cycle.agreement
         interval = (
             f"{of['lower_deg']:+.1f} to {of['upper_deg']:+.1f}" if np.isfinite(of["lower_deg"]) else "–"
         )
         counts = f"{of['cycles']} and {of['cycles_reference']}"
         keys = ("difference_deg", "largest_deg", "rom_deg", "rom_reference_deg", "rom_change_deg")
         rows.append(
-            [f"{found.kind}: {spoken(found.angle)}", counts, *(_cell(of[key]) for key in keys), interval]
+            [f"{cycle.kind}: {spoken(cycle.angle)}", counts, *(_cell(of[key]) for key in keys), interval]
         )
     head = (
         "cycles of", "how many", "mean curves differ by (°)", "at most by (°)", f"range of {pair.side.name} (°)",
-        f"range of {reference.name} (°)", "change of range (°)", "95 % interval (°)",
+        f"range of {pair.reference.name} (°)", "change of range (°)", "95 % interval (°)",
     )  # fmt: skip
     return (
         table(head, rows)
@@ -234,23 +222,23 @@ def _cycles(pair: Pair, reference: Side) -> Markup:
             "takes cycles for independent cases (Welch's t, or paired where both show the same cycles); it does "
             "not hold errors that all cycles of a take share."
         )
-        + small(f"Mean over the cycles; band: one standard deviation. Grey: {reference.name}.")
-        + cycle_rows(pair.cycles, pair.side, reference)
+        + small(f"Mean over the cycles; band: one standard deviation. Grey: {pair.reference.name}.")
+        + cycle_rows(pair)
     )
 
 
-def _motion(pair: Pair, reference: Side) -> Markup:
+def _motion(pair: Pair) -> Markup:
     """Of two runs of one motion."""
     if pair.accelerations is None:
         return Markup("")
-    unit = "m" if reference.metric else "au"
+    unit = "m" if pair.reference.metric else "au"
     rows: list[list[Cell]] = [
         [spoken(joint), of["rmse"], _cell(of["r"])]
         for joint, of in sorted(pair.accelerations.agreement.items(), key=lambda one: one[0][1:])
     ]
     words = (
-        f"From the pelvis, unfiltered, in {reference.name}'s LEVEL; {pair.side.name} is turned by {pair.turn_deg:.1f}° "
-        f"and scaled by {pair.scale:.3g} to it. The cross is the pelvis."
+        f"From the pelvis, unfiltered, in {pair.reference.name}'s LEVEL; {pair.side.name} is turned by "
+        f"{pair.turn_deg:.1f}° and scaled by {pair.scale:.3g} to it. The cross is the pelvis."
     )
     about = (
         "Accelerations of the smoothed paths, relative to the pelvis; the band holds the grey curve in nine of ten "
@@ -258,21 +246,21 @@ def _motion(pair: Pair, reference: Side) -> Markup:
     )
     return (
         small(words)
-        + wrist_paths(pair, reference, unit)
+        + wrist_paths(pair, unit)
         + heading("Accelerations")
         + small(about)
         + table(("", f"RMSE ({unit}/s²)", "r"), rows)
-        + acceleration_rows(pair, reference, unit)
+        + acceleration_rows(pair, unit)
     )
 
 
-def _spread(found: Comparison) -> Markup:
-    if not found.spread:
+def _spread(comparison: Comparison) -> Markup:
+    if not comparison.spread:
         return Markup("")
     rows: list[list[Cell]] = [
-        [spoken(name), found.spread[name], _cell(found.spread_unrectified.get(name))]
+        [spoken(name), comparison.spread[name], _cell(comparison.spread_unrectified.get(name))]
         for name in ANGLES
-        if name in found.spread
+        if name in comparison.spread
     ]
     words = small(
         "Root mean square over frames of the standard deviation between the runs: 0 when all give the same angle. The "
@@ -305,3 +293,16 @@ def _wrists(pair: Pair) -> Markup:
 
 def _cell(value: float | int | None) -> Cell:
     return None if value is None or not np.isfinite(value) else value
+
+
+_SECTIONS: dict[str, Callable[[Pair], Markup]] = {
+    "At the same moments": _moments,
+    "Ranges of motion": _ranges,
+    "Walking and repetitions": _movements,
+    "Agreement of the angles": _agreement,
+    "Agreement of the joints": lambda pair: _joints(pair.joints, pair.reference.run is None),
+    "Cycles": _cycles,
+    "Angles over time and differences": _angles,
+    "Wrists against motion capture": _wrists,
+    "Wrist paths and accelerations": _motion,
+}

@@ -9,43 +9,39 @@ import numpy as np
 from ....pipeline.files.atomic import whole_file
 from ...drawing.rerun_log import log_curves, log_skeleton
 from .comparison import Comparison, Pair
-from .side import Side, as_poses
+from .side import as_poses
 
-COLOURS = (
-    "#d55e00",
-    "#0072b2",
-    "#009e73",
-    "#cc79a7",
-    "#e69f00",
-)  # of Okabe and Ito's palette, in the sides' order
-_REFERENCE = "#c8c8c8"  # on the viewer's dark ground
+# Of Okabe and Ito's palette, in the sides' order.
+COLOURS = ((213, 94, 0), (0, 114, 178), (0, 158, 115), (204, 121, 167), (230, 159, 0))
+_REFERENCE = (200, 200, 200)  # on the viewer's dark ground
 _SHOWN = ("r_knee_flexion", "l_knee_flexion", "r_elbow_flexion", "l_elbow_flexion", "trunk_lean_sagittal")
 
 
-def write_recording(found: Comparison, words: str, path: Path) -> None:
+def write_recording(comparison: Comparison, words: str, path: Path) -> None:
     """Entities: level/<i> (skeletons: bones tell the sides of the comparison apart, joints left and right),
     angles/<angle>/<i>, the reference being 0, and summary. What lies outside the first run's time is left out."""
     import rerun as rr
     import rerun.blueprint as rrb
 
-    reference = found.reference
+    reference = comparison.reference
     sides = [(reference, reference.level, 0.0, _REFERENCE)]
     sides += [
-        (pair.side, pair.level, _shift(pair, reference), colour)
-        for pair, colour in zip(found.pairs, COLOURS, strict=False)
+        (pair.side, pair.level, _shift(pair), colour)
+        for pair, colour in zip(comparison.pairs, COLOURS, strict=False)
     ]
     clock, _, clock_shift, _ = sides[0] if reference.run else sides[1]
-    angles = list(dict.fromkeys([*(name for pair in found.pairs for name in pair.agreement), *_SHOWN]))
+    angles = list(dict.fromkeys([*(name for pair in comparison.pairs for name in pair.agreement), *_SHOWN]))
     views = [
         rrb.TimeSeriesView(origin=f"angles/{name}", name=f"{name} (deg)")
         for name in [*_SHOWN, *(name for name in angles if name not in _SHOWN)]
     ]
+    eye = _size(reference.level) * np.array([-2.2, 1.1, 0.5])  # in front, to the right and a little above
     blueprint = rrb.Blueprint(
         rrb.Horizontal(
             rrb.Spatial3DView(
                 origin="level",
                 name=f"LEVEL: {', '.join(side.name for side, *_ in sides)}",
-                eye_controls=rrb.EyeControls3D(position=_eye(reference), look_target=(0, 0, 0)),
+                eye_controls=rrb.EyeControls3D(position=eye, look_target=(0, 0, 0)),
             ),
             rrb.Vertical(*views[: len(_SHOWN)]),
             rrb.Vertical(
@@ -63,12 +59,12 @@ def write_recording(found: Comparison, words: str, path: Path) -> None:
         for i, (side, joints, shift, colour) in enumerate(sides):
             times = clock.time_s + clock_shift - shift
             poses = as_poses(side, side.joints_at(times, joints), clock.time_s, clock.frame_index)
-            entity, rgb = f"level/{i}", _rgb(colour)
+            entity = f"level/{i}"
             log_skeleton(recording, entity, poses, radius=0.024 * _size(joints))
-            recording.log(f"{entity}/bones", rr.LineStrips3D.from_fields(colors=[rgb]), static=True)
+            recording.log(f"{entity}/bones", rr.LineStrips3D.from_fields(colors=[colour]), static=True)
             for name in angles:
                 values = side.at(name, times)
-                log_curves(recording, f"angles/{name}/{i}", poses, values, [side.name], [rgb])
+                log_curves(recording, f"angles/{name}/{i}", poses, values, [side.name], [colour])
         recording.log(
             "summary", rr.TextDocument(f"```\n{words}\n```", media_type=rr.MediaType.MARKDOWN), static=True
         )
@@ -76,23 +72,15 @@ def write_recording(found: Comparison, words: str, path: Path) -> None:
         recording.disconnect()
 
 
-def _shift(pair: Pair, reference: Side) -> float:
+def _shift(pair: Pair) -> float:
     """What is added to the side's time: takes of different motions begin together."""
     return (
-        float(reference.time_s[0] - pair.side.time_s[0]) if pair.alignment is None else pair.alignment.shift_s
+        float(pair.reference.time_s[0] - pair.side.time_s[0])
+        if pair.alignment is None
+        else pair.alignment.shift_s
     )
 
 
 def _size(joints: np.ndarray) -> float:
     distance = np.linalg.norm(joints, axis=-1)
     return float(np.nanpercentile(distance, 98)) if np.isfinite(distance).any() else 1.0
-
-
-def _eye(side: Side) -> np.ndarray:
-    """In front of the person, to the right and a little above."""
-    return _size(side.level) * np.array([-2.2, 1.1, 0.5])
-
-
-def _rgb(colour: str) -> tuple[int, int, int]:
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return red, green, blue

@@ -18,12 +18,13 @@ from ....pipeline.core.frames import LEVEL
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import Row
 from ....pipeline.core.messages import how_many
+from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Session, Take
 from ....pipeline.files.finished import read_run
 from ....pipeline.signals.angles import ANGLES, near, unwrapped
-from ....pipeline.signals.filters import CUTOFF_HZ, breaks, resample
+from ....pipeline.signals.filters import breaks, resample
 from ...trajectories import cannot_be_told
 from ..methods import methods
 
@@ -56,7 +57,7 @@ class Side:
     acceleration_sd: dict[str, np.ndarray] = field(default_factory=dict)
     sources: tuple[dict[str, Any], ...] = ()
     run: Take | None = None
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
     @property
     def measures(self) -> tuple[Row, ...]:
@@ -106,15 +107,13 @@ def load_side(folder: Path) -> Side:
         for name in columns
         if name.endswith("_acceleration") and not cannot_be_told(columns, name)
     ]
-    warnings = []
+    notices = []
     if not rectified.level_ok:
-        warnings.append(f"{folder.name} could not be levelled: angles to gravity are missing.")
+        notices.append(notice("run-not-levelled", run=folder.name))
     if rectified.camera == "moving":
-        warnings.append(f"{folder.name} was seen by a moving camera: its heading is relative to that.")
+        notices.append(notice("run-of-moving-camera", run=folder.name))
     if missing:  # made before this version of pcnet3d had these
-        warnings.append(
-            f"{folder.name} has no {', '.join(missing)}: only the other angles are compared; run it again to have all."
-        )
+        notices.append(notice("run-lacks-angles", run=folder.name, angles=", ".join(missing)))
     return Side(
         name=folder.resolve().name,
         about=_about(run),
@@ -125,12 +124,12 @@ def load_side(folder: Path) -> Side:
         angles={name: columns.get(f"{name}_deg", unknown) for name in ANGLES},
         sd={name: columns.get(f"{name}_sd_deg", unknown) for name in ANGLES},
         metric=poses.frame.metric,
-        cutoff_hz=_cutoff(run),
+        cutoff_hz=run.cutoff_hz,
         acceleration={joint: columns[f"{joint}_acceleration"] for joint in joints},
         acceleration_sd={joint: columns.get(f"{joint}_acceleration_sd", unknown) for joint in joints},
         sources=run.inputs,
         run=run,
-        warnings=tuple(warnings),
+        notices=tuple(notices),
     )
 
 
@@ -204,11 +203,3 @@ def unrectified(run: Take, cutoff_hz: float | None) -> dict[str, np.ndarray]:
     filtered = joints if cutoff_hz is None else smoothed(joints, run.need("poses").times, cutoff_hz)
     series = take_angles(joints, filtered, R_world_from_body(joints), lifted=False)
     return {name: angle.value_deg for name, angle in series.items()}
-
-
-def _cutoff(run: Take) -> float | None:
-    """Of the low-pass that the run's kinematics went through; None when it was off."""
-    for step in reversed((run.filtered or run.need("rectified").level).history):
-        if step.name == "low-pass filter":
-            return step.options.get("cutoff_hz")
-    return CUTOFF_HZ

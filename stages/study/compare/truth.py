@@ -16,7 +16,7 @@ from ....pipeline.files.arrays import keys
 from ....pipeline.files.bvh import parse
 from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_trc
 from ....pipeline.files.skeletons import UNITS, h36m17_named
-from ....pipeline.plugins.options import did_you_mean
+from ....pipeline.plugins.options import call, did_you_mean
 from ....pipeline.reading.find import adapters, recognises
 from ....pipeline.reading.mocap import bvh as mocap_bvh
 from ....pipeline.reading.mocap import joints as mocap_joints
@@ -117,13 +117,7 @@ def _npz(path: Path, name: str | None, how: How) -> PoseSequence:
 
 
 def _adapted(path: Path, how: How) -> PoseSequence:
-    people = [
-        poses
-        for adapter in adapters("poses").values()
-        if recognises(adapter, path)
-        for poses in adapter.read(path)
-        if poses.frame.family == "world" and poses.frame.metric
-    ]
+    people = people_in_a_world(path)
     if len(people) != 1:
         raise InputError(
             "expected one person's motion capture: TRC, C3D, BVH, .npz, or TotalCapture's gt_skel_gbl_pos.txt."
@@ -135,6 +129,17 @@ def _adapted(path: Path, how: How) -> PoseSequence:
     if poses.time_s is None:
         raise InputError("it does not say its frame rate; give it with --rate.")
     return change_frame(poses, Z_UP.with_(origin=poses.frame.origin))
+
+
+def people_in_a_world(path: Path) -> list[PoseSequence]:
+    """Those in metres and a world's axes that any adapter reads in a file."""
+    return [
+        poses
+        for adapter in adapters("poses").values()
+        if recognises(adapter, path)
+        for poses in call(adapter.read, path, what=f"Adapter '{adapter.name}'", options={})
+        if poses.frame.family == "world" and poses.frame.metric
+    ]
 
 
 def _refuse(how: How, why: str) -> None:

@@ -21,8 +21,7 @@ from ...drawing.charts import Curve, over_time
 from ...drawing.page import charts, figure
 from ...drawing.words import spoken
 from ..methods import method_name, methods
-from ..rates import is_lifted
-from .figures import correlation
+from .figures import match
 from .side import TRUTH, Side
 
 WRISTS = ("r_wrist", "l_wrist")
@@ -32,7 +31,6 @@ _LIMBS = tuple(
     f"{side}_{joint}" for side in "rl" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 )
 _SHOWN_S = 12.0  # of a long take
-_FEWEST = 10  # frames
 _MOVING = 0.02  # of the person's size, about a centimetre: standard deviation of a wrist that moves
 _COLOURS = ("#9aa3ad", "#e69f00", "#56b4e9", "#009e73", "#d55e00", "#cc79a7")
 
@@ -61,11 +59,10 @@ def wrists(side: Side, truth: np.ndarray) -> Wrists:
         hips = [_LIMBS.index("r_hip"), _LIMBS.index("l_hip")]
         flat = keypoints - keypoints[:, hips].mean(axis=1, keepdims=True)
         # A camera taken as level, in front of a person who faces it: the image's left is the person's right.
-        seen = np.stack([np.full(flat.shape[:2], np.nan), -flat[..., 0], -flat[..., 1]], axis=-1)
-        tall = _size(
-            seen, body[:, limbs], (2,)
-        )  # of the height alone: how wide a person is seen depends on the view
-        paths[FLAT] = {w: seen[:, _LIMBS.index(w)] * (tall[1] / tall[0] / size) for w in WRISTS}
+        upright = np.stack([np.full(flat.shape[:2], np.nan), -flat[..., 0], -flat[..., 1]], axis=-1)
+        # Of the height alone: how wide a person is seen depends on the view.
+        tall = _size(upright, body[:, limbs], (2,))
+        paths[FLAT] = {w: upright[:, _LIMBS.index(w)] * (tall[1] / tall[0] / size) for w in WRISTS}
     for name, (of_limbs, joints) in ways.items():
         own, its = _size(of_limbs, body[:, limbs], (0, 1, 2))
         paths[name] = {wrist: joints[:, H36M17.index(wrist)] * (its / own / size) for wrist in WRISTS}
@@ -101,17 +98,12 @@ def _size(points: np.ndarray, others: np.ndarray, axes: tuple[int, ...]) -> tupl
 
 
 def _agreement(path: np.ndarray, truth: np.ndarray, size: float) -> dict[str, dict[str, float]]:
-    found = {}
-    for i, axis in enumerate(AXES):
-        both = np.isfinite(path[:, i]) & np.isfinite(truth[:, i])
-        if both.sum() >= _FEWEST:
-            off = float(np.sqrt(((path[both, i] - truth[both, i]) ** 2).mean()))
-            found[axis] = {
-                "r": correlation(path[both, i], truth[both, i], _MOVING),
-                "rmse": off,
-                "rmse_mm": 1000 * size * off,
-            }
-    return found
+    axes = {axis: match(path[:, i], truth[:, i], _MOVING) for i, axis in enumerate(AXES)}
+    return {
+        axis: {"r": of["r"], "rmse": of["rmse"], "rmse_mm": 1000 * size * of["rmse"]}
+        for axis, of in axes.items()
+        if of is not None
+    }
 
 
 def limbs_of(run: Take) -> np.ndarray | None:
@@ -123,12 +115,6 @@ def limbs_of(run: Take) -> np.ndarray | None:
     rows = np.clip(np.searchsorted(keypoints.frame_index, wanted), 0, len(keypoints) - 1)
     limbs = keypoints.joints[rows][:, keypoints.layout.indices(_LIMBS)].astype(np.float64)
     return np.where((keypoints.frame_index[rows] == wanted)[:, None, None], limbs, np.nan)
-
-
-def lacks_keypoints(run: Take) -> bool:
-    """Whether a run read or detected 2D keypoints that its folder does not hold, as before they were kept there."""
-    read = any(entry.get("role") == "keypoints" for entry in run.inputs)
-    return run.keypoints is None and (read or is_lifted(run))
 
 
 def wrist_charts(found: Wrists, wrist: str, times: np.ndarray) -> Markup:

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.rotations import is_finite, rotate
+from ....pipeline.core.rotations import is_finite
 from ....pipeline.signals.filters import holes, runs
+from ..compare.figures import correlation
 
 _SEARCH_HZ = 30.0  # of the first search; signals low-passed at 6 Hz lose nothing
 _RATES = 150  # clock rates tried on either side of 1
@@ -23,6 +24,7 @@ _APART_S = 0.04  # by how much neighbouring rates part at the take's ends, again
 _RATE_GAIN = 0.005  # correlation that another rate must add to be believed
 _LEAST_S = 1.0  # of common motion
 _LEAST_MPS2 = 1e-6  # that an IMU's acceleration changes by; any real one's noise is more
+_STILL_MPS2 = 1e-6  # standard deviation along an axis without motion
 _LEAST_SHARE = 0.5  # of the largest common motion at any lag; less makes chance peaks
 _SAME_PEAK_S = 0.25
 _AXIS_S = 0.25  # how far each axis' own lag may lie from the take's
@@ -86,13 +88,12 @@ def align(time_s: np.ndarray, video: np.ndarray, imu: Signal, search_s: float) -
         )
     step = float(time_s[1] - time_s[0])
     stride = max(1, round(1 / (_SEARCH_HZ * step)))
-    search = _Search(time_s[::stride], video[::stride], imu, search_s)
     length = float(time_s[-1] - time_s[0])
     span = min(_RATE_SPAN, _RATES * 2 * _APART_S / length)
     count = int(span * length / (2 * _APART_S))
     rates = 1 + np.arange(-count, count + 1) * 2 * _APART_S / length
-    found = [search(rate) for rate in rates]
-    lags, scores = found[count]
+    coarse = [_scores(time_s[::stride], video[::stride], imu, search_s, rate) for rate in rates]
+    lags, scores = coarse[count]
     if not np.isfinite(scores).any():
         raise InputError(_no_overlap(time_s[is_finite(video)], imu, search_s))
 
@@ -115,11 +116,11 @@ def align(time_s: np.ndarray, video: np.ndarray, imu: Signal, search_s: float) -
         return -best.fun, lag + best.x[0] * step, rate + change * _APART_S / length
 
     score, lag, rate = fit(1.0, lags, scores, free_rate=False)
-    tops = [np.nanmax(scores_) if np.isfinite(scores_).any() else -1.0 for _, scores_ in found]
+    tops = [np.nanmax(scores_) if np.isfinite(scores_).any() else -1.0 for _, scores_ in coarse]
     top = int(np.argmax(tops))
-    freed = fit(float(rates[top]), *found[top], free_rate=True)
+    freed = fit(float(rates[top]), *coarse[top], free_rate=True)
     if freed[0] > score + _RATE_GAIN:
-        (score, lag, rate), (lags, scores) = freed, found[top]
+        (score, lag, rate), (lags, scores) = freed, coarse[top]
     heading = _score(video, imu(_stamps(time_s, lag, rate)))[1]
     return Alignment(lag, rate, float(time_s[0]), heading, score, _runner_up(lags, scores, lag))
 
@@ -129,14 +130,11 @@ def heading_deg(video: np.ndarray, imu: np.ndarray) -> float:
     return _score(video, imu)[1]
 
 
-def turned(vectors: np.ndarray, heading: float) -> np.ndarray:
-    """vectors (T, 3) turned about z by degrees."""
-    cosine, sine = np.cos(np.radians(heading)), np.sin(np.radians(heading))
-    return rotate(np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]]), vectors)
-
-
-def agreement(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, dict[str, float]]:
-    """By "x", "y", "z" and "norm": r, RMSE, gain and remaining lag of accelerations (T, 3) in the same axes.
+def agreement(
+    video: np.ndarray, imu: np.ndarray, step_s: float, norms: bool = False
+) -> dict[str, dict[str, float]]:
+    """By "x", "y", "z" and "norm": r, RMSE, gain and remaining lag of accelerations (N, 3) in the same axes, step_s
+    apart, NaN where missing. norms: that both third columns hold norms (motion.as_vertical); then of these alone.
 
     Means over the compared rows are taken out first, as any over a take is an error of tilt or bias; `offset_mps2` is
     the IMU's less the video's. gain: the video's amplitude over the IMU's (ratio of standard deviations). lag_s:
@@ -145,26 +143,19 @@ def agreement(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, di
     both = is_finite(video) & is_finite(imu)
     a, b = _centred(video, both), _centred(imu, both)
     offset = imu[both].mean(axis=0) - video[both].mean(axis=0)
+    columns = {"norm": 2} if norms else {"x": 0, "y": 1, "z": 2}
     result = {
         name: {**_agreement(a[:, i], b[:, i], step_s), "offset_mps2": float(offset[i])}
-        for i, name in enumerate("xyz")
+        for name, i in columns.items()
     }
-    return result | {"norm": _agreement(np.linalg.norm(a, axis=-1), np.linalg.norm(b, axis=-1), step_s)}
-
-
-def agreement_of_norms(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, dict[str, float]]:
-    """Of the third column of both alone (motion.as_vertical), by "norm": what `agreement` gives. video, imu: (N, 3)
-    accelerations in m/s2, step_s apart, NaN where missing."""
-    both = is_finite(video) & is_finite(imu)
-    a, b = _centred(video, both)[:, 2], _centred(imu, both)[:, 2]
-    offset = imu[both, 2].mean() - video[both, 2].mean()
-    return {"norm": {**_agreement(a, b, step_s), "offset_mps2": float(offset)}}
+    of_norms = _agreement(np.linalg.norm(a, axis=-1), np.linalg.norm(b, axis=-1), step_s)
+    return result if norms else {**result, "norm": of_norms}
 
 
 def _agreement(a: np.ndarray, b: np.ndarray, step_s: float) -> dict[str, float]:
     both = np.isfinite(a) & np.isfinite(b)
     return {
-        "r": _correlation(a[both], b[both]),
+        "r": correlation(a[both], b[both], _STILL_MPS2),
         "rmse_mps2": float(np.sqrt(np.mean((a[both] - b[both]) ** 2))),
         "gain": float(a[both].std() / max(b[both].std(), 1e-12)),
         "lag_s": _own_lag(a, b, step_s),
@@ -187,52 +178,38 @@ def _score(video: np.ndarray, imu: np.ndarray) -> tuple[float, float]:
     return float(score), float(np.degrees(np.angle(turn)))
 
 
-class _Search:
-    """Scores of all lags at once, for one video and one IMU at any clock rate."""
+def _scores(
+    time_s: np.ndarray, video: np.ndarray, imu: Signal, search_s: float, rate: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lags (L,) within the search and their scores (L,), NaN where too little is known to both, of an IMU whose clock
+    has that rate."""
+    from scipy.signal import correlate
 
-    def __init__(self, time_s: np.ndarray, video: np.ndarray, imu: Signal, search_s: float) -> None:
-        from scipy.fft import next_fast_len
+    step = float(time_s[1] - time_s[0])
+    reach = max(1, int(search_s / step))
+    lags = np.arange(-reach, reach + 1) * step * rate
+    stamps = time_s[0] + np.arange(-reach, len(time_s) + reach) * step * rate
+    (a, a_up, a_known), (b, b_up, b_known) = _parts(video), _parts(imu(stamps))
 
-        self.start_s, self.step = float(time_s[0]), float(time_s[1] - time_s[0])
-        self.rows, self.imu = len(time_s), imu
-        self.reach = max(1, int(search_s / self.step))
-        self.size = next_fast_len(2 * len(time_s) + 2 * self.reach, real=True)
-        self.spectra = self._spectra(video)
+    def at_lags(of_video: np.ndarray, of_imu: np.ndarray) -> np.ndarray:
+        return correlate(of_imu, of_video, mode="valid", method="fft")
 
-    def __call__(self, rate: float) -> tuple[np.ndarray, np.ndarray]:
-        """Lags (L,) within the search and their scores (L,), NaN where too little is known to both."""
-        lags = np.arange(-self.reach, self.reach + 1) * self.step * rate
-        stamps = self.start_s + np.arange(-self.reach, self.rows + self.reach) * self.step * rate
-        of_imu = self._spectra(self.imu(stamps))
-        horizontal = np.fft.ifft(np.conj(self.spectra["horizontal"]) * of_imu["horizontal"])
-        vertical, video_energy, imu_energy, common = (
-            np.fft.irfft(np.conj(self.spectra[first]) * of_imu[second], self.size)[: len(lags)]
-            for first, second in (
-                ("vertical", "vertical"),
-                ("energy", "known"),
-                ("known", "energy"),
-                ("known", "known"),
-            )
-        )
-        enough = common > max(_LEAST_S / self.step, _LEAST_SHARE * common.max()) - 0.5
-        energy = np.sqrt(np.maximum(video_energy, 1e-12) * np.maximum(imu_energy, 1e-12))
-        return lags, np.where(enough, (np.abs(horizontal[: len(lags)]) + vertical) / energy, np.nan)
+    common = at_lags(a_known, b_known)
+    enough = common > max(_LEAST_S / step, _LEAST_SHARE * common.max()) - 0.5
+    energies = at_lags(_energy(a, a_up), b_known), at_lags(a_known, _energy(b, b_up))
+    energy = np.sqrt(np.maximum(energies[0], 1e-12) * np.maximum(energies[1], 1e-12))
+    return lags, np.where(enough, (np.abs(at_lags(a, b)) + at_lags(a_up, b_up)) / energy, np.nan)
 
-    def _spectra(self, values: np.ndarray) -> dict[str, np.ndarray]:
-        rows = is_finite(values)
-        mean = values[rows].mean(axis=0) if rows.any() else 0.0
-        x = np.where(rows[:, None], values - mean, 0.0)
-        return {
-            "horizontal": np.fft.fft(x[:, 0] + 1j * x[:, 1], self.size),
-            **{
-                name: np.fft.rfft(part, self.size)
-                for name, part in (
-                    ("vertical", x[:, 2]),
-                    ("energy", (x**2).sum(axis=-1)),
-                    ("known", rows.astype(float)),
-                )
-            },
-        }
+
+def _parts(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Horizontal (T,) as complex numbers, vertical (T,), both less their means and 0 where unknown, and where known."""
+    known = is_finite(values)
+    x = np.where(known[:, None], values - (values[known].mean(axis=0) if known.any() else 0.0), 0.0)
+    return x[:, 0] + 1j * x[:, 1], x[:, 2], known.astype(float)
+
+
+def _energy(horizontal: np.ndarray, vertical: np.ndarray) -> np.ndarray:
+    return np.abs(horizontal) ** 2 + vertical**2
 
 
 def _runner_up(lags: np.ndarray, scores: np.ndarray, lag: float) -> float:
@@ -248,12 +225,6 @@ def _centred(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.where(rows[:, None], values - values[rows].mean(axis=0), np.nan)
 
 
-def _correlation(a: np.ndarray, b: np.ndarray) -> float:
-    a, b = a - a.mean(), b - b.mean()
-    energy = float(np.sqrt((a**2).sum() * (b**2).sum()))
-    return float((a * b).sum() / energy) if energy > 1e-12 else float("nan")
-
-
 def _own_lag(a: np.ndarray, b: np.ndarray, step_s: float) -> float:
     """Seconds by which b (T,) is late against a (T,), to a fraction of a step by a parabola through the peak."""
     reach = round(_AXIS_S / step_s)
@@ -263,7 +234,7 @@ def _own_lag(a: np.ndarray, b: np.ndarray, step_s: float) -> float:
         second = b[max(0, shift) : len(b) + min(0, shift)]
         both = np.isfinite(first) & np.isfinite(second)
         if both.sum() > 2:
-            r[i] = _correlation(first[both], second[both])
+            r[i] = correlation(first[both], second[both], _STILL_MPS2)
     top = int(np.nanargmax(r))
     if top in (0, 2 * reach):
         return float("nan")

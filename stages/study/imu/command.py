@@ -24,6 +24,7 @@ from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import Z_UP, change_frame
 from ....pipeline.core.messages import how_many, show
+from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.system import quoted
@@ -31,12 +32,14 @@ from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import call, did_you_mean, pairs
-from ....pipeline.reading.find import adapters, find_adapter, recognises
+from ....pipeline.reading.find import find_adapter
 from ....pipeline.reading.take import sha256
 from ....pipeline.signals.filters import CUTOFF_HZ, breaks, check_cutoff, rate
 from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
+from ..compare.align import turned
+from ..compare.truth import people_in_a_world
 from ..methods import method_name, methods
-from .align import Alignment, Signal, agreement, agreement_of_norms, align, heading_deg, turned
+from .align import Alignment, Signal, agreement, align, heading_deg
 from .motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
 from .output import IMU_RECORDING, Comparison, as_markdown, as_page, write_recording
 
@@ -67,10 +70,6 @@ def imu(
     offset: Annotated[float, typer.Option(help="Seconds to add to the IMUs' time first.")] = 0.0,
     search: Annotated[float, typer.Option(min=0, help="Search window for the lag, in seconds.")] = 5.0,
     cutoff: Annotated[float, typer.Option(help="Low-pass of both sides in Hz.")] = CUTOFF_HZ,
-    along: Annotated[
-        float | None,
-        typer.Option(min=0, max=1, help="Where on the segment the sensor was: 0 its start, 1 its end."),
-    ] = None,
     option: Annotated[
         list[str] | None, typer.Option("--option", "-O", help="KEY=VALUE for the IMUs' adapter; repeatable.")
     ] = None,
@@ -85,9 +84,7 @@ def imu(
     sensors = {name: replace(sensor, time_s=sensor.time_s + offset) for name, sensor in sensors.items()}
     path = None if root is None else root_acceleration(root, cutoff, offset)
     results = [
-        compare(
-            run, sensors[name], sensors.get("pelvis"), path, search_s=search, cutoff_hz=cutoff, along=along
-        )
+        compare(run, sensors[name], sensors.get("pelvis"), path, search_s=search, cutoff_hz=cutoff)
         for name in compared
     ]
     files = [*imu, *([root] if root else [])]
@@ -152,7 +149,7 @@ def read_imus(
     for name in segments:
         if name not in SEGMENTS:
             raise InputError(f"There is no segment '{name}'; {did_you_mean(name, SEGMENTS)}")
-    found: list[Imu] = []
+    every: list[Imu] = []
     for place, file in enumerate(files):
         chosen = find_adapter(file, adapter, "imu")
         try:
@@ -167,9 +164,9 @@ def read_imus(
                         f"got {len(segments)} for {how_many(len(files), 'file')}."
                     )
                 sensor = replace(sensor, segment=segments[place])
-            found.append(sensor)
-    sensors = {sensor.segment: sensor for sensor in found}
-    if len(sensors) < len(found):
+            every.append(sensor)
+    sensors = {sensor.segment: sensor for sensor in every}
+    if len(sensors) < len(every):
         raise InputError("Expected one IMU for each segment, got two for the same.")
     missing = [name for name in segments if name not in sensors]
     if missing:
@@ -188,19 +185,13 @@ def root_acceleration(file: Path, cutoff_hz: float, offset_s: float = 0.0) -> Si
     InputError for any that did not."""
     if not file.is_file():
         raise InputError(f"Expected motion capture for --root at {file}, found no file there.")
-    found = [
-        poses
-        for each in adapters("poses").values()
-        if recognises(each, file)
-        for poses in call(each.read, file, what=f"Adapter '{each.name}'", options={})
-        if poses.frame.family == poses.frame.origin == "world" and poses.frame.metric
-    ]
-    if len(found) != 1:
+    people = [poses for poses in people_in_a_world(file) if poses.frame.origin == "world"]
+    if len(people) != 1:
         raise InputError(
             f"Expected one person's motion capture with the path of the root in a world for --root; {file} is no such "
             "file that an adapter knows (TotalCapture's gt_skel_gbl_pos.txt is)."
         )
-    poses = found[0]
+    (poses,) = people
     path = change_frame(poses, Z_UP).joint("pelvis").astype(np.float64)
     time_s = poses.times + offset_s
     grid = even_times(time_s, cutoff_hz)
@@ -215,73 +206,77 @@ def compare(
     *,
     search_s: float = 5.0,
     cutoff_hz: float = CUTOFF_HZ,
-    along: float | None = None,
 ) -> Comparison:
-    """One sensor against every method of a run.
+    """One sensor against every method of a run; one without orientation against the run's own alone.
 
     The lag and the clock's rate are properties of the recordings: they are found with the run's own method and hold
     for all. The heading is each method's own. InputError when there is too little to compare.
     """
-    poses, rectified = run.need("poses"), run.need("rectified")
-    times, seams, level = poses.times, breaks(poses), rectified.level.joints.astype(np.float64)
-    check_cutoff(cutoff_hz, rate(times))
-    if sensor.R_world_from_sensor is None:
-        return _compare_norms(run, sensor, search_s, cutoff_hz, along)
-    warnings = list(sensor.notes)
-    reference = root
-    means = "the path of the root is subtracted from the IMU"
-    if pelvis is not None:
-        reference = imu_signal(pelvis, None, cutoff_hz)
-        means = "the pelvis IMU is subtracted from the IMU, in their common world"
-    signal = imu_signal(sensor, reference, cutoff_hz)
-    time_s = even_times(times, cutoff_hz)
-
-    def acceleration(path: np.ndarray) -> np.ndarray:
-        return path_acceleration(path, times, seams, time_s, cutoff_hz)
-
-    rows = np.ones(len(time_s), dtype=bool)
-    if reference is None:
-        rows = still_pelvis(level, times, seams, time_s)
-        means = (
-            "no pelvis IMU and no path of the root: only spans in which the pelvis stands still are compared"
+    poses = run.need("poses")
+    check_cutoff(cutoff_hz, rate(poses.times))
+    time_s = even_times(poses.times, cutoff_hz)
+    norms = sensor.R_world_from_sensor is None
+    if norms:
+        video, signal, means = _norms(run, sensor, time_s, cutoff_hz)
+    else:
+        video, signal, means = _vectors(run, sensor, pelvis, root, time_s, cutoff_hz)
+    own, step_s = list(video)[-1], float(time_s[1] - time_s[0])
+    known_s = is_finite(video[own]).sum() * step_s
+    if known_s < _LEAST_S:
+        raise InputError(
+            f"Expected at least {_LEAST_S:g} s of video to compare with the IMU on {sensor.segment}, got "
+            f"{known_s:.1f} of {np.ptp(poses.times):.1f} s ({means}); give a longer take, or an IMU on the pelvis."
         )
-    video = {
-        name: np.where(rows[:, None], acceleration(point_on(sensor.segment, joints, along)), np.nan)
-        for name, joints in methods(run).items()
-    }
-    own = list(video)[-1]
-    step_s = float(time_s[1] - time_s[0])
-    _check_length(run, sensor, video[own], step_s, means)
-    found = align(time_s, video[own], signal, search_s)
-    at_video = signal(found.imu_time(time_s))
-    imus = {name: turned(at_video, heading_deg(values, at_video)) for name, values in video.items()}
-    scale = 1.0
+    how = align(time_s, video[own], signal, search_s)
+    felt = signal(how.imu_time(time_s))
+    imus = {name: turned(felt, heading_deg(values, felt)) for name, values in video.items()}
+    notices, scale = list(sensor.notices), 1.0
     if not poses.frame.metric:
         scale = _size(imus[own], video[own]) / _size(video[own], imus[own])
         video = {name: scale * values for name, values in video.items()}
-        warnings.append(
-            f"The run has no scale; its unit is taken for {scale:.3g} m, which fits the IMU best."
-        )
-    warnings += _doubts(run, found)
+        notices.append(notice("imu-scale-fitted", metres=scale))
     return Comparison(
         segment=sensor.segment,
         means=means,
-        alignment=found,
+        alignment=replace(how, heading_deg=float("nan")) if norms else how,
         imu_hz=sensor.rate_hz,
-        compared_s=float((is_finite(video[own]) & is_finite(at_video)).sum() * step_s),
+        compared_s=float((is_finite(video[own]) & is_finite(felt)).sum() * step_s),
         metres_per_unit=scale,
         time_s=time_s,
         video=video,
         imu=imus,
-        agreement={name: agreement(values, imus[name], step_s) for name, values in video.items()},
-        warnings=tuple(warnings),
+        agreement={name: agreement(values, imus[name], step_s, norms) for name, values in video.items()},
+        notices=(*notices, *_doubts(run, how)),
     )
 
 
-def _compare_norms(
-    run: Take, sensor: Imu, search_s: float, cutoff_hz: float, along: float | None
-) -> Comparison:
-    """A sensor without orientation against the run's own method: the norms with gravity, carried as vertical."""
+def _vectors(
+    run: Take, sensor: Imu, pelvis: Imu | None, root: Signal | None, time_s: np.ndarray, cutoff_hz: float
+) -> tuple[dict[str, np.ndarray], Signal, str]:
+    """Accelerations (N, 3) of the video by method at times (N,), those of the sensor, and how the pelvis' own motion
+    was dealt with."""
+    poses = run.need("poses")
+    times, seams, rows = poses.times, breaks(poses), np.ones(len(time_s), dtype=bool)
+    reference, means = root, "the path of the root is subtracted from the IMU"
+    if pelvis is not None:
+        reference = imu_signal(pelvis, None, cutoff_hz)
+        means = "the pelvis IMU is subtracted from the IMU, in their common world"
+    elif root is None:
+        rows = still_pelvis(run.need("rectified").level.joints.astype(np.float64), times, seams, time_s)
+        means = (
+            "no pelvis IMU and no path of the root: only spans in which the pelvis stands still are compared"
+        )
+    video = {}
+    for name, joints in methods(run).items():
+        path = path_acceleration(point_on(sensor.segment, joints), times, seams, time_s, cutoff_hz)
+        video[name] = np.where(rows[:, None], path, np.nan)
+    return video, imu_signal(sensor, reference, cutoff_hz), means
+
+
+def _norms(
+    run: Take, sensor: Imu, time_s: np.ndarray, cutoff_hz: float
+) -> tuple[dict[str, np.ndarray], Signal, str]:
+    """As `_vectors`, of the run's own method: norms with gravity, carried as vertical."""
     means = f"no orientation of the IMU on {sensor.segment} is given: only the norm, gravity included, is compared"
     poses, rectified = run.need("poses"), run.need("rectified")
     times, seams, level = poses.times, breaks(poses), rectified.level
@@ -290,47 +285,17 @@ def _compare_norms(
             f"Expected a run in metres ({means}), got one without a scale; run it again with --stature METRES, or "
             "export the IMU's quaternions."
         )
-    time_s = even_times(times, cutoff_hz)
     joints, root = level.joints.astype(np.float64), level.measured_root
-    path = point_on(sensor.segment, joints, along)
-    rows = np.ones(len(time_s), dtype=bool)
+    path, rows = point_on(sensor.segment, joints), np.ones(len(time_s), dtype=bool)
     if root is not None and is_finite(root).any():
         path = path + root
         means += "; the pelvis' own motion is that of the run's path"
     else:
         rows = still_pelvis(joints, times, seams, time_s)
         means += ", in the spans in which the pelvis stands still"
-    acceleration = path_acceleration(path, times, seams, time_s, cutoff_hz)
-    force = acceleration + np.array([0.0, 0.0, GRAVITY_MPS2])
+    force = path_acceleration(path, times, seams, time_s, cutoff_hz) + np.array([0.0, 0.0, GRAVITY_MPS2])
     video = np.where(rows[:, None], as_vertical(force), np.nan)
-    step_s = float(time_s[1] - time_s[0])
-    _check_length(run, sensor, video, step_s, means)
-    signal = imu_norm(sensor, cutoff_hz)
-    found = replace(align(time_s, video, signal, search_s), heading_deg=float("nan"))
-    felt, name = signal(found.imu_time(time_s)), method_name(rectified)
-    return Comparison(
-        segment=sensor.segment,
-        means=means,
-        alignment=found,
-        imu_hz=sensor.rate_hz,
-        compared_s=float((is_finite(video) & is_finite(felt)).sum() * step_s),
-        metres_per_unit=1.0,
-        time_s=time_s,
-        video={name: video},
-        imu={name: felt},
-        agreement={name: agreement_of_norms(video, felt, step_s)},
-        warnings=(*sensor.notes, *_doubts(run, found)),
-    )
-
-
-def _check_length(run: Take, sensor: Imu, video: np.ndarray, step_s: float, means: str) -> None:
-    compared_s = is_finite(video).sum() * step_s
-    if compared_s < _LEAST_S:
-        raise InputError(
-            f"Expected at least {_LEAST_S:g} s of video to compare with the IMU on {sensor.segment}, got "
-            f"{compared_s:.1f} of {np.ptp(run.need('poses').times):.1f} s ({means}); give a longer take, or an IMU on "
-            "the pelvis."
-        )
+    return {method_name(rectified): video}, imu_norm(sensor, cutoff_hz), means
 
 
 def _size(values: np.ndarray, other: np.ndarray) -> float:
@@ -338,27 +303,17 @@ def _size(values: np.ndarray, other: np.ndarray) -> float:
     return float(np.sqrt(values[both].var(axis=0).sum()))
 
 
-def _doubts(run: Take, found: Alignment) -> list[str]:
+def _doubts(run: Take, how: Alignment) -> list[Notice]:
     doubts, rectified = [], run.need("rectified")
     if not rectified.level_ok:
-        doubts.append("The run could not be levelled, so its axes are not upright.")
+        doubts.append(notice("imu-run-not-levelled"))
     if rectified.camera == "moving":
-        doubts.append(
-            "The camera moves: only the vertical axis can be compared, the others turn with the camera."
-        )
-    if found.score < _WEAK:
-        doubts.append(
-            f"Video and IMU agree weakly (r {found.score:.2f} over all axes); lag and heading may be wrong. Is the "
-            "sensor on that segment and side, of this take, and within the search?"
-        )
-    elif found.runner_up > _AMBIGUOUS * found.score:
-        doubts.append(
-            f"Another lag fits nearly as well (r {found.runner_up:.2f} against {found.score:.2f}), as in a periodic "
-            "motion; narrow it with --offset and --search."
-        )
-    if abs(found.rate - 1) > _CLOCK:
-        doubts.append(
-            f"The IMU's clock is {'fast' if found.rate > 1 else 'slow'}: {found.rate:.5f} of its seconds pass in one "
-            "of the video's; it is brought to the video's rate."
-        )
+        doubts.append(notice("imu-moving-camera"))
+    if how.score < _WEAK:
+        doubts.append(notice("imu-weak", r=how.score))
+    elif how.runner_up > _AMBIGUOUS * how.score:
+        doubts.append(notice("imu-lag-ambiguous", r=how.score, runner_up=how.runner_up))
+    if abs(how.rate - 1) > _CLOCK:
+        way = "fast" if how.rate > 1 else "slow"
+        doubts.append(notice("imu-clock-differs", way=way, rate=how.rate))
     return doubts

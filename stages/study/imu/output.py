@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ....pipeline.core.notices import Notice
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import whole_file
@@ -51,7 +52,7 @@ class Comparison:
     video: dict[str, np.ndarray]
     imu: dict[str, np.ndarray]
     agreement: dict[str, dict[str, dict[str, float]]]
-    warnings: tuple[str, ...]
+    notices: tuple[Notice, ...]
 
     @property
     def own(self) -> str:
@@ -70,19 +71,19 @@ class Comparison:
 
     def figures(self) -> dict[str, Any]:
         """Everything but the curves."""
-        found = self.alignment
+        how = self.alignment
         return {
             "pelvis": self.means,
-            "lag_s": found.lag_s,
-            "clock_rate": found.rate,
-            "heading_deg": found.heading_deg,
-            "r_three_axes": found.score,
-            "r_next_best_lag": found.runner_up,
+            "lag_s": how.lag_s,
+            "clock_rate": how.rate,
+            "heading_deg": how.heading_deg,
+            "r_three_axes": how.score,
+            "r_next_best_lag": how.runner_up,
             "imu_hz": self.imu_hz,
             "compared_s": self.compared_s,
             "metres_per_unit": self.metres_per_unit,
             "methods": self.agreement,
-            "warnings": list(self.warnings),
+            "notices": [each.as_dict() for each in self.notices],
         }
 
 
@@ -103,7 +104,7 @@ def as_markdown(take: str, segments: Mapping[str, Mapping[str, Any]]) -> str:
                 if of["heading_deg"] is None
                 else f", its heading differs by {of['heading_deg']:.0f} degrees"
             ),
-            *(f"- **{warning}**" for warning in of["warnings"]),
+            *(f"- **{each['text']}**" for each in of["notices"]),
             "",
             f"| method | {' | '.join(_COLUMNS.values())} |",
             f"|---{'|---' * len(_COLUMNS)}|",
@@ -163,7 +164,7 @@ def as_page(result: Comparison, offset_s: float) -> str:
     )
     late = f"the IMU{_added(offset_s)} is {1000 * result.alignment.lag_s:.0f} ms late"
     said = f"{what}: {late}, {result.compared_s:.1f} s were compared."
-    head = answer([said]) + box("Warnings", list(result.warnings), "warning")
+    head = answer([said]) + box("Warnings", [each.text for each in result.notices], "warning")
     return page(f"{result.segment}: video against IMU", head, [("Over time", charts(shown))])
 
 

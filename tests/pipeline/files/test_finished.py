@@ -63,6 +63,7 @@ def test_the_take_is_the_one_that_was_run(run):
     assert list(back.inputs) == [plain(entry) for entry in take.inputs]
     assert (back.name, back.session, back.told) == (take.name, take.session, take.told)
     assert back.poses.made_by == take.poses.made_by
+    assert (back.cutoff_hz, take.cutoff_hz) == (6.0, 6.0)
     assert back.findings == grave(take.findings)
     assert [each.as_dict() for each in back.said] == [plain(each.as_dict()) for each in take.said]
     for name in ("image_size", "focal_px", "focal_sd_px", "focal_source", "reason"):
@@ -125,6 +126,17 @@ def test_an_older_run_is_read_without_what_it_lacks(run, tmp_path):
     assert take.keypoints is take.filtered is take.kinematics is None
     assert take.poses.frame == run[0].poses.frame
     same(take.poses.joints, run[0].poses.joints, "joints")
+
+
+def test_an_older_run_has_its_cut_off_among_its_steps(run, tmp_path):
+    folder = shutil.copytree(run[1], tmp_path / "older")
+    summary = json.loads((folder / "summary.json").read_text())
+    del summary["cutoff_hz"]
+    (step,) = [step for step in summary["history"] if step["name"] == "low-pass filter"]
+    for options, cutoff_hz in (({"cutoff_hz": 4.5}, 4.5), ({"filter": "none"}, None)):
+        step["options"] = options
+        (folder / "summary.json").write_text(json.dumps(summary))
+        assert read_run(folder).cutoff_hz == cutoff_hz
 
 
 def test_a_notice_of_another_version_says_what_the_run_said(run, tmp_path):

@@ -6,16 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.measures import rows_of
+from golden.measures import by_place, rows_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, RunOptions, read_run, run_files
+from pcnet3d.pipeline.core.measures import Measure
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.export.measures import write_measures
 from pcnet3d.stages.study.batch.command import study_rows
 from pcnet3d.stages.study.batch.manifest import Entry
 from pcnet3d.stages.study.batch.page import as_page
-from pcnet3d.stages.study.batch.study import changes, figures, rates_within
+from pcnet3d.stages.study.batch.study import _comparable, changes, figures, rates_within
 from pcnet3d.stages.study.batch.take import Outcome, _hashes, _kept, _key
 
 SAID = {"code": "no-scale", "weight": "warning", "about": "", "text": "careful"}
@@ -24,13 +25,13 @@ NAME = "range_of_motion.r_knee_flexion.p05_p95_deg"
 
 def row(subject, visit, value, condition=""):
     labels = {"subject": subject, "visit": visit, "condition": condition}
-    return {**labels, "level_ok": True, "measures": {NAME: value}}
+    return {**labels, "level_ok": True, "measures": {} if value is None else by_place({NAME: value})}
 
 
 @pytest.mark.parametrize("doubt", [{"level_ok": False}, {"verdict": "unusable"}])
 def test_a_take_that_is_not_to_be_believed_has_no_say(doubt):
     rows = [row(s, v, 1.0 + (v == "2")) for s in "abc" for v in "12"]
-    rows[-1] |= {**doubt, "measures": {NAME: 100.0}}
+    rows[-1] |= {**doubt, "measures": by_place({NAME: 100.0})}
     (change,) = changes(rows)
     assert (change.n, change.bias) == (2, 1.0)
 
@@ -45,17 +46,6 @@ def test_people_of_one_take_are_not_averaged_into_its_subject():
     alone = [{**row("d", v, 1.0 + (v == "2")), "name": f"d_{v}", "person": "0"} for v in "12"]
     (change,) = changes([*rows, *crowd, *alone])
     assert (change.n, change.bias) == (3, 1.0)
-
-
-def test_lengths_of_a_take_without_a_scale_have_no_say():
-    name = "paths.r_wrist.path_length"
-    rows = [
-        {**row(s, v, 0.0), "unit": "arbitrary" if s == "c" else "m", "measures": {name: 1.0 + (v == "2")}}
-        for s in "abc"
-        for v in "12"
-    ]
-    (change,) = changes(rows)
-    assert (change.measure, change.n, change.bias) == (name, 2, 1.0)
 
 
 def test_limits_of_agreement_by_hand():
@@ -101,7 +91,7 @@ def test_rounded_figures_of_unchanged_subjects_seldom_change(sd):
         rows = [
             {
                 **row(f"s{s}", "12"[v], 0.0),
-                "measures": dict(zip(names, values[:, s, v].tolist(), strict=True)),
+                "measures": by_place(dict(zip(names, values[:, s, v].tolist(), strict=True))),
             }
             for s in range(n)
             for v in range(2)
@@ -120,7 +110,7 @@ def test_the_page_names_a_real_change_before_one_that_was_rounded_to_the_same():
     hip = NAME.replace("knee", "hip")
     rows = [row(f"s{i}", v, 60.0 + i + (8.0 + i % 5) * (v == "2")) for i in range(6) for v in "12"]
     for i, one in enumerate(rows):
-        one["measures"][hip] = 40.0 + i // 2 + i % 2
+        one["measures"] |= by_place({hip: 40.0 + i // 2 + i % 2})
     page = as_page("Study", [{**one, "name": "t", "state": "done"} for one in rows], changes(rows))
     assert page.index("knee flexion (°) +9.67") < page.index("hip flexion (°) +1")
 
@@ -218,16 +208,6 @@ def test_nothing_is_said_of_fewer_than_two_subjects(rows):
     assert changes(rows) == []
 
 
-def test_what_a_measure_rests_on_is_no_measure():
-    names = [
-        "walking.frames", "walking.nan_share", "walking.cadence_error_spm", "walking.walking_speed_error",
-        "range_of_motion.r_knee_flexion.sd_deg", "floor.places", "knee_bends.cycles.r_knee_flexion.count",
-        "knee_bends.count", "walking.sd_step_time_s",
-    ]  # fmt: skip
-    rows = [{**row(s, v, 1.0), "measures": dict.fromkeys(names, 1.0)} for s in "ab" for v in "12"]
-    assert [change.measure for change in changes(rows)] == names[-2:]
-
-
 @pytest.mark.parametrize(
     ("rates", "lifted", "warned"),
     [
@@ -278,8 +258,12 @@ def test_figures_are_single_numbers_by_their_keys(made):
     write_measures(take, run / "measures.csv")
     (found,) = figures(run)
     assert found["device"] == "cpu, cuda"
-    assert found["measures"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}
-    assert isinstance(found["measures"]["walking.steps"], float)
+    assert found["numbers"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}
+    assert isinstance(found["numbers"]["walking.steps"], float)
+    assert {key: measure.unit for key, measure in found["measures"].items()} == {
+        "walking.steps": "",
+        "walking.right.x": "s",
+    }
     assert [each["text"] for each in found["notices"]] == [SAID["text"], "a name ?"]
     assert not found["lifted"]
     assert (found["frames"], found["fps"], found["method"]) == (60, pytest.approx(30), "geometric")
@@ -287,6 +271,25 @@ def test_figures_are_single_numbers_by_their_keys(made):
     assert found["report"] == ""
     (run / "report.html").write_text("")
     assert figures(run)[0]["report"] == "takes/a/report.html"
+
+
+def test_only_figures_that_say_something_are_compared(made):
+    """No length without a scale, whatever it is called, and nothing that others rest on."""
+    figures = {
+        "walking": {
+            "frames": 60, "nan_share": 0.1, "cadence_spm": 100.0, "cadence_error_spm": 1.0, "walking_speed": 1.2,
+            "walking_speed_error": 0.1, "landings_s": [1.0],
+        },
+        "range_of_motion": {"r_knee_flexion": {"sd_deg": 2.0}},
+        "floor": {"places": 3},
+        "knee_bends": {"count": 2, "cycles": {"r_knee_flexion": {"count": 2, "mean_deg": [1.0] * 101}}},
+    }  # fmt: skip
+    take = read_run(made()).with_(measures=(Measure("reach", 0.8, "length"), *rows_of(figures)))
+    frame = take.need("poses").frame
+    others = {"walking.cadence", "knee_bends.count"}
+    assert set(_comparable(take)) == {*others, "reach", "walking.walking_speed"}  # metres
+    without_scale = take.with_(poses=take.need("poses").with_(frame=frame.with_(unit="arbitrary")))
+    assert set(_comparable(without_scale)) == others
 
 
 def test_a_run_without_its_files_has_nothing_to_say(tmp_path):

@@ -9,8 +9,14 @@ from golden import bodies
 from pcnet3d.pipeline import H36M17
 from pcnet3d.stages.drawing.charts import scatter
 from pcnet3d.stages.study.compare.curves import differences
-from pcnet3d.stages.study.compare.figures import agreement, correlation, cycles_agree, view_spread
-from pcnet3d.stages.study.compare.joints import LOWER_BOUND, joint_agreement, joint_table
+from pcnet3d.stages.study.compare.figures import (
+    agreement,
+    correlation,
+    cycles_agree,
+    joint_agreement,
+    view_spread,
+)
+from pcnet3d.stages.study.compare.page import LOWER_BOUND, _joints
 
 REFERENCE = 40 + 30 * np.sin(np.linspace(0, 20, 2000))
 
@@ -125,7 +131,7 @@ def test_a_joint_that_is_off_by_a_known_distance():
 def test_two_runs_are_told_what_their_agreement_proves():
     body = np.tile(bodies.facing_camera().astype(float), (40, 1, 1))
     found = joint_agreement(body, body, metric=False)
-    assert LOWER_BOUND in joint_table(found, truth=False)
-    assert LOWER_BOUND not in joint_table(found, truth=True)
-    assert "(mm)" not in joint_table(found, truth=True)
-    assert joint_table({}, truth=False) == ""
+    assert LOWER_BOUND in _joints(found, truth=False)
+    assert LOWER_BOUND not in _joints(found, truth=True)
+    assert "(mm)" not in _joints(found, truth=True)
+    assert _joints({}, truth=False) == ""

@@ -108,7 +108,7 @@ def test_units_are_told_by_the_norm_and_said(walk, unit, factor):
     imu = strapped(walk, "r_forearm", PERFECT)
     found = imu_from_samples("r_forearm", imu.time_s, imu.force_mps2 * factor, imu.R_world_from_sensor)
     np.testing.assert_allclose(found.force_mps2, imu.force_mps2, rtol=1e-9)
-    assert any(f" {unit} " in note for note in found.notes) == (unit != "m/s^2")
+    assert [each.values["unit"] for each in found.notices] == [unit] * (unit != "m/s^2")
 
 
 def test_what_is_no_specific_force_with_its_orientation_is_refused(walk):

@@ -7,7 +7,8 @@ from pcnet3d.examples.walker.imu import Faults, strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.signals.imu import point_on
-from pcnet3d.stages.study.imu.align import Signal, agreement, align, turned
+from pcnet3d.stages.study.compare.align import turned
+from pcnet3d.stages.study.imu.align import Signal, agreement, align
 from pcnet3d.stages.study.imu.motion import even_times, imu_signal, path_acceleration, still_pelvis
 
 CUTOFF = 6.0

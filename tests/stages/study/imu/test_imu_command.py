@@ -66,7 +66,7 @@ def test_lag_and_correlation_reach_their_aims(compared):
         assert list(figures["methods"]) == METHODS
         for axis, of in figures["methods"]["pcnet"].items():
             assert of["r"] >= 0.99, (segment, axis, of)
-        assert figures["warnings"] == []
+        assert figures["notices"] == []
 
 
 def test_a_lag_is_told_with_the_offset_that_it_comes_on_top_of(made, tmp_path):
@@ -243,7 +243,7 @@ def test_g_is_said_and_gives_the_same(compared, made, tmp_path):
     write_csv(made / "g.csv", replace(imu_in_g, force_mps2=imu_in_g.force_mps2 / GRAVITY_MPS2))
     imu(made / "run", imu=[made / "g.csv", made / "pelvis.csv"], segment=["r_forearm", "pelvis"])
     again = json.loads((made / "run/imu/imu.json").read_text())["segments"]["r_forearm"]
-    assert "were in g" in again["warnings"][0]
+    assert (again["notices"][0]["code"], again["notices"][0]["values"]["unit"]) == ("imu-unit", "g")
     before = compared["segments"]["r_forearm"]["methods"]["pcnet"]["x"]
     assert again["methods"]["pcnet"]["x"]["r"] == pytest.approx(before["r"], abs=1e-4)
     assert again["methods"]["pcnet"]["x"]["rmse_mps2"] == pytest.approx(before["rmse_mps2"], abs=1e-3)
