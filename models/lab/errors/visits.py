@@ -152,7 +152,8 @@ def set_up_again(
 def elsewhere(
     first: Cameras[np.ndarray], world: np.ndarray, rng: np.random.Generator, views: ViewRange
 ) -> Cameras[np.ndarray]:
-    """Another camera of these views, at least _ELSEWHERE_DEG about the vertical from where it was."""
+    """Another camera (1,) of these views that sees every joint (1, T, J, 3), at least _ELSEWHERE_DEG about the vertical
+    from where it was."""
     away = first.R_camera_from_world[0, 0, 2]
     yaw = float(np.degrees(np.arctan2(away[1], away[0])))
     return place(world, rng, replace(views, yaw_deg=(yaw + _ELSEWHERE_DEG, yaw + 360 - _ELSEWHERE_DEG)))
