@@ -1,12 +1,27 @@
 """Virtual visits: where the second camera stands, and fits of known answers."""
 
+import json
+
 import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.lab.errors.visits import Visits, elsewhere, factors, fit, freedom, set_up_again
-from pcnet3d.models.lab.synthetic.cameras import WILD, place
+from pcnet3d.models.angle_error.repeatability import shipped
+from pcnet3d.models.lab.errors import visits as module
+from pcnet3d.models.lab.errors.visits import (
+    KINDS,
+    Visits,
+    elsewhere,
+    factors,
+    fit,
+    freedom,
+    main,
+    set_up_again,
+    visits,
+)
+from pcnet3d.models.lab.synthetic.cameras import TYPICAL, WILD, place
 from pcnet3d.pipeline.core.camera import pitch_roll_deg
+from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -30,6 +45,24 @@ def test_the_second_camera_stands_where_it_is_said_to(seed):
         assert (joints[..., 2] > 0).all()
         assert ((pixels >= 0) & (pixels <= camera.image_size[0])).all()
     assert np.linalg.norm(again.position - first.position) > 0
+
+
+def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch):
+    walk = walker(seconds=2.5)
+    clip = Clip("walk", "somebody", "max", 30.0, walk.world.astype(np.float32))
+    found = list(visits(clip, "typical", TYPICAL, 0))
+    assert {pair.kind for pair in found} == set(KINDS)
+    knees = [pair for pair in found if pair.figure == "range_of_motion.knee_flexion"]
+    assert {(pair.kind, pair.side) for pair in knees} == {
+        (kind, side) for kind in KINDS for side in ("right", "left")
+    }
+    assert len({pair.found for pair in knees}) > 1
+    assert not any(pair.same_place for pair in found if pair.kind == "elsewhere")
+    assert all(pair.same_place for pair in found if pair.kind == "same tripod")
+    monkeypatch.setattr(module, "clips", lambda: [clip])
+    monkeypatch.setattr(module, "visits", lambda *_: iter(found))
+    main(tmp_path / "fitted.json", seed=0)
+    assert json.loads((tmp_path / "fitted.json").read_text()).keys() == shipped().keys()
 
 
 def pairs(
