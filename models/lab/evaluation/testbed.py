@@ -35,7 +35,7 @@ from ...lifter.builtin import lift, network
 from ...lifter.features import body_rays
 from ..mocap.clips import Subjects, lying, read_clips
 from ..synthetic.bodies import BodyRange, vary
-from ..synthetic.cameras import TYPICAL, WILD, ViewRange, place
+from ..synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place
 from ..synthetic.keypoint_noise import Noise, detect
 from .motion_class import motion_classes
 
@@ -160,13 +160,15 @@ def see(
     noise: Noise | None = None,
     bodies: BodyRange | None = None,
     views: ViewRange = WILD,
+    cameras: Cameras[np.ndarray] | None = None,
 ) -> SeenTake:
-    """A clip before one camera and a noisy detector; deterministic in the seed and the clip's name."""
+    """A clip before one camera and a noisy detector; deterministic in the seed and the clip's name. cameras: that one,
+    of leading shape (1,), in place of one that is drawn."""
     rng = _rng(clip, seed)
     world = clip.joints[None].astype(np.float64)
     if bodies is not None:
         world = vary(world, rng, bodies)
-    cameras = place(world, rng, views)
+    cameras = place(world, rng, views) if cameras is None else cameras
     joints = cameras.to_camera(world)
     pixels, confidence = detect(cameras.project(joints), joints, rng, noise, clip.fps)
     R_camera_from_world = cameras.R_camera_from_world[0]

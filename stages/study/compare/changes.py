@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....models.angle_error.repeatability import (
+    MOVEMENTS,
+    difference_chance,
+    difference_sd,
+    differing,
+    figure_of,
+    same_place,
+    shipped,
+)
 from ....models.common.metrics import SD_90
-from ....pipeline.core.measures import OF_LENGTH, Group, Measure, grouped, measure, subgroup
+from ....pipeline.core.measures import OF_LENGTH, Group, Measure, grouped, measure, subgroup, text
 from ....pipeline.signals.angles import ANGLES
 from ...drawing.words import spoken
 from ...measures.figures import rounded
@@ -17,18 +26,13 @@ from ...report.measures import unit_of, worded
 from .side import Side
 
 _MOST = 6  # changes that a sentence names
-_MOVEMENTS = {  # figures that do not follow from each other
-    "walking": (
-        "walking_speed", "cadence", "mean_step_length", "mean_step_width", "mean_stance", "mean_double_support",
-    ),
-    "knee_bends": ("mean_rise",),
-    "arm_raises": ("mean_rise",),
-}  # fmt: skip
+_BEYOND = 0.1  # of the figures that did not change, of each by itself: SD_90
 
 
 class Change(NamedTuple):
     """A figure of two takes. group: "range_of_motion" or the movement's; side: "right", "left" or neither; values,
-    errors: of the reference and of the other, whose errors are taken for independent."""
+    errors: of the reference and of the other; error: one standard deviation of their difference; differs: whether it is
+    told from none, with all figures of the comparison tested at once."""
 
     group: str
     item: str
@@ -36,6 +40,8 @@ class Change(NamedTuple):
     unit: str
     values: tuple[float, float]
     errors: tuple[float, float]
+    error: float
+    differs: bool = False
 
     @property
     def by(self) -> float:
@@ -43,14 +49,20 @@ class Change(NamedTuple):
         return rounded(self.values[1] - self.values[0], self.error)
 
     @property
-    def error(self) -> float:
-        """One standard deviation of the difference."""
-        return float(np.hypot(*self.errors))
+    def mdc90(self) -> float:
+        """The minimal detectable change: beyond it lies one in ten differences of a figure that did not change."""
+        return SD_90 * self.error
 
     @property
     def within_error(self) -> bool:
-        """Whether no difference can be told: zero lies in the 90 % band about it."""
-        return abs(self.values[1] - self.values[0]) <= SD_90 * self.error
+        """Whether zero lies in the 90 % band about the difference, looked at by itself."""
+        return abs(self.values[1] - self.values[0]) <= self.mdc90
+
+    @property
+    def chance(self) -> float:
+        """How often a figure that did not change differs by as much."""
+        off = self.values[1] - self.values[0]
+        return float(difference_chance(np.array(off / self.error))) if self.error > 0 else float(off == 0)
 
     @property
     def words(self) -> str:
@@ -58,35 +70,46 @@ class Change(NamedTuple):
         return f"{self.by:+g} ± {self.error:.2g}"
 
 
-def changes(side: Side, reference: Side) -> list[Change]:
+def changes(side: Side, reference: Side, near: bool) -> list[Change]:
     """Of every range of motion, of walking and of how far knees bend and arms rise, where both takes state an error.
-    Lengths and speeds only where both are in metres."""
+    Lengths and speeds only where both are in metres. near: whether both were filmed from about the same place."""
     before, after = grouped(reference.measures), grouped(side.measures)
-    return [*_ranges(before, after), *_movements(before, after, reference.metric and side.metric)]
+    alike = _one_lifter(side, reference)
+    found = [*_ranges(before, after), *_movements(before, after, reference.metric and side.metric)]
+    gaits = [text(subgroup(of, "walking"), "gait") for of in (before, after)]
+    return _tested([_change(each, gaits, near if alike else None) for each in found])
+
+
+def from_same_place(side: Side, reference: Side) -> bool:
+    """Whether both runs were filmed from about the same place; False where that is not known."""
+    if side.run is None or reference.run is None:
+        return False
+    return same_place(side.run.need("rectified"), reference.run.need("rectified"))
 
 
 def other_cadence(changes: list[Change]) -> bool:
-    """Whether the walks of two takes have cadences that differ by more than their errors, so that they are two walks:
-    of 110 pairs of cameras that saw one captured walk (lifted) none had."""
-    return any(c.item == "cadence" and not c.within_error for c in changes)
+    """Whether the walks of two takes have cadences that differ by more than both takes' errors, so that they are two
+    walks: of 110 pairs of cameras that saw one captured walk (lifted) none had."""
+    of = [change for change in changes if change.item == "cadence"]
+    return any(abs(c.values[1] - c.values[0]) > SD_90 * np.hypot(*c.errors) for c in of)
 
 
 def told(changes: list[Change], against: str) -> Iterator[str]:
-    """A sentence on how many figures differ by more than their errors, and which. against: "B less A"."""
+    """A sentence on how many figures differ, which, and how many chance makes seem so. against: "B less A"."""
     if not changes:
         return
-    apart = sorted(
-        (change for change in changes if not change.within_error),
-        key=lambda change: -abs(change.values[1] - change.values[0]) / change.error,
-    )
+    apart = sorted((change for change in changes if change.differs), key=lambda change: change.chance)
+    beyond = sum(not change.within_error for change in changes)
+    chance = f"{beyond or 'none'} beyond MDC90, where {_BEYOND * len(changes):.2g} are expected by chance"
+    figures = f"of {len(changes)} ranges of motion and figures of movements"
     if not apart:
-        yield f"None of {len(changes)} ranges of motion and figures of movements differs by more than its error (90 %)"
+        yield f"None {figures} differs by more than the error; {chance}"
         return
     words = [f"{named(change)} {change.words}{_gap(change.unit)}{change.unit}" for change in apart[:_MOST]]
     more = f" and {len(apart) - _MOST} more" if len(apart) > _MOST else ""
     yield (
-        f"{len(apart)} of {len(changes)} ranges of motion and figures of movements differ by more than the error "
-        f"(90 %), {against}: {', '.join(words)}{more}"
+        f"{len(apart)} {figures} {'differs' if len(apart) == 1 else 'differ'} by more than the error, {against}: "
+        f"{', '.join(words)}{more}; {chance}"
     )
 
 
@@ -102,7 +125,9 @@ def as_figures(changes: list[Change]) -> list[dict[str, Any]]:
             "value": change.values[1],
             "difference": change.by,
             "error": float(f"{change.error:.2g}"),
+            "mdc90": float(f"{change.mdc90:.2g}"),
             "within_error": change.within_error,
+            "differs": change.differs,
         }
         for change in changes
     ]
@@ -121,25 +146,54 @@ def _gap(unit: str) -> str:
     return "" if unit.startswith("°") else " "
 
 
-def _ranges(before: Group, after: Group) -> Iterator[Change]:
+_Found = tuple[str, str, str, Measure, Measure]  # group, item, side, of the reference, of the other
+
+
+def _ranges(before: Group, after: Group) -> Iterator[_Found]:
     for angle in ANGLES:
         both = (measure(subgroup(of, "range_of_motion", angle), "p05_p95") for of in (before, after))
-        yield from _change("range_of_motion", angle, "", *both)
+        yield from _with_errors("range_of_motion", angle, "", *both)
 
 
-def _movements(before: Group, after: Group, metric: bool) -> Iterator[Change]:
-    for group, names in _MOVEMENTS.items():
+def _movements(before: Group, after: Group, metric: bool) -> Iterator[_Found]:
+    for group, names in MOVEMENTS.items():
         for name, side in product(names, ("right", "left") if group == "arm_raises" else ("",)):
             path = (group, side) if side else (group,)
             both = [measure(subgroup(of, *path), name) for of in (before, after)]
             if metric or not any(of and of.unit in OF_LENGTH for of in both):
-                yield from _change(group, worded(name), side, *both)
+                yield from _with_errors(group, worded(name), side, *both)
 
 
-def _change(
+def _with_errors(
     group: str, item: str, side: str, before: Measure | None, after: Measure | None
-) -> Iterator[Change]:
-    """Of two figures that both have an error; nothing else."""
+) -> Iterator[_Found]:
+    """Two figures that both have an error; nothing else."""
     if before and after and before.error is not None and after.error is not None:
-        values, errors = (before.value, after.value), (before.error, after.error)
-        yield Change(group, item, side, unit_of(after), values, errors)
+        yield group, item, side, before, after
+
+
+def _change(found: _Found, gaits: Sequence[str], near: bool | None) -> Change:
+    """gaits: of both takes' steps. near: whether both were filmed from about the same place, None for errors that are
+    independent."""
+    group, item, side, before, after = found
+    assert before.error is not None
+    assert after.error is not None
+    values, errors = (before.value, after.value), (before.error, after.error)
+    error, figure = float(np.hypot(*errors)), figure_of(after, gaits[1])
+    if near is not None and figure is not None and figure == figure_of(before, gaits[0]):
+        error = difference_sd(figure, errors, near)
+    return Change(group, item, side, unit_of(after), values, errors, error)
+
+
+def _tested(found: list[Change]) -> list[Change]:
+    """The same, and which of them differ, by Benjamini and Hochberg's procedure over all of them."""
+    if not found:
+        return []
+    differ = differing(np.array([change.chance for change in found]))
+    return [change._replace(differs=bool(one)) for change, one in zip(found, differ, strict=True)]
+
+
+def _one_lifter(side: Side, reference: Side) -> bool:
+    """Whether both are lifts of the lifter whose differences are known; those of others count as independent."""
+    runs = [each.run for each in (side, reference)]
+    return all(run is not None and run.need("poses").made_by.by == shipped()["lifter"] for run in runs)

@@ -27,7 +27,7 @@ from ....pipeline.signals.filters import rate
 from ..rates import is_lifted, rates_apart
 from .accelerations import accelerations
 from .align import AMBIGUOUS, UNUSUAL, WEAK, Alignment, correlated, size_ratio, stamped, turn_deg, turned
-from .changes import changes, other_cadence
+from .changes import changes, from_same_place, other_cadence
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
 from .figures import agreement, joint_agreement, view_spread
@@ -143,10 +143,11 @@ def compared(
     notices += rates_apart("runs", (rate(side.time_s) for side in sides if side.run and is_lifted(side.run)))
     pairs = []
     for side in others:
-        found = changes(side, reference)
+        near = from_same_place(side, reference)
+        found = changes(side, reference, near)
         differ = [*told_apart(side, reference), *["cadences"] * other_cadence(found)]
         how, said = _aligned(side, reference, differ, align, offset_s, search_s)
-        pair = replace(_pair(side, reference, how), changes=found)
+        pair = replace(_pair(side, reference, how), changes=found, same_place=near)
         pairs.append(pair)
         notices += said
         notices += _beyond(pair)

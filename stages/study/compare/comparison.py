@@ -28,6 +28,7 @@ class Pair:
     side's rows, and the standard error of the difference. agreement: of figures.agreement by angle. turn_deg, scale:
     what brought the side's LEVEL to the reference's. joints_mm: mean distance of the joints in LEVEL then. changes:
     of the measures of both. one_recording: whether both read the same one, so that their errors are not independent.
+    same_place: whether both were filmed from about the same place, False where that is not known.
     """
 
     side: Side
@@ -46,6 +47,7 @@ class Pair:
     accelerations: Accelerations | None = None
     changes: list[Change] = field(default_factory=list)
     one_recording: bool = False
+    same_place: bool = False
 
     @property
     def level(self) -> np.ndarray:
@@ -149,6 +151,7 @@ def figures(comparison: Comparison) -> dict[str, Any]:
                 "joints_mm": pair.joints_mm,
                 "joints": pair.joints,
                 "angles": pair.agreement,
+                "same_place": pair.same_place,
                 "changes": as_figures(pair.changes),
                 "cycles": [{"kind": c.kind, "angle": c.angle, **c.agreement} for c in pair.cycles],
                 "accelerations": {} if pair.accelerations is None else pair.accelerations.agreement,

@@ -30,8 +30,8 @@ from .figures import JointAgreement
 from .wrists import AXES, WRISTS, wrist_charts
 
 _ERRORS = (
-    "± is one standard deviation; those of two runs are taken for independent. What is marked 90 %, or said to be "
-    "within the errors, is so in nine of ten cases."
+    "± is one standard deviation. What is marked 90 %, or said to be within the errors, is so in nine of ten cases. "
+    "Of the figures that are said to differ, a tenth does by chance at most (Benjamini & Hochberg 1995)."
 )
 LOWER_BOUND = (
     "Half of a root mean square difference is a lower bound of the error of one of the two, here as for angles: runs "
@@ -158,14 +158,28 @@ def _ranges(pair: Pair) -> Markup:
     by = {change.item: _by(change) for change in pair.changes if change.group == "range_of_motion"}
 
     cells: dict[str, list[Cell]] = {
-        name: [*(range_words(subgroup(of, name)) for of in both), by.get(name)] for name in ANGLES
+        name: [*(range_words(subgroup(of, name)) for of in both), *by.get(name, (None, None))]
+        for name in ANGLES
     }
     words = (
         "From the 5th to the 95th percentile of each whole take, in degrees; ± is the angle's standard deviation. "
-        f"Difference: {pair.side.name} less {pair.reference.name}, of how wide the range is. Grey: a difference that "
-        "lies within its error (90 %), or a range with values such as no joint reaches."
+        f"Difference: {pair.side.name} less {pair.reference.name}, of how wide the range is. {_of_changes(pair)} Grey "
+        "too: a range with values such as no joint reaches."
     )
-    return small(words) + _by_angle(cells, (pair.reference.name, pair.side.name, "difference"))
+    return small(words) + _by_angle(cells, (pair.reference.name, pair.side.name, "difference", "MDC90"))
+
+
+def _of_changes(pair: Pair) -> str:
+    place = (
+        "about the same place, as the person's facing and the camera's pitch say"
+        if pair.same_place
+        else "different places, or it is not known from where"
+    )
+    return (
+        "MDC90: the minimal detectable change, beyond which lies one in ten differences of what did not change; both "
+        f"were filmed from {place}. Grey: a difference within its MDC90, which answers for a figure that was chosen "
+        "beforehand. *: a difference that is told from none with all figures looked at."
+    )
 
 
 def _movements(pair: Pair) -> Markup:
@@ -174,16 +188,19 @@ def _movements(pair: Pair) -> Markup:
         [
             f"{named(change)} ({change.unit})",
             *(f"{value:g} ± {error:g}" for value, error in zip(change.values, change.errors, strict=True)),
-            _by(change),
+            *_by(change),
         ]
         for change in pair.changes
         if change.group != "range_of_motion"
     ]
-    return table(("", pair.reference.name, pair.side.name, "difference"), rows)
+    head = ("", pair.reference.name, pair.side.name, "difference", "MDC90")
+    return table(head, rows) + small(_of_changes(pair) if rows else "")
 
 
-def _by(change: Change) -> Cell:
-    return Soft(change.words) if change.within_error else change.words
+def _by(change: Change) -> tuple[Cell, Cell]:
+    """The difference and its minimal detectable change."""
+    words = f"{change.words} *" if change.differs else change.words
+    return Soft(words) if change.within_error and not change.differs else words, f"{change.mdc90:.2g}"
 
 
 def _angles(pair: Pair) -> Markup:

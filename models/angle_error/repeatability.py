@@ -1,0 +1,117 @@
+"""How wrong the difference of two takes' figures may be: of two visits, what a lifter errs alike in both cancels.
+
+repeatability.json was fitted by models/lab/errors/visits.py on pairs of virtual visits of validation people, in which
+nothing has changed: for every figure the factor on both takes' errors, added as those of independent takes are, with
+which nine in ten differences lie inside. It is smaller where both were filmed from about the same place. `freedom` says
+how heavy the tails of the differences are: by it a tenth of the comparisons finds a change where there is none.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...pipeline.core.camera import pitch_roll_deg
+from ...pipeline.core.measures import Measure
+from ...pipeline.core.pose import Rectified
+from ...pipeline.core.rotations import is_finite, unit
+from ...pipeline.signals.angles import ANGLES, near, of_both
+from ..common.metrics import SD_90
+
+REPEATABILITY_FILE = Path(__file__).with_name("repeatability.json")
+SAME_FACING_DEG, SAME_PITCH_DEG = (
+    15.0,
+    6.0,
+)  # from about the same place: the person's facing, the camera's pitch
+MOVEMENTS = {  # figures that do not follow from each other
+    "walking": (
+        "walking_speed", "cadence", "mean_step_length", "mean_step_width", "mean_stance", "mean_double_support",
+    ),
+    "knee_bends": ("mean_rise",),
+    "arm_raises": ("mean_rise",),
+}  # fmt: skip
+FALSE = 0.1  # of the figures that are said to differ: those that do not
+_TURNING = 0.5  # mean resultant of the frames' facing, below which there is no one direction
+
+
+def figure_of(row: Measure, gait: str) -> str | None:
+    """What a figure is compared as, right and left alike: "range_of_motion.knee_flexion", "walking.cadence",
+    "running.cadence"; None for one that two takes are not compared by. gait: "walking" or "running" of the take's
+    steps."""
+    group, *inner = row.group or ("",)
+    if group == "range_of_motion":
+        named = row.name == "p05_p95" and inner[0] in ANGLES
+        return f"range_of_motion.{of_both(inner[0])}" if named else None
+    named = (
+        row.name in MOVEMENTS.get(group, ()) and row.number is None and bool(inner) == (group == "arm_raises")
+    )
+    return f"{gait if group == 'walking' else group}.{row.name}" if named else None
+
+
+def difference_sd(figure: str, errors: tuple[float, float], same_place: bool) -> float:
+    """One standard deviation of the difference of a figure of two takes, both by the shipped lifter, of their stated
+    errors. figure: of `figure_of`. same_place: whether both were filmed from about the same place (`same_place`). A
+    figure that was not fitted has independent errors."""
+    place = "again" if same_place else "elsewhere"
+    return float(shipped()["factors"][place].get(figure, 1.0) * np.hypot(*errors))
+
+
+def difference_chance(ratio: np.ndarray, freedom: float | None = None) -> np.ndarray:
+    """(N,) how often figures of two takes between which nothing changed differ by as much, of differences over their
+    standard deviations (N,): by Student's t, scaled so that 1.645 hold nine in ten, for differences have heavier tails
+    than a Gaussian. freedom: its degrees of freedom, the fitted ones without."""
+    from scipy.stats import t as student_t
+
+    freedom = shipped()["freedom"] if freedom is None else freedom
+    return np.asarray(2 * student_t.sf(np.abs(ratio) * student_t.isf(0.05, freedom) / SD_90, freedom))
+
+
+def differing(chances: np.ndarray) -> np.ndarray:
+    """(N,) which of the figures (N,) of one comparison differ, by their `difference_chance`: of those that are said to,
+    one in ten does not (Benjamini & Hochberg 1995)."""
+    from scipy.stats import false_discovery_control
+
+    return np.asarray(false_discovery_control(chances) <= FALSE)
+
+
+@cache
+def shipped() -> dict[str, Any]:
+    """What repeatability.json holds: `lifter`, `freedom`, and `factors` {"again", "elsewhere": {figure: factor}}."""
+    content: dict[str, Any] = json.loads(REPEATABILITY_FILE.read_text(encoding="utf-8"))
+    return content
+
+
+def same_place(one: Rectified, other: Rectified) -> bool:
+    """Whether two takes were filmed from about the same place, by the person's mean facing direction before the camera
+    and the camera's pitch. False where one of them is not known."""
+    views = [view_deg(each) for each in (one, other)]
+    if views[0] is None or views[1] is None:
+        return False
+    (facing, pitch), (other_facing, other_pitch) = views[0], views[1]
+    turned = float(near(np.array(facing - other_facing), 0.0))
+    return abs(turned) <= SAME_FACING_DEG and abs(pitch - other_pitch) <= SAME_PITCH_DEG
+
+
+def view_deg(rectified: Rectified) -> tuple[float, float] | None:
+    """The angle about the vertical at which a person faces, on average, from the direction towards the camera (to their
+    left is positive), and the camera's pitch. None of a camera that moves, poses in a world's axes, a take that could
+    not be levelled, and a person who turns around."""
+    if rectified.camera != "static" or not rectified.level_ok or rectified.R_source_from_level.ndim != 2:
+        return None
+    up = rectified.R_source_from_level[:, 2]
+    facing = -rectified.R_source_from_body[:, :, 0]
+    facing = facing[np.asarray(is_finite(facing))]
+    towards = np.array([0.0, 0.0, -1.0])
+    ahead = towards - (towards @ up) * up
+    if not len(facing) or not np.isfinite(up).all() or np.linalg.norm(ahead) < 1e-3:
+        return None
+    ahead = unit(ahead)
+    heading = facing @ ahead + 1j * (facing @ np.cross(up, ahead))
+    mean = (heading / np.maximum(np.abs(heading), 1e-12)).mean()
+    if abs(mean) < _TURNING:
+        return None
+    return float(np.degrees(np.angle(mean))), float(pitch_roll_deg(up)[0])

@@ -1,0 +1,265 @@
+"""Fit the errors of differences of two visits on virtual ones:  python -m pcnet3d.models.lab.errors.visits
+
+A motion of a validation person is filmed, and filmed again: from the same tripod, from a tripod that was set up again,
+and from elsewhere. Nothing has changed, so what the figures of both runs differ by is their difference's error. Written
+as models/angle_error/repeatability.json: for every figure the factor on the errors of both, added as independent ones,
+that brings nine in ten differences inside, every person counting the same (judge.py), and how heavy the differences'
+tails are.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+import typer
+
+from ....pipeline.core.anthropometry import implied_stature
+from ....pipeline.core.camera import pitch_roll_deg, view_rotation
+from ....pipeline.core.measures import Measure, grouped, subgroup, text
+from ....pipeline.core.pose import MadeBy
+from ....pipeline.core.rotations import rotate
+from ....pipeline.core.take import Take, Told
+from ....pipeline.files.atomic import whole_file
+from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.running.progress import each
+from ....pipeline.running.recipe import Recipe, StageEntry
+from ...angle_error.joint_noise import shipped_noise
+from ...angle_error.repeatability import (
+    REPEATABILITY_FILE,
+    difference_chance,
+    differing,
+    figure_of,
+    same_place,
+)
+from ...common.metrics import SD_90
+from ...lifter.builtin import lift
+from ..common.modules import run_command
+from ..evaluation.sets import evaluation_sets
+from ..evaluation.testbed import see
+from ..mocap.clips import lying
+from ..synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place
+from . import judge
+from .judge import Stated
+
+Kind = Literal["same tripod", "set up again", "elsewhere"]
+KINDS: tuple[Kind, ...] = ("same tripod", "set up again", "elsewhere")
+_STAGES = ("scale", "place", "rectify", "trajectories", "angles", "measures")
+_LEAST_S, _LONGEST_S = 2.0, 10.0  # of a motion; of a longer one, its beginning
+_LYING = 0.1  # of the frames, of a motion that is left out
+# Of a tripod that is set up again: standard deviation of yaw, greatest change of pitch and roll, in degrees; of the
+# distance, a share; of where in the image the person is, as a share of the distance.
+_YAW_DEG, _PITCH_DEG, _DISTANCE, _AIM = 3.0, 2.0, 0.1, 0.03
+_ELSEWHERE_DEG = 60.0  # about the vertical, at least
+_MARGIN = 0.98  # of the half image, which holds every joint
+FEWEST_PEOPLE, FEWEST_PAIRS = 8, 60  # one of them, for a factor
+_MOST_FREEDOM = 30  # about a Gaussian's
+_BEDS = (("typical", TYPICAL), ("wild", WILD))  # in turn
+
+
+@dataclass(frozen=True)
+class Visits:
+    """One figure of two visits between which nothing changed. found, errors: of both."""
+
+    kind: Kind
+    person: str
+    clip: str
+    bed: str
+    figure: str
+    side: str
+    found: tuple[float, float]
+    errors: tuple[float, float]
+    same_place: bool
+
+    def stated(self) -> Stated:
+        """The difference, and the 90 % bar that independent errors would give it."""
+        off, half = self.found[1] - self.found[0], SD_90 * np.hypot(*self.errors)
+        return Stated(self.figure, self.person, np.array([off]), np.array([half]))
+
+
+def visits(clip: Clip, bed: str, views: ViewRange, seed: int) -> Iterator[Visits]:
+    """The figures of every kind of pair of a clip; the first visit is the same in all."""
+    rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode()), 4])
+    world = clip.joints[None].astype(np.float64)
+    first = place(world, rng, views)
+    cameras = {
+        "same tripod": first,
+        "set up again": set_up_again(first, world, rng),
+        "elsewhere": elsewhere(first, world, rng, views),
+    }
+    before = _run(clip, first, 2 * seed)
+    for kind in KINDS:
+        after = _run(clip, cameras[kind], 2 * seed + 1)
+        near = same_place(before.need("rectified"), after.need("rectified"))
+        rows, others = _figures(before), _figures(after)
+        for (figure, side), row in rows.items():
+            other = others.get((figure, side))
+            if other is not None and row.error is not None and other.error is not None:
+                found, errors = (row.value, other.value), (row.error, other.error)
+                yield Visits(kind, clip.subject, clip.name, bed, figure, side, found, errors, near)
+
+
+def _run(clip: Clip, cameras: Cameras[np.ndarray], seed: int) -> Take:
+    """As a run leaves it that knows the image's size and the person's stature."""
+    seen = see(clip, seed, cameras=cameras)
+    poses = lift(seen.keypoints, seen.image_size).with_(made_by=MadeBy("estimated", shipped_noise().lifter))
+    told = Told(image_size=seen.image_size, stature_m=implied_stature(seen.truth))
+    stages = Recipe(stages=tuple(StageEntry(use=name) for name in _STAGES)).build()
+    return stages(Take(clip.name, poses=poses, keypoints=seen.keypoints, told=told))
+
+
+def _figures(take: Take) -> dict[tuple[str, str], Measure]:
+    rows = take.measures or ()
+    gait = text(subgroup(grouped(rows), "walking"), "gait")
+    return {
+        (figure, row.side): row
+        for row in rows
+        if isinstance(row, Measure) and (figure := figure_of(row, gait)) is not None
+    }
+
+
+def set_up_again(
+    first: Cameras[np.ndarray], world: np.ndarray, rng: np.random.Generator
+) -> Cameras[np.ndarray]:
+    """The camera (1,) about where it was, as far away as every joint (1, T, J, 3) stays inside the image."""
+    R = first.R_camera_from_world[0, 0]
+    pitch, roll = pitch_roll_deg(R[:, 2])
+    yaw = np.degrees(np.arctan2(R[2, 1], R[2, 0])) + _YAW_DEG * rng.standard_normal()
+    pitch, roll = np.array([pitch, roll]) + rng.uniform(-_PITCH_DEG, _PITCH_DEG, 2)
+    points = world.reshape(-1, 3)
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    offset = rotate(R, (centre - first.position[0])[None])[0]
+    distance = float(np.linalg.norm(offset))
+    offset = offset * rng.uniform(1 - _DISTANCE, 1 + _DISTANCE)
+    offset[:2] += _AIM * distance * rng.standard_normal(2)
+    turned = view_rotation(np.array(yaw), np.array(pitch), np.array(roll))
+    while True:
+        cameras = replace(
+            first,
+            R_camera_from_world=turned[None, None],
+            position=centre[None] - rotate(turned.T, offset[None]),
+        )
+        if _inside(cameras, world):
+            return cameras
+        offset = offset * [0.97, 0.97, 1.02]
+
+
+def elsewhere(
+    first: Cameras[np.ndarray], world: np.ndarray, rng: np.random.Generator, views: ViewRange
+) -> Cameras[np.ndarray]:
+    """Another camera (1,) of these views that sees every joint (1, T, J, 3), at least _ELSEWHERE_DEG about the vertical
+    from where it was."""
+    away = first.R_camera_from_world[0, 0, 2]
+    yaw = float(np.degrees(np.arctan2(away[1], away[0])))
+    return place(world, rng, replace(views, yaw_deg=(yaw + _ELSEWHERE_DEG, yaw + 360 - _ELSEWHERE_DEG)))
+
+
+def _inside(cameras: Cameras[np.ndarray], world: np.ndarray) -> bool:
+    joints = cameras.to_camera(world)
+    half = cameras.image_size[0] / 2
+    off = np.abs(cameras.project(joints)[0] - half)
+    return bool((joints[..., 2] > 0).all() and (off <= _MARGIN * half).all())
+
+
+def clips() -> list[Clip]:
+    """The upright motions of validation people that are long enough."""
+    found = []
+    for of in evaluation_sets("val"):
+        for clip in of.clips():
+            longest, whole = round(_LONGEST_S * clip.fps), len(clip)
+            cut = replace(clip, joints=clip.joints[: min(longest, whole)])
+            if len(cut) >= _LEAST_S * clip.fps and lying(cut.joints.astype(np.float64)).mean() < _LYING:
+                found.append(cut)
+    return found
+
+
+def fit(pairs: Sequence[Visits]) -> dict[str, object]:
+    """What repeatability.json holds."""
+    return {
+        "made_by": "python -m pcnet3d.models.lab.errors.visits",
+        "lifter": shipped_noise().lifter,
+        "freedom": freedom(pairs),
+        "factors": factors(pairs),
+    }
+
+
+def factors(pairs: Sequence[Visits]) -> dict[str, dict[str, float]]:
+    """{"again", "elsewhere": {figure: factor}}. A figure of few people and pairs has that of all of its
+    kind, and none where they are few too."""
+    return {
+        place: _factors([pair for pair in pairs if _place(pair.kind) == place])
+        for place in ("again", "elsewhere")
+    }
+
+
+def _factors(pairs: Sequence[Visits]) -> dict[str, float]:
+    by_figure: dict[str, list[Stated]] = {}
+    by_kind: dict[str, list[Stated]] = {}
+    for pair in pairs:
+        by_figure.setdefault(pair.figure, []).append(pair.stated())
+        by_kind.setdefault(_kind(pair.figure), []).append(pair.stated())
+    fitted = {}
+    for figure, own in sorted(by_figure.items()):
+        enough = next((of for of in (own, by_kind[_kind(figure)]) if _enough(of)), None)
+        if enough is not None:
+            fitted[figure] = float(f"{judge.factor(enough):.2g}")
+    return fitted
+
+
+def _kind(figure: str) -> str:
+    kind = figure.split(".")[0]
+    return "repetitions" if kind in ("knee_bends", "arm_raises") else kind
+
+
+def _enough(pairs: Sequence[Stated]) -> bool:
+    return len({pair.person for pair in pairs}) >= FEWEST_PEOPLE or len(pairs) >= FEWEST_PAIRS
+
+
+def freedom(pairs: Sequence[Visits]) -> int:
+    """Degrees of freedom of Student's t by which at most a tenth of the unchanged visits have a figure that is said to
+    differ, from the same place and from elsewhere, each person by the factors of all the others."""
+    comparisons: dict[tuple[Kind, str, str, str], list[float]] = {}
+    for person in sorted({pair.person for pair in pairs}):
+        fitted = factors([pair for pair in pairs if pair.person != person])
+        for pair in (pair for pair in pairs if pair.person == person):
+            factor = fitted[_place(pair.kind)].get(pair.figure, 1.0)
+            ratio = (pair.found[1] - pair.found[0]) / (factor * float(np.hypot(*pair.errors)))
+            comparisons.setdefault((pair.kind, person, pair.clip, pair.bed), []).append(ratio)
+    for degrees in range(_MOST_FREEDOM, 1, -1):
+        called: dict[str, list[Stated]] = {}
+        for (kind, person, *_), ratios in comparisons.items():
+            found = differing(difference_chance(np.array(ratios), degrees)).any()
+            one = Stated("differs", person, np.array([float(found)]), np.array([0.5]))
+            called.setdefault(_place(kind), []).append(one)
+        if all(judge.inside(of).inside >= judge.COVERED for of in called.values()):
+            return degrees
+    return 1
+
+
+def _place(kind: Kind) -> str:
+    return "elsewhere" if kind == "elsewhere" else "again"
+
+
+def main(
+    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = REPEATABILITY_FILE,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of cameras and detectors.")] = 0,
+) -> None:
+    """Fit the errors of differences of two visits."""
+    chosen = clips()
+    pairs = [
+        pair
+        for i, clip in enumerate(each(iter(chosen), "visits", len(chosen)))
+        for pair in visits(clip, *_BEDS[i % len(_BEDS)], seed)
+    ]
+    content = fit(pairs)
+    with whole_file(output) as partial:
+        partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    run_command(main)

@@ -1,0 +1,97 @@
+"""Errors of differences of two takes, and whether they were filmed from about the same place: known answers."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import aimed, camera_poses
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.joint_noise import shipped_noise
+from pcnet3d.models.angle_error.repeatability import (
+    difference_chance,
+    difference_sd,
+    differing,
+    figure_of,
+    same_place,
+    shipped,
+    view_deg,
+)
+from pcnet3d.pipeline.core.measures import Measure
+from pcnet3d.pipeline.signals.angles import ANGLES, of_both
+from pcnet3d.stages.rectify import rectify
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return walker(seconds=3)
+
+
+def seen(walk, turned_deg: float = 0.0, pitch_deg: float = 8.0):
+    """Rectified by a camera behind the walker's back, turned about the vertical from there."""
+    heading = walk.heading_deg[len(walk) // 2] + turned_deg
+    camera = aimed(walk.root.mean(axis=0), 6.5, heading, pitch_deg, 0.0)
+    return rectify(camera_poses(walk, camera), "geometric")
+
+
+def test_the_view_is_the_facing_towards_the_camera_and_the_pitch(walk):
+    facing, pitch = view_deg(seen(walk, 180.0))
+    assert facing == pytest.approx(0, abs=8)  # who walks at the camera
+    assert pitch == pytest.approx(8, abs=5)
+    left, _ = view_deg(seen(walk, 150.0))
+    right, _ = view_deg(seen(walk, 210.0))
+    assert left - right == pytest.approx(60, abs=8)
+
+
+def test_a_tripod_that_is_set_up_again_is_in_the_same_place_and_another_view_is_not(walk):
+    first = seen(walk, 160.0)
+    assert same_place(first, first)
+    assert same_place(first, seen(walk, 168.0, 10.0))
+    assert not same_place(first, seen(walk, 220.0))
+    assert not same_place(first, seen(walk, 160.0, 25.0))
+    behind = seen(walk, -2.0), seen(walk, 2.0)
+    assert same_place(*behind)  # across the end of the circle
+
+
+def test_what_is_not_known_is_elsewhere(walk):
+    world = rectify(walk.poses, "geometric")
+    assert view_deg(world) is None
+    assert not same_place(world, world)
+
+
+def test_figures_are_named_alike_for_both_sides():
+    def of(name: str, *group: str) -> str | None:
+        return figure_of(Measure(name, 1.0, group=group), "running")
+
+    assert of("p05_p95", "range_of_motion", "r_knee_flexion") == "range_of_motion.knee_flexion"
+    assert of("p05_p95", "range_of_motion", "l_knee_flexion") == "range_of_motion.knee_flexion"
+    assert of("full_range", "range_of_motion", "l_knee_flexion") is None
+    assert of("cadence", "walking") == "running.cadence"
+    assert of("mean_stance", "walking", "right") is None
+    assert of("mean_rise", "arm_raises", "left") == "arm_raises.mean_rise"
+    assert of("steps") is None
+
+
+def test_a_difference_has_the_fitted_share_of_independent_errors_and_no_figure_is_left_out():
+    factors = shipped()["factors"]
+    for place in ("again", "elsewhere"):
+        assert {f"range_of_motion.{of_both(name)}" for name in ANGLES} <= factors[place].keys()
+        for figure, factor in factors[place].items():
+            assert difference_sd(figure, (3.0, 4.0), place == "again") == pytest.approx(5 * factor)
+    assert difference_sd("unheard.of", (3.0, 4.0), True) == 5.0
+
+
+def test_differences_are_those_of_the_lifter_whose_errors_they_are_shares_of():
+    """After a new lifter `python -m pcnet3d.models.lab.errors.visits` fits them again."""
+    assert shipped()["lifter"] == shipped_noise().lifter
+
+
+def test_chance_is_a_tenth_at_the_minimal_detectable_change_and_heavier_than_gaussian_beyond():
+    at, beyond, none = difference_chance(np.array([-1.645, 3.0, 0.0]))
+    assert at == pytest.approx(0.1, abs=1e-3)
+    assert 0.0027 < beyond < 0.05
+    assert none == pytest.approx(1.0)
+
+
+def test_of_many_figures_those_differ_that_chance_does_not_make():
+    """By hand: of p 0.001, 0.02, 0.06, 0.9 the first three are below 0.1 times their rank over four."""
+    assert differing(np.array([0.06, 0.9, 0.001, 0.02])).tolist() == [True, False, True, True]
+    assert not differing(np.linspace(0.05, 1.0, 20)).any()

@@ -1,0 +1,118 @@
+"""Virtual visits: where the second camera stands, and fits of known answers."""
+
+import json
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.repeatability import shipped
+from pcnet3d.models.lab.errors import visits as module
+from pcnet3d.models.lab.errors.visits import (
+    KINDS,
+    Visits,
+    elsewhere,
+    factors,
+    fit,
+    freedom,
+    main,
+    set_up_again,
+    visits,
+)
+from pcnet3d.models.lab.synthetic.cameras import TYPICAL, WILD, place
+from pcnet3d.pipeline.core.camera import pitch_roll_deg
+from pcnet3d.pipeline.reading.mocap.clip import Clip
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_second_camera_stands_where_it_is_said_to(seed):
+    world = walker(seconds=2).world[None].astype(float)
+    rng = np.random.default_rng(seed)
+    first = place(world, rng, WILD)
+    again, other = set_up_again(first, world, rng), elsewhere(first, world, rng, WILD)
+
+    def away(camera) -> np.ndarray:
+        x, y, _ = camera.R_camera_from_world[0, 0, 2]
+        return np.array([x, y]) / np.hypot(x, y)
+
+    assert away(first) @ away(again) > np.cos(np.radians(15))
+    assert away(first) @ away(other) <= np.cos(np.radians(60)) + 1e-6
+    pitches = [pitch_roll_deg(camera.up[0, 0])[0] for camera in (first, again)]
+    assert pitches[0] == pytest.approx(pitches[1], abs=2.001)
+    for camera in (again, other):
+        joints = camera.to_camera(world)
+        pixels = camera.project(joints)
+        assert (joints[..., 2] > 0).all()
+        assert ((pixels >= 0) & (pixels <= camera.image_size[0])).all()
+    assert np.linalg.norm(again.position - first.position) > 0
+
+
+def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch):
+    walk = walker(seconds=2.5)
+    clip = Clip("walk", "somebody", "max", 30.0, walk.world.astype(np.float32))
+    found = list(visits(clip, "typical", TYPICAL, 0))
+    assert {pair.kind for pair in found} == set(KINDS)
+    knees = [pair for pair in found if pair.figure == "range_of_motion.knee_flexion"]
+    assert {(pair.kind, pair.side) for pair in knees} == {
+        (kind, side) for kind in KINDS for side in ("right", "left")
+    }
+    assert len({pair.found for pair in knees}) > 1
+    assert not any(pair.same_place for pair in found if pair.kind == "elsewhere")
+    assert all(pair.same_place for pair in found if pair.kind == "same tripod")
+    monkeypatch.setattr(module, "clips", lambda: [clip])
+    monkeypatch.setattr(module, "visits", lambda *_: iter(found))
+    main(tmp_path / "fitted.json", seed=0)
+    assert json.loads((tmp_path / "fitted.json").read_text()).keys() == shipped().keys()
+
+
+def pairs(
+    figure: str, sd: float, people: str, each: int, kind: str = "same tripod", draw=None
+) -> list[Visits]:
+    """Differences of sd between figures that both state an error of 5."""
+    rng = np.random.default_rng(len(figure))
+    draw = rng.standard_normal if draw is None else draw
+    return [
+        Visits(kind, person, f"{person}{i}", "wild", figure, "", (50.0, 50.0 + sd * draw()), (5.0, 5.0), True)
+        for person in people
+        for i in range(each)
+    ]
+
+
+def test_the_factor_is_how_much_smaller_differences_are_than_independent_errors_say():
+    knee, hip = "range_of_motion.knee_flexion", "range_of_motion.hip_flexion"
+    fitted = factors(
+        [
+            *pairs(knee, 0.3 * np.hypot(5, 5), "abcdefgh", 400),
+            *pairs(hip, 0.6 * np.hypot(5, 5), "abcdefgh", 400, "elsewhere"),
+        ]
+    )
+    assert fitted["again"] == {knee: pytest.approx(0.3, rel=0.07)}
+    assert fitted["elsewhere"] == {hip: pytest.approx(0.6, rel=0.07)}
+
+
+def test_few_people_and_pairs_have_the_factor_of_their_kind_or_none():
+    few, many = "walking.cadence", "walking.mean_stance"
+    fitted = factors(
+        [
+            *pairs(few, 20.0, "ab", 3),
+            *pairs(many, 2.0, "abcdefgh", 50),
+            *pairs("knee_bends.mean_rise", 1.0, "ab", 3),
+        ]
+    )["again"]
+    assert fitted[few] < 1.0  # though its own six pairs ask for 3
+    assert fitted.keys() == {few, many}
+
+
+def test_freedom_tells_heavy_tails_from_a_gaussian():
+    """Of every comparison of twelve figures at most one in ten is said to differ."""
+
+    def comparisons(draw) -> list[Visits]:
+        figures = (f"range_of_motion.{i}" for i in range(12))
+        return [pair for name in figures for pair in pairs(name, 3.0, "abcdefgh", 12, draw=draw)]
+
+    rng = np.random.default_rng(3)
+    assert freedom(comparisons(rng.standard_normal)) > 8
+    assert 2 <= freedom(comparisons(lambda: rng.standard_t(3))) <= 5
+    assert fit(pairs("range_of_motion.a", 3.0, "abcdefgh", 10)).keys() == {
+        "made_by", "lifter", "freedom", "factors"
+    }  # fmt: skip
