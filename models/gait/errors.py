@@ -52,7 +52,7 @@ def mean_error(gait: str, figure: str, count: int, root_sd: float = 0.0, beyond:
 
 
 def style_of(values: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, float]:
-    """{figure of OF_STYLE: mean over both sides' values (gait.time_values)}; those that are seen."""
+    """{figure of OF_STYLE: mean over both sides' values (N,) of gait.time_values}; those that are seen."""
     means = {}
     for name in OF_STYLE:
         of_both = np.concatenate([*values[name].values()])
