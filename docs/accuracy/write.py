@@ -28,6 +28,7 @@ from pcnet3d.pipeline.core.errors import InputError
 
 HERE = Path(__file__).parent
 FIGURES = HERE / "figures.json"
+ERRORS = HERE / "errors.json"  # of pcnet3d evaluate errors, as it writes it
 ROOT = HERE.parents[1]
 MARKED = (
     "README.md",
@@ -246,6 +247,7 @@ def pages(figures: dict[str, Any]) -> dict[str, str]:
         f"{of[name]:.{digits}f}" for name in ("p50", "mean", "p95")
     )
     words = {name: block["figures"] for name, block in figures.items()}
+    words["errors"] = json.loads(ERRORS.read_text(encoding="utf-8"))
     tables = kit.get_template("tables.j2").make_module(words)
     texts = {"docs/accuracy.md": kit.get_template("page.j2").render(words)}
     for name in MARKED:
