@@ -21,6 +21,7 @@ from ..rectifier.load import load_rectifier
 from .take_angles import MAX_SD_DEG, AngleSeries, smoothed, take_angles
 
 _OVER_S = 1.0  # over which two lifters' difference is averaged: they cross where both are wrong alike
+_TINY = 1e-9  # of a window's mean of ones and zeros: none
 _LEAST = 0.5  # of the frames, in which both have to be
 
 
@@ -85,8 +86,11 @@ def by_disagreement(
 
 def _running_mean(values: np.ndarray, window: int) -> np.ndarray:
     """(T,) the mean of the finite values (T,) within the window about each row."""
+    from scipy.ndimage import uniform_filter1d
+
     fine = np.isfinite(values)
-    kernel = np.ones(2 * (window // 2) + 1)
-    total = np.convolve(np.where(fine, values, 0.0), kernel, mode="same")
-    count = np.convolve(fine.astype(float), kernel, mode="same")
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    total, count = (
+        uniform_filter1d(each, window, mode="constant")
+        for each in (np.where(fine, values, 0.0), fine.astype(float))
+    )
+    return np.where(count > _TINY, total / np.maximum(count, _TINY), np.nan)
