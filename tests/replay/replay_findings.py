@@ -218,7 +218,7 @@ def ducks(bench: Bench) -> Answer:
     bends = bench.boxing["measures"]["knee_bends"]
     peaks = bends.get("peak_deg", [])
     said = f"{bends['count']} knee bends to {peaks} degrees, of them squats {bends.get('squats', 0)}"
-    known = len(bends.get("peak_error_deg", [])) == len(peaks)
+    known = len(bends.get("peak_error_deg", peaks)) == len(peaks)  # nobody has judged this lifter: no errors
     return said, known and bends.get("squats", 0) == sum(peak >= 70 for peak in peaks)
 
 
@@ -291,7 +291,7 @@ def digits(bench: Bench) -> Answer:
     fine = all(
         abs(value * 10**places - round(value * 10**places)) < 1e-6
         for key, value in figures.items()
-        for places in [max(0, -int(np.floor(np.log10(2 * walking[_with_error(key)]))))]
+        for places in [max(0, -int(np.floor(np.log10(walking[_with_error(key)]))))]
     )
     cadence = walking.get("cadence_spm")
     stated = cadence is None or "cadence_error_spm" in walking
