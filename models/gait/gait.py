@@ -12,6 +12,7 @@ from .contact import SIDES, contacts, leg_length
 from .events import Stance, Step, Stride, stances, strides, walks
 from .parameters import belt_drift, lengths
 
+_RUN_STEP_S = 0.6  # a step of a run, at most: of the slowest jogs 0.45
 LEAST_STEP = 0.25  # lengths of a leg: by how much the ankles' separation changes from step to step at least
 
 
@@ -60,7 +61,14 @@ def find_gait(
     """
     seams = tuple(seams)
     feet = stances(contacts(body, time_s, seams), time_s, seams) if feet is None else feet
-    return Gait(feet, walks(feet, separation(body), time_s, least, seams, facing_deg))
+    found = walks(feet, separation(body), time_s, least, seams, facing_deg)
+    return Gait(feet, [walk for walk in found if not _leaps(Gait(feet, [walk]))])
+
+
+def _leaps(gait: Gait) -> bool:
+    """Whether steps with flights follow each other more slowly than anybody runs: leaps, or missed stances."""
+    slow = np.median([step.stop_s - step.start_s for step in gait.steps]) > _RUN_STEP_S
+    return bool(slow and gait.kind == "running")
 
 
 def separation(body: np.ndarray) -> np.ndarray:

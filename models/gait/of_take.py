@@ -12,6 +12,7 @@ from ...pipeline.signals.filters import breaks
 from .gait import LEAST_STEP, Gait, facing_deg, find_gait
 
 SIDES = {"right": "r", "left": "l"}
+_USUAL = 0.12  # lengths of a leg: the separation's deviation by the built-in lifter, median of lifted validation takes
 NOISE = 2.0 * float(np.sqrt(2))  # standard deviations of a frame's value: twice that of a difference of two
 
 
@@ -29,26 +30,38 @@ def gait_of(
     facing = None
     if rectified.camera != "moving":
         facing = facing_deg(transpose(rectified.R_source_from_level) @ rectified.R_source_from_body)
-    return find_gait(body, filtered.times, breaks(filtered), facing_deg=facing, least=least_step(columns))
+    return find_gait(
+        body,
+        filtered.times,
+        breaks(filtered),
+        facing_deg=facing,
+        least=least_step(columns, unjudged(filtered, rectified)),
+    )
 
 
-def least_step(columns: Mapping[str, np.ndarray]) -> float:
+def unjudged(poses: PoseSequence, rectified: Rectified) -> bool:
+    """Whether angles that state no error are of a lifter that nobody has judged, and not measured."""
+    return poses.made_by.kind != "measured" and not rectified.in_world
+
+
+def least_step(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> float:
     """By how much the ankles' separation changes from landing to landing at least, in lengths of a leg, by the stated
-    standard deviations in the columns (T,)."""
-    return max(LEAST_STEP, NOISE * separation_sd(columns))
+    standard deviations in the columns (T,). unjudged: as of separation_sd."""
+    return max(LEAST_STEP, NOISE * separation_sd(columns, unjudged))
 
 
-def separation_sd(columns: Mapping[str, np.ndarray]) -> float:
+def separation_sd(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> float:
     """Median standard deviation of the separation, in lengths of a leg, by those that the columns (T,) state for thighs
-    and shanks in degrees; 0 where none is stated. Both bones are half of a leg, and the four errors are taken for
-    independent."""
+    and shanks in degrees. Both bones are half of a leg, and the four errors are taken for independent. Where none is
+    stated it is 0, or, of a lifter that nobody has judged (unjudged), what the built-in one's angles have."""
+    usual = _USUAL if unjudged else 0.0
     parts = [
         0.5 * np.cos(np.radians(columns[f"{name}_deg"])) * np.radians(columns[f"{name}_sd_deg"])
         for name in (f"{side}_{bone}_sagittal" for side in "rl" for bone in ("thigh", "shank"))
         if f"{name}_deg" in columns and f"{name}_sd_deg" in columns
     ]
     if len(parts) < 4:
-        return 0.0
+        return usual
     sd = np.sqrt(np.sum(np.square(parts), axis=0))
     known = sd[np.isfinite(sd)]
-    return float(np.median(known)) if len(known) else 0.0
+    return float(np.median(known)) if len(known) else usual

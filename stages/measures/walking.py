@@ -29,7 +29,7 @@ from ...models.gait.gait import (
     separation,
     time_values,
 )
-from ...models.gait.of_take import NOISE, SIDES, separation_sd
+from ...models.gait.of_take import NOISE, SIDES, separation_sd, unjudged
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.measures import Curve, Curves, Measure, Remark, Row, within
 from ...pipeline.core.messages import how_many, spans_in_words
@@ -317,7 +317,10 @@ def uncountable(
             f"the person faces along the camera's line of sight ({off:.0f} degrees off it), so the feet pass each "
             "other in depth, which one camera sees worst; film the walk from the side"
         )
-    change, sd = float(np.nanmax(apart) - np.nanmin(apart)), separation_sd(columns)
+    change, sd = (
+        float(np.nanmax(apart) - np.nanmin(apart)),
+        separation_sd(columns, unjudged(filtered, rectified)),
+    )
     if LEAST_STEP < change < NOISE * sd:
         why.append(
             f"the ankles' separation changes by {change:.1f} leg lengths, which lies within its error "

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.gait.events import Stance, contact_times, stances, strides, walks
+from pcnet3d.models.gait.gait import find_gait
+from pcnet3d.pipeline.core.layouts import H36M17
 
 FPS = 30
 TIME = np.arange(8 * FPS) / FPS
@@ -207,3 +209,20 @@ def test_two_steps_with_flights_are_a_run():
     assert walks(standing, between, TIME, 0.25) == []
     hidden = {**flying, "r": [Stance("r", two["r"][0].start_s, np.nan)]}
     assert walks(hidden, between, TIME, 0.25) == []
+
+
+@pytest.mark.parametrize(("step_s", "kind"), [(0.35, "running"), (1.1, "none")])
+def test_nobody_runs_at_fifty_steps_a_minute(step_s, kind):
+    """A skeleton whose bones changed by 17 % "ran 3 steps in 3.5 s"."""
+    body = np.zeros((240, 17, 3))
+    ankles = H36M17.indices(("r_ankle", "l_ankle"))
+    body[:, ankles, 2] = -1.0
+    body[:, H36M17.indices(("r_knee", "l_knee")), 2] = -0.5
+    swing = 0.4 * np.sin(np.pi * (TIME - 0.5) / step_s + np.pi / 2)
+    body[:, ankles[0], 0], body[:, ankles[1], 0] = -swing, swing
+    lands = 0.5 + step_s * np.arange(6)
+    feet = {
+        side: [Stance(side, at, at + 0.5 * step_s) for at in lands[first::2]]
+        for first, side in enumerate("rl")
+    }
+    assert find_gait(body, TIME, feet=feet).kind == kind
