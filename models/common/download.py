@@ -20,7 +20,7 @@ _SECONDS = 30  # without an answer, until a download is given up
 
 
 @dataclass(frozen=True)
-class _Listed:
+class Listed:
     """A model (pipeline.plugins.protocols.Model) that opens as its .onnx file. name: what the option --KIND takes.
     kind: detector, person-detector, lifter or gravity-network."""
 
@@ -42,7 +42,7 @@ class _Listed:
 
 
 @dataclass(frozen=True)
-class Network(_Listed):
+class Network(Listed):
     """One that is downloaded. url: of the .onnx file or of a .zip that holds one. sha256, megabytes: of the .onnx file.
     licence: shown before a download."""
 
@@ -89,7 +89,7 @@ class Network(_Listed):
 
 
 @dataclass(frozen=True)
-class ByHand(_Listed):
+class ByHand(Listed):
     """One that is never downloaded, since its licence is the user's to accept. page: where the user gets it, file: what
     it is called there. licence: its name and, in words, what it asks."""
 
