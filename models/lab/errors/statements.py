@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ....pipeline.core.camera import pitch_roll_deg
+from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite
 from ....pipeline.core.take import Take
 from ....pipeline.signals.angles import ANGLES, FINE, near, of_both
@@ -20,6 +21,7 @@ from ..evaluation.testbed import SeenTake
 from .judge import Stated
 
 _MEAN_90 = 1.9  # 90 % over mean of a rotation's error: a heading's is 2.06, that of an up 1.71
+_AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # which is the origin
 _CHI_90 = 2.5003  # root of the 90 % quantile of chi square of three degrees of freedom
 
 
@@ -70,13 +72,12 @@ def joints(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     poses = take.need("poses")
     lifted, true = poses.joints.astype(np.float64), truth.truth[rows]
     brought = scaled(lifted, true, "take")
-    size = float(
-        np.nanmedian(np.linalg.norm(brought[:, 1:], axis=-1) / np.linalg.norm(lifted[:, 1:], axis=-1))
-    )
-    error = (brought - true)[:, 1:]
+    lengths = (np.linalg.norm(joints[:, _AWAY], axis=-1) for joints in (brought, lifted))
+    size = float(np.nanmedian(np.divide(*lengths)))
+    error = (brought - true)[:, _AWAY]
     distance = np.full(error.shape[:2], np.nan)
     if poses.covariance is not None:
-        covariance = size**2 * poses.covariance.astype(np.float64)[:, 1:]
+        covariance = size**2 * poses.covariance.astype(np.float64)[:, _AWAY]
         fine = is_finite(covariance.reshape(*covariance.shape[:2], 9)) & is_finite(error)
         solved = np.linalg.solve(covariance[fine], error[fine][..., None])[..., 0]
         distance[fine] = np.sqrt(np.maximum((solved * error[fine]).sum(-1), 0))

@@ -181,18 +181,19 @@ def _stepped(
 ) -> np.ndarray:
     """(T, 17, 3) of the body `whole` whose legs end where the ankles of `feet` are, with shorter steps and lower feet.
     captured: (S, 17, 3) the walk that all of it is of."""
-    pelvis = captured[:, 0, :2]
+    root = H36M17.index("pelvis")
+    pelvis = captured[:, root, :2]
     ahead = np.array([*unit(pelvis[-1] - pelvis[0]), 0.0])
     stature = implied_stature(captured)
     step = style.step
     while True:
-        along = np.eye(3) + (step - 1) * np.outer(ahead, ahead)
-        made = whole + ((whole[:, :1] @ along) - whole[:, :1])
+        way = whole[:, root]
+        made = whole + (_shortened(way, ahead, step) - way)[:, None]
         ankles = {}
         for side in SIDES:
             at = H36M17.index(f"{side}_ankle")
             floor = np.percentile(captured[:, at, 2], _FLOOR_SHARE)
-            ankles[side] = feet[side][:, at] @ along
+            ankles[side] = _shortened(feet[side][:, at], ahead, step)
             ankles[side][:, 2] = floor + style.lift * (ankles[side][:, 2] - floor)
         rises = _rise(captured, made, ankles, stature)
         if rises >= -_SINKS * stature or step < _SHORTEST:
@@ -204,6 +205,11 @@ def _stepped(
         made[:, knee] = _knee(made[:, hip], ankles[side], *(feet[side][:, i] for i in (hip, knee, ankle)))
         made[:, ankle] = ankles[side]
     return made
+
+
+def _shortened(path: np.ndarray, ahead: np.ndarray, step: float) -> np.ndarray:
+    """path (T, 3) with `step` times as far along the unit direction ahead (3,)."""
+    return path + (step - 1) * (path * ahead).sum(axis=-1, keepdims=True) * ahead
 
 
 def _rise(captured: np.ndarray, made: np.ndarray, ankles: dict[str, np.ndarray], stature: float) -> float:
