@@ -6,8 +6,8 @@ together, and so do takes of one person.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -86,10 +86,15 @@ def bins(takes: Sequence[Stated], name: str) -> list[tuple[float, float, float, 
 
 def factor(takes: Sequence[Stated]) -> float:
     """What to multiply the bars by so that COVERED of the cases are inside: the quantile of |error| over bar."""
-    ratio = np.concatenate([np.abs(take.error) / take.half for take in takes])
-    order = np.argsort(ratio)
+    return quantile(takes, lambda take: np.abs(take.error) / take.half, COVERED)
+
+
+def quantile(takes: Sequence[Stated], of: Callable[[Stated], np.ndarray], share: float = 0.5) -> float:
+    """What a share of the cases stays under, of any value of them (N,)."""
+    values = np.concatenate([of(take) for take in takes])
+    order = np.argsort(values)
     total = np.cumsum(weights(takes)[order])
-    return float(ratio[order][min(np.searchsorted(total, COVERED * total[-1]), len(ratio) - 1)])
+    return float(values[order][min(np.searchsorted(total, share * total[-1]), len(values) - 1)])
 
 
 def weights(takes: Sequence[Stated]) -> np.ndarray:
@@ -103,6 +108,17 @@ def weights(takes: Sequence[Stated]) -> np.ndarray:
 
 def _mean_error(takes: Sequence[Stated]) -> float:
     return float(np.average(np.concatenate([take.error for take in takes]), weights=weights(takes)))
+
+
+def joined(parts: Sequence[Stated]) -> Stated:
+    """What one take states of several alike, such as both sides, as one."""
+    first = parts[0]
+    return replace(
+        first,
+        error=np.concatenate([part.error for part in parts]),
+        half=np.concatenate([part.half for part in parts]),
+        known={name: np.concatenate([part.known[name] for part in parts]) for name in first.known},
+    )
 
 
 def _where(take: Stated, *conditions: np.ndarray) -> Stated:

@@ -8,8 +8,9 @@ the procedure of judge.py.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -18,17 +19,20 @@ import numpy as np
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.signals.angles import ANGLES, of_both
 from ...angle_error.joint_noise import JointNoise, shipped_noise
-from ...common.metrics import SD_90
+from ...common.metrics import SD_90, plain
 from ...lifter.load import load_lifter
-from ..evaluation.finished import Configuration, finished
+from ..evaluation.finished import Configuration, Finished, finished
 from ..evaluation.sets import Question
 from ..evaluation.tables import Page, Table
 from . import judge
 from .fit import fitted
 from .judge import Stated
+from .movements import movements
+from .paths import paths
 from .statements import statements
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
+SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (statements, paths, movements)
 _KNOTS = (0.02, 0.25, 0.5, 0.75, 0.98)  # quantiles of the found angle, to the nearest 5 degrees
 _ROWS = "errors.json"
 
@@ -36,7 +40,7 @@ PAGE = Page(
     "Stated errors",
     ". How many lie inside the stated 90 %; every person counts the same, and every take of a person. In brackets the "
     "90 % interval over people, then the least share of any tenth of the cases by what is known where it is stated, "
-    "and what the bars would have to be multiplied by.",
+    "what the bars would have to be multiplied by, and the middle error and bar, in degrees where no unit is named.",
     [
         Table(
             "Inside",
@@ -48,6 +52,7 @@ PAGE = Page(
                 "inside": "{inside:.0%} ({low:.0%} to {high:.0%})",
                 "worst tenth": "{worst_bin:.0%}",
                 "needed": "{needed:.2f}",
+                "error, bar": "{error:.3g}, {bar:.3g}",
             },
         ),
         Table(
@@ -72,6 +77,7 @@ def asked(lifter: str) -> dict[str, Configuration]:
         "moving, image": replace(own, camera="moving", image=True),
         "typical": replace(own, bed="typical"),
         "typical, image": replace(own, bed="typical", image=True),
+        "typical, focal told": replace(own, bed="typical", focal_known=True),
         "60 fps": replace(own, fps=60.0),
         "capture": replace(own, lifter=""),
     }
@@ -81,7 +87,7 @@ def tables(
     question: Question, part: Sequence[str] | None = None, fit: bool = False, output: Path | None = None
 ) -> dict[str, Any]:
     """Everything the report says. part: only these configurations. fit, output: see above; `errors.json` in output
-    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed}."""
+    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed, error, bar}."""
     cases = collected(question, part)
     rows = list(judged(cases, str(question.people)))
     results: dict[str, Any] = {**question.heading(), "statements": {}, "sizes": {}}
@@ -92,7 +98,7 @@ def tables(
     if output is not None:
         output.mkdir(parents=True, exist_ok=True)
         with whole_file(output / _ROWS) as partial:
-            lines = ",\n ".join(json.dumps(row) for row in rows)
+            lines = ",\n ".join(json.dumps(plain(row)) for row in rows)
             partial.write_text(f"[\n {lines}\n]\n", encoding="utf-8")
         if fit:
             noise = replace(refitted(cases), lifter=load_lifter(str(question.lifter)).method)
@@ -109,7 +115,7 @@ def collected(question: Question, part: Sequence[str] | None = None) -> Cases:
             continue
         by_statement = cases.setdefault(name, {})
         for take in finished(question, configuration):
-            for stated in statements(take):
+            for stated in chain.from_iterable(source(take) for source in SOURCES):
                 if len(stated.error):
                     by_statement.setdefault(stated.statement, []).append(stated)
     return cases
@@ -130,6 +136,8 @@ def judged(cases: Cases, people: str) -> Iterator[dict[str, Any]]:
                 },
                 "worst_bin": round(min(bins), 3) if bins else None,
                 "needed": round(judge.factor(takes), 2),
+                "error": float(f"{judge.quantile(takes, lambda take: np.abs(take.error)):.3g}"),
+                "bar": float(f"{judge.quantile(takes, lambda take: take.half):.3g}"),
             }
 
 

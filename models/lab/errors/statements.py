@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from ...angle_error.take_angles import smoothed, take_angles
 from ...common.metrics import SD_90, scaled
 from ..evaluation.finished import Finished
 from ..evaluation.testbed import SeenTake
-from .judge import Stated
+from .judge import Stated, joined
 
 _MEAN_90 = 1.9  # 90 % over mean of a rotation's error: a heading's is 2.06, that of an up 1.71
 _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # which is the origin
@@ -108,14 +107,4 @@ def angles(
         of_rate = f"rate of {both}"
         parts.setdefault(of_rate, []).append(Stated(of_rate, truth.subject, error, SD_90 * rate_sd, known))
     for sides in parts.values():
-        yield _joined(sides).judged()
-
-
-def _joined(parts: list[Stated]) -> Stated:
-    first = parts[0]
-    return replace(
-        first,
-        error=np.concatenate([part.error for part in parts]),
-        half=np.concatenate([part.half for part in parts]),
-        known={name: np.concatenate([part.known[name] for part in parts]) for name in first.known},
-    )
+        yield joined(sides).judged()

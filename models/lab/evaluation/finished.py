@@ -70,6 +70,13 @@ class Finished:
     label: str
     clip: str
     reason: str = ""
+    configuration: Configuration = Configuration()
+
+    def captured(self) -> Take:
+        """The captured joints after the same stages, up told: what the take's figures are in truth. InputError for a
+        camera that moves, whose up nobody can tell."""
+        true = replace(self.configuration, lifter="", up_told=True, image=False)
+        return _recipe(Question(), true).build()(_asked(self.truth, 0, true))
 
 
 def configurations(lifters: tuple[str, ...] = ("pcnet3d", "")) -> list[Configuration]:
@@ -100,7 +107,7 @@ def finished(question: Question, configuration: Configuration) -> Iterator[Finis
                 take = pipeline(_asked(truth, question.seed, configuration))
             except InputError as error:
                 reason = str(error)
-            yield Finished(take, truth, clip.subject, of.label, clip.name, reason)
+            yield Finished(take, truth, clip.subject, of.label, clip.name, reason, configuration)
 
 
 def at_rate(clip: Clip, fps: float) -> Clip:

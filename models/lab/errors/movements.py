@@ -1,0 +1,66 @@
+"""What a finished take says of repeated movements, each with its error against the same of the captured joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ....pipeline.core.measures import Group, grouped, measure, moments, numbered, subgroup
+from ...common.metrics import SD_90
+from ..evaluation.finished import Finished
+from .judge import Stated, joined
+
+_GROUPS = {
+    "knee bends": [("knee_bends",)],
+    "arm raises": [("arm_raises", side) for side in ("right", "left")],
+}
+_MEANS = {"mean_rise": "mean rise, deg", "mean_duration": "mean duration, s"}
+
+
+def movements(finished: Finished) -> Iterator[Stated]:
+    """Peaks of repetitions that are true ones too, and means where as many are found as there are. Of static cameras,
+    for nobody knows the true figures of others."""
+    take, truth = finished.take, finished.truth
+    if take is None or take.need("poses").made_by.kind != "estimated" or truth.up.ndim > 1:
+        return
+    found = grouped(take.measures or ())
+    if not any(moments(subgroup(found, *names), "start") for of in _GROUPS.values() for names in of):
+        return
+    true = grouped(finished.captured().measures or ())
+    for movement, groups in _GROUPS.items():
+        parts: dict[str, list[Stated]] = {}
+        for names in groups:
+            pairs = compared(subgroup(found, *names), subgroup(true, *names))
+            for figure, (error, half) in pairs.items():
+                one = Stated(f"{movement}: {figure}", truth.subject, error, half)
+                parts.setdefault(figure, []).append(one)
+        for sides in parts.values():
+            yield joined(sides).judged()
+
+
+def compared(found: Group, true: Group) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """{figure: (errors (N,), half bars (N,))} of the repetitions of one movement, found and true; a peak is that of the
+    repetition that shares the most time with it."""
+    spans, true_spans = (np.array([moments(of, end) for end in ("start", "stop")]).T for of in (found, true))
+    if not len(spans) or not len(true_spans):
+        return {}
+    shared = np.minimum(spans[:, None, 1], true_spans[:, 1]) - np.maximum(spans[:, None, 0], true_spans[:, 0])
+    peaks, true_peaks = numbered(found, "peak"), numbered(true, "peak")
+    pairs = [
+        (peak, true_peaks[int(row.argmax())])
+        for peak, row in zip(peaks, shared, strict=True)
+        if row.max() > 0
+    ]
+    figures = {"peak, deg": pairs}
+    for name, figure in _MEANS.items():
+        one, other = measure(found, name), measure(true, name)
+        if len(spans) == len(true_spans) and one is not None and other is not None:
+            figures[figure] = [(one, other)]
+    return {
+        figure: (
+            np.array([one.value - other.value for one, other in pairs]),
+            np.array([np.nan if one.error is None else SD_90 * one.error for one, _ in pairs]),
+        )
+        for figure, pairs in figures.items()
+    }
