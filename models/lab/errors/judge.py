@@ -80,7 +80,7 @@ def bins(takes: Sequence[Stated], name: str) -> list[tuple[float, float, float, 
         ]
         part = [take for take in part if len(take.error)]
         if len({take.person for take in part}) >= _FEWEST_PEOPLE:
-            out.append((float(low), float(high), _mean_error(part), inside(part)))
+            out.append((float(low), float(high), mean(part, lambda take: take.error), inside(part)))
     return out
 
 
@@ -106,8 +106,9 @@ def weights(takes: Sequence[Stated]) -> np.ndarray:
     return np.concatenate(parts or [np.zeros(0)])
 
 
-def _mean_error(takes: Sequence[Stated]) -> float:
-    return float(np.average(np.concatenate([take.error for take in takes]), weights=weights(takes)))
+def mean(takes: Sequence[Stated], of: Callable[[Stated], np.ndarray]) -> float:
+    """The mean over the cases of any value of them (N,)."""
+    return float(np.average(np.concatenate([of(take) for take in takes]), weights=weights(takes)))
 
 
 def joined(parts: Sequence[Stated]) -> Stated:

@@ -40,7 +40,8 @@ PAGE = Page(
     "Stated errors",
     ". How many lie inside the stated 90 %; every person counts the same, and every take of a person. In brackets the "
     "90 % interval over people, then the least share of any tenth of the cases by what is known where it is stated, "
-    "what the bars would have to be multiplied by, and the middle error and bar, in degrees where no unit is named.",
+    "and what the bars would have to be multiplied by. Errors: median size; root mean square; bar: the median. In "
+    "degrees where no unit is named.",
     [
         Table(
             "Inside",
@@ -52,7 +53,8 @@ PAGE = Page(
                 "inside": "{inside:.0%} ({low:.0%} to {high:.0%})",
                 "worst tenth": "{worst_bin:.0%}",
                 "needed": "{needed:.2f}",
-                "error, bar": "{error:.3g}, {bar:.3g}",
+                "error": "{p50:.3g}; {rms:.3g}",
+                "bar": "{bar:.3g}",
             },
         ),
         Table(
@@ -80,6 +82,8 @@ def asked(lifter: str) -> dict[str, Configuration]:
         "typical, focal told": replace(own, bed="typical", focal_known=True),
         "60 fps": replace(own, fps=60.0),
         "capture": replace(own, lifter=""),
+        "real take": replace(own, real=True),
+        "real take, image": replace(own, real=True, image=True),
     }
 
 
@@ -87,7 +91,8 @@ def tables(
     question: Question, part: Sequence[str] | None = None, fit: bool = False, output: Path | None = None
 ) -> dict[str, Any]:
     """Everything the report says. part: only these configurations. fit, output: see above; `errors.json` in output
-    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed, error, bar}."""
+    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed, rms,
+    p50, bar}."""
     cases = collected(question, part)
     rows = list(judged(cases, str(question.people)))
     results: dict[str, Any] = {**question.heading(), "statements": {}, "sizes": {}}
@@ -136,9 +141,14 @@ def judged(cases: Cases, people: str) -> Iterator[dict[str, Any]]:
                 },
                 "worst_bin": round(min(bins), 3) if bins else None,
                 "needed": round(judge.factor(takes), 2),
-                "error": float(f"{judge.quantile(takes, lambda take: np.abs(take.error)):.3g}"),
-                "bar": float(f"{judge.quantile(takes, lambda take: take.half):.3g}"),
+                "rms": _short(judge.mean(takes, lambda take: take.error**2) ** 0.5),
+                "p50": _short(judge.quantile(takes, lambda take: np.abs(take.error))),
+                "bar": _short(judge.quantile(takes, lambda take: take.half)),
             }
+
+
+def _short(figure: float) -> float:
+    return float(f"{figure:.3g}")
 
 
 def by_size(by_statement: Mapping[str, Sequence[Stated]]) -> Iterator[tuple[str, str, dict[str, float]]]:

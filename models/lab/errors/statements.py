@@ -25,12 +25,13 @@ _CHI_90 = 2.5003  # root of the 90 % quantile of chi square of three degrees of 
 
 
 def statements(finished: Finished) -> Iterator[Stated]:
-    """Everything that is judged of one take; nothing of one that a run refuses or cannot level but its joints."""
+    """Everything that is judged of one take; nothing of one that a run refuses or cannot level but its joints,
+    and of these only where all are known."""
     take, truth = finished.take, finished.truth
     if take is None:
         return
     rows = take.need("poses").frame_index
-    if take.need("poses").made_by.kind == "estimated":
+    if take.need("poses").made_by.kind == "estimated" and is_finite(truth.truth).all():
         yield joints(take, truth, rows)
     if take.need("rectified").level_ok:
         yield up(take, truth, rows)

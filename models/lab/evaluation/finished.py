@@ -1,7 +1,7 @@
 """Finished takes with their truth, in every configuration that a run can have: what stated errors are judged by.
 
 A take here is what `pcnet3d run` leaves before it writes files: the stages of the default recipe, from keypoints of the
-test bed on, so that what is judged is what a user gets.
+test bed on, or of a real video with truth, so that what is judged is what a user gets.
 """
 
 from __future__ import annotations
@@ -14,14 +14,22 @@ from itertools import product
 import numpy as np
 
 from ....pipeline.core.anthropometry import implied_stature
-from ....pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera, Look
+from ....pipeline.core.camera import Look
+from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
 from ....pipeline.core.pose import MadeBy
 from ....pipeline.core.take import CameraMotion, Take, Told
+from ....pipeline.files.video_frames import shown_size
 from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.reading.take import read_video
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
+from ...gravity.view import camera_of, known_camera
+from ...lifter.features import body_rays
+from ..mocap.clips import lying
+from .real_data import LIMBS, MOVING, found_keypoints, read_moving
+from .real_take import whole_body
 from .sets import Question
 from .take_answers import simulated_look
 from .testbed import BEDS, MIN_FRAMES, Bed, SeenTake, see
@@ -36,7 +44,8 @@ class Configuration:
     """What a run can have. image: an image tells up, as well as rendered rooms do (take_answers.simulated_look).
     up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
-    the usual one is assumed, as of a video without lines."""
+    the usual one is assumed, as of a video without lines. real: the man who balances before four real cameras
+    (real_data.py), in place of virtual takes; then the image is the video's own."""
 
     image: bool = False
     camera: CameraMotion = "static"
@@ -45,12 +54,13 @@ class Configuration:
     bed: Bed = "wild"
     fps: float = 30.0
     focal_known: bool = False
+    real: bool = False
 
     def __str__(self) -> str:
         return ", ".join(
             [
                 f"lifter {self.lifter}" if self.lifter else "motion capture",
-                f"{self.bed} cameras, {self.camera}, {self.fps:g} fps",
+                "real take" if self.real else f"{self.bed} cameras, {self.camera}, {self.fps:g} fps",
                 *(["with the image"] if self.image else []),
                 *(["up told"] if self.up_told else []),
                 *(["focal known"] if self.focal_known else []),
@@ -97,17 +107,52 @@ def finished(question: Question, configuration: Configuration) -> Iterator[Finis
     and the detector depend on the seed and the clip only. InputError where the data is not, and for a lifter that
     cannot be opened; a take that a run refuses is given with the reason."""
     pipeline = _recipe(question, configuration).build()
+    for label, truth, asked in (_real if configuration.real else _virtual)(question, configuration):
+        take, reason = None, ""
+        try:
+            take = pipeline(asked)
+        except InputError as error:
+            reason = str(error)
+        yield Finished(take, truth, truth.subject, label, truth.clip, reason, configuration)
+
+
+def _virtual(question: Question, configuration: Configuration) -> Iterator[tuple[str, SeenTake, Take]]:
     views = replace(BEDS[configuration.bed], pans=float(configuration.camera == "moving"))
     for of in question.sets:
         clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES]
         for clip in each(clips, f"{of.label}, {configuration}", len(clips)):
             truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
-            take, reason = None, ""
-            try:
-                take = pipeline(_asked(truth, question.seed, configuration))
-            except InputError as error:
-                reason = str(error)
-            yield Finished(take, truth, clip.subject, of.label, clip.name, reason, configuration)
+            yield of.label, truth, _asked(truth, question.seed, configuration)
+
+
+def _real(question: Question, configuration: Configuration) -> Iterator[tuple[str, SeenTake, Take]]:
+    """By the keypoints that a run finds. The truth has the limbs alone, pelvis and thorax between them; other joints
+    are NaN."""
+    cameras, true = read_moving()
+    hips = true.limbs[:, [LIMBS.index("r_hip"), LIMBS.index("l_hip")]].mean(axis=1, keepdims=True)
+    world = whole_body(true.limbs) + hips
+    for name, camera in each(cameras.items(), str(configuration), len(cameras)):
+        assert camera.R_camera_from_world is not None
+        video = read_video(camera.video)
+        joints, keypoints = camera.to_camera(world), found_keypoints(video)
+        truth = SeenTake(
+            keypoints=keypoints,
+            image_size=shown_size(video),
+            focal_px=float(camera.focal_px.mean()),
+            joints_camera=joints,
+            R_camera_from_body=camera.R_camera_from_world @ R_world_from_body(world),
+            R_camera_from_world=camera.R_camera_from_world,
+            R_camera_from_ray=body_rays(joints),
+            lying=lying(world),
+            clip=name,
+            subject="real take",
+            source=MOVING,
+        )
+        asked = _asked(truth, question.seed, replace(configuration, image=False))
+        if configuration.image:
+            rows = int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])
+            asked = asked.with_(camera=camera_of(video, keypoints, rows))
+        yield "real take", truth, asked
 
 
 def at_rate(clip: Clip, fps: float) -> Clip:
@@ -140,10 +185,7 @@ def _asked(truth: SeenTake, seed: int, configuration: Configuration) -> Take:
         image_size=truth.image_size,
         stature_m=implied_stature(truth.truth),
     )
-    guess = PRIOR_FOCAL * max(truth.image_size)
-    camera = Camera(truth.image_size, guess, guess * PRIOR_FOCAL_SPREAD, "prior")
-    if configuration.focal_known:
-        camera = Camera(truth.image_size, truth.focal_px, 0.0, "told")
+    camera = known_camera(truth.image_size, told.focal_px, None)
     if configuration.image:
         camera = replace(camera, looks=looks(truth, seed))
     take = Take(truth.clip, keypoints=truth.keypoints, camera=camera, told=told)
