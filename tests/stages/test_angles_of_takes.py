@@ -13,11 +13,7 @@ from pcnet3d.models.angle_error.joint_noise import (
     limb_spread,
     shipped_noise,
 )
-from pcnet3d.models.angle_error.take_angles import AngleSeries, smoothed, take_angles
-from pcnet3d.models.gravity import Seen, level_static
-from pcnet3d.models.lab.evaluation import angles as module
-from pcnet3d.models.lab.evaluation.angles import PAGE, judge, one_set
-from pcnet3d.models.lab.evaluation.tables import written
+from pcnet3d.models.angle_error.take_angles import smoothed, take_angles
 from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of, read_pairs
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
 from pcnet3d.pipeline.core.canonical import R_world_from_body
@@ -155,7 +151,7 @@ def test_the_modes_are_those_of_the_lifter(seen):
     assert variance[wrist].sum() > 0.75 * variance.sum()
 
 
-def test_files_and_reports_that_are_not_there(tmp_path):
+def test_a_file_of_something_else_is_refused(tmp_path):
     (tmp_path / "x.npz").write_bytes(b"nothing")
     with pytest.raises(InputError, match="testbed"):
         list(read_pairs([tmp_path / "x.npz"]))
@@ -256,81 +252,3 @@ def test_another_frame_is_refused(camera_poses):
     rectified = rectify(camera_poses, "geometric", gravity=(0, 1, 0))
     with pytest.raises(InputError):
         joint_angles(camera_poses, rectified, rectified.body)
-
-
-def test_the_report_counts_what_is_inside_and_what_is_refused():
-    found = AngleSeries(
-        np.array([1.0, 10.0, np.nan, 179.0]),
-        np.array([2.0, 2.0, np.nan, 2.0]),
-        np.array([0, 0, 3, 0]),
-        np.full(4, np.nan),
-    )
-    true = AngleSeries(
-        np.array([0.0, 0.0, 0.0, -179.0]), np.full(4, np.nan), np.zeros(4, dtype=int), np.full(4, np.nan)
-    )
-    row = module.row(*judge(found, true, np.ones(4, dtype=bool)))
-    assert row["rmse"] == pytest.approx(np.sqrt((1 + 100 + 4) / 3))  # 179 and -179 are 2 apart
-    assert row["inside"] == pytest.approx(2 / 3)
-    assert row["refused"] == {3: 0.25}
-    results = {
-        "pcnet3d": "0", "lifter": "x", "seed": 0, "flip": False, "bed": "wild",
-        "sets": {
-            "S": {"levelled": {"m": 1}, "frames": 4, "methods": {"m": {"knee": row}}, "motions": {"m": {
-                "walking": {"frames": 2, **{name: {"rmse": 3.0, "mae": 2.0} for name in module.MOTION_ANGLES}},
-                "squatting": {"frames": 0, **{name: {"rmse": 7.0, "mae": 7.0} for name in module.MOTION_ANGLES}},
-            }}, "rates": {"m": {"knee": module.rate_row([(9.0, 6.0, 1.0), (4.0, 5.0, 0.5)])}}},
-        },
-    }  # fmt: skip
-    text = written(results, PAGE)
-    assert "| S | m | knee | 5.9 | 5.9 |" in text
-    assert "| S | m | walking | 2 | 3.0 / 2.0 |" in text
-    assert "squatting" not in text  # in no frame
-    assert "| S | m | knee | 6 / 6 / 9 | 6 / 6 / 6 | 50% | 75% |" in text
-
-
-def test_a_rate_is_judged_where_all_of_it_is_known():
-    truth, sd = np.zeros(20), np.full(20, 1.0)
-    off = np.where(np.arange(20) < 12, 1.0, np.nan)
-    assert module.rate_errors(truth, 3 * off, off, sd, np.ones(20, dtype=bool)) == (3.0, 1.0, 1.0)
-    assert module.rate_errors(truth, off, 2 * off, sd, np.ones(20, dtype=bool)) == (1.0, 2.0, 0.0)
-    assert module.rate_errors(truth, off, off, sd, np.arange(20) > 5) is None
-
-
-def test_a_perfect_lift_has_no_error():
-    from pcnet3d.models import load_rectifier
-    from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
-    from pcnet3d.pipeline.reading.mocap.clip import Clip
-
-    walk = walker(seconds=4)
-    seen = see(Clip("09_01", "09", "asfamc", 30.0, walk.world.astype(np.float32)), 0)
-    take = LiftedTake(seen.keypoints.with_(joints=seen.truth, frame=CAMERA.with_(unit="arbitrary")), seen)
-    table = one_set([load_rectifier("geometric")], [take])
-    assert table["methods"]["geometric"]["knee_flexion"]["rmse"] < 1e-3
-    assert table["methods"]["geometric"]["knee_flexion"]["inside"] == 1
-    level = level_static(
-        Seen(seen.truth, *load_rectifier("geometric").rotation(seen.truth), seen.keypoints.times)
-    )
-    assert table["levelled"] == {"geometric": 1}
-    assert level.up_error_deg[0] > 0
-    walking = table["motions"]["geometric"]["walking"]
-    assert walking["frames"] == seen.motion["walking"].sum() > 30
-    assert walking["knee_flexion"]["rmse"] < 1e-3
-    assert walking["trunk_lean_sagittal"]["rmse"] > 0.1  # up is the geometric rectifier's
-
-
-def test_errors_of_a_motion_are_those_of_its_frames():
-    from pcnet3d.models import load_rectifier
-    from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
-    from pcnet3d.pipeline.reading.mocap.clip import Clip
-
-    walk = walker(seconds=8)
-    seen = see(Clip("09_01", "09", "asfamc", 30.0, walk.world.astype(np.float32)), 0)
-    walking = seen.motion["walking"]
-    joints = seen.truth.copy()
-    joints[~walking, H36M17.index("l_ankle")] += 0.2
-    take = LiftedTake(seen.keypoints.with_(joints=joints, frame=CAMERA.with_(unit="arbitrary")), seen)
-    table = one_set([load_rectifier("geometric")], [take])
-    figures = table["motions"]["geometric"]["walking"]["knee_flexion"]
-    assert (
-        0 <= figures["mae"] <= figures["rmse"] < 0.5 * table["methods"]["geometric"]["knee_flexion"]["rmse"]
-    )

@@ -111,19 +111,18 @@ def _report(
     words: str,
     file: str = "evaluation",
     tables: str = "tables",
-    using: tuple[str, ...] = (),
     **changed: Any,
 ) -> Callable[..., None]:
     """The subcommand of a report. module: of this folder; tables: its function. options: of _OPTIONS, besides -o and
-    --device. words: its help. file: of the report, without its ending. using: rectifiers of a report without that
-    option. changed: option=(annotation or None for the usual one, default)."""
+    --device. words: its help. file: of the report, without its ending. changed: option=(annotation or
+    None for the usual one, default)."""
     taken = {key: _OPTIONS[key] for key in _OPTIONS if key in (*options, "output", "device")}
     for key, (annotation, default) in changed.items():
         taken[key] = (annotation or _OPTIONS[key][0], default)
 
     def command(**given: Any) -> None:
         given = {key: default for key, (_, default) in taken.items()} | given
-        _write(name, {"rectifier": using, **given}, file, module, tables)
+        _write(name, {"rectifier": (), **given}, file, module, tables)
 
     order = sorted(taken.items(), key=lambda option: option[1][1] is not Parameter.empty)
     command.__signature__ = Signature(  # type: ignore[attr-defined]  (what typer reads)
@@ -214,24 +213,15 @@ own_data = _report(
 )  # fmt: skip
 takes = _report(
     "takes", "takes", ("rectifier", *_BEFORE_CAMERAS),
-    "Judge one gravity a take: tilt, stated errors, accelerations, one take from eight cameras.",
-)  # fmt: skip
-angles = _report(
-    "angles", "angles", ("rectifier", *_BEFORE_CAMERAS),
-    "Judge joint angles, their rates and their stated errors.",
+    "Judge one gravity a take: tilt, rotation, joints, accelerations.",
 )  # fmt: skip
 motion = _report(
     "motion", "motion", _BEFORE_CAMERAS,
-    "Judge accelerations of wrists and ankles and their stated errors, by smoother.",
+    "Judge accelerations of wrists and ankles, by smoother.",
 )  # fmt: skip
 swaps = _report(
     "swaps", "swaps", _BEFORE_CAMERAS,
     "Judge how exchanged limbs and overturned depth, put into takes, are found.",
-)  # fmt: skip
-place = _report(
-    "place", "place", _BEFORE_CAMERAS,
-    "Judge the pelvis's path before the camera and its stated error.",
-    bed=(None, "typical"),
 )  # fmt: skip
 gait = _report(
     "gait", "gait", ("rectifier", *_BEFORE_CAMERAS),
@@ -245,9 +235,4 @@ real_take = _report(
 real_clips = _report(
     "real-clips", "real_rectified", ("rectifier", "lifter", "flip"),
     "Compare lifters on real clips, raw and rectified, where nobody knows the truth.",
-)  # fmt: skip
-real_motion = _report(
-    "real-motion", "real_motion", ("lifter", "flip"),
-    "Judge velocities and accelerations of wrists and ankles on real recordings.",
-    using=("pcnet",),
 )  # fmt: skip

@@ -28,8 +28,7 @@ from ....pipeline.running.recipe import Recipe, load_recipe
 from ...gravity.view import camera_of, known_camera
 from ...lifter.features import body_rays
 from ..mocap.clips import lying
-from .real_data import LIMBS, MOVING, found_keypoints, read_moving
-from .real_take import whole_body
+from .real_data import LIMBS, MOVING, found_keypoints, read_moving, whole_body
 from .sets import Question
 from .take_answers import simulated_look
 from .testbed import BEDS, MIN_FRAMES, Bed, SeenTake, see
@@ -149,6 +148,7 @@ def _real(question: Question, configuration: Configuration) -> Iterator[tuple[st
             source=MOVING,
         )
         asked = _asked(truth, question.seed, replace(configuration, image=False))
+        asked = asked.with_(video=video)
         if configuration.image:
             rows = int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])
             asked = asked.with_(camera=camera_of(video, keypoints, rows))

@@ -19,12 +19,12 @@ from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import geodesic_deg, kabsch
 from ...common.metrics import Figure, joint_error, procrustes_error, scaled
 from ...lifter.builtin import lift
-from .angles import MOTIONS
 from .sets import Question
 from .tables import Page, Table
 from .testbed import BEDS, Bed, LiftedTake, SeenTake
 
 _POSTURES = ("upright", "lying")
+_MOTIONS = ("walking", "squatting", "sitting")  # what clinics film most
 _ERRORS = ("MPJPE", "PA-MPJPE", "depth", "lateral", "vertical", "hidden rotation")
 PAGE = Page(
     "Lifter",
@@ -60,7 +60,7 @@ def tables(question: Question, beds: Bed | None = None) -> dict[str, Any]:
 
 def groups(takes: Sequence[LiftedTake]) -> dict[str, dict[str, Any]]:
     """{group: lifter_figures} of the groups that have frames."""
-    rows = {group: lifter_figures(takes, group) for group in (*_POSTURES, *MOTIONS)}
+    rows = {group: lifter_figures(takes, group) for group in (*_POSTURES, *_MOTIONS)}
     return {group: row for group, row in rows.items() if row["counts"]["frames"]}
 
 

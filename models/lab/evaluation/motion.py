@@ -17,8 +17,8 @@ import numpy as np
 from ....pipeline.core.frames import turned_covariance
 from ....pipeline.core.rotations import rotate
 from ....pipeline.signals.filters import CUTOFF_HZ, savitzky_golay
-from ...common.metrics import SD_90, Figure
-from ...smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
+from ...common.metrics import Figure
+from ...smoother import known_noise
 from .acceleration import NO_MOTION, PARTS, accelerations, agreement, filtered, velocities
 from .sets import Question
 from .tables import Page, Table
@@ -35,7 +35,6 @@ _ALONG = {
     "lateral": [0],
     "depth": [1],
 }  # of axes lateral, depth, vertical
-QUANTITIES = ("position", "velocity", "acceleration")
 _QUARTERS = ("slowest quarter", "second", "third", "fastest quarter")
 
 
@@ -74,13 +73,6 @@ PAGE = Page(
             {"Accel, mm/frame^2": "{value}"},
             "All joints, truth unfiltered: p50 / mean / p95 over takes.",
         ),
-        Table(
-            "",
-            "sets/*/inside/*",
-            ["set", "smoother"],
-            {f"{part}, {of}": f"{{{part}, {of}:.0%}}" for part in PARTS for of in QUANTITIES},
-            "Values within their 90 % bars, mean over takes.",
-        ),
     ],
 )
 
@@ -88,13 +80,11 @@ PAGE = Page(
 @dataclass(frozen=True, eq=False)
 class Scores:
     """One take. errors: {method: {(part, direction): (RMSE, r)}} of accelerations in m/s^2. speed: {part: the true root
-    mean square, m/s}. accel: {method: mm/frame^2 over all joints}. inside: {method: {(part, quantity): share of values
-    within their 90 % bars}}."""
+    mean square, m/s}. accel: {method: mm/frame^2 over all joints}."""
 
     errors: dict[str, dict[tuple[str, str], tuple[float, float]]]
     speed: dict[str, float]
     accel: dict[str, float]
-    inside: dict[str, dict[tuple[str, str], float]]
 
 
 def gcv_spline(path: np.ndarray, time_s: np.ndarray) -> np.ndarray:
@@ -117,7 +107,7 @@ _SMOOTHERS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 
 
 def tables(question: Question) -> dict[str, Any]:
-    """Everything the report says: {"sets": {label: {"takes", "errors", "quarters", "better", "accel", "inside"}}}."""
+    """Everything the report says: {"sets": {label: {"takes", "errors", "quarters", "better", "accel"}}}."""
     sets = {one.label: over_takes(judged(question.takes(one))) for one in question.sets}
     return {**question.heading(), "sets": sets}
 
@@ -147,9 +137,9 @@ def take_scores(take: LiftedTake, joints: np.ndarray) -> Scores:
     covariance = take.lifted.covariance
     stated = None if covariance is None else turned_covariance(covariance, axes, scale)
     rows = sorted(row for part in PARTS.values() for row in part)
-    motions = {ESTIMATED: known_noise(lifted[:, rows], time_s, lifted=True).widened(LIFTED_UNSTATED)}
+    motions = {ESTIMATED: known_noise(lifted[:, rows], time_s, lifted=True)}
     if stated is not None:
-        motions[STATED] = known_noise(lifted[:, rows], time_s, stated[:, rows], lifted=True).widened(LIFTED)
+        motions[STATED] = known_noise(lifted[:, rows], time_s, stated[:, rows], lifted=True)
     paths = {name: smooth(lifted[:, rows], time_s) for name, smooth in _SMOOTHERS.items()}
     paths |= {name: motion.values[0] for name, motion in motions.items()}
     true = accelerations(truth[:, rows], time_s)
@@ -170,10 +160,6 @@ def take_scores(take: LiftedTake, joints: np.ndarray) -> Scores:
         },
         speed={p: float(np.sqrt((velocity[:, at] ** 2).sum(axis=-1).mean())) for p, at in parts.items()},
         accel={name: _accel(path, truth) for name, path in whole.items()},
-        inside={
-            name: _inside(motion, np.stack([truth[:, rows], velocity, true]), parts)
-            for name, motion in motions.items()
-        },
     )
 
 
@@ -183,24 +169,13 @@ def _accel(path: np.ndarray, truth: np.ndarray) -> float:
     return float(1000 * np.linalg.norm(bend, axis=-1).mean())
 
 
-def _inside(motion: Motion, truth: np.ndarray, parts: dict[str, list[int]]) -> dict[tuple[str, str], float]:
-    """Shares of values (3, T, J, 3) within the motion's 90 % bars; NaN where it states none."""
-    sd = np.sqrt(np.einsum("dtnii->dtni", motion.covariance))
-    within = np.where(np.isfinite(sd), np.abs(motion.values - truth) <= SD_90 * sd, np.nan)
-    return {
-        (part, name): float(within[i][:, at].mean())
-        for part, at in parts.items()
-        for i, name in enumerate(QUANTITIES)
-    }
-
-
 def over_takes(scores: Sequence[Scores]) -> dict[str, Any]:
     """Figures of many takes. "errors": {method: {"PART, DIRECTION": {"rmse", "r": Figure}}}; "quarters": {PART: {the
     quarter of the takes by true speed: {method: {"rmse", "r": medians over takes, vertical and horizontal}}}};
     "better": {method: {"PART, DIRECTION": share of takes in which the stated known-noise smoother has the smaller
-    RMSE}}; "accel": {method: Figure}; "inside": {method: {"PART, QUANTITY": mean share within the bars}}."""
+    RMSE}}; "accel": {method: Figure}."""
     table: dict[str, Any] = {
-        "takes": len(scores), "errors": {}, "quarters": {}, "better": {}, "accel": {}, "inside": {}
+        "takes": len(scores), "errors": {}, "quarters": {}, "better": {}, "accel": {}
     }  # fmt: skip
     if not scores:
         return table
@@ -234,9 +209,4 @@ def over_takes(scores: Sequence[Scores]) -> dict[str, Any]:
         }  # fmt: skip
     for name in scores[0].accel:
         table["accel"][name] = Figure.of(np.array([take.accel[name] for take in scores]))
-    for name, columns in scores[0].inside.items():
-        table["inside"][name] = {
-            ", ".join(column): float(np.mean([take.inside[name][column] for take in scores]))
-            for column in columns
-        }
     return table

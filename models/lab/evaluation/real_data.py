@@ -11,7 +11,7 @@ import numpy as np
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import IMAGE
-from ....pipeline.core.layouts import COCO17
+from ....pipeline.core.layouts import COCO17, H36M17
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, unit
 from ....pipeline.core.take import Video
@@ -148,3 +148,19 @@ def exact_keypoints(camera: RealCamera, limbs: np.ndarray, found: PoseSequence) 
     rows = COCO17.indices(LIMBS)
     joints[:, rows], confidence[:, rows] = camera.project(limbs), 1.0
     return found.with_(joints=joints, confidence=confidence)
+
+
+def whole_body(limbs: np.ndarray) -> np.ndarray:
+    """(T, 17, 3) of joints LIMBS (T, 12, 3), relative to the middle of the hips; pelvis and thorax are the middles of
+    hips and shoulders, others NaN."""
+    whole = np.full((len(limbs), len(H36M17), 3), np.nan)
+    whole[:, H36M17.indices(LIMBS)] = about_hips(limbs)
+    for middle, part in (("pelvis", "hip"), ("thorax", "shoulder")):
+        whole[:, H36M17.index(middle)] = whole[:, H36M17.indices((f"r_{part}", f"l_{part}"))].mean(axis=1)
+    return whole
+
+
+def about_hips(limbs: np.ndarray) -> np.ndarray:
+    """Joints LIMBS (..., 12, 3) relative to the middle of the hips."""
+    hips = [LIMBS.index("r_hip"), LIMBS.index("l_hip")]
+    return limbs - limbs[..., hips, :].mean(axis=-2, keepdims=True)

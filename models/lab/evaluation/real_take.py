@@ -24,7 +24,7 @@ from ....pipeline.core.take import Video
 from ....pipeline.files.video_frames import shown_size
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.take import read_video
-from ....pipeline.signals.angles import FINE
+from ....pipeline.signals.angles import FINE, near
 from ....pipeline.signals.visibility import seen_only
 from ...angle_error.take_angles import AngleSeries, smoothed, take_angles
 from ...common.metrics import joint_error, procrustes_error, scaled
@@ -33,16 +33,17 @@ from ...gravity import Seen, known_up, level_static, why_not
 from ...gravity.view import camera_of
 from ...rectifier.load import load_rectifier
 from ..mocap.clips import data_folder
-from .angles import judge, spread
 from .people import mean
 from .real_data import (
     LIMBS,
     STANDING,
+    about_hips,
     exact_keypoints,
     found_keypoints,
     openpose_keypoints,
     read_cameras,
     read_moving,
+    whole_body,
 )
 from .sets import Question
 from .tables import Page, Table
@@ -53,7 +54,7 @@ _WITH_IMAGE = "video, with its image"  # its lines tell up and the focal length
 _LIFT_ANGLES = ("knee_flexion", "elbow_flexion")
 _LEANS = ("trunk_lean_sagittal", "trunk_lean_frontal")
 _UP = {
-    "up": "{up_deg:.1f}", "stated": "{stated_deg:.1f}", "bound": "{bound_deg:.1f}", "levelled": "{levelled:.0%}"
+    "up": "{up_deg:.1f}", "stated": "{stated_deg:.1f}", "levelled": "{levelled:.0%}"
 }  # fmt: skip
 PAGE = Page(
     "A real take",
@@ -81,7 +82,7 @@ PAGE = Page(
                 "LEVEL": "{level_mm:.0f}",
                 **{name: f"{{{name}[rmse]:.1f}} / {{{name}[mae]:.1f}}" for name in _LEANS},
             },
-            "Up: degrees off, root mean square error stated, and 90 % bound stated; levelled: takes that are not "
+            "Up: degrees off, and root mean square error stated; levelled: takes that are not "
             "refused. LEVEL: as rigid, but with the up that was found and one true heading. Lean of the trunk: RMSE / "
             "MAE, degrees.",
         ),
@@ -183,8 +184,8 @@ def level_row(
     """One gravity for the take against the true up (3,), and the lift in LEVEL against true limbs (T, 12, 3) where they
     are known. look: what the image says about up.
 
-    levelled: 1 unless the take is refused. up_deg: how far its up is off; stated_deg, bound_deg: root mean square error
-    and 90 % bound that were stated. level_mm: mean distance of the 12 joints to the truth, both relative to the
+    levelled: 1 unless the take is refused. up_deg: how far its up is off; stated_deg: root mean square error
+    that was stated. level_mm: mean distance of the 12 joints to the truth, both relative to the
     mid-hips, after the best heading and scale for the take, so that what is left is lean and pose. Then RMSE and MAE
     in degrees of _LEANS, of a refused take too.
     """
@@ -198,7 +199,6 @@ def level_row(
         "levelled": float(not why_not(level)),
         "up_deg": mean(angle_deg(ups, np.broadcast_to(up, ups.shape))),
         "stated_deg": mean(level.up_error_deg),
-        "bound_deg": mean(level.up_bound_deg),
     }
     if limbs is None:
         return row
@@ -236,16 +236,6 @@ def limb_angles(
     return take_angles(whole, smoothed(whole, time_s), R, lifted=False)
 
 
-def whole_body(limbs: np.ndarray) -> np.ndarray:
-    """(T, 17, 3) of joints LIMBS (T, 12, 3), relative to the middle of the hips; pelvis and thorax are the middles of
-    hips and shoulders, others NaN."""
-    whole = np.full((len(limbs), len(H36M17), 3), np.nan)
-    whole[:, _LIMB_ROWS] = about_hips(limbs)
-    for middle, part in (("pelvis", "hip"), ("thorax", "shoulder")):
-        whole[:, H36M17.index(middle)] = whole[:, H36M17.indices((f"r_{part}", f"l_{part}"))].mean(axis=1)
-    return whole
-
-
 def angle_errors(
     found: dict[str, AngleSeries], true: dict[str, AngleSeries], names: Sequence[str]
 ) -> dict[str, dict[str, float]]:
@@ -253,15 +243,11 @@ def angle_errors(
     errors = {}
     for name in names:
         keys = [key for key in (name, f"r_{name}", f"l_{name}") if key in found]
-        error = np.concatenate([judge(found[key], true[key], found[key].reason == FINE)[0] for key in keys])
-        errors[name] = spread(error)
+        off = [near(found[key].value_deg - true[key].value_deg, 0.0) for key in keys]
+        fine = [(found[key].reason == FINE) & (true[key].reason == FINE) for key in keys]
+        error = np.concatenate(off)[np.concatenate(fine)]
+        errors[name] = {"rmse": mean(error**2) ** 0.5, "mae": mean(np.abs(error))}
     return errors
-
-
-def about_hips(limbs: np.ndarray) -> np.ndarray:
-    """Joints LIMBS (..., 12, 3) relative to the middle of the hips."""
-    hips = [LIMBS.index("r_hip"), LIMBS.index("l_hip")]
-    return limbs - limbs[..., hips, :].mean(axis=-2, keepdims=True)
 
 
 def mean_row(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:

@@ -1,25 +1,23 @@
 """What one gravity a take is worth, where the truth is known:  pcnet3d evaluate takes -o DIR
 
 Every take is seen by one camera that stands still; lifted, and with its real joints. Every rectifier answers twice:
-frame by frame, and with the take's one up (models/gravity/levelling.py). Errors, whether the stated errors hold, the
-accelerations of wrists and ankles, and one take from eight cameras.
+frame by frame, and with the take's one up (models/gravity/levelling.py). Errors, and the accelerations of wrists and
+ankles.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
-from ....pipeline.reading.mocap.clip import Clip
-from ...common.metrics import Figure, joint_error, sorting
+from ...common.metrics import Figure, joint_error
 from ...common.spread import stated_spread
 from ...gravity import why_not
-from ..mocap.clips import lying
-from . import take_acceleration, take_cameras
+from . import take_acceleration
 from .sets import Question
 from .tables import Page, Table
 from .take_answers import (
@@ -39,7 +37,6 @@ _LONG_S = 2.0
 LONG, _SHORT, _PARTLY, _LYING = _GROUPS = (
     "upright, 2 s and more", "upright, under 2 s", "lying now and then", "lying",
 )  # fmt: skip
-_CAMERA_TAKES = 20
 PAGE = Page(
     "Takes",
     "; one camera a take, standing still.",
@@ -60,34 +57,24 @@ PAGE = Page(
             "Trust",
             "takes/*/methods/*",
             ["set", "method"],
-            {
-                "levelled": "{levelled:.1%}", "inside the bound": "{inside:.1%}",
-                "stated / true, deg (sorting)": "{expected:.1f} / {true:.1f} ({spearman:.2f})",
-                "drift": "{drifted} of {takes}",
-            },
-            "Levelled: takes that are not refused. Of those, how many have their true up inside the stated 90 % bound, "
-            "the mean stated rotation error over the mean true one, and how well it sorts frames (Spearman). Drift: "
-            "takes said to be seen by a camera that moved; none was.",
+            {"levelled": "{levelled:.1%}", "drift": "{drifted} of {takes}"},
+            "Levelled: takes that are not refused. Drift: takes said to be seen by a camera that moved; none was.",
             where=lambda row: "levelled" in row,
         ),
         *take_acceleration.TABLES,
-        take_cameras.TABLE,
     ],
 )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """One method on one take. rotation, tilt (degrees), mpjpe (mm), expected (error_deg): (T,), NaN without an answer.
-    Of a take-level method also whether it was levelled, whether true up lies inside the stated 90 % bound, and
-    whether a drift of the camera was reported; else None."""
+    """One method on one take. rotation, tilt (degrees), mpjpe (mm): (T,), NaN without an answer. Of a take-level method
+    also whether it was levelled, and whether a drift of the camera was reported; else None."""
 
     rotation: np.ndarray
     tilt: np.ndarray
     mpjpe: np.ndarray
-    expected: np.ndarray
     levelled: bool | None = None
-    inside: bool | None = None
     drifted: bool | None = None
 
 
@@ -99,8 +86,6 @@ def tables(question: Question) -> dict[str, Any]:
         taken, signals = one_set(question, one.label, question.takes(one))
         results["takes"] |= taken
         results["acceleration"] |= signals
-    first = some_clips(question.sets[0].clips(), _CAMERA_TAKES)
-    results["cameras"] = take_cameras.camera_tables(question, first)
     return results
 
 
@@ -157,22 +142,17 @@ def judge(take: LiftedTake, joints: np.ndarray, answer: Answer) -> Judged:
     R, R_true = answer.R_camera_from_body, take.seen.R_camera_from_body
     body, truth = rotate(transpose(R), joints), rotate(transpose(R_true), take.seen.truth)
     tilt = angle_deg(R[..., 2], np.broadcast_to(take.seen.up, R[..., 2].shape))
-    errors = Judged(geodesic_deg(R, R_true), tilt, 1000 * joint_error(body, truth), answer.error_deg)
+    errors = Judged(geodesic_deg(R, R_true), tilt, 1000 * joint_error(body, truth))
     if answer.levelled is None:
         return errors
-    off = np.nanmax(tilt, initial=-np.inf)  # the same in every frame that has an answer
     return replace(
-        errors,
-        levelled=not why_not(answer.levelled),
-        inside=bool(off <= answer.levelled.up_bound_deg[0]),
-        drifted=answer.levelled.drift_at is not None,
+        errors, levelled=not why_not(answer.levelled), drifted=answer.levelled.drift_at is not None
     )
 
 
 def row(methods: dict[str, list[Judged]]) -> dict[str, Any]:
     """Figures of one set. Tilt: over takes, of a take's mean. Rotation and MPJPE: over frames. Of take-level methods
-    also the share levelled; of the levelled, the share whose true up lies inside the bound and the stated over the
-    true mean rotation error; and how many takes were said to be seen by a moving camera."""
+    also the share levelled, and how many takes were said to be seen by a moving camera."""
     first = next(iter(methods.values()))
     figures: dict[str, Any] = {
         "takes": len(first), "frames": sum(len(take.rotation) for take in first), "methods": {},
@@ -184,15 +164,7 @@ def row(methods: dict[str, list[Judged]]) -> dict[str, Any]:
             "mpjpe": Figure.of(np.concatenate([take.mpjpe for take in takes])),
         }
         if takes[0].levelled is not None:
-            fine = [take for take in takes if take.levelled]
-            rotation, expected = (
-                np.concatenate([getattr(take, what) for take in fine] or [np.zeros(0)])
-                for what in ("rotation", "expected")
-            )
-            method["levelled"] = len(fine) / len(takes)
-            method["inside"] = float(np.mean([bool(take.inside) for take in fine])) if fine else float("nan")
-            method["expected"], method["true"] = Figure.of(expected).mean, Figure.of(rotation).mean
-            method["spearman"] = sorting(expected, rotation)
+            method["levelled"] = sum(bool(take.levelled) for take in takes) / len(takes)
             method["drifted"] = sum(bool(take.drifted) for take in takes)
         figures["methods"][name] = method
     return figures
@@ -210,9 +182,3 @@ def signals(take: LiftedTake, joints: np.ndarray, both: dict[str, Answer]) -> di
     return take_acceleration.take_scores(
         methods, joints, seen.truth, seen.R_camera_from_world, seen.R_camera_from_body, seen.keypoints.times
     )
-
-
-def some_clips(clips: Sequence[Clip], count: int) -> list[Clip]:
-    """At most `count` upright clips of 2 s and more, evenly spread over the list."""
-    fine = [c for c in clips if len(c) / c.fps >= _LONG_S and not lying(c.joints).any()]
-    return [fine[i] for i in np.unique(np.linspace(0, len(fine) - 1, min(count, len(fine))).astype(int))]

@@ -1,5 +1,4 @@
-"""Accelerations by smoother: a perfect lift has the truth's, saying that nothing moves is as wrong as what moves, and
-bars are counted."""
+"""Accelerations by smoother: a perfect lift has the truth's; saying that nothing moves is as wrong as what moves."""
 
 import numpy as np
 import pytest
@@ -54,13 +53,12 @@ def test_a_perfect_lift_has_the_truths_acceleration(take):
     assert scores.accel["unsmoothed"] < 0.1
 
 
-def test_a_known_error_is_smoothed_better_than_by_a_filter_and_bars_hold_it(take):
+def test_a_known_error_is_smoothed_better_than_by_a_filter(take):
     table = over_takes(judged([take(0.02, 0.02)]))
     errors = {name: row["wrist, vertical"]["rmse"].p50 for name, row in table["errors"].items()}
     assert errors[STATED] < 0.8 * errors["Butterworth 6 Hz"]
     assert errors[STATED] < 0.8 * errors[NO_MOTION]
     assert table["better"]["Butterworth 6 Hz"]["wrist, vertical"] == 1
-    assert table["inside"][STATED]["wrist, acceleration"] > 0.85
     text = written({
         "pcnet3d": "0", "lifter": "l", "seed": 0, "flip": False, "bed": "wild", "sets": {"S": table}
     }, PAGE)  # fmt: skip

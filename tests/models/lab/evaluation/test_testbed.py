@@ -3,6 +3,7 @@
 import csv
 import json
 from datetime import date
+from inspect import signature
 
 import numpy as np
 import pytest
@@ -223,9 +224,7 @@ def test_every_table_of_a_flipped_report_is_of_flipped_lifts(tmp_path, monkeypat
     assert len(asked) == 2 * 2 * 2  # beds, focal lengths and sets
 
 
-@pytest.mark.parametrize(
-    "report", ["lifter", "rectifiers", "takes", "angles", "motion", "swaps", "place", "gait"]
-)
+@pytest.mark.parametrize("report", ["lifter", "rectifiers", "takes", "motion", "swaps", "gait", "errors"])
 @pytest.mark.parametrize(
     ("clips", "missing"),
     [
@@ -261,6 +260,18 @@ def test_test_subjects_are_looked_at_for_a_reason_only(tmp_path, asked, monkeypa
     with pytest.raises(InputError, match="--because"):
         reports.takes(output=tmp_path / "out", **asked)
     assert not (tmp_path / "out").exists()
+
+
+def test_every_report_judges_validation_people_and_asks_for_a_reason_for_others():
+    options = {
+        command.name: {key: one.default for key, one in signature(command.callback).parameters.items()}
+        for command in reports.evaluate.registered_commands
+    }
+    others = {name for name, given in options.items() if "sets" not in given}
+    assert others == {"lifters", "own-data", "real-take", "real-clips"}  # which have no test subjects
+    assert len(options) > len(others)
+    for name in set(options) - others:
+        assert (options[name]["sets"], options[name]["because"]) == ("val", ""), name
 
 
 def test_looks_at_test_subjects_are_kept(tmp_path, monkeypatch):

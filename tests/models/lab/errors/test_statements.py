@@ -1,0 +1,252 @@
+"""What a finished take states, beside a truth that knows it: a take built from the truth with errors that are known."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.common.metrics import SD_90
+from pcnet3d.models.lab.errors import judge, report
+from pcnet3d.models.lab.errors.judge import Stated
+from pcnet3d.models.lab.errors.movements import compared
+from pcnet3d.models.lab.errors.paths import motions, paths, place
+from pcnet3d.models.lab.errors.statements import angles, joints, rotation, statements, up
+from pcnet3d.models.lab.evaluation import evaluate as reports
+from pcnet3d.models.lab.evaluation import sets
+from pcnet3d.models.lab.evaluation.finished import Configuration, finished
+from pcnet3d.pipeline.core.measures import Measure, Moments, grouped
+from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.core.rotations import geodesic_deg
+from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.signals.angles import ANGLES
+
+
+@pytest.fixture(scope="module")
+def clip():
+    walk = walker(seconds=4)
+    return Clip("03_01", "03", "asfamc", walk.fps, walk.world.astype(np.float32))
+
+
+@pytest.fixture(scope="module")
+def exact(clip):
+    """The captured joints after a run that was told up, as if a lifter had made them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sets, "read_clips", lambda subjects: (clip,))
+        configuration = Configuration(lifter="", up_told=True, focal_known=True, bed="typical")
+        one = next(finished(sets.Question(people="test"), configuration))
+    poses = one.take.need("poses").with_(made_by=MadeBy("estimated", "known errors"))
+    return replace(one, take=one.take.with_(poses=poses))
+
+
+@pytest.fixture
+def rows(exact):
+    return np.arange(len(exact.truth.truth))
+
+
+def share(stated: Stated, factor: float = 1.0) -> float:
+    return judge.inside([stated], factor).inside
+
+
+def with_errors(take, off, half):
+    """The take with every angle and rate wrong by `off` and stated within `half`."""
+    columns = dict(take.kinematics)
+    for name in ANGLES:
+        for end in ("deg", "degps"):
+            columns[f"{name}_{end}"] = columns[f"{name}_{end}"] + off
+            columns[f"{name}_sd_{end}"] = np.full(len(take.need("poses")), half / SD_90)
+    return take.with_(kinematics=columns)
+
+
+def test_errors_just_inside_their_bars_are_inside_and_outside_of_half_the_bars(exact, rows):
+    found = {one.statement: one for one in angles(with_errors(exact.take, 30.0, 33.0), exact.truth, rows)}
+    assert {"knee_flexion", "rate of knee_flexion", "trunk_lean_frontal"} <= set(found)
+    frames = int((~exact.truth.lying).sum())
+    for name, one in found.items():
+        if not name.startswith("rate"):
+            assert share(one) == 1, name
+            assert share(one, 0.5) == 0, name
+            assert judge.factor([one]) == pytest.approx(30 / 33, rel=0.05)
+            assert 0.8 * frames <= len(one.error) <= 2 * frames
+
+
+def test_an_angle_without_a_value_or_a_bar_is_no_case_and_neither_are_lying_people(exact, rows):
+    columns = dict(with_errors(exact.take, 1.0, 2.0).kinematics)
+    for side in "rl":
+        columns[f"{side}_knee_flexion_sd_deg"] = np.full(len(rows), np.nan)
+        columns[f"{side}_elbow_flexion_reason"] = np.full(len(rows), 4, dtype=np.int8)
+    columns["trunk_lean_sagittal_deg"] = np.where(rows < 50, columns["trunk_lean_sagittal_deg"], np.nan)
+    take = exact.take.with_(kinematics=columns)
+    cases = {one.statement: len(one.error) for one in angles(take, exact.truth, rows)}
+    assert cases["knee_flexion"] == cases["elbow_flexion"] == 0
+    assert cases["trunk_lean_sagittal"] == 50
+    lying = replace(exact.truth, lying=np.ones(len(rows), dtype=bool))
+    assert not any(len(one.error) for one in angles(take, lying, rows))
+
+
+@pytest.mark.parametrize(("bound", "holds"), [(7.0, 1.0), (5.0, 0.0)])
+def test_up_is_one_case_a_take_and_as_wrong_as_it_was_made(exact, rows, bound, holds):
+    R = exact.truth.R_camera_from_world
+    turn = Rotation.from_rotvec(np.radians(6) * R[:, 0]).as_matrix()
+    rectified = replace(
+        exact.take.need("rectified"),
+        R_source_from_level=turn @ R,
+        up_bound_deg=np.full(len(rows), bound),
+    )
+    one = up(exact.take.with_(rectified=rectified), exact.truth, rows)
+    assert one.error == pytest.approx([6.0])
+    assert share(one) == holds
+    assert one.person == exact.truth.subject
+
+
+def test_a_rotation_is_as_wrong_as_it_was_made(exact, rows):
+    turn = Rotation.from_euler("z", 10, degrees=True).as_matrix()
+    rectified = exact.take.need("rectified")
+    turned = replace(
+        rectified,
+        R_source_from_body=exact.truth.R_camera_from_body @ turn,
+        error_deg=np.full(len(rows), 6.0),
+    )
+    one = rotation(exact.take.with_(rectified=turned), exact.truth, rows)
+    assert geodesic_deg(turn, np.eye(3)) == pytest.approx(10)
+    assert one.error == pytest.approx(np.full(len(rows), 10.0), abs=1e-3)
+    assert (share(one), share(one, 0.5)) == (1, 0)
+
+
+def test_gaussian_errors_lie_inside_their_ellipsoids_in_nine_of_ten(exact, rows):
+    rng = np.random.default_rng(0)
+    root = np.array([[0.02, 0.0, 0.0], [0.01, 0.03, 0.0], [0.0, 0.02, 0.05]])
+    poses = exact.take.need("poses")
+    off = rng.standard_normal(poses.joints.shape) @ root.T
+    off[:, 0] = 0
+    covariance = np.broadcast_to(root @ root.T, (*poses.joints.shape, 3))
+
+    def one(factor):
+        wrong = poses.with_(joints=exact.truth.truth + off, covariance=factor**2 * covariance)
+        return joints(exact.take.with_(poses=wrong), exact.truth, rows)
+
+    assert share(one(1.0)) == pytest.approx(0.9, abs=0.02)
+    assert share(one(0.5)) < 0.5
+    assert judge.factor([one(0.5)]) == pytest.approx(2.0, rel=0.05)
+    without = exact.take.with_(poses=poses.with_(covariance=None))
+    assert len(joints(without, exact.truth, rows).error) == 0
+
+
+def test_nothing_but_joints_is_judged_of_a_take_that_is_not_levelled_and_nothing_of_a_refused_one(exact):
+    refused = replace(exact.take.need("rectified"), level_ok=False, level_reason="lying")
+    found = [one.statement for one in statements(replace(exact, take=exact.take.with_(rectified=refused)))]
+    assert found == ["joints"]
+    for source in report.SOURCES:
+        assert list(source(replace(exact, take=None))) == []
+
+
+def placed(exact, factor, sd):
+    """The poses with their pelvis `factor` times as far away."""
+    frames = len(exact.truth.truth)
+    return exact.take.need("poses").with_(
+        root=factor * exact.truth.joints_camera[:, 0],
+        root_covariance=np.tile(sd**2 * np.eye(3), (frames, 1, 1)),
+        root_shared=(0.037, 0.0),
+    )
+
+
+def test_a_path_ten_per_cent_too_far_is_wrong_along_the_ray(exact, rows):
+    distance = np.linalg.norm(exact.truth.joints_camera[:, 0], axis=1)
+    along, across, size = place(placed(exact, 1.1, 0.01), exact.truth, rows)
+    np.testing.assert_allclose(along.error, 0.1 * distance, rtol=1e-5)
+    np.testing.assert_allclose(across.error, 0, atol=1e-5)
+    assert (share(along), share(across), len(across.error)) == (0, 1, 2 * len(rows))
+    assert size.error == pytest.approx([0.0], abs=1e-3)
+    assert [share(one) for one in place(placed(exact, 1.0, 0.01), exact.truth, rows)] == [1, 1, 1]
+
+
+def test_a_body_that_is_too_large_is_so_in_per_cent(exact, rows):
+    poses = placed(exact, 1.0, 0.01)
+    *_, size = place(poses.with_(joints=1.1 * poses.joints), exact.truth, rows)
+    assert size.error == pytest.approx([10.0], abs=1e-3)
+    assert size.half == pytest.approx([100 * SD_90 * 0.037])
+
+
+def test_motions_are_judged_axis_by_axis_in_the_level_that_was_found(exact, rows):
+    columns = dict(exact.take.kinematics)
+    for name in [name for name in columns if name[-2:-1] in "_va" and name[-1] in "xyz"]:
+        columns[f"{name}_sd"] = np.full(len(rows), 0.01)
+    take = exact.take.with_(kinematics=columns)
+    found = {one.statement: one for one in motions(take, exact.truth, rows)}
+    assert len(found) == 6
+    one = found["wrist position, m"]
+    assert len(one.error) == 6 * int((~exact.truth.lying).sum())
+    assert np.median(np.abs(one.error)) < 0.02
+    for name in columns:
+        if name.endswith(("wrist_x", "wrist_y", "wrist_z")):
+            columns[name] = columns[name] + 0.5
+    moved = {one.statement: one for one in motions(take.with_(kinematics=columns), exact.truth, rows)}
+    assert np.median(moved["wrist position, m"].error) == pytest.approx(0.5, abs=0.03)
+    assert share(moved["wrist position, m"]) == 0
+    np.testing.assert_array_equal(moved["ankle position, m"].error, found["ankle position, m"].error)
+
+
+def test_a_focal_length_that_nobody_told_is_judged(exact):
+    camera = replace(exact.take.need("camera"), focal_px=1.1 * exact.truth.focal_px, focal_sd_px=1.0)
+    told = {one.statement for one in paths(exact)}
+    guessed = replace(exact, take=exact.take.with_(camera=replace(camera, focal_source="prior")))
+    one = next(one for one in paths(guessed) if one.statement == "focal length, %")
+    assert "focal length, %" not in told
+    assert one.error == pytest.approx([10.0])
+    assert share(one) == 0
+
+
+def repeated(*peaks, error=2.0, **means):
+    """Rows of a movement whose repetitions reach their peak at (seconds, degrees)."""
+    rows = [Measure("peak", height, "deg", error, number=i) for i, (_, height) in enumerate(peaks)]
+    times = {"start": -0.5, "stop": 0.5}
+    rows += [Moments(name, tuple(at + off for at, _ in peaks)) for name, off in times.items()]
+    return grouped([*rows, *(Measure(name, value, "deg", error) for name, value in means.items())])
+
+
+def test_repetitions_are_compared_with_those_of_the_same_time_and_means_of_as_many():
+    true = repeated((1.0, 90.0), (2.0, 80.0), (3.0, 100.0), mean_rise=90.0)
+    errors, half = compared(repeated((2.1, 85.0), (3.0, 97.0), (9.0, 50.0), mean_rise=80.0), true)[
+        "peak, deg"
+    ]
+    assert errors.tolist() == [5.0, -3.0]
+    assert half == pytest.approx([SD_90 * 2] * 2)
+    same = compared(repeated((1.0, 90.0), (2.0, 80.0), (3.0, 100.0), mean_rise=80.0), true)
+    assert same["mean rise, deg"][0].tolist() == [-10.0]
+    fewer = compared(repeated((2.1, 85.0), mean_rise=80.0), true)
+    assert set(fewer) == {"peak, deg"}
+    assert compared(repeated(), true) == {}
+    assert np.isnan(compared(repeated((1.0, 90.0), error=None), true)["peak, deg"][1]).all()
+
+
+@pytest.fixture
+def one_take(exact, monkeypatch):
+    """A report on one take of one person, in whichever configuration."""
+    people = ("03", "accad-m1", "tennis-a")
+    clips = tuple(Clip(f"{who}_01", who, "asfamc", 30.0, exact.truth.truth) for who in people)
+    monkeypatch.setattr(sets, "read_clips", lambda subjects: clips)
+    monkeypatch.setattr(report, "finished", lambda question, configuration: iter([exact]))
+
+
+def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_told(one_take, tmp_path):
+    report.tables(sets.Question(people="test"), ["bodies alone", "real take"], output=tmp_path)
+    rows = json.loads((tmp_path / "errors.json").read_text(), parse_constant=lambda name: pytest.fail(name))
+    assert {tuple(row) for row in rows} == {tuple(rows[0])}
+    assert {"set", "cases", "people", "inside", "low", "worst_bin", "p50", "rms", "bar"} <= set(rows[0])
+    assert {row["configuration"] for row in rows} == {"bodies alone", "real take"}
+    assert {row["set"] for row in rows} == {"test"}
+    assert {(row["people"], row["low"]) for row in rows} == {(1, None)}  # no interval of one person
+
+
+def test_a_look_at_test_subjects_is_kept_with_its_reason(one_take, tmp_path):
+    with pytest.raises(Exception, match="--because"):
+        reports.errors(output=tmp_path / "out", sets="test", part=["image"])
+    reports.errors(output=tmp_path / "out", sets="test", part=["image"], because="figures of a release")
+    ledger = (tmp_path / "out" / "ledger.csv").read_text().splitlines()
+    assert len(ledger) == 2
+    assert "pcnet3d evaluate errors --sets test" in ledger[1]
+    assert ledger[1].endswith("figures of a release")
+    reports.errors(output=tmp_path / "val", part=["image"])
+    assert not (tmp_path / "val" / "ledger.csv").exists()
