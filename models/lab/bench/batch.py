@@ -24,7 +24,8 @@ from ....pipeline.reading.settings import OnDevice
 from ....stages.study.batch.command import batch as run_batch
 from ...rectifier.load import load_rectifier
 from ...rectifier.onnx import PCNetRectifier
-from .run import cpu_s, gemm_gflops, in_own_process, peak_mb
+from ..common.modules import in_own_process
+from .run import cpu_s, gemm_gflops, peak_mb
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,8 @@ import numpy as np
 import typer
 
 from ....pipeline.reading.settings import OnDevice, RunOptions
-from .run import Measured, gemm_gflops, in_own_process, measured_run
+from ..common.modules import in_own_process
+from .run import Measured, gemm_gflops, measured_run
 
 # H36M17, camera axes, metres: somebody who stands upright and faces the camera.
 _BODY = np.array(

@@ -26,7 +26,8 @@ from ....pipeline.reading.settings import OnDevice, RunOptions
 from ....pipeline.running.recipe import load_recipe
 from ...common.onnx import OnnxFile
 from ...detector import video as detect_video
-from .run import Measured, gemm_gflops, in_own_process, measured_run
+from ..common.modules import in_own_process
+from .run import Measured, gemm_gflops, measured_run
 
 _DECODED = 1000  # frames that the rate of decoding is measured on
 

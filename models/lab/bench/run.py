@@ -5,12 +5,9 @@ from __future__ import annotations
 import os
 import tempfile
 import time
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields, is_dataclass
-from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +20,6 @@ from ....pipeline.running.run import run_files
 
 _MEGABYTE = 2**20
 _GEMM, _GEMM_RUNS = 1024, 20
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -56,12 +52,6 @@ class Measured:
         memory = f"{self.peak_mb:.0f} MB, of which {self.arrays_mb:.0f} MB are the results' arrays"
         networks = ", ".join(f"{name} on {device}" for name, device in self.devices.items())
         return "\n".join([*lines, f"  peak memory {memory}", f"  networks: {networks}"])
-
-
-def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
-    """function(*arguments) in a new process, so that its peak of memory is its own."""
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        return pool.submit(function, *arguments).result()
 
 
 def measured_run(options: RunOptions, recipe: Recipe | None = None) -> tuple[Take, Measured]:

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from typing import Any, TypeVar
 
 import typer
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import say
+
+T = TypeVar("T")
 
 
 def run_command(command: Callable[..., None]) -> None:
@@ -23,3 +28,9 @@ def run_command(command: Callable[..., None]) -> None:
         return
     say("pcnet3d", reason)
     raise SystemExit(2)
+
+
+def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
+    """function(*arguments) in a new process, whose memory and whose files read once are its own."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        return pool.submit(function, *arguments).result()

@@ -1,8 +1,8 @@
 """Whether every stated error holds, in every configuration of a run:  pcnet3d evaluate errors -o DIR
 
-And what would make them hold: with --fit the errors of angles and rates are fitted to these takes and written to
-DIR/joint_noise.json, as models/angle_error has it and as a run takes it (--set angles.errors=FILE). Every figure is by
-the procedure of judge.py.
+And what would make them hold: with --fit the errors of angles and rates are fitted to these takes, of the
+configurations FITTED, and written to DIR/joint_noise.json, as models/angle_error has it and as a run takes it (--set
+angles.errors=FILE). Every figure is by the procedure of judge.py.
 """
 
 from __future__ import annotations
@@ -35,6 +35,13 @@ Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
 SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (statements, paths, movements)
 _KNOTS = (0.02, 0.25, 0.5, 0.75, 0.98)  # quantiles of the found angle, to the nearest 5 degrees
 _ROWS = "errors.json"
+FITTED = (
+    "bodies alone",
+    "image",
+    "moving",
+    "typical",
+    "typical, image",
+)  # in which angles' errors are fitted
 
 PAGE = Page(
     "Stated errors",
@@ -106,7 +113,8 @@ def tables(
             lines = ",\n ".join(json.dumps(plain(row)) for row in rows)
             partial.write_text(f"[\n {lines}\n]\n", encoding="utf-8")
         if fit:
-            noise = replace(refitted(cases), lifter=load_lifter(str(question.lifter)).method)
+            own = {name: of for name, of in cases.items() if name in FITTED}
+            noise = replace(refitted(own), lifter=load_lifter(str(question.lifter)).method)
             with whole_file(output / "joint_noise.json") as partial:
                 partial.write_text(noise.as_json(), encoding="utf-8")
     return results

@@ -1,0 +1,112 @@
+"""Fit all that rests on the networks anew:  python -m pcnet3d.models.lab.fits.refit -o DIR
+
+To be run after a new lifter or rectifier, with the new networks in their places.
+Each step writes its own file into DIR, and puts it in its place in the package, for the next ones rest on it. A step
+whose file is there is not taken again: the same command goes on where it was stopped, and to take a step anew, delete
+its file and those of the steps behind it. The last step judges what the others fitted, before other cameras.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ....pipeline.core.errors import InputError
+from ....pipeline.files.atomic import refuse_unwritable, whole_file
+from ...angle_error.joint_noise import NOISE_FILE
+from ...angle_error.repeatability import REPEATABILITY_FILE
+from ...gait.contact import CONTACT_FILE
+from ...gait.errors import ERROR_FILE
+from ...lifter.load import load_lifter
+from ...rectifier.load import load_rectifier
+from ..common.modules import in_own_process, run_command
+from ..errors import report, visits
+from ..evaluation.sets import Question
+from ..evaluation.testbed import write_takes
+from . import contact, gait_errors, gravity_constants, joint_noise
+
+_JUDGED_SEED = 5  # of cameras and detectors, that nothing is fitted on
+_NETWORKS = "networks.json"
+
+
+@dataclass(frozen=True)
+class Step:
+    """made: the file that it writes, under DIR. do: writes it, given its path. place: of that file in the package; None
+    of one that only later steps or people read."""
+
+    made: str
+    do: Callable[[Path], object]
+    place: Path | None = None
+
+
+def steps(folder: Path) -> list[Step]:
+    """All of them, in the order in which they rest on each other."""
+    train, *val = (folder / f"{name}.npz" for name in ("train", "val-0", "val-1"))
+    return [
+        Step("train.npz", partial(write_takes, "train", trained_on=True)),
+        Step("val-0.npz", partial(write_takes, "val")),
+        Step("val-1.npz", partial(write_takes, "val", seed=1, bodies=True)),
+        Step("gravity.json", partial(gravity, val)),
+        Step("modes.json", partial(joint_noise.main, [train], val), NOISE_FILE),
+        Step("contact.json", contact.main, CONTACT_FILE),
+        Step("gait_error.json", gait_errors.main, ERROR_FILE),
+        Step("angles/joint_noise.json", partial(kit, 0, True), NOISE_FILE),
+        Step("repeatability.json", visits.main, REPEATABILITY_FILE),
+        Step("judged/errors.json", partial(kit, _JUDGED_SEED, False)),
+    ]
+
+
+def gravity(takes: Sequence[Path], output: Path) -> None:
+    """The constants of models/gravity that these takes ask for; they are changed by hand, where they stand."""
+    found = asdict(gravity_constants.constants(takes))
+    with whole_file(output) as partial_file:
+        partial_file.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+def kit(seed: int, fit: bool, output: Path) -> None:
+    """Stated errors by the kit: fitted in the configurations that they are fitted in, or judged in all."""
+    report.tables(Question(seed=seed), report.FITTED if fit else None, fit, output.parent)
+
+
+def refit(folder: Path, of: Sequence[Step]) -> None:
+    """Take the steps that are left. InputError for a folder of other networks."""
+    networks = {"lifter": load_lifter().method, "rectifier": load_rectifier("pcnet").method}
+    said = folder / _NETWORKS
+    if said.exists() and json.loads(said.read_text(encoding="utf-8")) != networks:
+        raise InputError(
+            "files-apart",
+            f"Expected a folder of {networks['lifter']} and {networks['rectifier']}, but {folder} was begun for "
+            "other networks; choose another -o.",
+        )
+    folder.mkdir(parents=True, exist_ok=True)
+    with whole_file(said) as partial_file:
+        partial_file.write_text(json.dumps(networks) + "\n", encoding="utf-8")
+    for number, step in enumerate(of, start=1):
+        made = folder / step.made
+        print(f"{number} of {len(of)}: {made}{' is there' if made.exists() else ''}", flush=True)
+        if not made.exists():
+            made.parent.mkdir(parents=True, exist_ok=True)
+            # A process of its own: files of the package are read once in each.
+            in_own_process(step.do, made)
+        if step.place is not None:
+            with whole_file(step.place) as partial_file:
+                shutil.copyfile(made, partial_file)
+
+
+def main(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the steps' files.")],
+) -> None:
+    """Fit all that rests on the networks anew, and judge it."""
+    refuse_unwritable(output)
+    refit(output, steps(output.absolute()))
+
+
+if __name__ == "__main__":
+    run_command(main)
