@@ -1,9 +1,11 @@
 """Writes docs/accuracy.md and the tables of accuracy in other documents, from what `pcnet3d evaluate` measured:
 
-    python docs/accuracy/write.py [DIR/evaluation.json ...]
+    python docs/accuracy/write.py [DIR/evaluation.json ...] [DIR/errors.json ...]
 
 The figures that documents quote are in figures.json, a block per evaluation, with its command, its date and the
-networks that it measured. An evaluation.json replaces the figures of its blocks; all others stay. Then accuracy.md is
+networks that it measured. An evaluation.json replaces the figures of its blocks; all others stay. Whether stated errors
+hold, and how large errors are, is in errors.json here; the rows of another one (of `pcnet3d evaluate errors`) replace
+those of the same configurations and people. Then accuracy.md is
 written from page.j2, and what stands between `<!-- docs/accuracy/write.py: NAME -->` and `<!-- end -->` in other
 documents from the macro NAME of tables.j2. Words around the figures are not measured: read them again.
 """
@@ -22,6 +24,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from pcnet3d.models.lab.errors.report import as_json
 from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.pipeline.core.errors import InputError
@@ -34,6 +37,8 @@ MARKED = (
     "README.md",
     "docs/angles.md",
     "docs/lifting.md",
+    "docs/motion.md",
+    "docs/place.md",
     "models/lifter/card.md",
     "models/rectifier/card.md",
 )
@@ -69,25 +74,13 @@ BLOCKS = {
                 for method in ("frame", "take", "take, with its image")
                 for figure in ("tilt/mean", "rotation/mean", "mpjpe/mean")
             ),
-            "takes/*, upright, 2 s and more/methods/pcnet, a take*/inside",
             "takes/HDM05, lifted, lying/takes",
-            "takes/HDM05, lifted, lying/methods/pcnet, a take/[il]*",  # levelled, and inside where any is
+            "takes/HDM05, lifted, lying/methods/pcnet, a take/levelled",
             "takes/HDM05, lifted, lying/methods/pcnet, a take/tilt/mean",
             "takes/HDM05, lifted, lying/methods/pcnet, a take/tilt/p50",
             "takes/HDM05, lifted, lying/methods/pcnet, a take, with its image/rotation/mean",
             "acceleration/CMU test, lifted/level/*/rmse/p50",
             "acceleration/CMU test, lifted/lift/*/rmse/p50",
-        ),
-    ),
-    "angles": Block(
-        "angles",
-        _TEST,
-        ("lifter", "pcnet"),
-        (
-            "sets/*/methods/pcnet/*/inside",
-            "sets/CMU test/methods/pcnet/*/rmse",
-            "sets/CMU test/methods/pcnet/*/rmse_half",
-            "sets/CMU test/methods/pcnet/*/error/p50",
         ),
     ),
     "real_take": Block(
@@ -235,7 +228,28 @@ def picked(tree: dict[str, Any], patterns: Sequence[str]) -> dict[str, Any]:
     return found
 
 
-def pages(figures: dict[str, Any]) -> dict[str, str]:
+Rows = list[dict[str, Any]]
+
+
+def merged(rows: Rows, new: Rows) -> Rows:
+    """The rows of stated errors, with new ones in the place of all of the same configuration and people."""
+    measured = {(row["configuration"], row["set"]) for row in new}
+    return [row for row in rows if (row["configuration"], row["set"]) not in measured] + new
+
+
+def of_kinds(named: Sequence[str]) -> dict[str, list[str]]:
+    """The statements that documents show together, by kind, each once."""
+    names = list(dict.fromkeys(named))
+    angles = [name for name in names if f"rate of {name}" in names]
+    return {
+        "angles": angles,
+        "rates": [f"rate of {name}" for name in angles],
+        "motions": [name for name in names if name.startswith(("wrist ", "ankle "))],
+        "places": [name for name in names if name.startswith(("pelvis ", "body's ", "focal "))],
+    }
+
+
+def pages(figures: dict[str, Any], errors: Rows) -> dict[str, str]:
     """Every document that quotes figures, by its path, as it has to read."""
     kit = Environment(
         loader=FileSystemLoader(HERE), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
@@ -243,11 +257,14 @@ def pages(figures: dict[str, Any]) -> dict[str, str]:
     )  # fmt: skip
     kit.filters |= {f"d{digits}": f"{{:.{digits}f}}".format for digits in range(3)}
     kit.filters["percent"] = lambda share: f"{100 * share:.0f} %"
+    kit.filters["short"] = lambda figure: f"{figure:.0f}" if figure >= 10 else f"{figure:.2g}"
     kit.filters["spread"] = lambda of, digits=0: " / ".join(
         f"{of[name]:.{digits}f}" for name in ("p50", "mean", "p95")
     )
-    words = {name: block["figures"] for name, block in figures.items()}
-    words["errors"] = json.loads(ERRORS.read_text(encoding="utf-8"))
+    words: dict[str, Any] = {name: block["figures"] for name, block in figures.items()}
+    words["errors"] = errors
+    words["statements"] = of_kinds([row["statement"] for row in errors])
+    words["held"] = {(row["statement"], row["configuration"], row["set"]): row for row in errors}
     tables = kit.get_template("tables.j2").make_module(words)
     texts = {"docs/accuracy.md": kit.get_template("page.j2").render(words)}
     for name in MARKED:
@@ -257,17 +274,23 @@ def pages(figures: dict[str, Any]) -> dict[str, str]:
 
 
 def main() -> None:
-    figures = json.loads(FIGURES.read_text(encoding="utf-8"))
+    figures, errors = (json.loads(path.read_text(encoding="utf-8")) for path in (FIGURES, ERRORS))
     try:
         for path in sys.argv[1:]:
-            figures = updated(figures, json.loads(Path(path).read_text(encoding="utf-8")))
+            measured = json.loads(Path(path).read_text(encoding="utf-8"))
+            if isinstance(measured, list):
+                errors = merged(errors, measured)
+            else:
+                figures = updated(figures, measured)
     except InputError as error:
         sys.exit(f"{path}: {error}")
+    texts = pages(figures, errors)  # all of them, before anything is written
     text = json.dumps(figures, indent=1, ensure_ascii=False)
     text = re.sub(r"{[^{}]*}", lambda innermost: " ".join(innermost[0].split()), text)  # a line each
     FIGURES.write_text(text + "\n", encoding="utf-8")
-    for name, text in pages(figures).items():
-        (ROOT / name).write_text(text, encoding="utf-8")
+    ERRORS.write_text(as_json(errors), encoding="utf-8")
+    for name, page in texts.items():
+        (ROOT / name).write_text(page, encoding="utf-8")
     print("\n".join(stale(figures)) or "All figures are of the shipped networks.")
 
 

@@ -23,7 +23,7 @@ write = importlib.util.module_from_spec(spec)
 sys.modules[spec.name] = write  # where dataclasses look their annotations up
 spec.loader.exec_module(write)
 
-FIGURES = json.loads(write.FIGURES.read_text(encoding="utf-8"))
+FIGURES, ERRORS = (json.loads(path.read_text(encoding="utf-8")) for path in (write.FIGURES, write.ERRORS))
 
 
 def evaluation() -> dict:
@@ -43,7 +43,7 @@ def evaluation() -> dict:
 @pytest.mark.parametrize("name", ["docs/accuracy.md", *write.MARKED])
 def test_documents_say_what_was_measured(name):
     told = (ROOT / name).read_text(encoding="utf-8")
-    assert told == write.pages(FIGURES)[name], (
+    assert told == write.pages(FIGURES, ERRORS)[name], (
         f"{name} does not say what docs/accuracy/figures.json does; run `python docs/accuracy/write.py`, or edit the "
         "templates in docs/accuracy instead of the document."
     )
@@ -51,7 +51,7 @@ def test_documents_say_what_was_measured(name):
 
 def test_every_document_follows_the_figures():
     """A mark that is lost, or a macro that nobody names, would leave a table as it is."""
-    doubled = write.pages(twice(FIGURES))
+    doubled = write.pages(twice(FIGURES), twice(ERRORS))
     told = {name: (ROOT / name).read_text(encoding="utf-8") for name in doubled}
     assert [name for name, text in doubled.items() if text == told[name]] == []
     marks = [
@@ -67,7 +67,22 @@ def twice(figures: Any) -> Any:
     """With every number doubled."""
     if isinstance(figures, dict):
         return {key: twice(value) for key, value in figures.items()}
-    return figures if isinstance(figures, str) else 2 * figures
+    if isinstance(figures, list):
+        return [twice(value) for value in figures]
+    return figures if isinstance(figures, str) or figures is None else 2 * figures
+
+
+def test_new_rows_of_stated_errors_replace_those_of_their_configuration_and_people():
+    row = {"statement": "up", "configuration": "image", "set": "val", "inside": 0.5}
+    others = [row | {"configuration": "moving"}, row | {"set": "test"}]
+    gone = row | {"statement": "no more"}
+    assert write.merged([row, gone, *others], [row | {"inside": 0.9}]) == [*others, row | {"inside": 0.9}]
+
+
+def test_every_row_of_stated_errors_has_one_format_and_its_own_case():
+    assert {tuple(row) for row in ERRORS} == {tuple(ERRORS[0])}
+    cases = [(row["statement"], row["configuration"], row["set"]) for row in ERRORS]
+    assert len(set(cases)) == len(cases)
 
 
 def test_every_figure_is_of_the_shipped_networks():

@@ -110,8 +110,7 @@ def tables(
     if output is not None:
         output.mkdir(parents=True, exist_ok=True)
         with whole_file(output / _ROWS) as partial:
-            lines = ",\n ".join(json.dumps(plain(row)) for row in rows)
-            partial.write_text(f"[\n {lines}\n]\n", encoding="utf-8")
+            partial.write_text(as_json(rows), encoding="utf-8")
         if fit:
             own = {name: of for name, of in cases.items() if name in FITTED}
             noise = replace(refitted(own), lifter=load_lifter(str(question.lifter)).method)
@@ -153,6 +152,12 @@ def judged(cases: Cases, people: str) -> Iterator[dict[str, Any]]:
                 "p50": _short(judge.quantile(takes, lambda take: np.abs(take.error))),
                 "bar": _short(judge.quantile(takes, lambda take: take.half)),
             }
+
+
+def as_json(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Rows as errors.json has them, a line each."""
+    lines = ",\n ".join(json.dumps(plain(row)) for row in rows)
+    return f"[\n {lines}\n]\n"
 
 
 def _short(figure: float) -> float:

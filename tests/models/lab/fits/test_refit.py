@@ -3,6 +3,7 @@
 import json
 import shutil
 from functools import partial
+from inspect import signature
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,8 @@ def test_a_folder_of_other_networks_is_refused(tmp_path):
 def test_every_fitted_file_of_the_package_has_a_step_after_what_it_rests_on(tmp_path):
     order = steps(tmp_path)
     names = [step.made for step in order]
+    for step in order:
+        signature(step.do).bind(tmp_path / step.made)  # all that it is given
     assert len(set(names)) == len(names)
     placed = {step.place for step in order if step.place}
     package = Path(module.__file__).parents[2]
