@@ -27,13 +27,12 @@ _STRAIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 class Answer:
     """One method's rotations of a take.
 
-    R_camera_from_body: (T, 3, 3) and error_deg (T,), its expected rotation error. R_camera_from_level: (3, 3), axes
-    that the whole take shares, or None of a method that answers every frame alone. levelled: of a take-level method.
-    joints: (T, 17, 3) what it is an answer about, where that is another lift than the other methods'.
+    R_camera_from_body: (T, 3, 3). R_camera_from_level: (3, 3), axes that the whole take shares, or None of a method that
+    answers every frame alone. levelled: of a take-level method. joints: (T, 17, 3) what it is an answer about, where
+    that is another lift than the other methods'.
     """
 
     R_camera_from_body: np.ndarray
-    error_deg: np.ndarray
     R_camera_from_level: np.ndarray | None = None
     levelled: Levelled | None = None
     joints: np.ndarray | None = None
@@ -63,7 +62,7 @@ def answers(
     for rectifier in rectifiers:
         R, error_deg = rectifier.rotation(joints)
         seen = Seen(joints, R, error_deg, time_s, spread=spread)
-        both[rectifier.method] = {"a frame": Answer(R, error_deg), "a take": _of_take(level_static(seen))}
+        both[rectifier.method] = {"a frame": Answer(R), "a take": _of_take(level_static(seen))}
         if look is not None:
             if again is not None:
                 seen = Seen(again[0], *rectifier.rotation(again[0]), time_s, spread=again[1])
@@ -74,9 +73,7 @@ def answers(
 
 
 def _of_take(levelled: Levelled, joints: np.ndarray | None = None) -> Answer:
-    return Answer(
-        levelled.R_camera_from_body, levelled.error_deg, levelled.R_camera_from_level, levelled, joints
-    )
+    return Answer(levelled.R_camera_from_body, levelled.R_camera_from_level, levelled, joints)
 
 
 def simulated_look(up: np.ndarray, seed: int, clip: str) -> Look:
@@ -97,7 +94,7 @@ def named(both: dict[str, dict[str, Answer]]) -> dict[str, Answer]:
 def constant(R_camera_from_level: np.ndarray, frames: int) -> Answer:
     """Axes (3, 3) that are given, the same in every frame."""
     R = np.broadcast_to(R_camera_from_level, (frames, 3, 3))
-    return Answer(R, np.full(frames, np.nan), R_camera_from_level)
+    return Answer(R, R_camera_from_level)
 
 
 def camera_axes(frames: int) -> Answer:
