@@ -27,9 +27,9 @@ _STRAIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 class Answer:
     """One method's rotations of a take.
 
-    R_camera_from_body: (T, 3, 3). R_camera_from_level: (3, 3), axes that the whole take shares, or None of a method that
-    answers every frame alone. levelled: of a take-level method. joints: (T, 17, 3) what it is an answer about, where
-    that is another lift than the other methods'.
+    R_camera_from_body: (T, 3, 3). R_camera_from_level: (3, 3), axes that the whole take shares, or None of a method
+    that answers every frame alone. levelled: of a take-level method. joints: (T, 17, 3) what it is an answer about,
+    where that is another lift than the other methods'.
     """
 
     R_camera_from_body: np.ndarray
