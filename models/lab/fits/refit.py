@@ -20,6 +20,7 @@ import typer
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import refuse_unwritable, whole_file
+from ....pipeline.plugins.options import did_you_mean
 from ...angle_error.joint_noise import NOISE_FILE
 from ...angle_error.repeatability import REPEATABILITY_FILE
 from ...gait.contact import CONTACT_FILE
@@ -102,10 +103,17 @@ def refit(folder: Path, of: Sequence[Step]) -> None:
 
 def main(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder of the steps' files.")],
+    until: Annotated[
+        str | None, typer.Option(help="The file behind which to stop, such as gravity.json.")
+    ] = None,
 ) -> None:
     """Fit all that rests on the networks anew, and judge it."""
     refuse_unwritable(output)
-    refit(output, steps(output.absolute()))
+    of = steps(output.absolute())
+    names = [step.made for step in of]
+    if until is not None and until not in names:
+        raise InputError("name-unknown", f"There is no step that makes {until}; {did_you_mean(until, names)}")
+    refit(output, of if until is None else of[: names.index(until) + 1])
 
 
 if __name__ == "__main__":
