@@ -16,7 +16,9 @@ from typing import Any
 
 import numpy as np
 
+from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import whole_file
+from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.signals.angles import ANGLES, of_both
 from ...angle_error.joint_noise import JointNoise, shipped_noise
 from ...common.metrics import SD_90, plain
@@ -98,8 +100,17 @@ def tables(
     question: Question, part: Sequence[str] | None = None, fit: bool = False, output: Path | None = None
 ) -> dict[str, Any]:
     """Everything the report says. part: only these configurations. fit, output: see above; `errors.json` in output
-    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed, rms,
-    p50, bar}."""
+    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed, rms, p50, bar}.
+    InputError for a part that there is not, and one that nothing is fitted in."""
+    known = asked(str(question.lifter))
+    if unknown := [name for name in part or () if name not in known]:
+        raise InputError(
+            "name-unknown", f"There is no part '{unknown[0]}'; {did_you_mean(unknown[0], known)}"
+        )
+    if fit and part and not set(part) & set(FITTED):
+        raise InputError(
+            "needs-input", f"Expected a part that errors are fitted in with --fit: {', '.join(FITTED)}."
+        )
     cases = collected(question, part)
     rows = list(judged(cases, str(question.people)))
     results: dict[str, Any] = {**question.heading(), "statements": {}, "sizes": {}}

@@ -17,6 +17,7 @@ from pcnet3d.models.lab.errors.statements import angles, joints, rotation, state
 from pcnet3d.models.lab.evaluation import evaluate as reports
 from pcnet3d.models.lab.evaluation import sets
 from pcnet3d.models.lab.evaluation.finished import Configuration, finished
+from pcnet3d.pipeline.core.errors import InputError
 from pcnet3d.pipeline.core.measures import Measure, Moments, grouped
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import geodesic_deg
@@ -240,8 +241,22 @@ def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_t
     assert {(row["people"], row["low"]) for row in rows} == {(1, None)}  # no interval of one person
 
 
+@pytest.mark.parametrize(
+    ("asked", "code"),
+    [({"part": ["imagee"]}, "name-unknown"), ({"part": ["capture"], "fit": True}, "needs-input")],
+)
+def test_a_part_that_there_is_not_or_that_nothing_is_fitted_in_is_refused_before_the_work(
+    monkeypatch, tmp_path, asked, code
+):
+    monkeypatch.setattr(report, "finished", lambda *_: pytest.fail("it works"))
+    with pytest.raises(InputError) as refusal:
+        report.tables(sets.Question(), output=tmp_path / "out", **asked)
+    assert refusal.value.code == code
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_look_at_test_subjects_is_kept_with_its_reason(one_take, tmp_path):
-    with pytest.raises(Exception, match="--because"):
+    with pytest.raises(InputError, match="--because"):
         reports.errors(output=tmp_path / "out", sets="test", part=["image"])
     reports.errors(output=tmp_path / "out", sets="test", part=["image"], because="figures of a release")
     ledger = (tmp_path / "out" / "ledger.csv").read_text().splitlines()
