@@ -112,7 +112,10 @@ def tables(
             "needs-input", f"Expected a part that errors are fitted in with --fit: {', '.join(FITTED)}."
         )
     cases = collected(question, part)
-    rows = list(judged(cases, str(question.people)))
+    rows = [
+        row | ({"set": "val"} if known[row["configuration"]].real else {})  # whoever else is judged
+        for row in judged(cases, str(question.people))
+    ]
     results: dict[str, Any] = {**question.heading(), "statements": {}, "sizes": {}}
     for row in rows:
         results["statements"].setdefault(row["statement"], {})[row["configuration"]] = row
