@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from ..models.common.metrics import RAYLEIGH_90
 from ..models.gravity.view import camera_of
 from ..pipeline.core.camera import Camera, pitch_roll_deg
 from ..pipeline.core.errors import InputError
+from ..pipeline.core.measures import half_bar
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
@@ -87,9 +89,9 @@ def _notices(found: Camera, moving: bool) -> list[Notice]:
     angles: dict[str, Any] = {
         "pitch_deg": float(pitch),
         "roll_deg": float(roll),
-        "within_deg": 1.5 * look.error_deg,
+        "within_deg": RAYLEIGH_90 * look.error_deg,
     }
     notices = [notice("image-up", source=_WHAT[look.source], **angles)]
     if found.focal_source in ("lines", "network"):
-        notices.append(notice("image-focal", focal_px=found.focal_px, within_px=1.6 * found.focal_sd_px))
+        notices.append(notice("image-focal", focal_px=found.focal_px, within_px=half_bar(found.focal_sd_px)))
     return notices

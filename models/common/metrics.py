@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.measures import SD_90 as SD_90
 from ...pipeline.core.rotations import kabsch, rotate
 
-# What holds nine in ten: standard deviations of a Gaussian to each side, and, of a direction whose error is Gaussian
-# in two dimensions, the bound over the root mean square.
-SD_90 = 1.645
+# Of a direction whose error is Gaussian in two dimensions: what holds nine in ten, over the root mean square.
 RAYLEIGH_90 = float(np.sqrt(np.log(10)))
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from .measures import Group, Measure, grouped, measure, moments, numbered, subgroup, text, value
+from .measures import Group, Measure, grouped, half_bar, measure, moments, numbered, subgroup, text, value
 from .messages import how_many
 from .take import Take
 
-_NINE_IN_TEN = 1.645  # standard deviations
 _MOST = 4  # depths that are told one by one
 _SIDES = ("right", "left")
 _TIMES = ("never", "once", "twice")
@@ -91,7 +90,7 @@ def _peaks(groups: Sequence[Group]) -> str:
     """Such as " to 102 ± 7 degrees"; of several their lowest and highest, and the largest error."""
     found = [peak for of in groups for peak in numbered(of, "peak")]
     peaks = [round(peak.value) for peak in found]
-    errors = [peak.error for peak in found if peak.error is not None]
+    errors = [peak.bar for peak in found if peak.bar is not None]
     if not peaks:
         return ""
     ends = f"to {peaks[0]}" if min(peaks) == max(peaks) else f"to between {min(peaks)} and {max(peaks)}"
@@ -117,7 +116,7 @@ def _range(ranges: Group, name: str) -> str:
         if low is None or high is None or value(of, "beyond_anatomy_frames"):
             continue
         parts.append(f"{low:z.0f} to {high:z.0f}{f' ({side})' * bool(side)}")
-        errors += [] if sd is None else [_NINE_IN_TEN * sd]
+        errors += [] if sd is None else [half_bar(sd)]
     if not parts:
         return ""
     within = f", {'each ' * (len(parts) > 1)}within {max(errors):.0f}" if errors else ""
@@ -125,7 +124,7 @@ def _range(ranges: Group, name: str) -> str:
 
 
 def _figure(of: Measure) -> str:
-    return f"{of.value:g}" + ("" if of.error is None else f" ± {of.error:g}")
+    return f"{of.value:g}" + ("" if of.bar is None else f" ± {of.bar:g}")
 
 
 def _count(of: Group, name: str = "count") -> int:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
 Side = Literal["", "right", "left"]
+SD_90 = 1.645  # standard deviations of a Gaussian to each side that hold nine in ten
 MOMENTS = ("start", "stop", "stride_start", "stride_stop", "landings", "toe_offs")  # names of all Moments
 
 
@@ -53,6 +54,11 @@ class Measure:
     number: int | None = None
     within_error: bool | None = None
     group: tuple[str, ...] = ()
+
+    @property
+    def bar(self) -> float | None:
+        """`half_bar` of its error, None where that is not known."""
+        return None if self.error is None else half_bar(self.error)
 
     @property
     def key(self) -> str:
@@ -131,6 +137,12 @@ class Curves:
 Row = Measure | Remark | Moments | Curves
 # Rows by name; what is numbered in a list.
 Group = dict[str, "Group | Row | list[Measure]"]
+
+
+def half_bar(error: float) -> float:
+    """Of a standard deviation, half the width of the bar that holds nine in ten, in two digits: what stands behind "±"
+    and "within" wherever people read, where files have the standard deviation."""
+    return float(f"{SD_90 * error:.2g}")
 
 
 def side_of(name: str) -> Side:

@@ -45,10 +45,10 @@ class Link(NamedTuple):
 
 
 class Stated(NamedTuple):
-    """A number and its error, both as they are to be read; a column of these is one of numbers."""
+    """A number and half its 90 % bar, both as they are to be read; a column of these is one of numbers."""
 
     value: float
-    error: float
+    bar: float
 
 
 class Soft(NamedTuple):
@@ -159,7 +159,7 @@ def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
         "–" if cell is None else f"{cell:z.{decimals}f}" if isinstance(cell, float)
         else _breaking(cell.words) if isinstance(cell, Link)
         else cell.words if isinstance(cell, Soft)
-        else f"{cell.value:g} ± {cell.error:g}" if isinstance(cell, Stated)
+        else f"{cell.value:g} ± {cell.bar:g}" if isinstance(cell, Stated)
         else cell if isinstance(cell, str) else str(cell)
         for cell in cells
     ]  # fmt: skip

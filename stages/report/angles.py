@@ -39,9 +39,9 @@ def ranges(measures: Group) -> Markup:
         return Markup("")
     return (
         small(
-            "From the 5th to the 95th percentile of the frames, in degrees; ± is the angle's standard deviation. "
-            "Difference: right less left range, over their mean. Grey: it lies within its error (90 %), or some values "
-            "are such as no joint reaches."
+            "From the 5th to the 95th percentile of the frames, in degrees; the true angle lies within ± in nine "
+            "of ten cases. Difference: right less left range, over their mean; ± is its MDC90 too: beyond it lies one "
+            "in ten of no difference. Grey: it lies within that, or some values are such as no joint reaches."
         )
         + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
         + details("All figures of the ranges", measure_tables({name: found[name] for name in known}, level=3))
@@ -56,10 +56,10 @@ def sides_compared(measures: Group) -> list[str]:
         f"range of {spoken(name)}": measure(subgroup(symmetry, name), "symmetry_index") for name in symmetry
     }
     indices |= {words: measure(walking, f"{name}_symmetry_index") for name, words in _STEPS.items()}
-    stated = {words: (of, of.error) for words, of in indices.items() if of and of.error is not None}
+    stated = {words: (of, of.bar) for words, of in indices.items() if of and of.bar is not None}
     apart = [
-        f"{words} {of.value:+z.0f} ± {error:.0f} %"
-        for words, (of, error) in stated.items()
+        f"{words} {of.value:+z.0f} ± {bar:.0f} %"
+        for words, (of, bar) in stated.items()
         if not of.within_error
     ]
     if not stated:
@@ -81,7 +81,7 @@ def _difference(symmetry: Group) -> Cell:
     of = measure(symmetry, "symmetry_index")
     if of is None:
         return None
-    words = f"{of.value:z.0f}{'' if of.error is None else f' ± {of.error:.0f}'} %"
+    words = f"{of.value:z.0f}{'' if of.bar is None else f' ± {of.bar:.0f}'} %"
     return Soft(words) if of.within_error else words
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...pipeline.core.measures import (
+    SD_90,
     UNITS,
     Curves,
     Group,
@@ -53,8 +54,8 @@ _WORDS = {
     "nan_share": "share without a value", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
 }  # fmt: skip
 _ERRORS = (
-    "± is one standard deviation (SD) of the figure before it; a click on a figure says what it is. Grey: a difference "
-    "that lies within its error (90 %)."
+    "The true figure lies within ± in nine of ten cases; a click on a figure says what it is. SD: standard deviation. "
+    "Grey: a difference that lies within its ±, which is its MDC90 too: beyond it lies one in ten of no difference."
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
 _ELSEWHERE = ("range_of_motion", "symmetry", "paths")  # beside the angles and the speeds
@@ -253,7 +254,7 @@ def _each(leaf: Any) -> list[str]:
             if isinstance(one.value, float) and one.error
             else _shown(one.value)
         )
-        + f" ± {_shown(one.error)}"
+        + f" ± {_shown(one.bar)}"
         for one in (leaf if isinstance(leaf, list) else [leaf])
     ]
 
@@ -285,13 +286,13 @@ def _percent(share: float) -> str:
 def cycle_charts(
     curves: Iterable[MeanCurve], over: str = "cycle (%)", marks: Mapping[str, float] | None = None
 ) -> Markup:
-    """A chart of each angle's mean curve and its standard deviation, both sides in one. over: what the curves run over;
-    marks: where on that an upright line stands, by side "r_" and "l_"."""
+    """A chart of each angle's mean curve and the band that holds nine in ten, both sides in one. over: what the curves
+    run over; marks: where on that an upright line stands, by side "r_" and "l_"."""
     drawn: dict[str, list[tuple[Curve, str]]] = {}
     for one in curves:
         of = one.angle[:2]
         side, colour = _SIDES.get(of, (spoken(one.angle), MIDDLE))
-        margin = None if one.sd_deg is None else np.array(one.sd_deg, dtype=np.float64)
+        margin = None if one.sd_deg is None else SD_90 * np.array(one.sd_deg, dtype=np.float64)
         mean = np.array(one.mean_deg, dtype=np.float64)
         curve = Curve(side, mean, colour, margin, of == "l_", mark=(marks or {}).get(of))
         drawn.setdefault(one.angle[2:] if of in _SIDES else one.angle, []).append(
@@ -304,7 +305,8 @@ def cycle_charts(
         share = np.linspace(0, 100, len(both[0].values))
         chart = over_time(both, share, f"{title} over a cycle", over)
         about = "; ".join(words for _, words in parts)
-        band = "; band: one standard deviation" if any(curve.margin is not None for curve in both) else ""
+        spread = any(curve.margin is not None for curve in both)
+        band = f"; band: nine in ten of them ({SD_90} standard deviations)" if spread else ""
         figures.append(figure([chart], title, f"Mean ({about}){band}."))
     return charts(figures)
 

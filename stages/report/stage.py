@@ -29,7 +29,9 @@ from .motion import motion_charts
 from .sections import files_beside, gravity_words, provenance, session_words, told_of, up_table
 from .trust import trust
 
-_ERRORS = "± is one standard deviation; what is said to be within a value, or marked 90 %, is so in nine of ten cases."
+_ERRORS = (
+    "±, within a value, and 90 % mean one thing on this page: the truth lies so near in nine of ten cases."
+)
 
 
 @dataclass(frozen=True)

@@ -193,7 +193,7 @@ def _ranges(rows: Rows) -> Markup:
         for part, names in _PARTS.items()
     }
     shown = joined(heading(part) + content for part, content in tables.items() if content)
-    words = "From the 5th to the 95th percentile of the frames, degrees; ± is one standard deviation of the range."
+    words = "From the 5th to the 95th percentile of the frames, degrees; the truth lies within ± in nine of ten cases."
     return small(words) + shown if shown else Markup("")
 
 
@@ -216,8 +216,8 @@ def _of(rows: Rows, key: str) -> list[Cell]:
 def _figure(measure: Measure | None) -> Cell:
     if measure is None:
         return None
-    if measure.error is not None:
-        return Stated(measure.value, measure.error)
+    if measure.bar is not None:
+        return Stated(measure.value, measure.bar)
     counts = not measure.unit and measure.value.is_integer()
     return int(measure.value) if counts else measure.value
 

@@ -18,7 +18,7 @@ from ....models.angle_error.repeatability import (
     shipped,
 )
 from ....models.common.metrics import SD_90
-from ....pipeline.core.measures import OF_LENGTH, Group, Measure, grouped, measure, subgroup, text
+from ....pipeline.core.measures import OF_LENGTH, Group, Measure, grouped, half_bar, measure, subgroup, text
 from ....pipeline.signals.angles import ANGLES
 from ...drawing.words import spoken
 from ...measures.figures import rounded
@@ -66,8 +66,8 @@ class Change(NamedTuple):
 
     @property
     def words(self) -> str:
-        """The difference and its error, with a sign and without a unit."""
-        return f"{self.by:+g} ± {self.error:.2g}"
+        """The difference and its minimal detectable change, with a sign and without a unit."""
+        return f"{self.by:+g} ± {half_bar(self.error):g}"
 
 
 def changes(side: Side, reference: Side, near: bool) -> list[Change]:

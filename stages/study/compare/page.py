@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from markupsafe import Markup
 
-from ....pipeline.core.measures import grouped, subgroup
+from ....pipeline.core.measures import grouped, half_bar, subgroup
 from ....pipeline.core.pose import package_version
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.page import (
@@ -30,7 +30,7 @@ from .figures import JointAgreement
 from .wrists import AXES, WRISTS, wrist_charts
 
 _ERRORS = (
-    "± is one standard deviation. What is marked 90 %, or said to be within the errors, is so in nine of ten cases. "
+    "±, within the errors, and 90 % mean one thing on this page: the truth lies so near in nine of ten cases. "
     "Of the figures that are said to differ, a tenth does by chance at most (Benjamini & Hochberg 1995)."
 )
 LOWER_BOUND = (
@@ -158,15 +158,14 @@ def _ranges(pair: Pair) -> Markup:
     by = {change.item: _by(change) for change in pair.changes if change.group == "range_of_motion"}
 
     cells: dict[str, list[Cell]] = {
-        name: [*(range_words(subgroup(of, name)) for of in both), *by.get(name, (None, None))]
-        for name in ANGLES
+        name: [*(range_words(subgroup(of, name)) for of in both), by.get(name)] for name in ANGLES
     }
     words = (
-        "From the 5th to the 95th percentile of each whole take, in degrees; ± is the angle's standard deviation. "
+        "From the 5th to the 95th percentile of each whole take, in degrees; the truth lies within ± in nine of ten. "
         f"Difference: {pair.side.name} less {pair.reference.name}, of how wide the range is. {_of_changes(pair)} Grey "
         "too: a range with values such as no joint reaches."
     )
-    return small(words) + _by_angle(cells, (pair.reference.name, pair.side.name, "difference", "MDC90"))
+    return small(words) + _by_angle(cells, (pair.reference.name, pair.side.name, "difference (± MDC90)"))
 
 
 def _of_changes(pair: Pair) -> str:
@@ -176,9 +175,9 @@ def _of_changes(pair: Pair) -> str:
         else "different places, or it is not known from where"
     )
     return (
-        "MDC90: the minimal detectable change, beyond which lies one in ten differences of what did not change; both "
-        f"were filmed from {place}. Grey: a difference within its MDC90, which answers for a figure that was chosen "
-        "beforehand. *: a difference that is told from none with all figures looked at."
+        "± of a difference is MDC90 too, the minimal detectable change: beyond it lies one in ten differences of what "
+        f"did not change; both were filmed from {place}. Grey: a difference within it, which answers for a figure that "
+        "was chosen beforehand. *: a difference that is told from none with all figures looked at."
     )
 
 
@@ -187,20 +186,22 @@ def _movements(pair: Pair) -> Markup:
     rows: list[list[Cell]] = [
         [
             f"{named(change)} ({change.unit})",
-            *(f"{value:g} ± {error:g}" for value, error in zip(change.values, change.errors, strict=True)),
-            *_by(change),
+            *(
+                f"{value:g} ± {half_bar(sd):g}"
+                for value, sd in zip(change.values, change.errors, strict=True)
+            ),
+            _by(change),
         ]
         for change in pair.changes
         if change.group != "range_of_motion"
     ]
-    head = ("", pair.reference.name, pair.side.name, "difference", "MDC90")
+    head = ("", pair.reference.name, pair.side.name, "difference (± MDC90)")
     return table(head, rows) + small(_of_changes(pair) if rows else "")
 
 
-def _by(change: Change) -> tuple[Cell, Cell]:
-    """The difference and its minimal detectable change."""
+def _by(change: Change) -> Cell:
     words = f"{change.words} *" if change.differs else change.words
-    return Soft(words) if change.within_error and not change.differs else words, f"{change.mdc90:.2g}"
+    return Soft(words) if change.within_error and not change.differs else words
 
 
 def _angles(pair: Pair) -> Markup:

@@ -186,7 +186,7 @@ def test_a_range_stands_with_its_error_and_is_still_sorted_as_a_number(opened):
     browser = opened(as_page("study", rows, []))
     click(browser, "Ranges of motion", "right knee flexion")
     shown = [cell for cell in column(browser, "Ranges of motion", 3) if "±" in cell]
-    assert shown == ["9 ± 7.5", "24 ± 7.5", "110 ± 7.5"]
+    assert shown == ["9 ± 12", "24 ± 12", "110 ± 12"]
 
 
 def test_a_take_is_shown_by_a_posture():
