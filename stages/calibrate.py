@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from ..models.common.metrics import RAYLEIGH_90
 from ..models.gravity.view import camera_of
-from ..pipeline.core.camera import Camera, pitch_roll_deg
+from ..pipeline.core.camera import Background, Camera, pitch_roll_deg
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.measures import half_bar
 from ..pipeline.core.notices import Notice, notice
@@ -43,7 +43,8 @@ class Calibrate:
         span = min(start for start, _ in spans), max(end for _, end in spans)
         keypoints = [take.keypoints for take in takes if take.keypoints is not None]
         found = self._found(told, video, keypoints, span)
-        return [take.with_(camera=found).saying(*_notices(found, told.moving)) for take in takes]
+        seen = [take.with_(camera=found) for take in takes]
+        return [take.saying(*_notices(found, take.moving), *_motion(found.background, told)) for take in seen]
 
     def check_told(self, told: Told) -> None:
         """InputError for two focal lengths."""
@@ -66,7 +67,7 @@ class Calibrate:
             from ..pipeline.files.camera_file import read_camera
 
             intrinsics = read_camera(self.camera_file, self.camera_name, shown_size(video))
-        camera = "moving" if told.moving else "static"
+        camera = "static" if told.standing else told.camera
         return camera_of(video, people, span, told.focal_px, camera, intrinsics, self.gravity_network)
 
 
@@ -95,3 +96,15 @@ def _notices(found: Camera, moving: bool) -> list[Notice]:
     if found.focal_source in ("lines", "network"):
         notices.append(notice("image-focal", focal_px=found.focal_px, within_px=half_bar(found.focal_sd_px)))
     return notices
+
+
+def _motion(background: Background | None, told: Told) -> list[Notice]:
+    """How the camera moves by the background, and whether that is what was told."""
+    if background is None:
+        return [notice("camera-motion-unknown")]
+    values = {"how": background.words, "percent_a_second": 100 * background.speed}
+    if told.standing and background.moves:
+        return [notice("camera-moves-against-told", **values)]
+    if told.moving and background.kind == "still":
+        return [notice("camera-stands-against-told")]
+    return [notice("camera-moves", **values)] if background.moves else []

@@ -124,7 +124,7 @@ def _known_up(take: Take, poses: PoseSequence) -> np.ndarray | None:
     if not (told or looks):
         return None
     rectifier = load_rectifier("pcnet")
-    if take.told.moving:
+    if take.moving:
         return known_moving_up(poses, rectifier, looks)
     return known_up(poses, rectifier, told, looks[0] if looks else None)
 

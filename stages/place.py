@@ -43,7 +43,7 @@ class Place:
         if poses.root is not None:
             return take
         camera = _camera(take)
-        if reason := _why_not(poses, keypoints, take.told.moving, camera):
+        if reason := _why_not(poses, keypoints, take.moving, camera):
             return take.saying(_nowhere(reason))
         assert keypoints is not None  # or there is a reason
         assert camera is not None

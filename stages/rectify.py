@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, ClassVar
 
@@ -64,7 +64,8 @@ class Rectify:
     def together(self, takes: Sequence[Take]) -> list[Take]:
         """The people of one recording, in one LEVEL (rectify_together)."""
         people = [take.need("poses") for take in takes]
-        found = _rectify(people, self, takes[0].told, takes[0].camera)
+        told = replace(takes[0].told, camera="moving") if takes[0].moving else takes[0].told
+        found = _rectify(people, self, told, takes[0].camera)
         return [_filled(take, *each) for take, each in zip(takes, found, strict=True)]
 
 

@@ -9,13 +9,14 @@ from typing import Literal
 
 import numpy as np
 
-from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera, Look
+from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Background, Camera, Look
 from ...pipeline.core.intrinsics import Intrinsics, undistorted, undistorted_image
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Video
 from ...pipeline.files.video_frames import images_at, images_from, shown_size
 from ...pipeline.running.progress import counted
+from .background import Glimpse, background_of, shift, stands
 from .images import TOLD_SPREAD, Unknown, up_from_images
 
 # How often a network is quite wrong; taken for that of lines of little gain, not measured.
@@ -24,6 +25,10 @@ NETWORK_FAILURE = 0.06
 FILE_SPREAD = 0.08
 _LOOKS = 3  # images of a camera that stands still
 _EVERY = 10  # video frames between the images of one that moves
+_GLIMPSES, _SOON_S = (
+    10,
+    0.1,
+)  # by which it is seen how the background moves, and between the two images of each
 _REACH = 0.09  # of a person's longer side about the bones: flesh, clothes, hair, hands
 _BOXES = 6  # along a bone
 _NO_BOX = np.zeros((0, 4))
@@ -35,39 +40,68 @@ def camera_of(
     people: PoseSequence | Sequence[PoseSequence] | None = None,
     span: tuple[int, int] | None = None,
     focal_px: float | None = None,
-    camera: Literal["static", "moving"] = "static",
+    camera: Literal["static", "moving"] | None = None,
     intrinsics: Intrinsics | None = None,
     network: str | Path | None = None,
 ) -> Camera:
     """A video's camera by its images. people: their 2D keypoints, whose boxes are not looked at. span: first and last
-    frame of the take, else of the video. focal_px: where it is known; intrinsics: of a calibrated camera. network: a
-    name or a file of geocalib.up_from_network, asked where lines do not tell up; without it, that of the name
-    "geocalib" where it was downloaded before. InputError for a video that cannot be decoded."""
+    frame of the take, else of the video. focal_px: where it is known; intrinsics: of a calibrated camera. camera: what
+    is told of it; otherwise the background says whether it moves, and where that cannot be told it is taken for one
+    that stands still. network: a name or a file of geocalib.up_from_network, asked where lines do not tell up; without
+    it, that of the name "geocalib" where it was downloaded before. InputError for a video that cannot be decoded."""
     first, last = span or (0, len(video.time_s) - 1)
-    if camera == "static":
-        wanted = np.linspace(first, last, 2 * _LOOKS + 1).round().astype(int)[1::2]
-    else:
-        wanted = np.arange(first, last + 1, _EVERY)
-    frames = sorted({int(frame) for frame in wanted})
     everybody = [people] if isinstance(people, PoseSequence) else list(people or ())
-    size = shown_size(video)
     if intrinsics is not None:
         focal_px = intrinsics.pinhole_focal_px
         everybody = [poses.with_(joints=undistorted(poses.joints, intrinsics)) for poses in everybody]
+    told = focal_px, video.focal_px, network
+    frames = _spread(first, last)
     boxes = _boxes(everybody, frames)
-    seen = (
-        (frame, image if intrinsics is None else undistorted_image(image, intrinsics))
-        for frame, image in _images(video, frames, camera)
+    images = {frame: _plain(image, intrinsics) for frame, image in images_at(video, frames).items()}
+    background = (
+        Background("still") if stands(images, boxes) else _background(video, everybody, (first, last))
     )
-    if camera == "static" and (images := dict(seen)):
-        found = static_camera(images, boxes, focal_px, video.focal_px, network)
+    moves = background is not None and background.moves
+    if camera == "moving" or (camera is None and moves) or not images:
+        frames = list(range(first, last + 1, _EVERY))
+        seen = ((frame, _plain(image, intrinsics)) for frame, image in _every(video, frames))
+        found = moving_camera(seen, shown_size(video), _boxes(everybody, frames), *told)
     else:
-        found = moving_camera(seen, size, boxes, focal_px, video.focal_px, network)
-    return replace(found, intrinsics=intrinsics)
+        found = static_camera(images, boxes, *told)
+    return replace(found, intrinsics=intrinsics, background=background)
 
 
-def _images(video: Video, frames: Sequence[int], camera: str) -> Iterable[tuple[int, np.ndarray]]:
-    return images_at(video, frames).items() if camera == "static" else _every(video, frames)
+def _spread(first: int, last: int) -> list[int]:
+    """Frames of a camera that stands still, from `first` to `last`."""
+    wanted = np.linspace(first, last, 2 * _LOOKS + 1).round().astype(int)[1::2]
+    return sorted({int(frame) for frame in wanted})
+
+
+def _plain(image: np.ndarray, intrinsics: Intrinsics | None) -> np.ndarray:
+    return image if intrinsics is None else undistorted_image(image, intrinsics)
+
+
+def _background(video: Video, people: Sequence[PoseSequence], span: tuple[int, int]) -> Background | None:
+    """How the background moves within a tenth of a second, at several times of the span."""
+    soon = max(1, round(_SOON_S * video.fps)) if video.fps > 0 else 1
+    starts = np.linspace(span[0], max(span[1] - soon, span[0]), _GLIMPSES).round().astype(int)
+    pairs = [(int(start), int(start) + soon) for start in np.unique(starts)]
+    frames = sorted({frame for pair in pairs for frame in pair})
+    images, boxes, side = images_at(video, frames), _boxes(people, frames), max(shown_size(video))
+    glimpses = []
+    for start, end in pairs:
+        if start in images and end in images:
+            moved = shift(images[start], images[end], [boxes[start], boxes[end]])
+            if moved is not None:
+                apart_s = float(video.time_s[end] - video.time_s[start])
+                way = (_middle(boxes[end]) - _middle(boxes[start])) / side
+                glimpses.append(Glimpse(float(video.time_s[start]), apart_s, moved, way))
+    return background_of(glimpses)
+
+
+def _middle(boxes: np.ndarray) -> np.ndarray:
+    """(2,) of all people of boxes (N, 4), in pixels; NaN without any."""
+    return (boxes[:, :2] + boxes[:, 2:]).mean(axis=0) / 2 if len(boxes) else np.full(2, np.nan)
 
 
 def _every(video: Video, frames: Sequence[int]) -> Iterator[tuple[int, np.ndarray]]:

@@ -14,6 +14,7 @@ PRIOR_FOCAL, PRIOR_FOCAL_SPREAD = (
     0.8,
     0.22,
 )  # longer sides of the image, and spread of its logarithm (phones filming)
+TREMBLE = 0.01  # longer sides of the image: half a degree
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +40,35 @@ class Look:
         return float(np.degrees(np.sqrt(np.trace(self.covariance))))
 
 
+@dataclass(frozen=True)
+class Background:
+    """How the background of the images moves, outside people. kind: "hand-held" stays about where it is, "following"
+    goes with the person, "panning" without. speed: longer sides of the image a second, a median; reach: as far as the
+    image's middle wanders in all, in longer sides."""
+
+    kind: Literal["still", "hand-held", "panning", "following", "zooming"]
+    speed: float = 0.0
+    reach: float = 0.0
+
+    @property
+    def words(self) -> str:
+        """What the camera does."""
+        return {"still": "stands still", "hand-held": "is held in a hand", "panning": "pans", "zooming": "zooms",
+                "following": "follows the person"}[self.kind]  # fmt: skip
+
+    @property
+    def moves(self) -> bool:
+        """Whether the camera is none that stands still: by more than a hand's tremble, which is half a degree."""
+        return self.kind not in ("still", "hand-held") or self.reach > TREMBLE
+
+
 @dataclass(frozen=True, eq=False)
 class Camera:
     """A take's camera. image_size: width and height in pixels as shown. focal_px and its standard deviation; source:
     who says so. intrinsics: of a calibrated camera, whose distortion is undone before anything looks at its pixels.
     looks: what images say about up, one for a camera that stands still, in order of their frames for one that moves.
-    reason: in words, why there is none."""
+    reason: in words, why there is none. background: how what the images show moves; None where it was not looked at or
+    cannot be told."""
 
     image_size: tuple[int, int]
     focal_px: float
@@ -53,6 +77,7 @@ class Camera:
     looks: tuple[Look, ...] = ()
     reason: str = ""
     intrinsics: Intrinsics | None = None
+    background: Background | None = None
 
 
 def pitch_roll_deg(up: np.ndarray) -> np.ndarray:

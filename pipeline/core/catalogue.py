@@ -107,6 +107,17 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "interrupted": ("warning", "files",
         "Interrupted at frame {frame} of {frames}; --resume goes on from there."),
     # The camera
+    "camera-moves": ("note", "camera",
+        "The camera {how}: the background of its images moves by {percent_a_second:.0f} % of the image a second, so "
+        "every frame has an up of its own (--camera static if it stands still)."),
+    "camera-moves-against-told": ("warning", "camera",
+        "The camera was told to stand still, but it {how}: the background of its images moves by "
+        "{percent_a_second:.0f} % of the image a second (--camera moving)."),
+    "camera-stands-against-told": ("warning", "camera",
+        "The camera was told to move, but the background of its images stands still; up is surer with --camera "
+        "static."),
+    "camera-motion-unknown": ("note", "camera",
+        "Whether the camera moves cannot be told from its images: too few corners of the background are found again."),
     "image-without-up": ("note", "camera",
         "The image does not tell which way is up: {reason}."),
     "image-up-in-frames": ("note", "camera",

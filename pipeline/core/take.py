@@ -119,8 +119,13 @@ class Told:
 
     @property
     def moving(self) -> bool:
-        """Whether the camera moves; one of which nothing is told is taken for one that stands still."""
+        """Whether a camera is told that moves."""
         return self.camera == "moving"
+
+    @property
+    def standing(self) -> bool:
+        """Whether a camera is told that stands still, by itself or by how it looks."""
+        return self.camera == "static" or self.gravity is not None or self.pitch_deg is not None
 
 
 @dataclass(frozen=True)
@@ -170,6 +175,14 @@ class Take:
     def title(self) -> str:
         """The session's title; without one the take's name."""
         return self.session.title or self.name
+
+    @property
+    def moving(self) -> bool:
+        """Whether the camera moves, by what was told or else by the background of its images; one of which neither is
+        known is taken for one that stands still."""
+        if self.told.moving or self.told.standing or self.camera is None or self.camera.background is None:
+            return self.told.moving
+        return self.camera.background.moves
 
     @property
     def said(self) -> tuple[Notice, ...]:

@@ -9,7 +9,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ValidationError, model_validator
 
-from ..core.camera import Camera, FocalSource, view_rotation
+from ..core.camera import Background, Camera, FocalSource, view_rotation
 from ..core.catalogue import About, Weight
 from ..core.errors import InputError
 from ..core.frames import BODY, FRAMES, IMAGE, LEVEL, Frame
@@ -78,6 +78,7 @@ class _Camera(BaseModel):
     focal_sd_px: float | None
     focal_source: FocalSource
     no_up_reason: str = ""
+    background: Background | None = None
 
 
 class _Notice(BaseModel):
@@ -170,6 +171,7 @@ def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...
             np.nan if camera.focal_sd_px is None else camera.focal_sd_px,
             camera.focal_source,
             reason=camera.no_up_reason,
+            background=camera.background,
         ),
         poses=poses,
         findings=grave(said) if judged else None,

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from av import VideoFrame
     from av.container import InputContainer
 
+_NEAR = 12  # frames that are decoded sooner than searched for
 _AHEAD = 2  # images that are decoded before they are asked for
 _BACK_S = 10.0  # before where a key frame should be, in a file that is searched without an index
 _NO_SEEKING = ("mpeg",)  # MPEG programme streams: behind a seek FFmpeg's stamps are one frame early
@@ -62,12 +63,17 @@ def frames_from(video: Video, first: int = 0) -> Iterator[tuple[int, VideoFrame]
 def images_at(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:
     """The images (H, W, 3) uint8 RGB of these frame numbers; one that is not found is left out. InputError as for
     `images_from`."""
-    found = {}
+    found: dict[int, np.ndarray] = {}
     with _opened(video) as film:
-        for wanted in sorted(frames):
-            number, frame = next(film.frames_from(wanted), (None, None))
-            if number == wanted and frame is not None:
-                found[number] = _upright(frame, video.rotation_deg)
+        coming: Iterator[tuple[int, VideoFrame]] = iter(())
+        for wanted in sorted(set(frames)):
+            if not found or wanted - film.number > _NEAR:
+                coming = film.frames_from(wanted)
+            for number, frame in coming:
+                if number == wanted:
+                    found[number] = _upright(frame, video.rotation_deg)
+                if number >= wanted:
+                    break
     return found
 
 

@@ -24,6 +24,12 @@
     }
   });
 
+  // Every chart of time, and the skeleton that plays, are at the same moment.
+  const timed = [...new Set(charts.map(chart => chart.over).filter(over => over.startsWith("time")))];
+  document.addEventListener("moment", event => timed.forEach(over => show(over, event.detail)));
+  const point = (over, wanted) => timed.includes(over)
+    ? document.dispatchEvent(new CustomEvent("moment", { detail: wanted })) : show(over, wanted);
+
   const place = (chart, event) => {
     const box = chart.svg.getBoundingClientRect(), x = (event.clientX - box.left) / box.width * chart.svg.viewBox.baseVal.width;
     const share = Math.min(Math.max((x - chart.left) / (chart.right - chart.left), 0), 1);
@@ -39,7 +45,7 @@
   document.body.append(dialog);
 
   for (const chart of charts) {
-    chart.svg.addEventListener("pointermove", event => show(chart.over, place(chart, event)));
+    chart.svg.addEventListener("pointermove", event => point(chart.over, place(chart, event)));
     chart.svg.addEventListener("pointerleave", () => show(chart.over, null));
     chart.svg.addEventListener("blur", () => show(chart.over, null));
     chart.svg.addEventListener("keydown", event => {
@@ -47,7 +53,7 @@
       if (!step) return;
       event.preventDefault();
       const row = chart.row === null ? 0 : chart.row + step;
-      show(chart.over, chart.places[Math.min(Math.max(row, 0), chart.places.length - 1)]);
+      point(chart.over, chart.places[Math.min(Math.max(row, 0), chart.places.length - 1)]);
     });
     if (!chart.over.startsWith("time") || !frames.length) continue;
     const lead = wanted => {

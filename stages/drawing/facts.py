@@ -44,10 +44,11 @@ class Facts:
     unknown.
 
     turned: frames that have a rotation. up_bound_deg: least and most of the 90 % bound, None where it is not stated.
-    standing_deg: pitch and roll of a camera that stands still, by the take's up; None for others. error_deg: median of
-    the expected rotation errors. nobody_upright: why up may be quite another, None where it is not. vote_deviation_deg:
-    mean angle between the frames' votes and the take's up. verdict, doubts: of the findings, None and empty without.
-    history: every step, oldest first, to the last that kinematics rest on.
+    camera_motion: how the camera moves and who says so, behind "camera"; "" for poses in a world's axes.
+    standing_deg: pitch and roll of a camera that stands still, by the take's up; None for others. error_deg: median
+    of the expected rotation errors. nobody_upright: why up may be quite another, None where it is not.
+    vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings, None
+    and empty without. history: every step, oldest first, to the last that kinematics rest on.
     """
 
     poses: PoseSequence
@@ -55,6 +56,7 @@ class Facts:
     duration_s: float
     bone_length_spread: float
     turned: int
+    camera_motion: str
     up_bound_deg: tuple[float, float] | None
     standing_deg: tuple[float, float] | None
     sources: dict[str, Source]
@@ -81,13 +83,13 @@ class Facts:
     def camera_words(self) -> str:
         """How the camera stands, behind "the camera"."""
         if self.rectified.camera == "moving":
-            return "moves, and up with it"
+            return f"{self.camera_motion}, and up with it"
         if self.standing_deg is None:
-            return "stands still"
+            return self.camera_motion
         pitch, roll = self.standing_deg
         return (
-            f"stands still, looks {'down' if pitch >= 0 else 'up'} by {abs(pitch):.1f} deg (pitch), what it sees is "
-            f"turned {'counter-' if roll >= 0 else ''}clockwise by {abs(roll):.1f} deg (roll)"
+            f"{self.camera_motion}, looks {'down' if pitch >= 0 else 'up'} by {abs(pitch):.1f} deg (pitch), what it "
+            f"sees is turned {'counter-' if roll >= 0 else ''}clockwise by {abs(roll):.1f} deg (roll)"
         )
 
     @property
@@ -135,6 +137,7 @@ def facts_of(take: Take) -> Facts:
         duration_s=float(poses.times[-1] - poses.times[0]),
         bone_length_spread=bone_spread(poses),
         turned=int(rectified.turned.sum()),
+        camera_motion=_camera_motion(take),
         up_bound_deg=(float(bound.min()), float(bound.max())) if len(bound) else None,
         standing_deg=_standing(take),
         sources=_sources(take),
@@ -208,6 +211,16 @@ def ways_of_level(heading: str) -> tuple[str, str]:
 def listed(options: Mapping[str, object]) -> str:
     """Names and values in a line: "a 1, b 2"."""
     return ", ".join(f"{key} {value}" for key, value in options.items())
+
+
+def _camera_motion(take: Take) -> str:
+    if take.need("rectified").camera is None:
+        return ""
+    if take.told.moving or take.told.standing:
+        return f"{'moves' if take.moving else 'stands still'}, as was told"
+    if take.camera is not None and take.camera.background is not None:
+        return f"{take.camera.background.words}, by the background of its images"
+    return "is taken for one that stands still: whether it does is not known"
 
 
 def _standing(take: Take) -> tuple[float, float] | None:

@@ -3,8 +3,9 @@ that sort tables and read off charts, where there are such."""
 
 from __future__ import annotations
 
+import json
 from base64 import b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -22,7 +23,11 @@ _PAPER = """@media print {{ @page {{
   @bottom-right {{ content: counter(page) " / " counter(pages); font: 7.5pt sans-serif; color: #5b6470 }} }} }}
 """
 _NARROW = 4  # columns that a telephone is wide enough for
-_SCRIPTS = {'<table class="sortable">': "sort.js", '<div class="chart"': "charts.js"}
+_SCRIPTS = {
+    '<table class="sortable">': "sort.js",
+    '<div class="chart"': "charts.js",
+    '<figure class="player"': "player.js",
+}
 _TYPES = {"jpeg": "image/jpeg", "png": "image/png"}
 
 
@@ -187,6 +192,11 @@ def figure(pictures: Sequence[Markup], title: str, caption: str = "", time_s: fl
     """One image or chart, or several side by side, between its title and more words. time_s: of a key frame, which a
     click on a chart of time leads to."""
     return kit().figure(pictures, title, caption, time_s)
+
+
+def player(held: Mapping[str, Any], frames: int, title: str, alt: str, caption: str) -> Markup:
+    """A skeleton to play and to turn; player.js says what is held. alt: for those who cannot see it."""
+    return kit().player(json.dumps(held, separators=(",", ":")), frames, title, alt, caption)
 
 
 def charts(figures: Iterable[Markup], small: bool = False) -> Markup:

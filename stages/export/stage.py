@@ -226,6 +226,7 @@ def _camera(take: Take) -> dict[str, Any] | None:
         "image_size": list(take.camera.image_size),
         "looks": len(take.camera.looks),
         "no_up_reason": take.camera.reason,
+        "background": take.camera.background and asdict(take.camera.background),
     }
 
 

@@ -39,7 +39,7 @@ def session_words(take: Take, facts: Facts) -> Markup:
         take.session.date,
         take.name if take.name != take.title else "",
         f"{how_many(len(facts.poses), 'frame')}, {facts.duration_s:.1f} s{rate_in_words(facts.poses.fps, ' at ')}",
-        {"static": "camera stands still", "moving": "camera moves"}.get(facts.rectified.camera or "", ""),
+        facts.camera_motion and f"camera {facts.camera_motion}",
     ]
     return small(" · ".join(words for words in told if words))
 

@@ -26,6 +26,7 @@ from .angles import angle_charts, ranges, sides_compared
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import happened, measure_tables
 from .motion import motion_charts
+from .player import skeleton_player
 from .sections import files_beside, gravity_words, provenance, session_words, told_of, up_table
 from .trust import trust
 
@@ -69,7 +70,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     head = session_words(take, facts) + answer(said) + (small(_ERRORS) if said else Markup(""))
     head += trust(take, facts) + told_of(take)
     sections = [
-        ("Key frames", _key_frames(take)),
+        ("Key frames", skeleton_player(take) + _key_frames(take)),
         ("Ranges of motion", ranges(measures)),
         ("What happened", happened(take.measures or (), length_unit(take.poses))),
         ("Joint angles over time", angle_charts(take)),

@@ -104,7 +104,8 @@ def test_it_stands_alone(content):
     shown = Page(content)
     assert not [tag for tag, _ in shown.tags if tag in ("link", "iframe", "object", "embed", "base", "form")]
     (script,) = re.findall(r"<script>(.*?)</script>", content, flags=re.DOTALL)
-    assert script == (Path(page_module.__file__).parent / "charts.js").read_text(encoding="utf-8")
+    of_ours = (Path(page_module.__file__).with_name(name) for name in ("charts.js", "player.js"))
+    assert script == "".join(path.read_text(encoding="utf-8") for path in of_ours)
     for _, attributes in shown.tags:
         assert not [name for name in attributes if name.startswith("on")]
         for name in ("src", "href"):

@@ -1,0 +1,116 @@
+"""Whether the camera moves, by what stands still in the world: the corners of the background, outside people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ...pipeline.core.camera import TREMBLE, Background
+
+_SIDE = 640  # pixels of the longer side of what is looked at
+_CORNERS, _APART = 400, 7  # at most, and pixels between them
+_FEWEST = 25  # corners that have to be found again
+_BACK = 0.7  # pixels: where a corner that is followed there and back may end
+_WINDOW, _LEVELS = (31, 31), 4  # of the pyramid: corners are found again some 80 pixels away
+_STILL = 0.5 / _SIDE  # compression, and a tripod on a floor on which somebody walks: up to 0.3 pixels
+_MOST, _FEW = (
+    0.5,
+    0.2,
+)  # of the corners: most are still before a tripod; of few that are found again nothing is told
+_SAME = 2.0  # pixels: corners that move as one picture does that is shifted and scaled
+_ZOOM = 0.05  # a second, of the picture's scale
+_DRIFT = 0.5  # of the way: net of it, below which a picture trembles to and fro
+_WITH = 0.5  # of the background's speed: who is slower than that in the image is followed
+
+
+@dataclass(frozen=True)
+class Shift:
+    """How the background moves from one image to another of one camera: the median of its corners, in longer sides of
+    the image to the right and down. still: the share of the corners that stay. zoom: the logarithm of the growth."""
+
+    right: float
+    down: float
+    still: float
+    zoom: float
+
+    @property
+    def length(self) -> float:
+        """Longer sides of the image."""
+        return float(np.hypot(self.right, self.down))
+
+
+def shift(first: np.ndarray, second: np.ndarray, boxes: Sequence[np.ndarray]) -> Shift | None:
+    """From one image (H, W, 3) uint8 RGB to another of the same size. boxes: of the people in both, each (N, 4) left,
+    top, right, bottom in pixels. None where too few corners are found again: a plain wall, a cut, another place."""
+    import cv2
+
+    scale = _SIDE / max(first.shape[:2])
+    size = (round(first.shape[1] * scale), round(first.shape[0] * scale))
+    before, after = (
+        cv2.cvtColor(cv2.resize(image, size, interpolation=cv2.INTER_AREA), cv2.COLOR_RGB2GRAY)
+        for image in (first, second)
+    )
+    background = np.full(before.shape, 255, np.uint8)
+    for left, top, right, bottom in np.concatenate(list(boxes)) * scale:
+        background[max(int(top), 0) : max(int(bottom) + 1, 0), max(int(left), 0) : max(int(right) + 1, 0)] = 0
+    corners = cv2.goodFeaturesToTrack(before, _CORNERS, 0.01, _APART, mask=background)
+    if corners is None or len(corners) < _FEWEST:
+        return None
+    options = {"winSize": _WINDOW, "maxLevel": _LEVELS}
+    there, found, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, None, **options)
+    again, returned, _ = cv2.calcOpticalFlowPyrLK(after, before, there, None, **options)
+    fine = (found[:, 0] > 0) & (returned[:, 0] > 0) & (np.linalg.norm(again - corners, axis=-1)[:, 0] < _BACK)
+    if fine.sum() < max(_FEWEST, _FEW * len(corners)):
+        return None
+    way = (there - corners)[fine, 0] / _SIDE
+    picture, _ = cv2.estimateAffinePartial2D(corners[fine, 0], there[fine, 0], ransacReprojThreshold=_SAME)
+    zoom = 0.0 if picture is None else float(np.log(np.hypot(*picture[:, 0])))
+    right, down = np.median(way, axis=0)
+    return Shift(float(right), float(down), float((np.linalg.norm(way, axis=1) < _STILL).mean()), zoom)
+
+
+def stands(images: Mapping[int, np.ndarray], boxes: Mapping[int, np.ndarray]) -> bool:
+    """Whether images {video frame: (H, W, 3) uint8 RGB}, seconds apart, show that a camera stands still. boxes: {video
+    frame: those of `shift`}."""
+    shifts = [shift(images[a], images[b], [boxes[a], boxes[b]]) for a, b in pairwise(sorted(images))]
+    return bool(shifts) and all(each is not None and each.still > _MOST for each in shifts)
+
+
+@dataclass(frozen=True)
+class Glimpse:
+    """Two images `apart_s` seconds from each other, the first at `time_s`. person: (2,) by how much the person moves in
+    the image from one to the other, in its longer sides; NaN where nobody is seen."""
+
+    time_s: float
+    apart_s: float
+    shift: Shift
+    person: np.ndarray
+
+
+def background_of(glimpses: Sequence[Glimpse]) -> Background | None:
+    """How the background moves; None where there are too few glimpses of it. glimpses: in order of time."""
+    if not glimpses:
+        return None
+    still = [each.shift.still for each in glimpses]
+    if np.median(still) > _MOST:
+        return Background("still")
+    apart = np.array([each.apart_s for each in glimpses])
+    speeds = np.array([[each.shift.right, each.shift.down] for each in glimpses]) / apart[:, None]
+    at = np.array([each.time_s for each in glimpses])
+    steps = np.diff(at, append=at[-1] + apart[-1])[:, None] * speeds
+    path = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+    reach = float(np.hypot(*np.ptp(path, axis=0)))
+    speed = float(np.median(np.hypot(*speeds.T)))
+    zoom = np.median([each.shift.zoom for each in glimpses] / apart)
+    way = float(np.hypot(*steps.T).sum())
+    if abs(zoom) > _ZOOM:
+        return Background("zooming", speed, reach)
+    if np.hypot(*path[-1]) < _DRIFT * way and reach < 10 * TREMBLE:
+        return Background("hand-held", speed, reach)
+    people = np.array([each.person for each in glimpses]) / apart[:, None]
+    seen = np.isfinite(people).all(axis=1)
+    slower = np.hypot(*people[seen].T) < _WITH * np.hypot(*speeds[seen].T)
+    return Background("following" if seen.any() and slower.mean() > _MOST else "panning", speed, reach)

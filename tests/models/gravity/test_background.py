@@ -1,0 +1,94 @@
+"""Whether the camera moves: synthetic pictures that are shifted and scaled by known amounts, and people before them."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from pcnet3d.models.gravity.background import Glimpse, Shift, background_of, shift, stands
+from pcnet3d.pipeline.core.camera import TREMBLE
+
+_NOBODY = np.zeros((0, 4))
+_SIDE = 640
+
+
+def picture(right: float = 0.0, down: float = 0.0, zoom: float = 1.0, seed: int = 0) -> np.ndarray:
+    noise = np.random.default_rng(seed).integers(0, 255, (440, 740)).astype(np.uint8)
+    wide = cv2.GaussianBlur(noise, (0, 0), 3)
+    wide = cv2.normalize(wide, None, 0, 255, cv2.NORM_MINMAX)
+    M = np.array([[zoom, 0, right - 50 - 370 * (zoom - 1)], [0, zoom, down - 40 - 220 * (zoom - 1)]])
+    return cv2.cvtColor(cv2.warpAffine(wide, M, (_SIDE, 360)), cv2.COLOR_GRAY2RGB)
+
+
+@pytest.mark.parametrize(("right", "down"), [(0.0, 0.0), (3.0, 0.0), (-8.0, 5.0), (20.0, -12.0)])
+def test_a_shifted_picture_moves_by_its_shift(right, down):
+    moved = shift(picture(), picture(right, down), [_NOBODY, _NOBODY])
+    assert moved is not None
+    assert [moved.right, moved.down] == pytest.approx([right / _SIDE, down / _SIDE], abs=0.3 / _SIDE)
+    assert (moved.still > 0.9) == (right == down == 0)
+
+
+def test_a_picture_that_grows_has_its_zoom():
+    moved = shift(picture(), picture(zoom=1.04), [_NOBODY, _NOBODY])
+    assert moved is not None
+    assert moved.zoom == pytest.approx(np.log(1.04), abs=0.005)
+
+
+def test_a_person_who_moves_is_no_background():
+    before, after = picture(), picture()
+    box = np.array([[150.0, 0.0, 520.0, 360.0]])
+    after[:, 150:520] = picture(12.0)[:, 150:520]
+    without = shift(before, after, [box, box])
+    assert without is not None
+    assert without.still > 0.9
+
+
+def test_a_plain_wall_and_another_place_tell_nothing():
+    wall = np.full((360, _SIDE, 3), 128, np.uint8)
+    assert shift(wall, wall, [_NOBODY, _NOBODY]) is None
+    assert shift(picture(), picture(seed=1), [_NOBODY, _NOBODY]) is None
+    assert not stands({0: wall, 9: wall}, {0: _NOBODY, 9: _NOBODY})
+
+
+def test_a_tripod_stands_and_a_shifted_one_does_not():
+    boxes = {0: _NOBODY, 30: _NOBODY, 60: _NOBODY}
+    assert stands({0: picture(), 30: picture(), 60: picture()}, boxes)
+    assert not stands({0: picture(), 30: picture(), 60: picture(4.0)}, boxes)
+
+
+def glimpses(right, person=0.0, zoom=0.0):
+    """Ten glimpses over ten seconds; right: (10,) and person, in longer sides of the image a second."""
+    return [
+        Glimpse(
+            float(i),
+            0.1,
+            Shift(0.1 * way, 0.0, float(abs(way) < 1e-4), 0.1 * zoom),
+            np.array([0.1 * person, 0]),
+        )
+        for i, way in enumerate(np.broadcast_to(right, 10))
+    ]
+
+
+@pytest.mark.parametrize(
+    ("right", "person", "zoom", "kind", "moves"),
+    [
+        (0.0, 0.2, 0.0, "still", False),
+        (-0.1, 0.0, 0.0, "following", True),
+        (-0.1, -0.1, 0.0, "panning", True),
+        (-0.1, np.nan, 0.0, "panning", True),
+        (0.001 * np.array([1, -1] * 5), 0.0, 0.0, "hand-held", False),
+        (0.03 * np.array([1, -1] * 5), 0.0, 0.0, "hand-held", True),
+        (0.2 * np.array([1, 1, 1, -1, -1, -1, -1, 1, 1, 1]), 0.2, 0.0, "panning", True),
+        (0.01, 0.0, 0.3, "zooming", True),
+    ],
+)
+def test_how_a_camera_moves(right, person, zoom, kind, moves):
+    found = background_of(glimpses(right, person, zoom))
+    assert found is not None
+    assert (found.kind, found.moves) == (kind, moves)
+    assert found.moves == (found.kind not in ("still", "hand-held") or found.reach > TREMBLE)
+
+
+def test_nothing_is_told_without_a_glimpse():
+    assert background_of([]) is None

@@ -1,0 +1,108 @@
+"""The skeleton that plays in the page: what it holds is the take, and it and the charts are at one moment."""
+
+import base64
+import json
+from html import unescape
+
+import numpy as np
+import pytest
+from markupsafe import Markup
+
+from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.stages.drawing.charts import Curve, over_time
+from pcnet3d.stages.drawing.page import charts, figure, page
+from pcnet3d.stages.report.player import skeleton_player
+
+
+def held_of(markup: str) -> dict:
+    return json.loads(unescape(str(markup).partition('data-held="')[2].partition('"')[0]))
+
+
+def points_of(held: dict) -> np.ndarray:
+    whole = (
+        np.frombuffer(base64.b64decode(held["points"]), "<i2").astype(float).reshape(-1, held["joints"], 3)
+    )
+    return np.where(whole == -32768, np.nan, whole * held["step"])
+
+
+def test_it_holds_the_joints_of_every_frame_on_their_floor(walk_take):
+    held, level = held_of(skeleton_player(walk_take)), walk_take.filtered
+    points, joints = points_of(held), level.joints
+    assert held["times"] == pytest.approx(level.times, abs=1e-4)
+    relative = points[:, :17] - points[:, :1]
+    assert relative == pytest.approx(joints - joints[:, :1], abs=1e-3, nan_ok=True)
+    ankles = points[:, H36M17.indices(("r_ankle", "l_ankle")), 2]
+    assert np.nanpercentile(ankles, 2) == pytest.approx(0, abs=0.15)
+    assert len(held["bones"]) >= len(H36M17.bones)
+
+
+def test_a_gap_is_no_pose(walk_take):
+    joints = walk_take.filtered.joints.copy()
+    joints[10:20] = np.nan
+    gap = walk_take.with_(filtered=walk_take.filtered.with_(joints=joints))
+    assert np.isnan(points_of(held_of(skeleton_player(gap)))[10:20, :17]).all()
+
+
+def test_without_a_place_the_lower_foot_stands(walk_take):
+    away = walk_take.filtered.with_(root=None, root_covariance=None)
+    points = points_of(held_of(skeleton_player(walk_take.with_(filtered=away))))
+    feet = points[:, H36M17.indices(("r_ankle", "l_ankle")), 2]
+    assert feet.min(axis=1).max() < 0.2
+    assert feet.min() > -0.01
+
+
+def test_a_long_take_has_fewer_frames(walk_take):
+    level = walk_take.filtered
+    rows = np.arange(10_000) % len(level)
+    long = level.with_(
+        joints=level.joints[rows], confidence=level.confidence[rows], time_s=np.arange(10_000) / 30,
+        frame_index=np.arange(10_000), root=None, root_covariance=None, covariance=None, feet=None, seams=(),
+    )  # fmt: skip
+    markup = str(skeleton_player(walk_take.with_(filtered=long)))
+    assert len(held_of(markup)["times"]) == 2500
+    assert len(markup) < 500_000
+
+
+def test_nothing_of_a_take_that_is_not_levelled(walk_take):
+    from dataclasses import replace
+
+    assert not skeleton_player(walk_take.with_(rectified=replace(walk_take.rectified, level_ok=False)))
+
+
+def test_the_player_and_the_charts_are_at_one_moment(walk_take, opened):
+    times = walk_take.filtered.times
+    drawn = charts([figure([over_time([Curve("a", np.sin(times))], times, "a over time")], "a")])
+    browser = opened(page("walk", Markup(""), [("take", skeleton_player(walk_take)), ("a", drawn)]))
+    middle = len(times) // 2
+    browser.value(
+        f"(i => {{ i.value = {middle}; i.dispatchEvent(new Event('input')) }})(document.querySelector('.player input'))"
+    )
+    at = browser.value("document.querySelector('.at').textContent")
+    assert float(at.split()[0]) == pytest.approx(times[middle], abs=0.02)
+    assert browser.value("document.querySelector('.player output').textContent") == f"{times[middle]:.2f} s"
+    browser.value("document.querySelector('.chart svg').focus()")
+    for kind in ("rawKeyDown", "keyUp"):
+        browser.ask("Input.dispatchKeyEvent", type=kind, key="ArrowRight")
+    assert int(browser.value("document.querySelector('.player input').value")) == middle + 1
+    assert browser.complaints == []
+
+
+def test_keys_turn_it_and_it_plays_when_asked(walk_take, opened):
+    browser = opened(page("walk", Markup(""), [("take", skeleton_player(walk_take))]), 390)
+    image, frame = (
+        "document.querySelector('.player canvas').toDataURL()",
+        "+document.querySelector('.player input').value",
+    )
+    before = browser.value(image)
+    assert browser.value(frame) == 0
+    browser.value("document.querySelector('.player canvas').focus()")
+    for kind in ("rawKeyDown", "keyUp"):
+        browser.ask("Input.dispatchKeyEvent", type=kind, key="ArrowLeft")
+    assert browser.value(image) != before
+    browser.value("document.querySelector('.player button').click()")
+    assert browser.value("document.querySelector('.player button').textContent") == "Pause"
+    browser.ask("Runtime.evaluate", expression="new Promise(r => setTimeout(r, 600))", awaitPromise=True)
+    assert browser.value(frame) > 0
+    browser.value("document.querySelector('.player button').click()")
+    assert browser.value("document.documentElement.scrollWidth") <= 390
+    assert browser.complaints == []
