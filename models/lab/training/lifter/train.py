@@ -12,12 +12,13 @@ from typing import Literal
 import numpy as np
 import torch
 from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt, field_validator
-from torch import Tensor, nn
+from torch import Tensor
 
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.files.atomic import whole_file
 from .....pipeline.reading.mocap.clip import Clip
+from ....lifter.features import CHANNELS
 from ...common.toml_config import read_toml
 from ...common.training import (
     Schedule,
@@ -33,7 +34,7 @@ from ...mocap.clips import data_set, read_clips
 from ...mocap.split import read_parts
 from ...synthetic.on_device.draw import Draw
 from .exported import export, weights_of
-from .net import Block, LifterNet, NetConfig
+from .net import ADDED, BONES, LifterNet, NetConfig
 from .validation import judged, whole_takes
 from .windows import Batch, Material, Windows
 
@@ -139,20 +140,21 @@ def run(
 
 
 def started(net: LifterNet, path: Path) -> LifterNet:
-    """net with the weights of an earlier run (exported.weights_of). Blocks that the earlier network did not have add
-    nothing, so that it answers as that one does, and learn from there; so does the part that looks at the whole take.
-    InputError as of load_weights and weights_of."""
-    weights = weights_of(path, net)
+    """net with the weights of an earlier run (exported.weights_of). What the earlier network did not have, further
+    blocks, bones among the inputs, rays and bones in the answer, adds nothing, so that it answers as that one does, and
+    learns from there. InputError as of load_weights and weights_of."""
+    weights, own = weights_of(path, net), net.state_dict()
     with reading(path):
-        if not any("take" in name for name in weights):
-            weights |= {name: value for name, value in net.state_dict().items() if "take" in name}
-        for i, block in enumerate(net.blocks):
-            if not any(name.startswith(f"blocks.{i}.") for name in weights):
-                assert isinstance(block, Block)
-                for layer in (block.back, block.out):
-                    nn.init.zeros_(layer.weight)
-                    nn.init.zeros_(layer.bias)
-                weights |= {f"blocks.{i}.{name}": value for name, value in block.state_dict().items()}
+        blocks = len({name.split(".")[1] for name in weights if name.startswith("blocks.")})
+        more = tuple(f"blocks.{i}." for i in range(blocks, len(net.blocks)))
+        for name, value in own.items():
+            if name.startswith(ADDED):
+                weights.setdefault(name, torch.zeros_like(value))
+            elif name.startswith(more):
+                weights[name] = torch.zeros_like(value) if ".out." in name else value
+        enter = weights["enter.weight"]
+        if enter.shape[1] == CHANNELS:
+            weights["enter.weight"] = torch.cat([enter, torch.zeros(len(enter), 2 * BONES)], dim=1)
         net.load_state_dict(weights)
     return net.train()
 
