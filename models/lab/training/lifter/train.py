@@ -18,6 +18,7 @@ from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.files.atomic import whole_file
 from .....pipeline.reading.mocap.clip import Clip
+from ....lifter import SHIPPED
 from ....lifter.features import CHANNELS
 from ...common.toml_config import read_toml
 from ...common.training import (
@@ -58,8 +59,8 @@ class TrainConfig(BaseModel):
 
     subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
     its train and val subjects (mocap/split.py), instead of the motion capture that the shipped network was trained on.
-    start: weights of an earlier run to begin with, its best.pt or an exported network, such as the shipped one, of the
-    same shape and dilations, or with fewer blocks; the further ones then do nothing at first. The first `single` steps
+    start: weights to begin with, of the same shape and dilations, or with fewer blocks (the further ones then do nothing
+    at first): "pcnet3d", the shipped network's, or a run's best.pt or exported network. The first `single` steps
     see single frames, as many different people and views as there are frames, which teaches geometry several times
     faster; then windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
     """
@@ -110,7 +111,7 @@ def run(
     train, val = clips_of(config)
     net = LifterNet(config.net)
     if config.start is not None:
-        net = started(net, config.start)
+        net = started(net, SHIPPED if str(config.start) == "pcnet3d" else config.start)
     net = net.to(on)
     parts = {"train": train, **{f"val {name}": clips for name, clips in val.items()}}
     learns_from = fingerprint((f"{part} {c.name}", c.joints) for part, clips in parts.items() for c in clips)
@@ -170,6 +171,12 @@ def read_config(path: Path) -> TrainConfig:
     if config.data is not None and config.subjects != "train":
         raise InputError(
             "bad-value", f'{path}: with `data`, expected subjects = "train"; the split says who that is.'
+        )
+    if config.subjects != "train" and config.start is not None and config.start.suffix != ".pt":
+        raise InputError(
+            "option-conflict",
+            f'{path}: with subjects = "{config.subjects}", expected `start` to be the best.pt of a run on them; a network '
+            "such as the shipped one has seen the other half. Leave `start` out.",
         )
     return config
 
