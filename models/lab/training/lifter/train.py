@@ -59,8 +59,8 @@ class TrainConfig(BaseModel):
 
     subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
     its train and val subjects (mocap/split.py), instead of the motion capture that the shipped network was trained on.
-    start: weights to begin with, of the same shape and dilations, or with fewer blocks; the further ones then do nothing
-    at first: "pcnet3d", the shipped network's, or a run's best.pt or exported network. The first `single` steps
+    start: weights to begin with, of the same shape and dilations, or with fewer blocks, the further ones then doing
+    nothing at first: "pcnet3d", the shipped one's, or a run's best.pt or exported network. The first `single` steps
     see single frames, as many different people and views as there are frames, which teaches geometry several times
     faster; then windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
     """
