@@ -1,8 +1,7 @@
 """2D keypoints become a 3D skeleton: the run time of the lifter, numpy and onnxruntime only.
 
 The network is convolutional in time, so a long take is lifted in chunks that overlap by the network's reach on each
-side; the result equals the one-pass result and has no seam. One that also learns from the whole take what stays the
-same answers all its frames at once.
+side; the result equals the one-pass result and has no seam.
 """
 
 from __future__ import annotations
@@ -29,7 +28,6 @@ from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 
 KIND = "pcnet3d"
 CHUNK = 1024  # frames answered at a time
-_TAKE = 20_000  # of a network that looks at the whole take: a gigabyte of memory
 
 
 def lift(
@@ -127,7 +125,6 @@ def run(x: np.ndarray, model: str | Path = "pcnet3d", chunk: int = CHUNK) -> tup
     """The network's answer to features x (T, CHANNELS), in overlapping chunks: joints (T, 17, 3) in the ray frame, and
     their standard deviations (T, 17, 2) across the ray (of one axis) and along it, in the same unit."""
     opened = network(model)
-    chunk = _TAKE if opened.whole_take else chunk
     parts = []
     for start in range(0, len(x), chunk):
         first, last = max(start - opened.reach, 0), min(start + chunk + opened.reach, len(x))
@@ -150,14 +147,12 @@ def _covariance(sd: np.ndarray, R_camera_from_ray: np.ndarray) -> np.ndarray:
 @dataclass(frozen=True)
 class Network:
     """A lifter's file, opened. digest: the first 12 digits of its SHA-256. reach: frames on each side that a
-    frame's answer depends on. trained_on: mocap.clips.Subjects. whole_take: that it learns from all frames together
-    what stays the same, so that they are answered at once."""
+    frame's answer depends on. trained_on: mocap.clips.Subjects."""
 
     session: Any
     digest: str
     reach: int
     trained_on: str
-    whole_take: bool = False
 
 
 def network(model: str | Path = "pcnet3d") -> Network:
@@ -174,8 +169,7 @@ def _open(model: str, where: Placement) -> Network:
             "wrong-network",
             f"{opened.path} is not a lifter of pcnet3d: it does not state its reach and training subjects.",
         )
-    whole_take = stated.get("whole_take") == "True"
-    return Network(opened.session, opened.digest, int(stated["reach"]), stated["trained_on"], whole_take)
+    return Network(opened.session, opened.digest, int(stated["reach"]), stated["trained_on"])
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from ...common.extras import needed_for
 from ...common.training import read_weights, reading
 from .net import Block, LifterNet
 
-_FAMILY = "which.weight"  # that only networks of joint tokens have
+_TOKENS = "which.weight"  # that only networks of a token a joint have
 
 
 def export(net: LifterNet, path: Path, **properties: object) -> None:
@@ -38,7 +38,6 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
     )
     assert program is not None
     model = without_traces(program.model_proto)
-    properties |= {"whole_take": True}  # LifterNet._of_the_take
     onnx.helper.set_model_props(model, {key: str(value) for key, value in properties.items()})
     with whole_file(path) as partial:
         onnx.save(model, str(partial))
@@ -82,11 +81,11 @@ def weights_of(path: Path, net: LifterNet) -> dict[str, Tensor]:
 
 
 def _of_this_family(weights: dict[str, Tensor], path: Path) -> dict[str, Tensor]:
-    """The weights. InputError for those of a lifter before joint tokens."""
-    if isinstance(weights, dict) and "blocks.0.mix.weight" in weights and _FAMILY not in weights:
+    """The weights. InputError for those of a lifter of joint tokens."""
+    if isinstance(weights, dict) and _TOKENS in weights:
         raise InputError(
             "wrong-network",
-            f"Expected weights of a lifter with a token a joint, but {path} has those of the family before it, which "
-            "cannot be gone on with; leave it out, and train from the beginning.",
+            f"Expected weights of a lifter of the shipped one's family, but {path} has a token a joint, which cannot "
+            "be gone on with; leave it out.",
         )
     return weights

@@ -17,25 +17,22 @@ import typer
 
 from .....pipeline.core.errors import InputError
 from ...common.modules import run_command
-from ...common.training import reading
-from .exported import export, weights_of
+from .exported import export
 from .net import LifterNet
-from .train import clips_of, read_config, trained_on
+from .train import clips_of, read_config, started, trained_on
 from .validation import judged, whole_takes
 
 
 def mean(net: LifterNet, parts: list[tuple[float, Path]]) -> LifterNet:
     """net with the mean of these weights, by their shares. InputError for files that are not of this network
-    (weights_of), and for shares that do not sum to 1."""
+    (exported.weights_of), and for shares that do not sum to 1."""
     if abs(sum(share for share, _ in parts) - 1) > 1e-6:
         raise InputError(
             "bad-value", f"Expected shares that sum to 1, got {sum(share for share, _ in parts):g}."
         )
     total = {name: torch.zeros_like(value) for name, value in net.state_dict().items()}
     for share, path in parts:
-        weights = weights_of(path, net)
-        with reading(path):
-            net.load_state_dict(weights)
+        started(net, path)
         for name, value in net.state_dict().items():
             total[name] += share * value
     net.load_state_dict(total)

@@ -12,12 +12,14 @@ from typing import Literal
 import numpy as np
 import torch
 from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt, field_validator
-from torch import Tensor, nn
+from torch import Tensor
 
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.files.atomic import whole_file
 from .....pipeline.reading.mocap.clip import Clip
+from ....lifter import SHIPPED
+from ....lifter.features import CHANNELS
 from ...common.toml_config import read_toml
 from ...common.training import (
     Schedule,
@@ -33,7 +35,7 @@ from ...mocap.clips import data_set, read_clips
 from ...mocap.split import read_parts
 from ...synthetic.on_device.draw import Draw
 from .exported import export, weights_of
-from .net import Block, LifterNet, NetConfig
+from .net import ADDED, BONES, LifterNet, NetConfig
 from .validation import judged, whole_takes
 from .windows import Batch, Material, Windows
 
@@ -57,8 +59,8 @@ class TrainConfig(BaseModel):
 
     subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
     its train and val subjects (mocap/split.py), instead of the motion capture that the shipped network was trained on.
-    start: weights of an earlier run to begin with, its best.pt or an exported network, such as the shipped one, of the
-    same shape and dilations, or with fewer blocks; the further ones then do nothing at first. The first `single` steps
+    start: weights to begin with, of the same shape and dilations, or with fewer blocks, the further ones then doing
+    nothing at first: "pcnet3d", the shipped one's, or a run's best.pt or exported network. The first `single` steps
     see single frames, as many different people and views as there are frames, which teaches geometry several times
     faster; then windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
     """
@@ -109,7 +111,7 @@ def run(
     train, val = clips_of(config)
     net = LifterNet(config.net)
     if config.start is not None:
-        net = started(net, config.start)
+        net = started(net, SHIPPED if str(config.start) == "pcnet3d" else config.start)
     net = net.to(on)
     parts = {"train": train, **{f"val {name}": clips for name, clips in val.items()}}
     learns_from = fingerprint((f"{part} {c.name}", c.joints) for part, clips in parts.items() for c in clips)
@@ -139,20 +141,21 @@ def run(
 
 
 def started(net: LifterNet, path: Path) -> LifterNet:
-    """net with the weights of an earlier run (exported.weights_of). Blocks that the earlier network did not have add
-    nothing, so that it answers as that one does, and learn from there; so does the part that looks at the whole take.
-    InputError as of load_weights and weights_of."""
-    weights = weights_of(path, net)
+    """net with the weights of an earlier run (exported.weights_of). What the earlier network did not have, further
+    blocks, bones among the inputs, rays and bones in the answer, adds nothing, so that it answers as that one does, and
+    learns from there. InputError as of load_weights and weights_of."""
+    weights, own = weights_of(path, net), net.state_dict()
     with reading(path):
-        if not any("take" in name for name in weights):
-            weights |= {name: value for name, value in net.state_dict().items() if "take" in name}
-        for i, block in enumerate(net.blocks):
-            if not any(name.startswith(f"blocks.{i}.") for name in weights):
-                assert isinstance(block, Block)
-                for layer in (block.back, block.out):
-                    nn.init.zeros_(layer.weight)
-                    nn.init.zeros_(layer.bias)
-                weights |= {f"blocks.{i}.{name}": value for name, value in block.state_dict().items()}
+        blocks = len({name.split(".")[1] for name in weights if name.startswith("blocks.")})
+        more = tuple(f"blocks.{i}." for i in range(blocks, len(net.blocks)))
+        for name, value in own.items():
+            if name.startswith(ADDED):
+                weights.setdefault(name, torch.zeros_like(value))
+            elif name.startswith(more):
+                weights[name] = torch.zeros_like(value) if ".out." in name else value
+        enter = weights["enter.weight"]
+        if enter.shape[1] == CHANNELS:
+            weights["enter.weight"] = torch.cat([enter, torch.zeros(len(enter), 2 * BONES)], dim=1)
         net.load_state_dict(weights)
     return net.train()
 
@@ -168,6 +171,12 @@ def read_config(path: Path) -> TrainConfig:
     if config.data is not None and config.subjects != "train":
         raise InputError(
             "bad-value", f'{path}: with `data`, expected subjects = "train"; the split says who that is.'
+        )
+    if config.subjects != "train" and config.start is not None and config.start.suffix != ".pt":
+        raise InputError(
+            "option-conflict",
+            f'{path}: with subjects = "{config.subjects}", expected `start` to be the best.pt of a run on them; a '
+            "network such as the shipped one has seen the other half. Leave `start` out.",
         )
     return config
 

@@ -4,6 +4,7 @@ import contextlib
 import io
 import json
 from dataclasses import replace
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -32,6 +33,7 @@ from pcnet3d.models.lab.training.lifter.windows import Batch, Material, Windows 
 
 LENGTHS = "lengths = { 1 = 0.3, 16 = 0.7 }"
 STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
+RECIPE = files("pcnet3d.models.lab.training.lifter").joinpath("lifter.toml")
 LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")])
 
 
@@ -304,7 +306,7 @@ def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, trained,
 
 
 def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp_path):
-    small, large = LifterNet(NetConfig(16, 24, (1, 3))), LifterNet(NetConfig(16, 24, (1, 3, 9, 1)))
+    small, large = LifterNet(NetConfig(16, (1, 3))), LifterNet(NetConfig(16, (1, 3, 9, 1)))
     torch.save(small.state_dict(), tmp_path / "small.pt")
     grown = module.started(large, tmp_path / "small.pt")
     x = torch.randn(2, 30, CHANNELS)
@@ -321,7 +323,7 @@ def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp
 
 
 def test_an_exported_network_gives_its_weights_back(tmp_path):
-    net = LifterNet(NetConfig(16, 24, (1, 3)))
+    net = LifterNet(NetConfig(16, (1, 3)))
     for value in net.parameters():
         torch.nn.init.normal_(value)
     module.export(net, tmp_path / "lifter.onnx")
@@ -334,59 +336,57 @@ def test_an_exported_network_gives_its_weights_back(tmp_path):
         weights_of(tmp_path / "cut.onnx", net)
 
 
-def test_a_network_of_the_family_before_is_not_gone_on_with(tmp_path):
-    old = {
-        f"blocks.0.{layer}.{of}": torch.zeros(2, 2) for layer in ("mix", "out") for of in ("weight", "bias")
-    }
-    torch.save(old, tmp_path / "old.pt")
-    for path in (SHIPPED, tmp_path / "old.pt"):
-        with pytest.raises(InputError, match="the family before it") as refused:
-            module.started(LifterNet(NetConfig(16, 24, (1, 3))), path)
-        assert "remove" not in str(refused.value)
+def test_a_network_of_joint_tokens_is_not_gone_on_with(tmp_path):
+    torch.save({"which.weight": torch.zeros(18, 16)}, tmp_path / "tokens.pt")
+    with pytest.raises(InputError, match="a token a joint") as refused:
+        module.started(LifterNet(NetConfig(16, (1, 3))), tmp_path / "tokens.pt")
+    assert "remove" not in str(refused.value)
 
 
-def test_joints_that_were_seen_lie_on_their_rays(clips):
-    """Exact keypoints, and a network that has learned nothing: what it answers projects onto them."""
+def windows_of(clips):
+    """Features of exact keypoints, (6, 10, CHANNELS), and what they show."""
     silent = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
     windows = Windows(clips, replace(STILL, focal_known=1.0))
     windows.spoilt = Spoilt(silent)
-    x = windows.batch(Draw(3, 0), 6, 10).x
-    with torch.no_grad():
-        net = LifterNet(NetConfig(16, 24, (1, 3)))
-        joints, _, _ = net(x)
-        size = (x[..., 71:72] - 2).exp()
-        away = 0.37 / size[..., None]  # of the pelvis, before anything is learned
-        image = x[..., :34].unflatten(-1, (17, 2))
-        pelvis = torch.cat([image[..., :1, :] * 0.37, torch.zeros(6, 10, 1, 1)], dim=-1)
-        rays = joints + pelvis
-        np.testing.assert_allclose(
-            (rays[..., :2] / (rays[..., 2:] + away) / size[..., None]).numpy(), image.numpy(), atol=1e-4
-        )
+    return windows.batch(Draw(3, 0), 6, 10)
 
 
-def test_frames_out_of_reach_tell_of_the_person_and_empty_ones_do_not():
-    net = LifterNet(NetConfig(16, 24, (1, 1)))
-    for value in net.parameters():
-        torch.nn.init.normal_(value, std=0.3)
-    x = torch.randn(1, 12, CHANNELS)
-    x[..., 51:68] = 1
-    other = x.clone()
-    other[:, 8:, :34] += 1
-    with torch.no_grad():
-        first = [net(each)[0][:, :4] for each in (x, other)]
-        assert (first[0] - first[1]).abs().max() > 1e-3
-        tokens, nobody = torch.randn(1, 21, 18, 16), torch.zeros(1, 9, CHANNELS)
-        said = net._of_the_take(tokens, torch.cat([x, nobody], dim=1)), net._of_the_take(tokens[:, :12], x)
-        torch.testing.assert_close(*said)
+def test_the_shipped_network_is_gone_on_with_from_its_own_answers(clips):
+    """Rays and bones add nothing until they are learned, and can be learned at once."""
+    x = windows_of(clips).x
+    net = module.started(LifterNet(module.read_config(RECIPE).net), SHIPPED)
+    answers = net.eval()(x)
+    for answer, asked in zip(answers, ("joints", "sd", "velocity"), strict=True):
+        shipped = network().session.run([asked], {"features": x.numpy()})[0]
+        np.testing.assert_allclose(answer.detach().numpy(), shipped, atol=1e-5)
+    answers[0].square().mean().backward()
+    assert all(layer.weight.grad.abs().max() > 0 for layer in (net.leave_gate, net.leave_bone))
+    assert net.enter.weight.grad[:, CHANNELS:].abs().max() > 0
 
 
-def test_a_run_before_the_take_was_looked_at_is_gone_on_with(tmp_path):
-    net = LifterNet(NetConfig(16, 24, (1, 3)))
-    before = {name: value for name, value in net.state_dict().items() if "take" not in name}
-    torch.save(before, tmp_path / "before.pt")
-    more = module.started(LifterNet(NetConfig(16, 24, (1, 3))), tmp_path / "before.pt").eval()
-    x = torch.randn(2, 9, CHANNELS)
-    torch.testing.assert_close(more(x)[0], net.eval()(x)[0])
+def test_an_open_gate_puts_joints_that_were_seen_on_their_rays(clips):
+    """Exact keypoints: whatever the network answers then projects onto them, seen from one point a frame. Joints that
+    were not seen stay where the network has them."""
+    x = windows_of(clips).x
+    net = LifterNet(NetConfig(16, (1, 3)))
+    torch.nn.init.normal_(net.leave_bone.weight)
+    hidden = net.hidden(x).detach()
+    closed = net.answer(hidden, x)[0]
+    torch.nn.init.ones_(net.leave_gate.bias[:17])
+    joints = net.answer(hidden, x)[0].detach()
+    image, size = x[..., :34].unflatten(-1, (17, 2)), (x[..., 71:72] - 2).exp()
+    # joints + offset = image (distance + size depth): three unknowns a frame.
+    left = joints[..., :2] - image * (size * joints[..., 2])[..., None]
+    middles = (part - part.mean(-2, keepdim=True) for part in (left, image))
+    off, line = (part.flatten(-2) for part in middles)
+    distance = (off * line).sum(-1, keepdim=True) / line.square().sum(-1, keepdim=True)
+    np.testing.assert_allclose(off.numpy(), (distance * line).numpy(), atol=1e-4)
+    assert (joints - closed).abs().max() > 0.01
+    nobody = x.clone()
+    nobody[..., 51:68] = 0
+    open_ = net.answer(hidden, nobody)[0]
+    torch.nn.init.zeros_(net.leave_gate.bias)
+    assert torch.equal(open_, net.answer(hidden, nobody)[0])
 
 
 def test_bones_seen_short_may_be_deep():
@@ -398,7 +398,7 @@ def test_bones_seen_short_may_be_deep():
 
 def test_a_network_of_other_dilations_is_not_gone_on_with(tmp_path):
     """It would answer otherwise, though all its weights fit."""
-    exported, net = tmp_path / "lifter.onnx", LifterNet(NetConfig(16, 24, (1, 3)))
+    exported, net = tmp_path / "lifter.onnx", LifterNet(NetConfig(16, (1, 3)))
     for value in net.parameters():
         torch.nn.init.normal_(value)  # equal weights are one in the file
     module.export(net, exported, reach=4, trained_on="train")
@@ -407,8 +407,8 @@ def test_a_network_of_other_dilations_is_not_gone_on_with(tmp_path):
         lambda net: averaging.mean(net, [(1.0, exported)]),
     ):
         with pytest.raises(InputError, match=r"dilations \(1, 1\).*lifter\.onnx reaches 4 frames, not 2"):
-            begin(LifterNet(NetConfig(16, 24, (1, 1))))
-    module.started(LifterNet(NetConfig(16, 24, (1, 3, 9))), exported)
+            begin(LifterNet(NetConfig(16, (1, 1))))
+    module.started(LifterNet(NetConfig(16, (1, 3, 9))), exported)
 
 
 def test_the_mean_of_runs_is_the_mean_of_their_weights(config, clips, tmp_path, monkeypatch):
@@ -534,6 +534,7 @@ def test_a_person_in_two_parts_is_refused(own, tmp_path):
             (LENGTHS, f"lengths = {{ {lengths} }}", "lengths")
             for lengths in ("", "0 = 1.0", "-3 = 1.0", "1 = 0.0", "9 = -1.0", "9 = inf", "1 = 0.5, 9 = nan")
         ),
+        ('"train"', '"train-a"\nstart = "pcnet3d"', "seen the other half"),
         ("width = 16", "width = 0", "net.*width of at least 1"),
         *(
             ("dilations = [1, 3]", f"dilations = {wrong}", "net.*dilations of at least 1")
@@ -564,8 +565,6 @@ def test_a_missing_config_is_refused(tmp_path):
 
 
 def test_the_recipe_can_be_read():
-    from importlib.resources import files
-
-    config = module.read_config(files("pcnet3d.models.lab.training.lifter").joinpath("lifter.toml"))
+    config = module.read_config(RECIPE)
     assert config.subjects == "train"
     assert config.material.poses.turned > 0
