@@ -1,23 +1,25 @@
-"""How wrong the difference of two takes' figures may be: of two visits, what a lifter errs alike in both cancels.
+"""How wrong a difference may be: of the ends of a range, of right and left, of repetitions, of two takes. What a lifter
+errs alike in both cancels.
 
-repeatability.json was fitted by models/lab/errors/visits.py on pairs of virtual visits of validation people, in which
-nothing has changed: for every figure the factor on both takes' errors, added as those of independent takes are, with
-which nine in ten differences lie inside. It is smaller where both were filmed from about the same place. `freedom` says
-how heavy the tails of the differences are: by it a tenth of the comparisons finds a change where there is none.
+repeatability.json was fitted by models/lab/errors/visits.py on virtual visits of validation people, in which the true
+difference is known: for every figure the factor on both errors, added as independent ones are, with which nine in ten
+differences lie inside. Of two takes it is smaller where both were filmed from about the same place. `freedom` says how
+heavy the tails of their differences are: by it a tenth of the comparisons finds a change where there is none.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.measures import Measure
-from ...pipeline.core.pose import Rectified
+from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.angles import ANGLES, near, of_both
 from ..common.metrics import SD_90
@@ -34,6 +36,8 @@ MOVEMENTS = {  # figures that do not follow from each other
     "knee_bends": ("mean_rise",),
     "arm_raises": ("mean_rise",),
 }  # fmt: skip
+# Of what a difference is: of two takes from about the same place or from others, of sides, of repetitions in one take.
+Between = Literal["again", "elsewhere", "sides", "repetitions"]
 FALSE = 0.1  # of the figures that are said to differ: those that do not
 _TURNING = 0.5  # mean resultant of the frames' facing, below which there is no one direction
 
@@ -52,12 +56,42 @@ def figure_of(row: Measure, gait: str) -> str | None:
     return f"{gait if group == 'walking' else group}.{row.name}" if named else None
 
 
-def difference_sd(figure: str, errors: tuple[float, float], same_place: bool) -> float:
-    """One standard deviation of the difference of a figure of two takes, both by the shipped lifter, of their stated
-    errors. figure: of `figure_of`. same_place: whether both were filmed from about the same place (`same_place`). A
-    figure that was not fitted has independent errors."""
-    place = "again" if same_place else "elsewhere"
-    return float(shipped()["factors"][place].get(figure, 1.0) * np.hypot(*errors))
+def judged(poses: PoseSequence) -> bool:
+    """Whether the poses are of the lifter whose differences are known; those of others count as independent."""
+    return poses.made_by.by == shipped()["lifter"]
+
+
+def difference_sd(figure: str, errors: tuple[float, float], between: Between) -> float:
+    """One standard deviation of the difference of two figures by the shipped lifter (`judged`), of their stated errors.
+    figure: of `figure_of`; of repetitions "peak.knee_flexion". One that was not fitted has independent errors."""
+    return float(shipped()["factors"][between].get(figure, 1.0) * np.hypot(*errors))
+
+
+def range_sd(
+    angle: str, found_deg: float, ends_deg: float, fitted: Mapping[str, Sequence[float]] | None = None
+) -> float:
+    """One standard deviation of an angle's range by the shipped lifter: a share of what independent errors of its ends
+    come to (ends_deg), one of the range itself, which a lifter finds too small, and a least one. fitted: {angle of both
+    sides: these three}, those that are shipped without."""
+    parts: Mapping[str, Sequence[float]] = shipped()["ranges"] if fitted is None else fitted
+    share, of_range, least = parts.get(of_both(angle), (1.0, 0.0, 0.0))
+    return float(np.sqrt((share * ends_deg) ** 2 + (of_range * found_deg) ** 2 + least**2))
+
+
+def ends(values_deg: np.ndarray, sd_deg: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The 5th and 95th percentile of an angle (T,), of which some are finite, and the middle standard deviation of the
+    frames at and beyond each, by the angle's own (T,); NaN where none is known."""
+    low, high = np.percentile(values_deg[np.isfinite(values_deg)], [5, 95])
+    return (float(low), float(high)), (
+        middle_sd(sd_deg[values_deg <= low]),
+        middle_sd(sd_deg[values_deg >= high]),
+    )
+
+
+def middle_sd(sd: np.ndarray) -> float:
+    """The median of the finite ones of (N,), NaN without any."""
+    known = sd[np.isfinite(sd)]
+    return float(np.median(known)) if len(known) else float("nan")
 
 
 def difference_chance(ratio: np.ndarray, freedom: float | None = None) -> np.ndarray:
@@ -80,7 +114,8 @@ def differing(chances: np.ndarray) -> np.ndarray:
 
 @cache
 def shipped() -> dict[str, Any]:
-    """What repeatability.json holds: `lifter`, `freedom`, and `factors` {"again", "elsewhere": {figure: factor}}."""
+    """What repeatability.json holds: `lifter`, `freedom`, `factors` {Between: {figure: factor}}, and `ranges` {angle of
+    both sides: (share of both ends, share of the range, least in degrees)}."""
     content: dict[str, Any] = json.loads(REPEATABILITY_FILE.read_text(encoding="utf-8"))
     return content
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from .measures import Group, Measure, grouped, half_bar, measure, moments, numbered, subgroup, text, value
+from .measures import Group, Measure, grouped, measure, moments, numbered, subgroup, text, value
 from .messages import how_many
 from .take import Take
 
@@ -112,11 +112,11 @@ def _range(ranges: Group, name: str) -> str:
     parts, errors = [], []
     for side, angle in sides.items():
         of = subgroup(ranges, angle)
-        low, high, sd = (value(of, figure) for figure in ("p05", "p95", "sd"))
-        if low is None or high is None or value(of, "beyond_anatomy_frames"):
+        ends = [end for figure in ("p05", "p95") if (end := measure(of, figure))]
+        if len(ends) < 2 or value(of, "beyond_anatomy_frames"):
             continue
-        parts.append(f"{low:z.0f} to {high:z.0f}{f' ({side})' * bool(side)}")
-        errors += [] if sd is None else [half_bar(sd)]
+        parts.append(f"{' to '.join(f'{end.value:z.0f}' for end in ends)}{f' ({side})' * bool(side)}")
+        errors += [end.bar for end in ends if end.bar is not None]
     if not parts:
         return ""
     within = f", {'each ' * (len(parts) > 1)}within {max(errors):.0f}" if errors else ""

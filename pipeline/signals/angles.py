@@ -265,6 +265,17 @@ def unwrapped(angle_deg: np.ndarray) -> np.ndarray:
     return result
 
 
+def continuous(angle_deg: np.ndarray, centre_deg: float) -> np.ndarray:
+    """An angle (T,) `unwrapped`, about the middle of its range, which lies within 180 degrees of centre_deg; as it is
+    where it turns all the way round."""
+    values = unwrapped(angle_deg)
+    known = values[np.isfinite(values)]
+    if not len(known) or np.ptp(known) > 360:
+        return angle_deg
+    middle = (known.min() + known.max()) / 2
+    return values + near(middle, centre_deg) - middle
+
+
 def hinge_axis(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """(3, ...) the axis about which a knee or an elbow turns `lower` from `upper`, all unit vectors (3, ...); NaN where
     it is not defined.

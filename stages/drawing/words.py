@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...pipeline.core.measures import Group, half_bar, value
+from ...pipeline.core.measures import Group, measure, value
 from .page import Cell, Soft
 
 
@@ -13,10 +13,11 @@ def spoken(name: str) -> str:
 
 
 def range_words(of: Group) -> Cell:
-    """A range of motion with the 90 % bar of its angle, in grey where some values are such as no joint reaches; None
-    where unknown. of: an angle's figures in `range_of_motion`."""
-    low, high, sd = (value(of, name) for name in ("p05", "p95", "sd"))
+    """A range of motion with the wider 90 % bar of its ends, in grey where some values are such as no joint reaches;
+    None where unknown. of: an angle's figures in `range_of_motion`."""
+    low, high = (measure(of, name) for name in ("p05", "p95"))
     if low is None or high is None:
         return None
-    words = f"{low:z.0f} to {high:z.0f}{'' if sd is None else f' ± {half_bar(sd):.0f}'}"
+    bars = [end.bar for end in (low, high) if end.bar is not None]
+    words = f"{low.value:z.0f} to {high.value:z.0f}{f' ± {max(bars):.0f}' if bars else ''}"
     return Soft(words) if value(of, "beyond_anatomy_frames") else words

@@ -141,14 +141,6 @@ def symmetry_index(right: float, left: float) -> float:
     return 100 * (right - left) / ((right + left) / 2) if right + left > 0 else float("nan")
 
 
-def symmetry_error(right: float, left: float, right_error: float, left_error: float) -> float:
-    """The index's standard error in per cent from those of both sides, which are taken for independent (first order);
-    NaN where one is."""
-    if not right + left > 0:
-        return float("nan")
-    return float(400 * np.hypot(left * right_error, right * left_error) / (right + left) ** 2)
-
-
 def _turns(values: np.ndarray, least: float) -> list[tuple[int, bool]]:
     """Rows of peaks (True) and valleys (False), alternating, between which values (T,) change by `least` or more; the
     change before the first and behind the last is as large too."""

@@ -62,10 +62,12 @@ def stated(error: float) -> float | None:
 
 
 def symmetry(right: float, left: float, error: float, of: str = "") -> list[Measure]:
-    """Symmetry index of two figures. error: the index's, NaN where unknown. of: what the name begins with."""
+    """Symmetry index of two figures. error: of right less left, in their unit, NaN where unknown; what both share
+    changes an index little. of: what the name begins with."""
     index = symmetry_index(right, left)
     if not np.isfinite(index):
         return []
+    error = 200 * error / (right + left)
     judged = bool(abs(index) <= SD_90 * error) if np.isfinite(error) else None
     value = rounded(index, error)
     return [Measure(f"{of}symmetry_index", value, "percent", stated(error), within_error=judged)]

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ...models.angle_error.repeatability import Between, difference_sd, ends, judged, middle_sd, range_sd
 from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
 from ...pipeline.core.errors import InputError
@@ -19,6 +20,7 @@ from ...pipeline.core.measures import (
     Remark,
     Row,
     grouped,
+    half_bar,
     measure,
     numbered,
     side_of,
@@ -29,18 +31,10 @@ from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
-from ...pipeline.signals.angles import ANGLES, MIDLINE, near, of_both, unwrapped
+from ...pipeline.signals.angles import ANGLES, MIDLINE, continuous, of_both, unwrapped
 from ...pipeline.signals.filters import breaks, rate
 from ...pipeline.signals.foot_angles import ALL_ANGLES
-from .cycles import (
-    Repetition,
-    alike,
-    hiding,
-    near_ends_s,
-    normalised,
-    repetitions,
-    symmetry_error,
-)
+from .cycles import Repetition, alike, hiding, near_ends_s, normalised, repetitions
 from .figures import (
     basis,
     figure,
@@ -129,10 +123,12 @@ def measures(
     the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the poses that
     were rectified; gait: models.gait.of_take's; belt_speed: of a treadmill.
 
-    An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with, the errors
-    of two moments taken for independent; of means over repetitions by their spread, but by half of a frame's length at
-    least; of gait figures by what they were off on lifted walks with truth (models/gait/errors.py), and of lengths and
-    speeds that no lifter has had a part in, none. Figures end at the first digit of their error.
+    An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with; of ranges,
+    of right less left and from repetition to repetition (peak_mdc90) by what these were off on lifted takes with truth
+    (models/angle_error/repeatability.py), for other lifters the errors of two moments taken for independent; of means
+    over repetitions by their spread, but by half of a frame's length at least; of gait figures by what they were off on
+    lifted walks with truth (models/gait/errors.py), and of lengths and speeds that no lifter has had a part in, none.
+    Figures end at the first digit of their error.
 
     range_of_motion: of each angle; p05_p95_deg leaves the highest and lowest twentieth of the frames out, which are
         noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames
@@ -158,19 +154,19 @@ def measures(
     middle one of all repetitions. Cycles are curves of 101 points over 0 to 100 % of a repetition or stride, mean and
     standard deviation over those in which no frame is missing.
     """
-    take = _Columns(kinematics, filtered.times, breaks(filtered))
+    take = _Columns(kinematics, filtered.times, breaks(filtered), judged(source))
     body = body_joints(filtered, rectified)
     named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in kinematics]
     ranges = [row for name in named for row in within(name, _range(take, name), side_of(name))]
     on_demand = [
         row
         for name in repeated
-        for row in within(name, _repeats(take, take(name), take.sd(name), _ANY, [name]), side_of(name))
+        for row in within(name, _repeats(take, name, take(name), take.sd(name), _ANY, [name]), side_of(name))
     ]
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
     return (
         *within("range_of_motion", ranges),
-        *within("symmetry", _symmetry(ranges, named)),
+        *within("symmetry", _symmetry(take, ranges, named)),
         *within("knee_bends", _knee_bends(take, gait, separation(body)[:, 0])),
         *within("arm_raises", _arm_raises(take)),
         *within("repetitions", on_demand),
@@ -183,27 +179,23 @@ def measures(
 
 @dataclass(frozen=True)
 class _Columns:
-    """The take's columns (T,) and its clock; an angle is NaN throughout where it is not among them."""
+    """The take's columns (T,) and its clock; an angle is NaN throughout where it is not among them. judged: whether the
+    errors of its differences are known (repeatability.judged)."""
 
     columns: dict[str, np.ndarray]
     times: np.ndarray
     seams: tuple[int, ...]
+    judged: bool
+
+    def difference_sd(self, figure: str, errors: tuple[float, float], between: Between) -> float:
+        """Of two figures, whose errors are independent where nothing is known of their difference."""
+        return difference_sd(figure, errors, between) if self.judged else float(np.hypot(*errors))
 
     def __call__(self, angle: str) -> np.ndarray:
         return self.columns.get(f"{angle}_deg", np.full(len(self.times), np.nan))
 
     def sd(self, angle: str) -> np.ndarray:
         return self.columns.get(f"{angle}_sd_deg", np.full(len(self.times), np.nan))
-
-    def continuous(self, angle: str) -> np.ndarray:
-        """An angle without steps from one end of its range to the other, about the middle of that range; as it is where
-        it turns all the way round."""
-        values = unwrapped(self(angle))
-        known = values[np.isfinite(values)]
-        if not len(known) or np.ptp(known) > 360:
-            return self(angle)
-        middle = (known.min() + known.max()) / 2
-        return values + near(middle, ALL_ANGLES[angle].centre_deg) - middle
 
     def cycles(self, angle: str, spans: np.ndarray) -> Curve | None:
         """Mean and standard deviation of an angle over spans (N, 2) in seconds; None when none is whole."""
@@ -228,7 +220,7 @@ def _knee_bends(take: _Columns, gait: Gait, apart: np.ndarray) -> list[Row]:
 
     right, left = take("r_knee_flexion"), take("l_knee_flexion")
     sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
-    bends = _repeats(take, np.minimum(right, left), sd, _BEND, _IN_BENDS, in_place)
+    bends = _repeats(take, "knee_flexion", np.minimum(right, left), sd, _BEND, _IN_BENDS, in_place)
     if peaks := numbered(grouped(bends), "peak"):
         bends.append(Measure("squats", sum(peak.value >= _SQUAT for peak in peaks)))
     return bends
@@ -240,42 +232,38 @@ def _arm_raises(take: _Columns) -> list[Row]:
     for words, side in SIDES.items():
         angle = f"{side}_shoulder_elevation"
         shown = [f"{side}_{part}" for part in _IN_RAISES]
-        arm = _repeats(take, take(angle), take.sd(angle), _RAISE, shown)
+        arm = _repeats(take, angle, take(angle), take.sd(angle), _RAISE, shown)
         curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
         rows += within(words, [row for row in arm if not isinstance(row, Curves)], side_of(angle))
     return [*rows, *([Curves(tuple(curves))] if curves else [])]
 
 
 def _range(take: _Columns, name: str) -> list[Row]:
-    values = take.continuous(name)
+    values = continuous(take(name), ALL_ANGLES[name].centre_deg)
     known = values[np.isfinite(values)]
     if len(known) < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have this angle"), *basis(values)]
-    low, high = np.percentile(known, [5, 95])
     sd = take.sd(name)
-    at_low, at_high = _middle_sd(sd[values <= low]), _middle_sd(sd[values >= high])
+    (low, high), (at_low, at_high) = ends(values, sd)
     error = float(np.hypot(at_low, at_high))
+    if take.judged:
+        error = range_sd(name, high - low, error)
     least, most = ALL_ANGLES[name].anatomy_deg
     beyond = int(((known < least) | (known > most)).sum())
     return [
-        Measure("lowest", rounded(known.min(), at_low), "deg"),
-        Measure("highest", rounded(known.max(), at_high), "deg"),
+        with_error("lowest", "deg", known.min(), at_low),
+        with_error("highest", "deg", known.max(), at_high),
         Measure("full_range", rounded(known.max() - known.min(), error), "deg"),
-        Measure("p05", rounded(low, at_low), "deg"),
-        Measure("p95", rounded(high, at_high), "deg"),
+        with_error("p05", "deg", low, at_low),
+        with_error("p95", "deg", high, at_high),
         with_error("p05_p95", "deg", high - low, error),
-        *([Measure("sd", figure_of_error(_middle_sd(sd)), "deg")] if np.isfinite(sd).any() else []),
+        *([Measure("sd", figure_of_error(middle_sd(sd)), "deg")] if np.isfinite(sd).any() else []),
         *([Measure("beyond_anatomy_frames", beyond)] if beyond else []),
         *basis(values),
     ]
 
 
-def _middle_sd(sd: np.ndarray) -> float:
-    known = sd[np.isfinite(sd)]
-    return float(np.median(known)) if len(known) else float("nan")
-
-
-def _symmetry(ranges: Sequence[Row], angles: Sequence[str]) -> list[Row]:
+def _symmetry(take: _Columns, ranges: Sequence[Row], angles: Sequence[str]) -> list[Row]:
     """Of the rows of the ranges of these angles."""
     formula = (
         "100 (right - left) / ((right + left) / 2) of the ranges between the 5th and 95th percentile; "
@@ -298,26 +286,27 @@ def _symmetry(ranges: Sequence[Row], angles: Sequence[str]) -> list[Row]:
         if max(right.value, left.value) < _NO_RANGE:
             result += within(name, [Remark("reason", f"both ranges are below {_NO_RANGE:g} degrees")])
         else:
-            errors = [np.nan if side.error is None else side.error for side in (right, left)]
-            error = symmetry_error(right.value, left.value, *errors)
+            errors = (right.error or np.nan, left.error or np.nan)
+            error = take.difference_sd(f"range_of_motion.{name}", errors, "sides")
             result += within(name, symmetry(right.value, left.value, error))
     return result
 
 
 def _repeats(
     take: _Columns,
+    angle: str,
     driver: np.ndarray,
     sd: np.ndarray,
     least: float,
     shown: Iterable[str],
     counts: Callable[[Repetition], bool] = lambda one: True,
 ) -> list[Row]:
-    """Of an angle (T,) that drives a movement, with its standard deviation (T,), and of those shown over the cycles of
-    repetitions that count."""
+    """Of the values (T,) of an angle that drives a movement, with their standard deviations (T,), and of those shown
+    over the cycles of repetitions that count."""
     if np.isfinite(driver).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
     whole = float(np.nanmax(driver) - np.nanmin(driver))
-    usual = _middle_sd(sd)
+    usual = middle_sd(sd)
     least = max(least, _HALF * whole, NOISE * usual if np.isfinite(usual) else 0.0)
     found = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
     whole_ones = [one for one in found if one.whole]
@@ -331,7 +320,7 @@ def _repeats(
     result += [
         moments("start", (one.start_s for one in found)),
         moments("stop", (one.stop_s for one in found)),
-        *_peaks(take, found, sd),
+        *_peaks(take, angle, found, sd),
     ]
     if not whole_ones:
         return result
@@ -352,12 +341,17 @@ def _repeats(
     ]
 
 
-def _peaks(take: _Columns, found: Sequence[Repetition], sd: np.ndarray) -> list[Measure]:
-    """With their errors, if all have one."""
+def _peaks(take: _Columns, angle: str, found: Sequence[Repetition], sd: np.ndarray) -> list[Measure]:
+    """With their errors, if all have one, and then the minimal detectable change from one to another."""
     errors = [float(sd[np.searchsorted(take.times, one.peak_s)]) for one in found]
     peaks = [with_error("peak", "deg", one.peak, error) for one, error in zip(found, errors, strict=True)]
     known = bool(np.isfinite(errors).all())
-    return [replace(one, number=i, error=one.error if known else None) for i, one in enumerate(peaks)]
+    usual = middle_sd(np.array(errors))
+    mdc90 = half_bar(take.difference_sd(f"peak.{of_both(angle)}", (usual, usual), "repetitions"))
+    return [
+        *(replace(one, number=i, error=one.error if known else None) for i, one in enumerate(peaks)),
+        *([Measure("peak_mdc90", mdc90, "deg")] if known and len(peaks) > 1 else []),
+    ]
 
 
 def _smoothness(found: list[Repetition]) -> list[Measure]:

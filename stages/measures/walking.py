@@ -247,8 +247,8 @@ def _symmetries(said: _Means, values: Values) -> list[Measure]:
         sides = [found[np.isfinite(found)] for found in sides]
         if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
             right, left = (found.mean() for found in sides)
-            share = said.difference_error(name, len(sides[0]), len(sides[1])) / (right + left) * 2
-            result += symmetry(float(right), float(left), 100 * float(share), of=f"{_NAMED[name][0]}_")
+            error = said.difference_error(name, len(sides[0]), len(sides[1]))
+            result += symmetry(float(right), float(left), error, of=f"{_NAMED[name][0]}_")
     return result
 
 

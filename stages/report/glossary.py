@@ -32,6 +32,7 @@ _EXPLAINED = {
     "squats": "Knee bends in which the less bent knee reaches 70 degrees.",
     "duration": "From a tenth of the rise on the way there to a tenth on the way back, where no gap hides either.",
     "rise": "By how much the angle grows, where no gap hides where from or where to.",
+    "peak_mdc90": "Two peaks of one take that differ by less may be alike: beyond it lies one in ten of no difference.",
     "peak": "The largest angle; of a knee bend the less bent knee's.",
     "sparc": "Smoothness of a movement by its spectrum: -1.4 for a single smooth one, lower is less smooth.",
     "log_dimensionless_jerk": "Smoothness of a movement by its jerk: -4.4 for a single smooth one.",

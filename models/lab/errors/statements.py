@@ -18,6 +18,7 @@ from ...common.metrics import SD_90, scaled
 from ..evaluation.finished import Finished
 from ..evaluation.testbed import SeenTake
 from .judge import Stated, joined
+from .within import within
 
 _MEAN_90 = 1.9  # 90 % over mean of a rotation's error: a heading's is 2.06, that of an up 1.71
 _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # which is the origin
@@ -38,6 +39,7 @@ def statements(finished: Finished) -> Iterator[Stated]:
         yield rotation(take, truth, rows)
         if take.kinematics and take.need("poses").made_by.kind == "estimated":
             yield from angles(take, truth, rows)
+            yield from within(take, truth, rows)
 
 
 def up(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:

@@ -1,20 +1,21 @@
-"""Fit the errors of differences of two visits on virtual ones:  python -m pcnet3d.models.lab.errors.visits
+"""Fit the errors of differences on virtual visits:  python -m pcnet3d.models.lab.errors.visits
 
 A motion of a validation person is filmed, and filmed again: from the same tripod, from a tripod that was set up again,
-and from elsewhere. Nothing has changed, so what the figures of both runs differ by is their difference's error. Written
-as models/angle_error/repeatability.json: for every figure the factor on the errors of both, added as independent ones,
-that brings nine in ten differences inside, every person counting the same (judge.py), and how heavy the differences'
-tails are.
+and from elsewhere. Nothing has changed, so what the figures of both runs differ by is their difference's error; and in
+each run ranges of motion, right less left and one repetition less another are held against the truth (within.py).
+Written as models/angle_error/repeatability.json: what the errors of ranges are made of; for every figure the factor on
+the errors of both, added as independent ones, that brings nine in ten differences inside, every person counting the
+same (judge.py); and how heavy the tails of differences of two visits are.
 """
 
 from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 import typer
@@ -29,12 +30,16 @@ from ....pipeline.files.atomic import whole_file
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, StageEntry
+from ....pipeline.signals.angles import ANGLES, continuous, of_both
 from ...angle_error.joint_noise import shipped_noise
 from ...angle_error.repeatability import (
     REPEATABILITY_FILE,
+    Between,
     difference_chance,
     differing,
+    ends,
     figure_of,
+    range_sd,
     same_place,
 )
 from ...common.metrics import SD_90
@@ -45,10 +50,13 @@ from ..evaluation.testbed import see
 from ..mocap.clips import lying
 from ..synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place
 from . import judge
+from .fit import fitted
 from .judge import Stated
+from .within import ranges, repetitions, true_angles
 
-Kind = Literal["same tripod", "set up again", "elsewhere"]
-KINDS: tuple[Kind, ...] = ("same tripod", "set up again", "elsewhere")
+Kind = Literal["same tripod", "set up again", "elsewhere", "sides", "repetitions"]
+KINDS: tuple[Kind, ...] = ("same tripod", "set up again", "elsewhere")  # of two visits
+_RANGE = "range_of_motion."
 _STAGES = ("scale", "place", "rectify", "trajectories", "angles", "measures")
 _LEAST_S, _LONGEST_S = 2.0, 10.0  # of a motion; of a longer one, its beginning
 _LYING = 0.1  # of the frames, of a motion that is left out
@@ -64,7 +72,9 @@ _BEDS = (("typical", TYPICAL), ("wild", WILD))  # in turn
 
 @dataclass(frozen=True)
 class Visits:
-    """One figure of two visits between which nothing changed. found, errors: of both."""
+    """One figure of two visits between which nothing changed, of both sides in one, or of two repetitions in one.
+    found, errors: of both, a range's error as independent errors of its ends make it; true: the true difference, of the
+    second less the first."""
 
     kind: Kind
     person: str
@@ -74,16 +84,18 @@ class Visits:
     side: str
     found: tuple[float, float]
     errors: tuple[float, float]
-    same_place: bool
+    same_place: bool = True
+    true: float = 0.0
 
     def stated(self) -> Stated:
-        """The difference, and the 90 % bar that independent errors would give it."""
-        off, half = self.found[1] - self.found[0], SD_90 * np.hypot(*self.errors)
+        """The difference's error, and the 90 % bar that independent errors of both would give it."""
+        off, half = self.found[1] - self.found[0] - self.true, SD_90 * np.hypot(*self.errors)
         return Stated(self.figure, self.person, np.array([off]), np.array([half]))
 
 
-def visits(clip: Clip, bed: str, views: ViewRange, seed: int) -> Iterator[Visits]:
-    """The figures of every kind of pair of a clip; the first visit is the same in all."""
+def visits(clip: Clip, bed: str, views: ViewRange, seed: int) -> Iterator[Visits | Stated]:
+    """The figures of every kind of pair of a clip, of which the first visit is the same in all; and of every run the
+    pairs within it and its ranges (`_within`)."""
     rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode()), 4])
     world = clip.joints[None].astype(np.float64)
     first = place(world, rng, views)
@@ -92,9 +104,11 @@ def visits(clip: Clip, bed: str, views: ViewRange, seed: int) -> Iterator[Visits
         "set up again": set_up_again(first, world, rng),
         "elsewhere": elsewhere(first, world, rng, views),
     }
-    before = _run(clip, first, 2 * seed)
+    before, true = _run(clip, first, 2 * seed)
+    yield from _within(before, true, clip, bed)
     for kind in KINDS:
-        after = _run(clip, cameras[kind], 2 * seed + 1)
+        after, true = _run(clip, cameras[kind], 2 * seed + 1)
+        yield from _within(after, true, clip, bed)
         near = same_place(before.need("rectified"), after.need("rectified"))
         rows, others = _figures(before), _figures(after)
         for (figure, side), row in rows.items():
@@ -104,23 +118,52 @@ def visits(clip: Clip, bed: str, views: ViewRange, seed: int) -> Iterator[Visits
                 yield Visits(kind, clip.subject, clip.name, bed, figure, side, found, errors, near)
 
 
-def _run(clip: Clip, cameras: Cameras[np.ndarray], seed: int) -> Take:
-    """As a run leaves it that knows the image's size and the person's stature."""
+def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip, bed: str) -> Iterator[Visits | Stated]:
+    """Pairs of sides and of repetitions of one run, and its ranges, known by what their errors are made of. truth: of
+    within.true_angles."""
+    of = ranges(take, truth)
+    for name, one in of.items():
+        known = {"ends": np.array([one.ends]), "found": np.array([one.found])}
+        half = np.array([SD_90 * one.ends])
+        yield Stated(of_both(name), clip.subject, np.array([one.found - one.true]), half, known)
+        other = of.get(f"l_{of_both(name)}")
+        if name.startswith("r_") and other is not None:
+            pair = ((one.found, other.found), (one.ends, other.ends))
+            off = other.true - one.true
+            yield Visits(
+                "sides", clip.subject, clip.name, bed, f"{_RANGE}{of_both(name)}", "", *pair, true=off
+            )
+    for two in repetitions(take, truth):
+        figure, off = f"peak.{of_both(two.angle)}", two.true[1] - two.true[0]
+        pair = (two.found, two.errors)
+        yield Visits("repetitions", clip.subject, clip.name, bed, figure, "", *pair, true=off)
+
+
+def _run(clip: Clip, cameras: Cameras[np.ndarray], seed: int) -> tuple[Take, dict[str, np.ndarray]]:
+    """As a run leaves it that knows the image's size and the person's stature, and its true angles."""
     seen = see(clip, seed, cameras=cameras)
     poses = lift(seen.keypoints, seen.image_size).with_(made_by=MadeBy("estimated", shipped_noise().lifter))
     told = Told(image_size=seen.image_size, stature_m=implied_stature(seen.truth))
-    stages = Recipe(stages=tuple(StageEntry(use=name) for name in _STAGES)).build()
-    return stages(Take(clip.name, poses=poses, keypoints=seen.keypoints, told=told))
+    recipe = Recipe(stages=tuple(StageEntry(use=name) for name in _STAGES))
+    stages = recipe.with_options("measures", repeated=[*ANGLES]).build()
+    take = stages(Take(clip.name, poses=poses, keypoints=seen.keypoints, told=told))
+    return take, true_angles(seen, take.need("poses").frame_index)
 
 
 def _figures(take: Take) -> dict[tuple[str, str], Measure]:
-    rows = take.measures or ()
+    """A range's error is that of independent errors of its ends."""
+    rows, columns = take.measures or (), take.kinematics or {}
     gait = text(subgroup(grouped(rows), "walking"), "gait")
-    return {
-        (figure, row.side): row
-        for row in rows
-        if isinstance(row, Measure) and (figure := figure_of(row, gait)) is not None
-    }
+    found = {}
+    for row in rows:
+        if not isinstance(row, Measure) or (figure := figure_of(row, gait)) is None:
+            continue
+        if row.group[0] == "range_of_motion" and row.error is not None:
+            name = row.group[1]
+            values = continuous(columns[f"{name}_deg"], ANGLES[name].centre_deg)
+            row = replace(row, error=float(np.hypot(*ends(values, columns[f"{name}_sd_deg"])[1])))
+        found[figure, row.side] = row
+    return found
 
 
 def set_up_again(
@@ -178,22 +221,50 @@ def clips() -> list[Clip]:
     return found
 
 
-def fit(pairs: Sequence[Visits]) -> dict[str, object]:
+def fit(cases: Sequence[Visits | Stated]) -> dict[str, object]:
     """What repeatability.json holds."""
+    of_ranges = fitted_ranges([case for case in cases if isinstance(case, Stated)])
+    pairs = [_with_ranges(case, of_ranges) for case in cases if isinstance(case, Visits)]
     return {
         "made_by": "python -m pcnet3d.models.lab.errors.visits",
         "lifter": shipped_noise().lifter,
         "freedom": freedom(pairs),
+        "ranges": of_ranges,
         "factors": factors(pairs),
     }
 
 
-def factors(pairs: Sequence[Visits]) -> dict[str, dict[str, float]]:
-    """{"again", "elsewhere": {figure: factor}}. A figure of few people and pairs has that of all of its
-    kind, and none where they are few too."""
+def fitted_ranges(takes: Sequence[Stated]) -> dict[str, tuple[float, float, float]]:
+    """{angle of both sides: the parts of repeatability.range_sd}."""
+
+    def squares(take: Stated) -> np.ndarray:
+        parts = (take.known["ends"] ** 2, take.known["found"] ** 2, np.ones(len(take.error)))
+        return SD_90**2 * np.stack(parts, axis=1)
+
+    by_angle: dict[str, list[Stated]] = {}
+    for take in takes:
+        by_angle.setdefault(take.statement, []).append(take)
+    parts = {angle: np.sqrt(fitted(of, squares)) for angle, of in sorted(by_angle.items())}
     return {
-        place: _factors([pair for pair in pairs if _place(pair.kind) == place])
-        for place in ("again", "elsewhere")
+        angle: (round(float(a), 2), round(float(b), 3), round(float(c), 2))
+        for angle, (a, b, c) in parts.items()
+    }
+
+
+def _with_ranges(pair: Visits, of_ranges: Mapping[str, Sequence[float]]) -> Visits:
+    """A pair of ranges with the errors that these parts give them; others as they are."""
+    if not pair.figure.startswith(_RANGE):
+        return pair
+    angle, both = pair.figure.removeprefix(_RANGE), zip(pair.found, pair.errors, strict=True)
+    one, other = (range_sd(angle, found, at_ends, of_ranges) for found, at_ends in both)
+    return replace(pair, errors=(one, other))
+
+
+def factors(pairs: Sequence[Visits]) -> dict[Between, dict[str, float]]:
+    """{Between: {figure: factor}}. A figure of few people and pairs has that of all of its kind, and none where they
+    are few too."""
+    return {
+        place: _factors([pair for pair in pairs if _place(pair.kind) == place]) for place in get_args(Between)
     }
 
 
@@ -203,12 +274,12 @@ def _factors(pairs: Sequence[Visits]) -> dict[str, float]:
     for pair in pairs:
         by_figure.setdefault(pair.figure, []).append(pair.stated())
         by_kind.setdefault(_kind(pair.figure), []).append(pair.stated())
-    fitted = {}
+    found = {}
     for figure, own in sorted(by_figure.items()):
         enough = next((of for of in (own, by_kind[_kind(figure)]) if _enough(of)), None)
         if enough is not None:
-            fitted[figure] = float(f"{judge.factor(enough):.2g}")
-    return fitted
+            found[figure] = float(f"{judge.factor(enough):.2g}")
+    return found
 
 
 def _kind(figure: str) -> str:
@@ -224,10 +295,11 @@ def freedom(pairs: Sequence[Visits]) -> int:
     """Degrees of freedom of Student's t by which at most a tenth of the unchanged visits have a figure that is said to
     differ, from the same place and from elsewhere, each person by the factors of all the others."""
     comparisons: dict[tuple[Kind, str, str, str], list[float]] = {}
+    pairs = [pair for pair in pairs if pair.kind in KINDS]
     for person in sorted({pair.person for pair in pairs}):
-        fitted = factors([pair for pair in pairs if pair.person != person])
+        known = factors([pair for pair in pairs if pair.person != person])
         for pair in (pair for pair in pairs if pair.person == person):
-            factor = fitted[_place(pair.kind)].get(pair.figure, 1.0)
+            factor = known[_place(pair.kind)].get(pair.figure, 1.0)
             ratio = (pair.found[1] - pair.found[0]) / (factor * float(np.hypot(*pair.errors)))
             comparisons.setdefault((pair.kind, person, pair.clip, pair.bed), []).append(ratio)
     for degrees in range(_MOST_FREEDOM, 1, -1):
@@ -241,22 +313,22 @@ def freedom(pairs: Sequence[Visits]) -> int:
     return 1
 
 
-def _place(kind: Kind) -> str:
-    return "elsewhere" if kind == "elsewhere" else "again"
+def _place(kind: Kind) -> Between:
+    return "again" if kind == "same tripod" or kind == "set up again" else kind
 
 
 def main(
     output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = REPEATABILITY_FILE,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of cameras and detectors.")] = 0,
 ) -> None:
-    """Fit the errors of differences of two visits."""
+    """Fit the errors of differences."""
     chosen = clips()
-    pairs = [
-        pair
+    cases = [
+        case
         for i, clip in enumerate(each(iter(chosen), "visits", len(chosen)))
-        for pair in visits(clip, *_BEDS[i % len(_BEDS)], seed)
+        for case in visits(clip, *_BEDS[i % len(_BEDS)], seed)
     ]
-    content = fit(pairs)
+    content = fit(cases)
     with whole_file(output) as partial:
         partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 

@@ -14,8 +14,8 @@ from ....models.angle_error.repeatability import (
     difference_sd,
     differing,
     figure_of,
+    judged,
     same_place,
-    shipped,
 )
 from ....models.common.metrics import SD_90
 from ....pipeline.core.measures import OF_LENGTH, Group, Measure, grouped, half_bar, measure, subgroup, text
@@ -181,7 +181,7 @@ def _change(found: _Found, gaits: Sequence[str], near: bool | None) -> Change:
     values, errors = (before.value, after.value), (before.error, after.error)
     error, figure = float(np.hypot(*errors)), figure_of(after, gaits[1])
     if near is not None and figure is not None and figure == figure_of(before, gaits[0]):
-        error = difference_sd(figure, errors, near)
+        error = difference_sd(figure, errors, "again" if near else "elsewhere")
     return Change(group, item, side, unit_of(after), values, errors, error)
 
 
@@ -195,5 +195,4 @@ def _tested(found: list[Change]) -> list[Change]:
 
 def _one_lifter(side: Side, reference: Side) -> bool:
     """Whether both are lifts of the lifter whose differences are known; those of others count as independent."""
-    runs = [each.run for each in (side, reference)]
-    return all(run is not None and run.need("poses").made_by.by == shipped()["lifter"] for run in runs)
+    return all(each.run is not None and judged(each.run.need("poses")) for each in (side, reference))

@@ -1,4 +1,6 @@
-"""Errors of differences of two takes, and whether they were filmed from about the same place: known answers."""
+"""Errors of ranges and of differences, and whether they were filmed from about the same place: known answers."""
+
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -7,16 +9,20 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.angle_error.repeatability import (
+    Between,
     difference_chance,
     difference_sd,
     differing,
+    ends,
     figure_of,
+    middle_sd,
+    range_sd,
     same_place,
     shipped,
     view_deg,
 )
 from pcnet3d.pipeline.core.measures import Measure
-from pcnet3d.pipeline.signals.angles import ANGLES, of_both
+from pcnet3d.pipeline.signals.angles import ANGLES, MIDLINE, of_both
 from pcnet3d.stages.rectify import rectify
 
 
@@ -72,11 +78,30 @@ def test_figures_are_named_alike_for_both_sides():
 
 def test_a_difference_has_the_fitted_share_of_independent_errors_and_no_figure_is_left_out():
     factors = shipped()["factors"]
-    for place in ("again", "elsewhere"):
-        assert {f"range_of_motion.{of_both(name)}" for name in ANGLES} <= factors[place].keys()
-        for figure, factor in factors[place].items():
-            assert difference_sd(figure, (3.0, 4.0), place == "again") == pytest.approx(5 * factor)
-    assert difference_sd("unheard.of", (3.0, 4.0), True) == 5.0
+    for between in get_args(Between):
+        of = "peak" if between == "repetitions" else "range_of_motion"
+        sided = MIDLINE if between == "sides" else ()
+        assert {f"{of}.{of_both(name)}" for name in ANGLES if name not in sided} <= factors[between].keys()
+        for figure, factor in factors[between].items():
+            assert difference_sd(figure, (3.0, 4.0), between) == pytest.approx(5 * factor)
+    assert difference_sd("unheard.of", (3.0, 4.0), "again") == 5.0
+
+
+def test_a_range_has_a_share_of_its_ends_errors_one_of_itself_and_a_least_one():
+    assert range_sd("r_knee_flexion", 50.0, 10.0, {"knee_flexion": (0.5, 0.1, 2.0)}) == pytest.approx(
+        np.sqrt(5.0**2 + 5.0**2 + 2.0**2)
+    )
+    assert range_sd("r_knee_flexion", 50.0, 10.0, {}) == 10.0
+    for name in ANGLES:  # two to three times too wide as independent ends
+        assert range_sd(name, 30.0, 12.0) < 12.0
+
+
+def test_ends_carry_the_errors_of_the_frames_beyond_them():
+    values = np.concatenate([np.linspace(0, 100, 101), [np.nan]])
+    (low, high), sds = ends(values, np.where(values < 50, 3.0, 8.0))
+    assert (low, high) == pytest.approx((5.0, 95.0))
+    assert sds == (3.0, 8.0)
+    assert np.isnan(middle_sd(np.array([np.nan])))
 
 
 def test_differences_are_those_of_the_lifter_whose_errors_they_are_shares_of():

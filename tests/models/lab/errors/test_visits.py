@@ -8,12 +8,14 @@ import pytest
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.repeatability import shipped
 from pcnet3d.models.lab.errors import visits as module
+from pcnet3d.models.lab.errors.judge import Stated
 from pcnet3d.models.lab.errors.visits import (
     KINDS,
     Visits,
     elsewhere,
     factors,
     fit,
+    fitted_ranges,
     freedom,
     main,
     set_up_again,
@@ -22,6 +24,7 @@ from pcnet3d.models.lab.errors.visits import (
 from pcnet3d.models.lab.synthetic.cameras import TYPICAL, WILD, place
 from pcnet3d.pipeline.core.camera import pitch_roll_deg
 from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.signals.angles import OF_BOTH
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -50,7 +53,13 @@ def test_the_second_camera_stands_where_it_is_said_to(seed):
 def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch):
     walk = walker(seconds=2.5)
     clip = Clip("walk", "somebody", "max", 30.0, walk.world.astype(np.float32))
-    found = list(visits(clip, "typical", TYPICAL, 0))
+    cases = list(visits(clip, "typical", TYPICAL, 0))
+    found = [case for case in cases if isinstance(case, Visits)]
+    assert {case.statement for case in cases if isinstance(case, Stated)} <= set(OF_BOTH)
+    within = [pair for pair in found if pair.kind not in KINDS]
+    assert {pair.kind for pair in within} == {"sides", "repetitions"}
+    assert all(abs(pair.true) < 30 for pair in within)  # a walker whose sides and strides are alike
+    found = [pair for pair in found if pair.kind in KINDS]
     assert {pair.kind for pair in found} == set(KINDS)
     knees = [pair for pair in found if pair.figure == "range_of_motion.knee_flexion"]
     assert {(pair.kind, pair.side) for pair in knees} == {
@@ -60,7 +69,7 @@ def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch
     assert not any(pair.same_place for pair in found if pair.kind == "elsewhere")
     assert all(pair.same_place for pair in found if pair.kind == "same tripod")
     monkeypatch.setattr(module, "clips", lambda: [clip])
-    monkeypatch.setattr(module, "visits", lambda *_: iter(found))
+    monkeypatch.setattr(module, "visits", lambda *_: iter(cases))
     main(tmp_path / "fitted.json", seed=0)
     assert json.loads((tmp_path / "fitted.json").read_text()).keys() == shipped().keys()
 
@@ -90,6 +99,30 @@ def test_the_factor_is_how_much_smaller_differences_are_than_independent_errors_
     assert fitted["elsewhere"] == {hip: pytest.approx(0.6, rel=0.07)}
 
 
+def test_of_sides_and_repetitions_the_true_difference_is_no_error():
+    """Sides that differ by 20 degrees and are found to, with errors of a third of what independent ones make."""
+    knee, rng = "range_of_motion.knee_flexion", np.random.default_rng(0)
+    cases = [
+        Visits("sides", person, "", "wild", knee, "", (50.0, 70.0 + off), (5.0, 5.0), true=20.0)
+        for person in "abcdefgh"
+        for off in 0.3 * np.hypot(5, 5) * rng.standard_normal(400)
+    ]
+    assert factors(cases)["sides"] == {knee: pytest.approx(0.3, rel=0.07)}
+
+
+def test_ranges_whose_ends_err_alike_are_fitted_smaller_and_growing_ones_by_their_size():
+    rng = np.random.default_rng(1)
+    sizes = rng.uniform(10, 100, 2400)
+    takes = [
+        Stated("knee_flexion", "abcdefgh"[i % 8], np.array([0.1 * size * rng.standard_normal()]), np.array([16.0]),
+               {"ends": np.array([10.0]), "found": np.array([size])})
+        for i, size in enumerate(sizes)
+    ]  # fmt: skip
+    share, of_range, least = fitted_ranges(takes)["knee_flexion"]
+    assert of_range == pytest.approx(0.1, rel=0.15)
+    assert np.hypot(10 * share, least) < 2.0
+
+
 def test_few_people_and_pairs_have_the_factor_of_their_kind_or_none():
     few, many = "walking.cadence", "walking.mean_stance"
     fitted = factors(
@@ -114,5 +147,5 @@ def test_freedom_tells_heavy_tails_from_a_gaussian():
     assert freedom(comparisons(rng.standard_normal)) > 8
     assert 2 <= freedom(comparisons(lambda: rng.standard_t(3))) <= 5
     assert fit(pairs("range_of_motion.a", 3.0, "abcdefgh", 10)).keys() == {
-        "made_by", "lifter", "freedom", "factors"
+        "made_by", "lifter", "freedom", "ranges", "factors"
     }  # fmt: skip
