@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models.angle_error.disagreement import by_disagreement
+from ..models.angle_error.joint_covariance import Turns, joint_covariance, turns
 from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ..models.angle_error.rates import angle_rates
 from ..models.angle_error.take_angles import AngleSeries, take_angles
@@ -25,6 +26,7 @@ from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
 from ..pipeline.signals.visibility import seen_only
+from .place import camera_of
 from .trajectories import Smoother
 
 # What is said of how the errors of angles are known, unless they are the built-in lifter's.
@@ -35,7 +37,8 @@ ANGLE_ERRORS = (
 
 @dataclass(frozen=True)
 class Angles:
-    """The stage. It takes the joints as `trajectories` has filtered them. smoother: as that of `trajectories`; of a
+    """The stage. It takes the joints as `trajectories` has filtered them, and states their error where the lifter
+    does (models/angle_error/joint_covariance.py). smoother: as that of `trajectories`; of a
     classical filter rates are the derivatives of its angles. errors: a file of the errors of the lifter that made the
     poses (pcnet3d evaluate errors --fit), in place of what is known of it."""
 
@@ -44,8 +47,8 @@ class Angles:
 
     name: ClassVar[str] = "angles"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered")
-    gives: ClassVar[tuple[str, ...]] = ("kinematics",)
-    reads: ClassVar[tuple[str, ...]] = ("focal_px", "image_size")
+    gives: ClassVar[tuple[str, ...]] = ("kinematics", "filtered")
+    reads: ClassVar[tuple[str, ...]] = ("camera", "focal_px", "image_size")
 
     def __post_init__(self) -> None:
         """InputError for a file that holds no such errors, before a run has begun."""
@@ -56,14 +59,27 @@ class Angles:
         poses, rectified = take.need("poses"), take.need("rectified")
         noise = read_noise(self.errors) if self.errors else shipped_noise()
         judged = poses.lifted and (self.errors is not None or poses.made_by.by == noise.lifter)
-        series, times = _series(poses, rectified, take.need("filtered"), noise if judged else None)
+        filtered, turning = take.need("filtered"), turns_of(take) if judged else None
+        series, times = angle_series(poses, rectified, filtered, noise if judged else None)
         basis = [] if judged else [errors_unknown(poses)]
         if poses.lifted and not judged and (by := _by_disagreement(take, series)) is not None:
             series = by
             basis = [notice("angle-errors-by-disagreement", by=_by(poses.made_by))]
         columns = _columns(series, times, breaks(poses), self.smoother == "auto", noise)
         notices = [*_notices(columns), *(each for each in basis if each)]
-        return take.with_(kinematics={**(take.kinematics or {}), **columns}).saying(*notices)
+        own = rectified.level.covariance
+        if turning is not None and own is not None:
+            filtered = filtered.with_(covariance=joint_covariance(own, filtered.joints, turning, noise))
+        kinematics = {**(take.kinematics or {}), **columns}
+        return take.with_(kinematics=kinematics, filtered=filtered).saying(*notices)
+
+
+def turns_of(take: Take) -> Turns | None:
+    """What turns the bodies of a take that is rectified; None where nothing tells where they are in the image."""
+    poses, camera = take.need("poses"), camera_of(take)
+    if take.keypoints is None or camera is None or poses.frame.family != "camera":
+        return None
+    return turns(take.keypoints, camera, poses.frame_index, take.need("rectified"))
 
 
 def errors_unknown(poses: PoseSequence) -> Notice | None:
@@ -96,11 +112,11 @@ def joint_angles(
     and then no angle has an error. Rates are smoothed by the angles' errors (models/angle_error/rates.py), or, without
     rates_by_error, derivatives. InputError for another layout or frame.
     """
-    series, times = _series(poses, rectified, filtered, noise)
+    series, times = angle_series(poses, rectified, filtered, noise)
     return _columns(series, times, breaks(poses), rates_by_error, noise)
 
 
-def _series(
+def angle_series(
     poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, noise: JointNoise | None
 ) -> tuple[dict[str, AngleSeries], np.ndarray]:
     if poses.layout != H36M17:

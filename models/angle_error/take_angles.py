@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -31,12 +31,14 @@ class AngleSeries:
     """One angle of a take. value_deg, sd_deg: (T,), NaN where reason (T,) int8 (pipeline.signals.angles.REASONS) is
     not 0.
     sd_deg is NaN throughout for joints that no lifter made, and for angles of the feet: their errors are unknown.
-    noise_deg: (T,) the part of sd_deg that differs from frame to frame, which rates are smoothed by."""
+    noise_deg: (T,) the part of sd_deg that differs from frame to frame, which rates are smoothed by. tilt_deg: (T,)
+    the part that is of up's error, empty where nobody tells it."""
 
     value_deg: np.ndarray
     sd_deg: np.ndarray
     reason: np.ndarray
     noise_deg: np.ndarray
+    tilt_deg: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 def take_angles(
@@ -69,7 +71,7 @@ def take_angles(
     values = angles(body)
     unknown = np.full(len(joints), np.nan)
     noise = shipped_noise() if noise is None else noise
-    sd = dict.fromkeys(ANGLES, unknown)
+    sd = dict.fromkeys(ANGLES, (unknown, unknown))
     if lifted:
         error_deg = unknown if error_deg is None else error_deg
         up_error_deg = unknown if up_error_deg is None else up_error_deg
@@ -86,8 +88,8 @@ def take_angles(
     out = {}
     for name, angle in defined.items():
         rows = [points.index(joint) for joint in angle.joints]
-        own = sd.get(name, unknown)
-        error = noise.whole(name, own, values[name])
+        own, tilt = sd.get(name, (unknown, unknown))
+        error = noise.whole(name, own, tilt, values[name])
         seen, kept = there[:, rows].all(axis=1), left[:, rows].all(axis=1)
         level = turned & level_ok if angle.needs_gravity else kept | turned
         undefined = np.isnan(values[name])
@@ -100,8 +102,8 @@ def take_angles(
             FINE,
         ).astype(np.int8)
         fine = reason == FINE
-        value, whole, own = (np.where(fine, x, np.nan) for x in (values[name], error, own))
-        out[name] = AngleSeries(value, whole, reason, own)
+        value, whole, own, tilt = (np.where(fine, x, np.nan) for x in (values[name], error, own, tilt))
+        out[name] = AngleSeries(value, whole, reason, own, tilt)
     return out
 
 

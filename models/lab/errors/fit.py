@@ -14,9 +14,10 @@ import numpy as np
 
 from .judge import COVERED, Stated, weights
 
-_CASES = 250  # of a take, evenly over it
+_CASES = 250  # of a take
 _SOFT = 0.02  # of the loss's corner, in logarithms
-_TINY = 1e-6
+_TINY = 1e-12
+_NOTHING = 9.0  # in logarithms, by which a part has to be smaller than the largest to be none
 
 Squares = Callable[[Stated], np.ndarray]  # (N, K) what the square of the bar is a weighted sum of
 
@@ -45,7 +46,7 @@ def fitted(takes: Sequence[Stated], squares: Squares) -> np.ndarray:
     square = np.exp(2 * np.average(error, weights=weight)) * 3
     start = np.full(x.shape[1], np.log(square / x.shape[1]))
     logs = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=[(-12, 12)] * len(start)).x
-    return np.where(logs < -8, 0.0, np.exp(logs)) / usual
+    return np.where(logs < logs.max() - _NOTHING, 0.0, np.exp(logs)) / usual
 
 
 def with_bars(take: Stated, squares: Squares, found: np.ndarray) -> Stated:
@@ -63,8 +64,8 @@ def held_out(takes: Sequence[Stated], squares: Squares) -> list[Stated]:
 
 
 def thinned(take: Stated) -> Stated:
-    """At most _CASES of it."""
-    rows = np.unique(np.linspace(0, len(take.error) - 1, min(len(take.error), _CASES)).astype(int))
+    """At most _CASES of it, drawn: every tenth would be of the same joint."""
+    rows = np.sort(np.random.default_rng(0).permutation(len(take.error))[:_CASES])
     return replace(
         take, error=take.error[rows], half=take.half[rows], known={k: v[rows] for k, v in take.known.items()}
     )
