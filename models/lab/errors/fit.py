@@ -17,7 +17,7 @@ from .judge import COVERED, Stated, weights
 _CASES = 250  # of a take
 _SOFT = 0.02  # of the loss's corner, in logarithms
 _TINY = 1e-12
-_NOTHING = 9.0  # in logarithms, by which a part has to be smaller than the largest to be none
+_NOTHING = 9.0  # in logarithms, by which a part that is none is smaller than usual squares of errors
 
 Squares = Callable[[Stated], np.ndarray]  # (N, K) what the square of the bar is a weighted sum of
 
@@ -31,6 +31,8 @@ def fitted(takes: Sequence[Stated], squares: Squares) -> np.ndarray:
     error = np.log(np.abs(np.concatenate([take.error for take in takes])) + _TINY)
     weight = weights(takes)
     weight = weight / weight.sum()
+    size = np.average(error, weights=weight)
+    error = error - size  # so that a part is as small in any unit
     usual = np.average(x, axis=0, weights=weight) + _TINY
     x = x / usual
 
@@ -43,10 +45,9 @@ def fitted(takes: Sequence[Stated], squares: Squares) -> np.ndarray:
         slope = 1 / (1 + np.exp(-np.clip(over / _SOFT, -50, 50))) - (1 - COVERED)
         return float(value), -0.5 * ((weight * slope / total) @ parts)
 
-    square = np.exp(2 * np.average(error, weights=weight)) * 3
-    start = np.full(x.shape[1], np.log(square / x.shape[1]))
+    start = np.full(x.shape[1], np.log(3 / x.shape[1]))
     logs = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=[(-12, 12)] * len(start)).x
-    return np.where(logs < logs.max() - _NOTHING, 0.0, np.exp(logs)) / usual
+    return np.where(logs < -_NOTHING, 0.0, np.exp(logs + 2 * size)) / usual
 
 
 def with_bars(take: Stated, squares: Squares, found: np.ndarray) -> Stated:

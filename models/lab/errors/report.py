@@ -149,7 +149,7 @@ def refitted(cases: Cases, noise: JointNoise | None = None) -> JointNoise:
     for name in ANGLES:
         both = of_both(name)
         if both not in factors:
-            factors[both], tilts[both], more[both] = _angle(_pooled(cases, both))
+            factors[both], tilts[both], more[both] = _angle(_pooled(cases, both), ANGLES[name].needs_gravity)
             rates[both] = _rate(_pooled(cases, f"rate of {both}"))
     of_each = {name: of_both(name) for name in ANGLES}
     return replace(
@@ -166,19 +166,20 @@ def _pooled(cases: Cases, statement: str) -> list[Stated]:
     return [take for by_statement in cases.values() for take in by_statement.get(statement, ())]
 
 
-def _angle(takes: Sequence[Stated]) -> tuple[float, float, tuple[list[float], list[float]]]:
+def _angle(
+    takes: Sequence[Stated], needs_gravity: bool
+) -> tuple[float, float, tuple[list[float], list[float]]]:
     found = np.concatenate([take.known["found"] for take in takes])
     knots = np.unique(5 * np.round(np.quantile(found, _KNOTS) / 5))
-    tilted = any(take.known["tilt"].any() for take in takes)  # or gravity is no part of the angle
+    parts = ("noise", "tilt") if needs_gravity else ("noise",)
 
     def squares(take: Stated) -> np.ndarray:
-        noise = [take.known["noise"], *([take.known["tilt"]] if tilted else [])]
-        return SD_90**2 * np.concatenate([np.square(noise).T, _hats(take.known["found"], knots)], axis=1)
+        known = np.stack([take.known[part] for part in parts], axis=1)
+        return SD_90**2 * np.concatenate([known**2, _hats(take.known["found"], knots)], axis=1)
 
-    share, *rest = np.sqrt(fitted(takes, squares))
-    tilt, at_knots = (rest[0], rest[1:]) if tilted else (0.0, rest)
-    more = knots.tolist(), [round(float(sd), 2) for sd in at_knots]
-    return round(float(share), 3), round(float(tilt), 3), more
+    sd = np.sqrt(fitted(takes, squares)).tolist()
+    share, tilt, at_knots = sd[0], sd[1] if needs_gravity else 0.0, sd[len(parts) :]
+    return round(share, 3), round(tilt, 3), (knots.tolist(), [round(each, 2) for each in at_knots])
 
 
 def _turn(takes: Sequence[Stated], known: tuple[float, float, float]) -> tuple[float, float, float]:
