@@ -9,24 +9,18 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models.angle_error.disagreement import by_disagreement
-from ..models.angle_error.joint_covariance import Turns, joint_covariance, turns
+from ..models.angle_error.joint_covariance import joint_covariance, turns_of
 from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ..models.angle_error.rates import angle_rates
-from ..models.angle_error.take_angles import AngleSeries, take_angles
-from ..models.common.spread import stated_spread
-from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import CAMERA, LEVEL, change_frame, require
-from ..pipeline.core.layouts import H36M17
+from ..models.angle_error.take_angles import AngleSeries, angle_series, in_reference
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import MadeBy, PoseSequence, Rectified
-from ..pipeline.core.rotations import rotate
 from ..pipeline.core.take import Take
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
 from ..pipeline.signals.visibility import seen_only
-from .place import camera_of
 from .trajectories import Smoother
 
 # What is said of how the errors of angles are known, unless they are the built-in lifter's.
@@ -74,14 +68,6 @@ class Angles:
         return take.with_(kinematics=kinematics, filtered=filtered).saying(*notices)
 
 
-def turns_of(take: Take) -> Turns | None:
-    """What turns the bodies of a take that is rectified; None where nothing tells where they are in the image."""
-    poses, camera = take.need("poses"), camera_of(take)
-    if take.keypoints is None or camera is None or poses.frame.family != "camera":
-        return None
-    return turns(take.keypoints, camera, poses.frame_index, take.need("rectified"))
-
-
 def errors_unknown(poses: PoseSequence) -> Notice | None:
     """Why the errors of the angles of poses are not known, where nothing else tells them; None where they were
     measured."""
@@ -116,51 +102,13 @@ def joint_angles(
     return _columns(series, times, breaks(poses), rates_by_error, noise)
 
 
-def angle_series(
-    poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, noise: JointNoise | None
-) -> tuple[dict[str, AngleSeries], np.ndarray]:
-    if poses.layout != H36M17:
-        raise InputError(
-            "wrong-content", f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first."
-        )
-    require(filtered.frame, LEVEL, "Angles' filtered joints")
-    source, R_reference_from_source = _reference(poses)
-    R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level
-    feet = None if filtered.feet is None else rotate(R_reference_from_level, filtered.feet.astype(np.float64))
-    series = take_angles(
-        source.joints,
-        rotate(R_reference_from_level, filtered.joints.astype(np.float64)),
-        R_reference_from_source @ rectified.R_source_from_body,
-        level_ok=rectified.level_ok,
-        lifted=noise is not None,
-        error_deg=rectified.error_deg,
-        up_error_deg=rectified.up_error_deg,
-        noise=noise,
-        unseen=poses.confidence == 0,
-        stated=stated_spread(source),
-        feet=source.feet,
-        filtered_feet=feet,
-    )
-    return series, source.times
-
-
-def _reference(poses: PoseSequence) -> tuple[PoseSequence, np.ndarray]:
-    """The poses in the axes that the noise of lifted joints is known in, the camera's own, and what turned them so."""
-    source = change_frame(poses, poses.frame.with_(origin="pelvis"))
-    reference = CAMERA if source.frame.family == "camera" else source.frame
-    R_reference_from_source = reference.basis @ source.frame.basis.T
-    return change_frame(
-        source, reference.with_(origin="pelvis", unit=source.frame.unit)
-    ), R_reference_from_source
-
-
 def _by_disagreement(take: Take, series: dict[str, AngleSeries]) -> dict[str, AngleSeries] | None:
     """The angles with errors by how far they are from those of the built-in lifter; None without keypoints of the take
     in an image of known size."""
     size, rectified = image_size(take), take.need("rectified")
     if take.keypoints is None or size is None or not rectified.level_ok:
         return None
-    poses, R_camera_from_source = _reference(take.need("poses"))
+    poses, R_camera_from_source = in_reference(take.need("poses"))
     focal_px = take.camera.focal_px if take.camera else take.told.focal_px
     return by_disagreement(
         poses,

@@ -42,7 +42,7 @@ class Place:
             )
         if poses.root is not None:
             return take
-        camera = camera_of(take)
+        camera = _camera(take)
         if reason := _why_not(poses, keypoints, take.told.moving, camera):
             return take.saying(_nowhere(reason))
         assert keypoints is not None  # or there is a reason
@@ -73,7 +73,7 @@ class Place:
         return take.with_(poses=placed, camera=camera).saying(*notices)
 
 
-def camera_of(take: Take) -> Camera | None:
+def _camera(take: Take) -> Camera | None:
     """The take's, or what is told of it; None where not even the image's size is known."""
     if take.camera is not None:
         return take.camera

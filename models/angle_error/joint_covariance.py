@@ -17,6 +17,7 @@ import numpy as np
 from ...pipeline.core.camera import Camera, pitch_roll_deg
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
+from ...pipeline.core.take import Take
 from .joint_noise import JointNoise
 
 
@@ -33,6 +34,14 @@ class Turns:
         """(T,) standard deviation of the body's turn about either axis across the ray, radians."""
         _, focal, pitch = noise.turn
         return np.hypot(focal * self.focal, pitch * self.pitch)
+
+
+def turns_of(take: Take) -> Turns | None:
+    """Of a take that is rectified; None where nothing tells where its people are in the image."""
+    poses = take.need("poses")
+    if take.keypoints is None or take.camera is None or poses.frame.family != "camera":
+        return None
+    return turns(take.keypoints, take.camera, poses.frame_index, take.need("rectified"))
 
 
 def turns(keypoints: PoseSequence, camera: Camera, rows: np.ndarray, rectified: Rectified) -> Turns:

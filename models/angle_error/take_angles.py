@@ -7,7 +7,10 @@ from functools import partial
 
 import numpy as np
 
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import CAMERA, LEVEL, change_frame, require
 from ...pipeline.core.layouts import FEET, FEET_ANKLES, H36M17
+from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.signals.angles import (
     ANGLES,
@@ -21,6 +24,7 @@ from ...pipeline.signals.angles import (
 )
 from ...pipeline.signals.filters import CUTOFF_HZ, each_path, lowpass
 from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
+from ..common.spread import stated_spread
 from .joint_noise import JointNoise, angle_sd, shipped_noise
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
@@ -105,6 +109,47 @@ def take_angles(
         value, whole, own, tilt = (np.where(fine, x, np.nan) for x in (values[name], error, own, tilt))
         out[name] = AngleSeries(value, whole, reason, own, tilt)
     return out
+
+
+def angle_series(
+    poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, noise: JointNoise | None
+) -> tuple[dict[str, AngleSeries], np.ndarray]:
+    """`take_angles` of poses that are rectified, and their times (T,). filtered: rectified's LEVEL through the low-
+    pass; noise: of the lifter that made them, None where nobody has judged it. InputError for another layout or frame.
+    """
+    if poses.layout != H36M17:
+        raise InputError(
+            "wrong-content", f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first."
+        )
+    require(filtered.frame, LEVEL, "Angles' filtered joints")
+    source, R_reference_from_source = in_reference(poses)
+    R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level
+    feet = None if filtered.feet is None else rotate(R_reference_from_level, filtered.feet.astype(np.float64))
+    series = take_angles(
+        source.joints,
+        rotate(R_reference_from_level, filtered.joints.astype(np.float64)),
+        R_reference_from_source @ rectified.R_source_from_body,
+        level_ok=rectified.level_ok,
+        lifted=noise is not None,
+        error_deg=rectified.error_deg,
+        up_error_deg=rectified.up_error_deg,
+        noise=noise,
+        unseen=poses.confidence == 0,
+        stated=stated_spread(source),
+        feet=source.feet,
+        filtered_feet=feet,
+    )
+    return series, source.times
+
+
+def in_reference(poses: PoseSequence) -> tuple[PoseSequence, np.ndarray]:
+    """The poses in the axes that the noise of lifted joints is known in, the camera's own, and what turned them so."""
+    source = change_frame(poses, poses.frame.with_(origin="pelvis"))
+    reference = CAMERA if source.frame.family == "camera" else source.frame
+    R_reference_from_source = reference.basis @ source.frame.basis.T
+    return change_frame(
+        source, reference.with_(origin="pelvis", unit=source.frame.unit)
+    ), R_reference_from_source
 
 
 def smoothed(joints: np.ndarray, time_s: np.ndarray, cutoff_hz: float = CUTOFF_HZ) -> np.ndarray:

@@ -13,11 +13,10 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite, rotate, transpose
 from ....pipeline.core.take import Take
 from ....pipeline.signals.angles import ANGLES, FINE, near, of_both
-from ....stages.angles import angle_series, turns_of
-from ...angle_error.joint_covariance import levers
+from ...angle_error.joint_covariance import levers, turns_of
 from ...angle_error.joint_noise import JointNoise, shipped_noise
 from ...angle_error.rates import angle_rates
-from ...angle_error.take_angles import smoothed, take_angles
+from ...angle_error.take_angles import angle_series, smoothed, take_angles
 from ...common.metrics import SD_90, scaled
 from ..evaluation.finished import Finished
 from ..evaluation.testbed import SeenTake
