@@ -143,7 +143,8 @@ def angle_series(
 
 
 def in_reference(poses: PoseSequence) -> tuple[PoseSequence, np.ndarray]:
-    """The poses in the axes that the noise of lifted joints is known in, the camera's own, and what turned them so."""
+    """The poses in the axes that the noise of lifted joints is known in, the camera's own, and the (3, 3) that turned
+    them so."""
     source = change_frame(poses, poses.frame.with_(origin="pelvis"))
     reference = CAMERA if source.frame.family == "camera" else source.frame
     R_reference_from_source = reference.basis @ source.frame.basis.T

@@ -146,10 +146,9 @@ def angles(
         value, sd = columns[f"{name}_deg"], columns[f"{name}_sd_deg"]
         rate, rate_sd = columns[f"{name}_degps"], columns[f"{name}_sd_degps"]
         use = ~truth.lying[rows] & (true[name].reason[rows] == FINE) & (columns[f"{name}_reason"] == FINE)
-        both = of_both(name)
-        error = np.where(use, near(value - true[name].value_deg[rows], 0.0), np.nan)
-        raw = parts_of[name]
+        both, raw = of_both(name), parts_of[name]
         use &= np.isfinite(raw.noise_deg)
+        error = np.where(use, near(value - true[name].value_deg[rows], 0.0), np.nan)
         known = {"found": value, "stated": sd, "noise": raw.noise_deg, "tilt": raw.tilt_deg}
         parts.setdefault(both, []).append(Stated(both, truth.subject, error, SD_90 * sd, known))
         error = np.where(use, rate - true_rates[name][0][rows], np.nan)
