@@ -9,16 +9,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models.angle_error.disagreement import by_disagreement
+from ..models.angle_error.joint_covariance import joint_covariance, turns_of
 from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ..models.angle_error.rates import angle_rates
-from ..models.angle_error.take_angles import AngleSeries, take_angles
-from ..models.common.spread import stated_spread
-from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import CAMERA, LEVEL, change_frame, require
-from ..pipeline.core.layouts import H36M17
+from ..models.angle_error.take_angles import AngleSeries, angle_series, in_reference
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import MadeBy, PoseSequence, Rectified
-from ..pipeline.core.rotations import rotate
 from ..pipeline.core.take import Take
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.angles import FINE, REASONS
@@ -35,7 +31,8 @@ ANGLE_ERRORS = (
 
 @dataclass(frozen=True)
 class Angles:
-    """The stage. It takes the joints as `trajectories` has filtered them. smoother: as that of `trajectories`; of a
+    """The stage. It takes the joints as `trajectories` has filtered them, and states their error where the lifter
+    does (models/angle_error/joint_covariance.py). smoother: as that of `trajectories`; of a
     classical filter rates are the derivatives of its angles. errors: a file of the errors of the lifter that made the
     poses (pcnet3d evaluate errors --fit), in place of what is known of it."""
 
@@ -44,8 +41,8 @@ class Angles:
 
     name: ClassVar[str] = "angles"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered")
-    gives: ClassVar[tuple[str, ...]] = ("kinematics",)
-    reads: ClassVar[tuple[str, ...]] = ("focal_px", "image_size")
+    gives: ClassVar[tuple[str, ...]] = ("kinematics", "filtered")
+    reads: ClassVar[tuple[str, ...]] = ("camera", "focal_px", "image_size")
 
     def __post_init__(self) -> None:
         """InputError for a file that holds no such errors, before a run has begun."""
@@ -56,14 +53,19 @@ class Angles:
         poses, rectified = take.need("poses"), take.need("rectified")
         noise = read_noise(self.errors) if self.errors else shipped_noise()
         judged = poses.lifted and (self.errors is not None or poses.made_by.by == noise.lifter)
-        series, times = _series(poses, rectified, take.need("filtered"), noise if judged else None)
+        filtered, turning = take.need("filtered"), turns_of(take) if judged else None
+        series, times = angle_series(poses, rectified, filtered, noise if judged else None)
         basis = [] if judged else [errors_unknown(poses)]
         if poses.lifted and not judged and (by := _by_disagreement(take, series)) is not None:
             series = by
             basis = [notice("angle-errors-by-disagreement", by=_by(poses.made_by))]
         columns = _columns(series, times, breaks(poses), self.smoother == "auto", noise)
         notices = [*_notices(columns), *(each for each in basis if each)]
-        return take.with_(kinematics={**(take.kinematics or {}), **columns}).saying(*notices)
+        own = rectified.level.covariance
+        if turning is not None and own is not None:
+            filtered = filtered.with_(covariance=joint_covariance(own, filtered.joints, turning, noise))
+        kinematics = {**(take.kinematics or {}), **columns}
+        return take.with_(kinematics=kinematics, filtered=filtered).saying(*notices)
 
 
 def errors_unknown(poses: PoseSequence) -> Notice | None:
@@ -96,46 +98,8 @@ def joint_angles(
     and then no angle has an error. Rates are smoothed by the angles' errors (models/angle_error/rates.py), or, without
     rates_by_error, derivatives. InputError for another layout or frame.
     """
-    series, times = _series(poses, rectified, filtered, noise)
+    series, times = angle_series(poses, rectified, filtered, noise)
     return _columns(series, times, breaks(poses), rates_by_error, noise)
-
-
-def _series(
-    poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, noise: JointNoise | None
-) -> tuple[dict[str, AngleSeries], np.ndarray]:
-    if poses.layout != H36M17:
-        raise InputError(
-            "wrong-content", f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first."
-        )
-    require(filtered.frame, LEVEL, "Angles' filtered joints")
-    source, R_reference_from_source = _reference(poses)
-    R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level
-    feet = None if filtered.feet is None else rotate(R_reference_from_level, filtered.feet.astype(np.float64))
-    series = take_angles(
-        source.joints,
-        rotate(R_reference_from_level, filtered.joints.astype(np.float64)),
-        R_reference_from_source @ rectified.R_source_from_body,
-        level_ok=rectified.level_ok,
-        lifted=noise is not None,
-        error_deg=rectified.error_deg,
-        up_error_deg=rectified.up_error_deg,
-        noise=noise,
-        unseen=poses.confidence == 0,
-        stated=stated_spread(source),
-        feet=source.feet,
-        filtered_feet=feet,
-    )
-    return series, source.times
-
-
-def _reference(poses: PoseSequence) -> tuple[PoseSequence, np.ndarray]:
-    """The poses in the axes that the noise of lifted joints is known in, the camera's own, and what turned them so."""
-    source = change_frame(poses, poses.frame.with_(origin="pelvis"))
-    reference = CAMERA if source.frame.family == "camera" else source.frame
-    R_reference_from_source = reference.basis @ source.frame.basis.T
-    return change_frame(
-        source, reference.with_(origin="pelvis", unit=source.frame.unit)
-    ), R_reference_from_source
 
 
 def _by_disagreement(take: Take, series: dict[str, AngleSeries]) -> dict[str, AngleSeries] | None:
@@ -144,7 +108,7 @@ def _by_disagreement(take: Take, series: dict[str, AngleSeries]) -> dict[str, An
     size, rectified = image_size(take), take.need("rectified")
     if take.keypoints is None or size is None or not rectified.level_ok:
         return None
-    poses, R_camera_from_source = _reference(take.need("poses"))
+    poses, R_camera_from_source = in_reference(take.need("poses"))
     focal_px = take.camera.focal_px if take.camera else take.told.focal_px
     return by_disagreement(
         poses,

@@ -10,7 +10,9 @@ than that and do not enter.
 
 That is not all: in every frame a lifter also turns the whole body a little, and draws angles towards those that it saw
 most, which no frame's spread tells. Each angle therefore has a part of its own that goes with the angle that was found
-(`more`), added as squares.
+(`more`), added as squares. And the error of up has a factor of its own (`tilts`): an up that rests on the bodies leans
+as they do, so that little of its error reaches an angle between body and up, while one that the image knows hides
+nothing of what the lifter leans.
 
 joint_noise.json was learned by models/lab/fits/joint_noise.py and models/lab/errors: the modes on lifted train
 subjects, by lifters that never saw them; the multiples, and each angle's factor and `more` that make nine in ten errors
@@ -48,32 +50,32 @@ _ROWS = 4096  # frames at once: the intermediate arrays of `angles` then stay wi
 class JointNoise:
     """modes: (K, 14, 3) joints of JOINTS in shares of stature, camera axes x right, y down, z away. usual: heading
     error in degrees, limb spread and stated spread of a frame whose noise is these modes; powers: how the noise grows
-    with each. factors: by angle, on the propagated standard deviation. more: by angle, (found degrees, standard
-    deviations in degrees) of the part that goes with the found angle, their squares on straight lines between. rates:
-    by angle, of its angular velocity: a share of what the smoother's model says, one of the rate, and a least one in
-    degrees a second; their squares add. lifter: whose poses these are the errors of, as PoseSequence.made_by names
-    it."""
+    with each. factors, tilts: by angle, on the propagated standard deviations of joints and heading, and of up. more:
+    by angle, (found degrees, standard deviations in degrees) of the part that goes with the found angle, their squares
+    on straight lines between. rates: by angle, of its angular velocity: a share of what the smoother's model says, one
+    of the rate, and a least one in degrees a second; their squares add. turn: of joints' own places
+    (joint_covariance.py). lifter: whose poses these are the errors of, as PoseSequence.made_by names it."""
 
     modes: np.ndarray
     usual: tuple[float, float, float] = (5.0, 0.06, 0.016)
     powers: tuple[float, float, float] = (0.0, 0.0, 0.0)
     factors: dict[str, float] = field(default_factory=dict)
+    tilts: dict[str, float] = field(default_factory=dict)
     more: dict[str, tuple[list[float], list[float]]] = field(default_factory=dict)
     rates: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    turn: tuple[float, float, float] = (1.0, 1.0, 0.0)
     lifter: str = ""
 
-    def whole(self, name: str, sd_deg: np.ndarray, found_deg: np.ndarray) -> np.ndarray:
-        """(T,) an angle's standard deviation, of that of its noise sd_deg (T,) and the angle itself (T,), degrees."""
-        if name not in self.more:
-            return sd_deg
-        at, more = self.more[name]
-        return np.sqrt(sd_deg**2 + np.interp(found_deg, at, np.square(more)))
-
-    def of_noise(self, name: str, whole_deg: np.ndarray, found_deg: np.ndarray) -> np.ndarray:
-        """(T,) the noise's part of `whole`, of what that is and the angle itself (T,), degrees."""
-        return np.sqrt(
-            np.maximum(whole_deg**2 - self.whole(name, np.zeros(len(found_deg)), found_deg) ** 2, 0.0)
-        )
+    def whole(
+        self, name: str, noise_deg: np.ndarray, tilt_deg: np.ndarray, found_deg: np.ndarray
+    ) -> np.ndarray:
+        """(T,) an angle's standard deviation, of those that the joints' noise and up's error make, and the angle itself
+        (T,), degrees."""
+        square = noise_deg**2 + tilt_deg**2
+        if name in self.more:
+            at, more = self.more[name]
+            square = square + np.interp(found_deg, at, np.square(more))
+        return np.sqrt(square)
 
     def of_model(self, name: str, whole_degps: np.ndarray, rate_degps: np.ndarray) -> np.ndarray:
         """(T,) the model's part of `of_rate`, before its share."""
@@ -98,8 +100,10 @@ class JointNoise:
             "usual": [round(each, 5) for each in self.usual],
             "powers": [round(power, 3) for power in self.powers],
             "factors": self.factors,
+            "tilts": self.tilts,
             "more": {name: {"found_deg": at, "sd_deg": more} for name, (at, more) in self.more.items()},
             "rates": self.rates,
+            "turn": self.turn,
             "modes": [[round(float(v), 6) for v in mode.ravel()] for mode in self.modes],
         }
         return json.dumps(content) + "\n"
@@ -120,8 +124,10 @@ def read_noise(path: Path) -> JointNoise:
             usual=tuple(content["usual"]),
             powers=tuple(content["powers"]),
             factors=dict(content["factors"]),
+            tilts=dict(content["tilts"]),
             more={name: (more["found_deg"], more["sd_deg"]) for name, more in content["more"].items()},
             rates={name: (each[0], each[1], each[2]) for name, each in content["rates"].items()},
+            turn=(content["turn"][0], content["turn"][1], content["turn"][2]),
             lifter=str(content["lifter"]),
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
@@ -158,9 +164,9 @@ def angle_sd(
     up_error_deg: np.ndarray,
     noise: JointNoise | None = None,
     stated: np.ndarray | None = None,
-) -> dict[str, np.ndarray]:
-    """{angle: (T,) standard deviation in degrees of the joints' and the axes' noise}, NaN where the angle is; what is
-    stated is JointNoise.whole of it.
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """{angle: (T,) standard deviations in degrees of what the noise of joints and heading makes of it, and the error of
+    up}, NaN where the angle is; what is stated is JointNoise.whole of them.
 
     body: (T, 17, 3) in BODY; R_camera_from_body (T, 3, 3), NaN where unknown, and then only angles without gravity can
     be had from joints in camera axes. error_deg, up_error_deg: of the rectification (T,). stated: (T,) the lifter's
@@ -178,17 +184,18 @@ def angle_sd(
     heading = np.where(np.isfinite(heading), heading, noise.usual[0]) / _MEAN_OF_STD
     tilt = np.where(np.isfinite(up_error_deg), up_error_deg, 0.0) / np.sqrt(2)
 
-    def squares(rows: slice) -> dict[str, np.ndarray]:
+    def squares(rows: slice) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
         return _squares(
             body[rows], R_body_from_camera[rows], size[rows], tilt[rows], heading[rows], noise.modes
         )
 
     with ThreadPoolExecutor(cores()) as pool:
         parts = list(pool.map(squares, (slice(start, start + _ROWS) for start in range(0, len(body), _ROWS))))
-    return {
-        name: noise.factors.get(name, 1.0) * np.sqrt(np.concatenate([part[name] for part in parts]))
-        for name in ANGLES
-    }
+    out = {}
+    for name in ANGLES:
+        joints, up = (np.sqrt(np.concatenate([part[i][name] for part in parts])) for i in (0, 1))
+        out[name] = noise.factors.get(name, 1.0) * joints, noise.tilts.get(name, 1.0) * up
+    return out
 
 
 def _squares(
@@ -198,26 +205,26 @@ def _squares(
     tilt_deg: np.ndarray,
     heading_deg: np.ndarray,
     modes: np.ndarray,
-) -> dict[str, np.ndarray]:
-    """{angle: (T,) variance in square degrees}."""
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """{angle: (T,) variance in square degrees} of joints and heading, and of up."""
     # Joints and their axes first, (17, 3, T), as `angles` works: moving the axes of every step would take longer.
     points = np.ascontiguousarray(np.moveaxis(body, 0, -1))
     scaled = np.ascontiguousarray(np.moveaxis(size[:, None, None] * R_body_from_camera, 0, -1))
     of_all = np.zeros((len(modes), len(points), 3))
     of_all[:, H36M17.indices(JOINTS)] = modes
-    total = {name: np.zeros(len(body)) for name in ANGLES}
+    noise, up = ({name: np.zeros(len(body)) for name in ANGLES} for _ in range(2))
 
-    def add(plus: np.ndarray, minus: np.ndarray) -> None:
+    def add(plus: np.ndarray, minus: np.ndarray, to: dict[str, np.ndarray]) -> None:
         above, below = (angles(np.moveaxis(stepped, -1, 0)) for stepped in (plus, minus))
         for name in ANGLES:
-            total[name] += (near(above[name] - below[name], 0.0) / 2) ** 2
+            to[name] += (near(above[name] - below[name], 0.0) / 2) ** 2
 
     for mode in of_all:
         step = np.einsum("bct,jc->jbt", scaled, mode)
-        add(points + step, points - step)
-    for axis, deg in ((0, tilt_deg), (1, tilt_deg), (2, heading_deg)):
-        add(_turned(points, axis, deg), _turned(points, axis, -deg))
-    return total
+        add(points + step, points - step, noise)
+    for axis, deg, to in ((0, tilt_deg, up), (1, tilt_deg, up), (2, heading_deg, noise)):
+        add(_turned(points, axis, deg), _turned(points, axis, -deg), to)
+    return noise, up
 
 
 def _turned(points: np.ndarray, axis: int, angle_deg: np.ndarray) -> np.ndarray:

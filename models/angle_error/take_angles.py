@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import CAMERA, LEVEL, change_frame, require
 from ...pipeline.core.layouts import FEET, FEET_ANKLES, H36M17
+from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.signals.angles import (
     ANGLES,
@@ -21,6 +24,7 @@ from ...pipeline.signals.angles import (
 )
 from ...pipeline.signals.filters import CUTOFF_HZ, each_path, lowpass
 from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
+from ..common.spread import stated_spread
 from .joint_noise import JointNoise, angle_sd, shipped_noise
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
@@ -31,12 +35,14 @@ class AngleSeries:
     """One angle of a take. value_deg, sd_deg: (T,), NaN where reason (T,) int8 (pipeline.signals.angles.REASONS) is
     not 0.
     sd_deg is NaN throughout for joints that no lifter made, and for angles of the feet: their errors are unknown.
-    noise_deg: (T,) the part of sd_deg that differs from frame to frame, which rates are smoothed by."""
+    noise_deg: (T,) the part of sd_deg that differs from frame to frame, which rates are smoothed by. tilt_deg: (T,)
+    the part that is of up's error, empty where nobody tells it."""
 
     value_deg: np.ndarray
     sd_deg: np.ndarray
     reason: np.ndarray
     noise_deg: np.ndarray
+    tilt_deg: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 def take_angles(
@@ -69,7 +75,7 @@ def take_angles(
     values = angles(body)
     unknown = np.full(len(joints), np.nan)
     noise = shipped_noise() if noise is None else noise
-    sd = dict.fromkeys(ANGLES, unknown)
+    sd = dict.fromkeys(ANGLES, (unknown, unknown))
     if lifted:
         error_deg = unknown if error_deg is None else error_deg
         up_error_deg = unknown if up_error_deg is None else up_error_deg
@@ -86,8 +92,8 @@ def take_angles(
     out = {}
     for name, angle in defined.items():
         rows = [points.index(joint) for joint in angle.joints]
-        own = sd.get(name, unknown)
-        error = noise.whole(name, own, values[name])
+        own, tilt = sd.get(name, (unknown, unknown))
+        error = noise.whole(name, own, tilt, values[name])
         seen, kept = there[:, rows].all(axis=1), left[:, rows].all(axis=1)
         level = turned & level_ok if angle.needs_gravity else kept | turned
         undefined = np.isnan(values[name])
@@ -100,9 +106,51 @@ def take_angles(
             FINE,
         ).astype(np.int8)
         fine = reason == FINE
-        value, whole, own = (np.where(fine, x, np.nan) for x in (values[name], error, own))
-        out[name] = AngleSeries(value, whole, reason, own)
+        value, whole, own, tilt = (np.where(fine, x, np.nan) for x in (values[name], error, own, tilt))
+        out[name] = AngleSeries(value, whole, reason, own, tilt)
     return out
+
+
+def angle_series(
+    poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, noise: JointNoise | None
+) -> tuple[dict[str, AngleSeries], np.ndarray]:
+    """`take_angles` of poses that are rectified, and their times (T,). filtered: rectified's LEVEL through the low-
+    pass; noise: of the lifter that made them, None where nobody has judged it. InputError for another layout or frame.
+    """
+    if poses.layout != H36M17:
+        raise InputError(
+            "wrong-content", f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first."
+        )
+    require(filtered.frame, LEVEL, "Angles' filtered joints")
+    source, R_reference_from_source = in_reference(poses)
+    R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level
+    feet = None if filtered.feet is None else rotate(R_reference_from_level, filtered.feet.astype(np.float64))
+    series = take_angles(
+        source.joints,
+        rotate(R_reference_from_level, filtered.joints.astype(np.float64)),
+        R_reference_from_source @ rectified.R_source_from_body,
+        level_ok=rectified.level_ok,
+        lifted=noise is not None,
+        error_deg=rectified.error_deg,
+        up_error_deg=rectified.up_error_deg,
+        noise=noise,
+        unseen=poses.confidence == 0,
+        stated=stated_spread(source),
+        feet=source.feet,
+        filtered_feet=feet,
+    )
+    return series, source.times
+
+
+def in_reference(poses: PoseSequence) -> tuple[PoseSequence, np.ndarray]:
+    """The poses in the axes that the noise of lifted joints is known in, the camera's own, and the (3, 3) that turned
+    them so."""
+    source = change_frame(poses, poses.frame.with_(origin="pelvis"))
+    reference = CAMERA if source.frame.family == "camera" else source.frame
+    R_reference_from_source = reference.basis @ source.frame.basis.T
+    return change_frame(
+        source, reference.with_(origin="pelvis", unit=source.frame.unit)
+    ), R_reference_from_source
 
 
 def smoothed(joints: np.ndarray, time_s: np.ndarray, cutoff_hz: float = CUTOFF_HZ) -> np.ndarray:

@@ -76,8 +76,9 @@ class PoseSequence:
         missing; None where the source itself knows the place.
     root_shared: what all frames of an estimated root share of its error: standard deviations of the body's size and of
         the focal length, as shares of them; None where the source knows the place.
-    covariance: (T, J, D, D) float32 of each joint's error, in `frame` and its unit squared, as the lifter states it;
-        NaN where missing, None where nobody says.
+    covariance: (T, J, D, D) float32 of each joint's error, in `frame` and its unit squared, as the lifter states it of
+        a frame; of a take's filtered joints the whole error (models/angle_error/joint_covariance.py). NaN where
+        missing, None where nobody says.
     feet: (T, 6, D) float32 heels and toes in the order of layouts.FEET, in the axes, unit and from the origin of the
         joints; NaN where missing, None when the source has none.
     linked: the source names nobody, and the adapter numbered the people, following each from frame to frame.

@@ -145,7 +145,8 @@ class Take:
     camera: what the image and the user say about the camera.
     poses: 3D joints, H36M17 in CAMERA axes, relative to the pelvis.
     findings: what `pcnet3d inspect` finds in the poses as they were read or lifted; None where nothing looked.
-    filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on.
+    filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on, with the covariance of their whole
+        error but up's where the lifter states one.
     cutoff_hz: of that filter; None where there is none.
     kinematics: columns (T,) by name, whose ends tell the units (design.md section 7).
     measures: rows of the take's figures, remarks, moments and curves (pipeline/core/measures.py).

@@ -14,9 +14,10 @@ import numpy as np
 
 from .judge import COVERED, Stated, weights
 
-_CASES = 250  # of a take, evenly over it
+_CASES = 250  # of a take
 _SOFT = 0.02  # of the loss's corner, in logarithms
-_TINY = 1e-6
+_TINY = 1e-12
+_NOTHING = 9.0  # in logarithms, by which a part that is none is smaller than usual squares of errors
 
 Squares = Callable[[Stated], np.ndarray]  # (N, K) what the square of the bar is a weighted sum of
 
@@ -30,6 +31,8 @@ def fitted(takes: Sequence[Stated], squares: Squares) -> np.ndarray:
     error = np.log(np.abs(np.concatenate([take.error for take in takes])) + _TINY)
     weight = weights(takes)
     weight = weight / weight.sum()
+    size = np.average(error, weights=weight)
+    error = error - size  # so that a part is as small in any unit
     usual = np.average(x, axis=0, weights=weight) + _TINY
     x = x / usual
 
@@ -42,10 +45,9 @@ def fitted(takes: Sequence[Stated], squares: Squares) -> np.ndarray:
         slope = 1 / (1 + np.exp(-np.clip(over / _SOFT, -50, 50))) - (1 - COVERED)
         return float(value), -0.5 * ((weight * slope / total) @ parts)
 
-    square = np.exp(2 * np.average(error, weights=weight)) * 3
-    start = np.full(x.shape[1], np.log(square / x.shape[1]))
+    start = np.full(x.shape[1], np.log(3 / x.shape[1]))
     logs = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=[(-12, 12)] * len(start)).x
-    return np.where(logs < -8, 0.0, np.exp(logs)) / usual
+    return np.where(logs < -_NOTHING, 0.0, np.exp(logs + 2 * size)) / usual
 
 
 def with_bars(take: Stated, squares: Squares, found: np.ndarray) -> Stated:
@@ -63,8 +65,8 @@ def held_out(takes: Sequence[Stated], squares: Squares) -> list[Stated]:
 
 
 def thinned(take: Stated) -> Stated:
-    """At most _CASES of it."""
-    rows = np.unique(np.linspace(0, len(take.error) - 1, min(len(take.error), _CASES)).astype(int))
+    """At most _CASES of it, drawn: every tenth would be of the same joint."""
+    rows = np.sort(np.random.default_rng(0).permutation(len(take.error))[:_CASES])
     return replace(
         take, error=take.error[rows], half=take.half[rows], known={k: v[rows] for k, v in take.known.items()}
     )

@@ -187,21 +187,23 @@ def by_size(by_statement: Mapping[str, Sequence[Stated]]) -> Iterator[tuple[str,
 
 
 def refitted(cases: Cases, noise: JointNoise | None = None) -> JointNoise:
-    """The noise with each angle's factor, its part by the found angle, and the same of its rate, that hold in these
-    configurations together."""
+    """The noise with each angle's factors, its part by the found angle, and the same of its rate, and what joints err
+    by, that hold in these configurations together."""
     noise = shipped_noise() if noise is None else noise
-    factors, more, rates = {}, {}, {}
+    factors, tilts, more, rates = {}, {}, {}, {}
     for name in ANGLES:
         both = of_both(name)
         if both not in factors:
-            factors[both], more[both] = _angle(_pooled(cases, both), noise.factors.get(name, 1.0))
+            factors[both], tilts[both], more[both] = _angle(_pooled(cases, both), ANGLES[name].needs_gravity)
             rates[both] = _rate(_pooled(cases, f"rate of {both}"))
     of_each = {name: of_both(name) for name in ANGLES}
     return replace(
         noise,
         factors={name: factors[both] for name, both in of_each.items()},
+        tilts={name: tilts[both] for name, both in of_each.items()},
         more={name: more[both] for name, both in of_each.items()},
         rates={name: rates[both] for name, both in of_each.items()},
+        turn=_turn([*_pooled(cases, "joints in depth"), *_pooled(cases, "joints across")], noise.turn),
     )
 
 
@@ -209,16 +211,31 @@ def _pooled(cases: Cases, statement: str) -> list[Stated]:
     return [take for by_statement in cases.values() for take in by_statement.get(statement, ())]
 
 
-def _angle(takes: Sequence[Stated], factor: float) -> tuple[float, tuple[list[float], list[float]]]:
+def _angle(
+    takes: Sequence[Stated], needs_gravity: bool
+) -> tuple[float, float, tuple[list[float], list[float]]]:
     found = np.concatenate([take.known["found"] for take in takes])
     knots = np.unique(5 * np.round(np.quantile(found, _KNOTS) / 5))
+    parts = ("noise", "tilt") if needs_gravity else ("noise",)
 
     def squares(take: Stated) -> np.ndarray:
-        noise = (SD_90 * take.known["noise"][:, None]) ** 2
-        return np.concatenate([noise, SD_90**2 * _hats(take.known["found"], knots)], axis=1)
+        known = np.stack([take.known[part] for part in parts], axis=1)
+        return SD_90**2 * np.concatenate([known**2, _hats(take.known["found"], knots)], axis=1)
 
-    share, *at_knots = np.sqrt(fitted(takes, squares))
-    return round(factor * float(share), 3), (knots.tolist(), [round(float(sd), 2) for sd in at_knots])
+    sd = np.sqrt(fitted(takes, squares)).tolist()
+    share, tilt, at_knots = sd[0], sd[1] if needs_gravity else 0.0, sd[len(parts) :]
+    return round(share, 3), round(tilt, 3), (knots.tolist(), [round(each, 2) for each in at_knots])
+
+
+def _turn(takes: Sequence[Stated], known: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not takes:  # of a lifter that states no error of joints
+        return known
+
+    def squares(take: Stated) -> np.ndarray:
+        return np.stack([take.known[name] for name in ("own", "by focal", "by pitch")], axis=1)
+
+    own, focal, pitch = np.sqrt(fitted(takes, squares))
+    return round(float(own), 3), round(float(focal), 3), round(float(pitch), 4)
 
 
 def _rate(takes: Sequence[Stated]) -> tuple[float, float, float]:

@@ -6,14 +6,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import pitch_roll_deg
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite
+from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite, rotate, transpose
 from ....pipeline.core.take import Take
 from ....pipeline.signals.angles import ANGLES, FINE, near, of_both
+from ...angle_error.joint_covariance import levers, turns_of
 from ...angle_error.joint_noise import JointNoise, shipped_noise
 from ...angle_error.rates import angle_rates
-from ...angle_error.take_angles import smoothed, take_angles
+from ...angle_error.take_angles import angle_series, smoothed, take_angles
 from ...common.metrics import SD_90, scaled
 from ..evaluation.finished import Finished
 from ..evaluation.testbed import SeenTake
@@ -22,7 +24,10 @@ from .within import within
 
 _MEAN_90 = 1.9  # 90 % over mean of a rotation's error: a heading's is 2.06, that of an up 1.71
 _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # which is the origin
-_CHI_90 = 2.5003  # root of the 90 % quantile of chi square of three degrees of freedom
+_CHI_90, _RAYLEIGH_90 = (
+    2.5003,
+    2.1460,
+)  # roots of the 90 % quantiles of chi square, three and two degrees of freedom
 
 
 def statements(finished: Finished) -> Iterator[Stated]:
@@ -33,7 +38,7 @@ def statements(finished: Finished) -> Iterator[Stated]:
         return
     rows = take.need("poses").frame_index
     if take.need("poses").made_by.kind == "estimated" and is_finite(truth.truth).all():
-        yield joints(take, truth, rows)
+        yield from joints(take, truth, rows)
     if take.need("rectified").level_ok:
         yield up(take, truth, rows)
         yield rotation(take, truth, rows)
@@ -68,31 +73,72 @@ def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     return Stated("BODY's rotation", truth.subject, error, half, known).judged()
 
 
-def joints(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
-    """Joints relative to the pelvis: the length of their error in standard deviations of their covariance.
-    rows: (T,) as of `up`."""
-    poses = take.need("poses")
-    lifted, true = poses.joints.astype(np.float64), truth.truth[rows]
-    brought = scaled(lifted, true, "take")
-    lengths = (np.linalg.norm(joints[:, _AWAY], axis=-1) for joints in (brought, lifted))
+def joints(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
+    """Joints relative to the pelvis, in the camera's axes: the length of their error in standard deviations of their
+    covariance; and what it is fitted by, their errors along the ray to the body and across it. rows: (T,) as of `up`;
+    none of a take without such a covariance."""
+    filtered, R = take.need("filtered"), take.need("rectified").R_source_from_level
+    own, turning = take.need("rectified").level.covariance, turns_of(take)
+    if filtered.covariance is None or own is None or turning is None:
+        return
+    found, true = filtered.joints.astype(np.float64), rotate(transpose(R), truth.truth[rows])
+    lengths = (np.linalg.norm(x[:, _AWAY], axis=-1) for x in (scaled(found, true, "take"), found))
     size = float(np.nanmedian(np.divide(*lengths)))
-    error = (brought - true)[:, _AWAY]
-    distance = np.full(error.shape[:2], np.nan)
-    if poses.covariance is not None:
-        covariance = size**2 * poses.covariance.astype(np.float64)[:, _AWAY]
-        fine = is_finite(covariance.reshape(*covariance.shape[:2], 9)) & is_finite(error)
-        solved = np.linalg.solve(covariance[fine], error[fine][..., None])[..., 0]
-        distance[fine] = np.sqrt(np.maximum((solved * error[fine]).sum(-1), 0))
-    return Stated("joints", truth.subject, distance.ravel(), np.full(distance.size, _CHI_90)).judged()
+    error = size * found[:, _AWAY] - true[:, _AWAY]
+    covariance = size**2 * filtered.covariance[:, _AWAY].astype(np.float64)
+    fine = is_finite(covariance.reshape(*error.shape[:2], 9)) & is_finite(error)
+    ray = np.broadcast_to(turning.ray[:, None], error.shape)[fine]
+    reach = np.linalg.norm(found[:, _AWAY], axis=-1) / implied_stature(filtered.joints)
+    known = {
+        "stated": np.sqrt(np.einsum("tjii->tj", covariance))[fine],
+        "reach": reach[fine],
+        **{
+            name: np.broadcast_to(values[:, None], fine.shape)[fine]
+            for name, values in (("pitch", turning.pitch), ("off the axis", turning.focal))
+        },
+    }
+    error, covariance = error[fine], covariance[fine]
+    solved = np.linalg.solve(covariance, error[..., None])[..., 0]
+    distance = np.sqrt(np.maximum((solved * error).sum(-1), 0))
+    yield Stated("joints", truth.subject, distance, np.full(len(distance), _CHI_90), known).judged()
+    lever = size**2 * levers(filtered.joints, turning.ray)[:, _AWAY][fine]
+    along = (error * ray).sum(-1)
+    off = np.sqrt(np.maximum((error**2).sum(-1) - along**2, 0))
+    for statement, miss, factor, part in (
+        ("joints in depth", along, SD_90, _along),
+        ("joints across", off, _RAYLEIGH_90, _across),
+    ):
+        square = part(lever, ray)
+        parts = {
+            "own": part(size**2 * own[:, _AWAY][fine], ray),
+            "by focal": square * known["off the axis"] ** 2,
+            "by pitch": square * known["pitch"] ** 2,
+        }
+        half = factor * np.sqrt(part(covariance, ray))
+        squares = {name: factor**2 * each for name, each in parts.items()}
+        yield Stated(statement, truth.subject, miss, half, {**known, **squares}).judged()
+
+
+def _along(covariance: np.ndarray, ray: np.ndarray) -> np.ndarray:
+    """(N,) the variance of covariances (N, 3, 3) along rays (N, 3)."""
+    return np.einsum("ni,nij,nj->n", ray, covariance, ray)
+
+
+def _across(covariance: np.ndarray, ray: np.ndarray) -> np.ndarray:
+    """(N,) that of either axis across."""
+    return (np.einsum("nii->n", covariance) - _along(covariance, ray)) / 2
 
 
 def angles(
     take: Take, truth: SeenTake, rows: np.ndarray, noise: JointNoise | None = None
 ) -> Iterator[Stated]:
-    """Every angle and its rate, both sides together, of upright frames; `noise` and `model` are what their errors are
-    made of (JointNoise.whole, of_rate). rows: (T,) as of `up`; noise: by which they are stated."""
+    """Every angle and its rate, both sides together, of upright frames; `noise`, `tilt` and `model` are what their
+    errors are made of, before their factors (JointNoise.whole, of_rate). rows: (T,) as of `up`; noise: by which
+    they are stated."""
     noise = shipped_noise() if noise is None else noise
     columns, time_s = take.kinematics or {}, truth.keypoints.times
+    plain = replace(noise, factors={}, tilts={}, more={})
+    parts_of = angle_series(take.need("poses"), take.need("rectified"), take.need("filtered"), plain)[0]
     R = truth.R_camera_from_body
     true = take_angles(truth.truth, smoothed(truth.truth, time_s), R, lifted=False)
     true_rates = angle_rates(true, time_s)
@@ -101,9 +147,10 @@ def angles(
         value, sd = columns[f"{name}_deg"], columns[f"{name}_sd_deg"]
         rate, rate_sd = columns[f"{name}_degps"], columns[f"{name}_sd_degps"]
         use = ~truth.lying[rows] & (true[name].reason[rows] == FINE) & (columns[f"{name}_reason"] == FINE)
-        both = of_both(name)
+        both, raw = of_both(name), parts_of[name]
+        use &= np.isfinite(raw.noise_deg)
         error = np.where(use, near(value - true[name].value_deg[rows], 0.0), np.nan)
-        known = {"found": value, "stated": sd, "noise": noise.of_noise(name, sd, value)}
+        known = {"found": value, "stated": sd, "noise": raw.noise_deg, "tilt": raw.tilt_deg}
         parts.setdefault(both, []).append(Stated(both, truth.subject, error, SD_90 * sd, known))
         error = np.where(use, rate - true_rates[name][0][rows], np.nan)
         known = {"rate": np.abs(rate), "model": noise.of_model(name, rate_sd, rate)}

@@ -25,10 +25,11 @@ def with_more(found_deg: list[float], sd_deg: list[float]) -> JointNoise:
 def test_the_part_by_the_found_angle_is_added_as_squares_and_lies_on_lines_of_squares():
     noise = with_more([0.0, 40.0], [3.0, 5.0])
     found, own = np.array([-20.0, 0.0, 20.0, 40.0, 90.0]), np.full(5, 4.0)
-    np.testing.assert_allclose(noise.whole(KNEE, own, found), np.sqrt([25, 25, 33, 41, 41]))
-    np.testing.assert_array_equal(noise.whole("l_knee_flexion", own, found), own)
-    assert np.isnan(noise.whole(KNEE, own, np.full(5, np.nan))).all()
-    np.testing.assert_allclose(noise.of_noise(KNEE, noise.whole(KNEE, own, found), found), own)
+    tilt = np.zeros(5)
+    np.testing.assert_allclose(noise.whole(KNEE, own, tilt, found), np.sqrt([25, 25, 33, 41, 41]))
+    np.testing.assert_allclose(noise.whole(KNEE, own, tilt + 12, found), np.sqrt([169, 169, 177, 185, 185]))
+    np.testing.assert_array_equal(noise.whole("l_knee_flexion", own, tilt, found), own)
+    assert np.isnan(noise.whole(KNEE, own, tilt, np.full(5, np.nan))).all()
 
 
 def test_the_parts_of_a_rates_error_add_as_squares():
@@ -78,17 +79,22 @@ def test_a_file_holds_all_of_it(tmp_path):
         rates={KNEE: (2.0, 0.5, 3.0)},
         lifter="toy@1",
         factors={KNEE: 1.25},
+        tilts={KNEE: 0.5},
+        turn=(0.9, 1.1, 0.04),
     )
     path = tmp_path / "noise.json"
     path.write_text(noise.as_json(), encoding="utf-8")
     back = read_noise(path)
     np.testing.assert_allclose(back.modes, noise.modes, atol=1e-6)
     assert (back.usual, back.powers) == (pytest.approx(noise.usual), pytest.approx(noise.powers))
-    assert (back.factors, back.more, back.rates) == (noise.factors, noise.more, noise.rates)
+    assert (back.factors, back.tilts) == (noise.factors, noise.tilts)
+    assert (back.more, back.rates, back.turn) == (noise.more, noise.rates, noise.turn)
     assert back.lifter == "toy@1"
 
 
-@pytest.mark.parametrize("lacks", ["lifter", "modes", "usual", "powers", "factors", "more", "rates"])
+@pytest.mark.parametrize(
+    "lacks", ["lifter", "modes", "usual", "powers", "factors", "tilts", "more", "rates", "turn"]
+)
 def test_a_file_that_lacks_something_is_refused(lacks, tmp_path):
     content = json.loads(shipped_noise().as_json())
     del content[lacks]

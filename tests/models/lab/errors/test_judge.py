@@ -72,3 +72,18 @@ def test_fitted_bars_hold_at_every_size_and_on_people_left_out():
     assert np.sqrt(weights) / 1.645 == pytest.approx([1.5, 2.0], rel=0.25)
     assert judge.inside(held_out(takes, squares)).inside == pytest.approx(0.9, abs=0.03)
     assert all(b[3].inside > 0.8 for b in judge.bins([with_bars(t, squares, weights) for t in takes], "x"))
+
+
+def test_a_fit_is_the_same_in_every_unit():
+    """A part of metres is as much a part as one of millimetres."""
+    rng = np.random.default_rng(5)
+    by = rng.uniform(0, 1, 2000)
+    takes = [stated(p, rng.normal(0, np.hypot(1.0, 3 * by)), own=np.ones(2000), by=by) for p in "abc"]
+
+    def squares(take):
+        return np.stack([take.known["own"] ** 2, take.known["by"] ** 2], axis=1)
+
+    found = fitted(takes, squares)
+    assert (found > 0).all()
+    small = [stated(take.person, 1e-3 * take.error, **take.known) for take in takes]
+    np.testing.assert_allclose(fitted(small, squares), 1e-6 * found, rtol=0.02)
