@@ -11,6 +11,7 @@ import numpy as np
 from ...pipeline.core.measures import Group, grouped, moments, numbered, subgroup
 from ...pipeline.core.take import Take
 
+_APART_S = 0.3  # closer, two pictures show the same
 _SIDES = {"right": "r_", "left": "l_"}
 
 
@@ -34,11 +35,13 @@ def events(take: Take, most: int) -> list[Event]:
         [*_landings(take, subgroup(measures, "walking"))],
     ]
     chosen: dict[int, Event] = {}
+    times = take.need("poses").times
     while any(kinds) and len(chosen) < most:
         for kind in kinds:
             if kind and len(chosen) < most:
                 event = kind.pop(0)
-                chosen.setdefault(event.row, event)
+                if all(abs(times[event.row] - times[row]) > _APART_S for row in chosen):
+                    chosen[event.row] = event
     return [chosen[row] for row in sorted(chosen)]
 
 

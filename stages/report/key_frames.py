@@ -97,7 +97,13 @@ def seen_by_camera(points: np.ndarray, frame: Frame) -> np.ndarray:
     return turned[..., [0, 1]] * (1, -1) if frame.family == "camera" else turned[..., [1, 2]] * (-1, 1)
 
 
-def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout, angle: str, place: np.ndarray) -> bytes:
+def jpeg(
+    image: np.ndarray,
+    keypoints: np.ndarray,
+    layout: Layout,
+    angle: str = "",
+    place: np.ndarray | None = None,
+) -> bytes:
     """A small JPEG of what is around the keypoints (J, 2), with these drawn on it, and an angle in words beside its
     place (2,); of all of the image (H, W, 3) RGB when there are none."""
     import cv2
@@ -115,7 +121,7 @@ def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout, angle: str, p
             start, end = (tuple(round(16 * float(c)) for c in point) for point in ends)
             for colour, width in (((255, 255, 255), 4), (palette.side_colour(*bone)[::-1], 2)):
                 cv2.line(small, start, end, colour, width, cv2.LINE_AA, 4)
-    if angle and np.isfinite(place).all():
+    if angle and place is not None and np.isfinite(place).all():
         _write(small, angle.rstrip("\u00b0"), (place + 0.5 - corner) * scale)
     return _encoded(small)
 
