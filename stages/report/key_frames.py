@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from markupsafe import Markup
 
@@ -14,7 +16,11 @@ from ...pipeline.signals.visibility import certain
 from ..drawing import palette
 from ..drawing.page import figure, picture
 from ..drawing.skeletons import body_views, key_rows, skeletons
+from ..drawing.words import spoken
+from .events import Event, events
 
+FRAMES = 6
+_APART = 0.04  # of the take: closer to an event, another frame shows the same
 _SIDE = 360  # pixels of a key frame's longer side
 _ROOM = 1.35  # around the person, in sizes of the keypoints' box
 _QUALITY = 82  # of JPEG
@@ -27,14 +33,21 @@ def key_figures(take: Take) -> list[Markup]:
     rectification. Raises InputError when the video cannot be decoded.
     """
     body = take.need("rectified").body
-    rows = key_rows(body.joints)
+    shown = {event.row: event for event in events(take, FRAMES)}
+    others = [row for row in key_rows(body.joints, FRAMES) if _apart(body.times, row, shown)]
+    shown |= {row: Event(row, "") for row in others[: FRAMES - len(shown)]}
     images: dict[int, np.ndarray] = {}
     if take.told.images and take.video is not None:
-        images = images_at(take.video, [int(body.frame_index[row]) for row in rows])
-    return [_key_figure(take, row, images.get(int(body.frame_index[row]))) for row in rows]
+        images = images_at(take.video, [int(body.frame_index[row]) for row in shown])
+    return [_key_figure(take, shown[row], images.get(int(body.frame_index[row]))) for row in sorted(shown)]
 
 
-def _key_figure(take: Take, row: int, image: np.ndarray | None) -> Markup:
+def _apart(times: np.ndarray, row: int, shown: Iterable[int]) -> bool:
+    return all(abs(times[row] - times[other]) > _APART * (times[-1] - times[0]) for other in shown)
+
+
+def _key_figure(take: Take, event: Event, image: np.ndarray | None) -> Markup:
+    row, angle = event.row, _angle(take, event)
     poses = with_feet(take.need("poses"))
     body = with_feet(take.need("rectified").body)
     frame, joints = int(body.frame_index[row]), body.joints[row].astype(np.float64)
@@ -42,7 +55,8 @@ def _key_figure(take: Take, row: int, image: np.ndarray | None) -> Markup:
     flat, layout = keypoints_at(take, frame)
     if image is not None:
         words = f"Frame {frame} of the video with the 2D keypoints"
-        before = picture(jpeg(image, flat, layout), "jpeg", words)
+        at = flat[layout.index(event.joint)] if event.joint in layout else np.full(2, np.nan)
+        before = picture(jpeg(image, flat, layout, angle, at), "jpeg", words)
     elif np.isfinite(flat).any():
         before = skeletons({"2D keypoints": flat * (1, -1)}, layout, f"2D keypoints of frame {frame}")
     else:
@@ -53,7 +67,15 @@ def _key_figure(take: Take, row: int, image: np.ndarray | None) -> Markup:
         before = skeletons({"before": source}, poses.layout, words)
     after = skeletons(rectified, body.layout, f"Rectified skeleton of frame {frame}, two views")
     time_s = float(body.times[row])
-    return figure([before, after], f"{time_s:.2f} s", f"frame {frame}", time_s=round(time_s, 3))
+    title = ", ".join(words for words in (f"{time_s:.2f} s", event.words) if words)
+    told = f": {spoken(event.angle)} {angle}" if angle else ""
+    return figure([before, after], title, f"frame {frame}{told}", time_s=round(time_s, 3))
+
+
+def _angle(take: Take, event: Event) -> str:
+    """The event's angle, in degrees; "" where it has none."""
+    value = (take.kinematics or {}).get(f"{event.angle}_deg", np.full(event.row + 1, np.nan))[event.row]
+    return f"{value:z.0f}\u00b0" if np.isfinite(value) else ""
 
 
 def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
@@ -75,9 +97,15 @@ def seen_by_camera(points: np.ndarray, frame: Frame) -> np.ndarray:
     return turned[..., [0, 1]] * (1, -1) if frame.family == "camera" else turned[..., [1, 2]] * (-1, 1)
 
 
-def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout) -> bytes:
-    """A small JPEG of what is around the keypoints (J, 2), with these drawn on it; of all of the image (H, W, 3) RGB
-    when there are none."""
+def jpeg(
+    image: np.ndarray,
+    keypoints: np.ndarray,
+    layout: Layout,
+    angle: str = "",
+    place: np.ndarray | None = None,
+) -> bytes:
+    """A small JPEG of what is around the keypoints (J, 2), with these drawn on it, and an angle in words beside its
+    place (2,); of all of the image (H, W, 3) RGB when there are none."""
     import cv2
 
     corner, size = _crop(image.shape[1::-1], keypoints[is_finite(keypoints)])
@@ -93,7 +121,22 @@ def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout) -> bytes:
             start, end = (tuple(round(16 * float(c)) for c in point) for point in ends)
             for colour, width in (((255, 255, 255), 4), (palette.side_colour(*bone)[::-1], 2)):
                 cv2.line(small, start, end, colour, width, cv2.LINE_AA, 4)
+    if angle and place is not None and np.isfinite(place).all():
+        _write(small, angle.rstrip("\u00b0"), (place + 0.5 - corner) * scale)
     return _encoded(small)
+
+
+def _write(image: np.ndarray, number: str, at: np.ndarray) -> None:
+    """The number of degrees beside a place (2,), whose sign no font of OpenCV has, so it is drawn."""
+    import cv2
+
+    font, size = cv2.FONT_HERSHEY_SIMPLEX, 0.6
+    (width, height), _ = cv2.getTextSize(number, font, size, 2)
+    left = int(np.clip(at[0] + 10, 0, image.shape[1] - width - 8))
+    base = int(np.clip(at[1] + height / 2, height + 2, image.shape[0] - 4))
+    for colour, thick in (((255, 255, 255), 4), ((40, 32, 28), 1)):
+        cv2.putText(image, number, (left, base), font, size, colour, thick, cv2.LINE_AA)
+        cv2.circle(image, (left + width + 3, base - height), 2, colour, thick, cv2.LINE_AA)
 
 
 def lines_jpeg(image: np.ndarray) -> bytes:

@@ -91,8 +91,8 @@ def _path_lengths(measures: Group, length: str) -> Markup:
 def _key_frames(take: Take) -> Markup:
     figures = key_figures(take)
     words = (
-        "One frame of each sixth of the take, chosen for its posture. Beside it the same instant turned upright and "
-        "facing you, and seen from its right side. Orange is the person's right, blue the left."
+        "Where something happened, and between it frames chosen for their posture. Beside each the same instant turned "
+        "upright and facing you, and seen from its right side. Orange is the person's right, blue the left."
     )
     return small(words) + charts(figures) if figures else Markup("")
 

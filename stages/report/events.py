@@ -1,0 +1,95 @@
+"""The moments of a take that its page shows: the lowest point of a squat, an arm's highest, in the air, a foot's
+landing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...pipeline.core.measures import Group, grouped, moments, numbered, subgroup
+from ...pipeline.core.take import Take
+
+_APART_S = 0.3  # closer, two pictures show the same
+_SIDES = {"right": "r_", "left": "l_"}
+
+
+@dataclass(frozen=True)
+class Event:
+    """row: of the poses. words: what it is. angle: the angle to be written on the picture, "" for none, at `joint`."""
+
+    row: int
+    words: str
+    angle: str = ""
+    joint: str = ""
+
+
+def events(take: Take, most: int) -> list[Event]:
+    """Moments of what the measures recognised, at most so many, of every movement in turn, in order of time."""
+    measures = grouped(take.measures or ())
+    kinds = [
+        [*_jumps(take, subgroup(measures, "jumps"))],
+        [*_bends(take, subgroup(measures, "knee_bends"))],
+        [*_arms(take, subgroup(measures, "arm_raises"))],
+        [*_landings(take, subgroup(measures, "walking"))],
+    ]
+    chosen: dict[int, Event] = {}
+    times = take.need("poses").times
+    while any(kinds) and len(chosen) < most:
+        for kind in kinds:
+            if kind and len(chosen) < most:
+                event = kind.pop(0)
+                if all(abs(times[event.row] - times[row]) > _APART_S for row in chosen):
+                    chosen[event.row] = event
+    return [chosen[row] for row in sorted(chosen)]
+
+
+def _jumps(take: Take, jumps: Group) -> Iterator[Event]:
+    for start, time in zip(moments(jumps, "start"), numbered(jumps, "flight_time"), strict=False):
+        row = int(np.abs(take.need("poses").times - start - time.value / 2).argmin())
+        yield Event(row, "in the air")
+
+
+def _bends(take: Take, bends: Group) -> Iterator[Event]:
+    both = [_column(take, f"{side}knee_flexion") for side in _SIDES.values()]
+    deepest = np.fmin(*both)
+    for span in _spans(bends):
+        row = _most(take, deepest, span)
+        if row is not None:
+            side = "r_" if both[0][row] >= both[1][row] else "l_"
+            yield Event(row, "lowest", f"{side}knee_flexion", f"{side}knee")
+
+
+def _arms(take: Take, arms: Group) -> Iterator[Event]:
+    for side, short in _SIDES.items():
+        angle = f"{short}shoulder_elevation"
+        for span in _spans(subgroup(arms, side)):
+            row = _most(take, _column(take, angle), span)
+            if row is not None:
+                yield Event(row, f"{side} arm highest", angle, f"{short}shoulder")
+
+
+def _landings(take: Take, walking: Group) -> Iterator[Event]:
+    """From the middle of the steps outwards, right and left in turn."""
+    landed = [(at, side) for side in _SIDES for at in moments(subgroup(walking, side), "landings")]
+    landed.sort()
+    middle = len(landed) // 2
+    for at, side in landed[middle : middle + 2]:
+        row = int(np.abs(take.need("poses").times - at).argmin())
+        yield Event(row, f"{side} foot lands", f"{_SIDES[side]}knee_flexion", f"{_SIDES[side]}knee")
+
+
+def _spans(group: Group) -> list[tuple[float, float]]:
+    return list(zip(moments(group, "start"), moments(group, "stop"), strict=False))
+
+
+def _most(take: Take, values: np.ndarray, span: tuple[float, float]) -> int | None:
+    times = take.need("poses").times
+    inside = (times >= span[0]) & (times <= span[1]) & np.isfinite(values)
+    return int(np.flatnonzero(inside)[values[inside].argmax()]) if inside.any() else None
+
+
+def _column(take: Take, angle: str) -> np.ndarray:
+    nothing = np.full(len(take.need("poses")), np.nan)
+    return (take.kinematics or {}).get(f"{angle}_deg", nothing)
