@@ -271,8 +271,10 @@ def _mdc90(rows: Sequence[Mapping[str, Any]], key: str) -> float | None:
         if (of := row["measures"].get(key)) is not None:
             error, figure = of.error, figure_of(of, row["gait"])
             errors = (np.nan, np.nan) if error is None else (error, error)
-            known = row["judged"] and figure is not None
-            found.append(difference_sd(figure, errors, "elsewhere") if known else float(np.hypot(*errors)))
+            if row["judged"] and figure is not None:
+                found.append(difference_sd(figure, errors, "elsewhere"))
+            else:
+                found.append(float(np.hypot(*errors)))
     usual = float(np.median(found))
     return half_bar(usual) if np.isfinite(usual) else None
 
