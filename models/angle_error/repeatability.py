@@ -71,10 +71,10 @@ def range_sd(
     angle: str, found_deg: float, ends_deg: float, fitted: Mapping[str, Sequence[float]] | None = None
 ) -> float:
     """One standard deviation of an angle's range by the shipped lifter: a share of what independent errors of its ends
-    come to (ends_deg), one of the range itself, which a lifter finds too small, and a least one. fitted: {angle of both
-    sides: these three}, those that are shipped without."""
+    come to (ends_deg), one of the range itself, which a lifter finds too small, and a least one. angle: of both sides,
+    "knee_flexion". fitted: {angle: these three}, those that are shipped without."""
     parts: Mapping[str, Sequence[float]] = shipped()["ranges"] if fitted is None else fitted
-    share, of_range, least = parts.get(of_both(angle), (1.0, 0.0, 0.0))
+    share, of_range, least = parts.get(angle, (1.0, 0.0, 0.0))
     return float(np.sqrt((share * ends_deg) ** 2 + (of_range * found_deg) ** 2 + least**2))
 
 

@@ -250,7 +250,7 @@ def _changes(changed: Sequence[Change]) -> Markup:
                 rows.append([f"range of {spoken(both)} (°)", *cells])
         paired = {_RANGE.format(name) for name in ANGLES if name not in MIDLINE}
         rest = [[_named(change.of), *_changed(change)] for key, change in by.items() if key not in paired]
-        head = ("mean change", "95 % interval", "single subjects", "n")
+        head = ("mean change", "95 % interval", "single subjects", "MDC90", "n")
         tables += [
             heading(f"{factor} {later} less {earlier}"),
             table(
@@ -264,14 +264,20 @@ def _changes(changed: Sequence[Change]) -> Markup:
         "who the subject is. 95 % interval: of the mean (Student's t); n: subjects. Single subjects: limits of "
         "agreement, the mean and 1.96 standard deviations of the differences to each side (Bland & Altman 1986), "
         "in which change of the person and error of the method are not told apart. Both hold what the rounding of the "
-        "figures makes at least. All measures are in changes.csv."
+        "figures makes at least. MDC90: of a subject's single takes, beyond which lies one in ten changes where none "
+        "is, from wherever both were filmed. All measures are in changes.csv."
     )
     return joined(tables) + small(words) if tables else Markup("")
 
 
 def _changed(change: Change | None) -> list[Cell]:
     if change is None:
-        return [None] * 4
+        return [None] * 5
     digits = 1 if max(abs(change.lower), abs(change.upper)) >= 10 else 2
     spans = ((change.mean_lower, change.mean_upper), (change.lower, change.upper))
-    return [change.bias, *(f"{low:z.{digits}f} to {high:z.{digits}f}" for low, high in spans), change.n]
+    return [
+        change.bias,
+        *(f"{low:z.{digits}f} to {high:z.{digits}f}" for low, high in spans),
+        change.mdc90,
+        change.n,
+    ]

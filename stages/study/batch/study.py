@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from decimal import Decimal
 from pathlib import Path
 from statistics import fmean
@@ -16,9 +16,10 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
+from ....models.angle_error.repeatability import difference_sd, figure_of, judged
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.measures import OF_LENGTH, Measure, Row, nested
+from ....pipeline.core.measures import OF_LENGTH, Measure, Row, grouped, half_bar, nested, subgroup, text
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
@@ -48,6 +49,7 @@ _SAID = ("code", "weight", "about", "text")
 _UNKNOWN: dict[str, Any] = {
     "notices": [], "verdict": "", "frames": None, "fps": None, "duration_s": None, "unit": "",
     "method": "", "level_ok": None, "level_reason": "", **dict.fromkeys(QUALITY), "posture": None, "lifted": False,
+    "judged": False, "gait": "",
     "measures": {}, "numbers": {},
 }  # fmt: skip
 # Of study.parquet, whose other columns are numbers, each measure's among them.
@@ -106,6 +108,8 @@ def _of_take(take: Take) -> dict[str, Any]:
         "bone_length_spread": facts.bone_length_spread,
         "posture": _posture(rectified.body.joints.astype(np.float64)),
         "lifted": is_lifted(take),
+        "judged": judged(take.need("poses")),
+        "gait": text(subgroup(grouped(take.measures or ()), "walking"), "gait"),
         "numbers": {printable(name): value for name, value in _numbers(nested(take.measures or ()))},
     }
 
@@ -203,7 +207,9 @@ class Change:
     n: subjects who have both. bias: mean of the differences, later less earlier; sd: their standard deviation, but what
     the rounding of the figures makes at least, for differences of a few rounded ones may all be the same;
     mean_lower, mean_upper: 95 % confidence interval of the bias (Student's t). lower, upper: 95 % limits of agreement,
-    between which the change of a single subject lies.
+    between which the change of a single subject lies. mdc90: the minimal detectable change of one subject's single
+    take, from wherever both were filmed, by the takes' stated errors (repeatability.difference_sd; their median); None
+    where they state none.
     """
 
     factor: str
@@ -217,6 +223,7 @@ class Change:
     mean_upper: float
     lower: float
     upper: float
+    mdc90: float | None = None
 
     @property
     def measure(self) -> str:
@@ -252,8 +259,24 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
                 off = _differences(done, key, factor, other, levels[0], later)
                 if len(off) >= 2:
                     step = _step(row["measures"][key].value for row in done if key in row["measures"])
-                    result.append(_change(factor, levels[0], later, measure, off, _ROUNDED * step))
+                    change = _change(factor, levels[0], later, measure, off, _ROUNDED * step)
+                    result.append(replace(change, mdc90=_mdc90(done, key)))
     return result
+
+
+def _mdc90(rows: Sequence[Mapping[str, Any]], key: str) -> float | None:
+    """Of the takes that have the measure; None where one of them states no error."""
+    found = []
+    for row in rows:
+        if (of := row["measures"].get(key)) is not None:
+            error, figure = of.error, figure_of(of, row["gait"])
+            errors = (np.nan, np.nan) if error is None else (error, error)
+            if row["judged"] and figure is not None:
+                found.append(difference_sd(figure, errors, "elsewhere"))
+            else:
+                found.append(float(np.hypot(*errors)))
+    usual = float(np.median(found))
+    return half_bar(usual) if np.isfinite(usual) else None
 
 
 def _believed(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:

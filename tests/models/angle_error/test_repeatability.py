@@ -88,12 +88,12 @@ def test_a_difference_has_the_fitted_share_of_independent_errors_and_no_figure_i
 
 
 def test_a_range_has_a_share_of_its_ends_errors_one_of_itself_and_a_least_one():
-    assert range_sd("r_knee_flexion", 50.0, 10.0, {"knee_flexion": (0.5, 0.1, 2.0)}) == pytest.approx(
+    assert range_sd("knee_flexion", 50.0, 10.0, {"knee_flexion": (0.5, 0.1, 2.0)}) == pytest.approx(
         np.sqrt(5.0**2 + 5.0**2 + 2.0**2)
     )
-    assert range_sd("r_knee_flexion", 50.0, 10.0, {}) == 10.0
+    assert range_sd("knee_flexion", 50.0, 10.0, {}) == 10.0
     for name in ANGLES:  # two to three times too wide as independent ends
-        assert range_sd(name, 30.0, 12.0) < 12.0
+        assert range_sd(of_both(name), 30.0, 12.0) < 12.0
 
 
 def test_ends_carry_the_errors_of_the_frames_beyond_them():

@@ -6,8 +6,11 @@ from golden.measures import rows_of
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.answer import answer
 
-KNEE = {"p05_deg": 8.0, "p95_deg": 68.0, "sd_deg": 7.3}
-RANGES = {"r_knee_flexion": KNEE, "l_knee_flexion": {**KNEE, "p05_deg": 10.0, "p95_deg": 80.0, "sd_deg": 4.0}}
+KNEE = {"p05_deg": 8.0, "p95_deg": 68.0, "p05_error_deg": 7.3, "p95_error_deg": 7.3}
+RANGES = {
+    "r_knee_flexion": KNEE,
+    "l_knee_flexion": {"p05_deg": 10.0, "p95_deg": 80.0, "p05_error_deg": 4.0, "p95_error_deg": 4.0},
+}
 WALK = {
     "gait": "walking", "walks": 1, "steps": 4, "cadence_spm": 98.0, "cadence_error_spm": 1.8, "walking_speed": 1.15,
     "walking_speed_error": 0.05, "right": {"landings_s": [1.2, 2.4]}, "left": {"landings_s": [0.6, 1.8, 3.0]},

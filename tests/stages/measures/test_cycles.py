@@ -9,9 +9,9 @@ from pcnet3d.stages.measures.cycles import (
     near_ends_s,
     normalised,
     repetitions,
-    symmetry_error,
     symmetry_index,
 )
+from pcnet3d.stages.measures.figures import symmetry
 from pcnet3d.stages.measures.smoothness import log_dimensionless_jerk, path_length, sparc
 
 FPS = 30
@@ -158,10 +158,14 @@ def test_symmetry_index():
 
 
 def test_the_error_of_the_symmetry_index_is_that_of_draws():
-    draws = np.random.default_rng(0).normal((60, 45), (1.5, 2.5), (20000, 2))
-    off = np.std([symmetry_index(right, left) for right, left in draws])
-    assert symmetry_error(60, 45, 1.5, 2.5) == pytest.approx(off, rel=0.03)
-    assert np.isnan(symmetry_error(60, 45, np.nan, 1))
+    """Of a difference with an error of 3 whose sides share all others."""
+    apart, shared = np.random.default_rng(0).normal(0, (3.0, 1.0), (20000, 2)).T
+    off = np.std([symmetry_index(60 + a / 2 + s, 45 - a / 2 + s) for a, s in zip(apart, shared, strict=True)])
+    (row,) = symmetry(60, 45, 3.0)
+    assert row.error == pytest.approx(off, rel=0.03)
+    assert row.within_error is False
+    (unknown,) = symmetry(60, 45, np.nan)
+    assert (unknown.error, unknown.within_error) == (None, None)
 
 
 @pytest.mark.parametrize("size", [1.0, 700.0])

@@ -1,15 +1,18 @@
 """Measures of whatever names become tables and charts."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from golden.measures import rows_of
-from pcnet3d.pipeline.core.measures import Measure, Moments, grouped
+from pcnet3d.pipeline.core.measures import Measure, Moments, grouped, half_bar
+from pcnet3d.stages.drawing.words import range_words
 from pcnet3d.stages.report.angles import ranges, sides_compared
 from pcnet3d.stages.report.glossary import explained
 from pcnet3d.stages.report.measures import happened, measure_tables, named
+from pcnet3d.stages.study.compare.changes import Change
 
 CURVE = np.linspace(0, 60, 101).tolist()
 MEASURES = {
@@ -207,6 +210,18 @@ def test_a_difference_within_its_error_is_said_where_it_stands_alone():
         shown = tables({**index, "step_time_within_error": within})
         assert figures(shown)["step time symmetry index"] == said
         assert ('class="soft"' in shown) == within
+
+
+def test_plus_minus_is_the_90_bar_wherever_people_read():
+    """It was one standard deviation in some places and nine in ten in others: 10 is 16 everywhere."""
+    row = Measure("cadence", 100.0, "spm", 10.0)
+    ends = [replace(row, name=name, unit="deg") for name in ("p05", "p95")]
+    change = Change("walking", "cadence", "", "", (100.0, 120.0), (10.0, 10.0), 10.0)
+    assert figures(measure_tables({"cadence": row}))["cadence"] == "100 ± 16 steps/min"
+    assert range_words({end.name: end for end in ends}) == "100 to 100 ± 16"
+    assert change.words.endswith("± 16")
+    assert change.mdc90 == pytest.approx(row.bar, abs=0.5)
+    assert row.bar == half_bar(10.0) == 16.0
 
 
 def test_every_figure_of_a_walk_is_explained():

@@ -58,7 +58,9 @@ def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch
     assert {case.statement for case in cases if isinstance(case, Stated)} <= set(OF_BOTH)
     within = [pair for pair in found if pair.kind not in KINDS]
     assert {pair.kind for pair in within} == {"sides", "repetitions"}
-    assert all(abs(pair.true) < 30 for pair in within)  # a walker whose sides and strides are alike
+    off = [abs(pair.found[1] - pair.found[0] - pair.true) for pair in within]
+    assert np.median(off) < 10  # where two raises of the arm truly differ by 48
+    assert max(abs(pair.true) for pair in within) > 40
     found = [pair for pair in found if pair.kind in KINDS]
     assert {pair.kind for pair in found} == set(KINDS)
     knees = [pair for pair in found if pair.figure == "range_of_motion.knee_flexion"]

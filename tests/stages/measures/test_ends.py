@@ -1,0 +1,41 @@
+"""Extension, peaks and ranges carry the errors that their ends of the range have."""
+
+import numpy as np
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.joint_noise import shipped_noise
+from pcnet3d.models.angle_error.repeatability import range_sd
+from pcnet3d.pipeline import Pipeline, Take
+from pcnet3d.pipeline.core.measures import grouped
+from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.measures.stage import Measures
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.trajectories import Trajectories
+
+
+def knee(lifter: str):
+    """The walker's right knee, whose error is 3 degrees where it is bent by less than 20 and 9 above."""
+    poses = walker().poses.with_(made_by=MadeBy("estimated", lifter))
+    take = Pipeline((Rectify(rectifier="geometric"), Trajectories(), Angles()))(Take("walker", poses=poses))
+    angle = take.kinematics["r_knee_flexion_deg"]
+    columns = {**take.kinematics, "r_knee_flexion_sd_deg": np.where(angle < 20, 3.0, 9.0)}
+    measures = grouped(Measures(repeated=("r_knee_flexion",))(take.with_(kinematics=columns)).measures)
+    return measures["range_of_motion"]["r_knee_flexion"], measures["repetitions"]["r_knee_flexion"]
+
+
+def test_each_end_has_its_own_error_and_the_range_that_of_a_difference():
+    ends, repeated = knee(shipped_noise().lifter)
+    assert [ends[name].error for name in ("lowest", "p05", "p95", "highest")] == [3.0, 3.0, 9.0, 9.0]
+    assert {peak.error for peak in repeated["peak"]} == {9.0}
+    independent = np.hypot(3, 9)
+    assert ends["p05_p95"].error == float(
+        f"{range_sd('knee_flexion', ends['p95'].value - ends['p05'].value, independent):.2g}"
+    )
+    assert repeated["peak_mdc90"].value < 1.645 * np.hypot(9, 9)
+
+
+def test_of_another_lifter_they_are_independent():
+    ends, repeated = knee("somebody@1")
+    assert ends["p05_p95"].error == float(f"{np.hypot(3, 9):.2g}")
+    assert repeated["peak_mdc90"].value == float(f"{1.645 * np.hypot(9, 9):.2g}")
