@@ -8,8 +8,8 @@ from dataclasses import astuple, dataclass
 import numpy as np
 
 from ...pipeline.core.layouts import H36M17
-from .contact import SIDES, contacts, leg_length
-from .events import Stance, Step, Stride, stances, strides, walks
+from .contact import SIDES, contacts, leg_lengths
+from .events import FEWEST, Stance, Step, Stride, stances, strides, walks
 from .parameters import belt_drift, lengths
 
 _RUN_STEP_S = 0.6  # a step of a run, at most: of the slowest jogs 0.45
@@ -30,12 +30,18 @@ class Gait:
 
     @property
     def kind(self) -> str:
-        """ "running" where most strides have flights, else "walking"; "none" without a walk."""
+        """ "running" where most strides have flights and steps are as quick as people run, else "walking"; "none"
+        without a walk."""
         if not self.walks:
             return "none"
+        return "running" if self.flies and _step_s(self.steps) <= _RUN_STEP_S else "walking"
+
+    @property
+    def flies(self) -> bool:
+        """Whether most strides have flights."""
         flights = np.concatenate([*time_values(self)["flight_time_s"].values()])
         flights = flights[np.isfinite(flights)]
-        return "running" if len(flights) and np.median(flights) > 0 else "walking"
+        return bool(len(flights) and np.median(flights) > 0)
 
     @property
     def strides(self) -> list[Stride]:
@@ -60,22 +66,29 @@ def find_gait(
     lengths of a leg. InputError for other joints.
     """
     seams = tuple(seams)
+    told = feet is not None
     feet = stances(contacts(body, time_s, seams), time_s, seams) if feet is None else feet
-    found = walks(feet, separation(body), time_s, least, seams, facing_deg)
-    return Gait(feet, [walk for walk in found if not _leaps(Gait(feet, [walk]))])
+    found = walks(feet, separation(body, time_s, seams), time_s, least, seams, facing_deg)
+    # Where contacts are known, slow steps with flights are long strides; else they are leaps, or stances were missed.
+    return Gait(
+        feet, [walk for walk in found if not _slow_flights(feet, walk) or (told and len(walk) >= FEWEST)]
+    )
 
 
-def _leaps(gait: Gait) -> bool:
-    """Whether steps with flights follow each other more slowly than anybody runs: leaps, or missed stances."""
-    slow = np.median([step.stop_s - step.start_s for step in gait.steps]) > _RUN_STEP_S
-    return bool(slow and gait.kind == "running")
+def _slow_flights(feet: dict[str, list[Stance]], walk: list[Step]) -> bool:
+    """Whether steps with flights follow each other more slowly than anybody runs."""
+    return Gait(feet, [walk]).flies and _step_s(walk) > _RUN_STEP_S
 
 
-def separation(body: np.ndarray) -> np.ndarray:
+def _step_s(steps: Sequence[Step]) -> float:
+    return float(np.median([step.stop_s - step.start_s for step in steps]))
+
+
+def separation(body: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
     """(T, 2) how far the right ankle is in front of the left one and to its right, in lengths of a leg. body: (T, 17,
-    3) in BODY axes."""
+    3) in BODY axes; time_s: (T,)."""
     between = body[:, H36M17.index("r_ankle"), :2] - body[:, H36M17.index("l_ankle"), :2]
-    return between * (-1, 1) / leg_length(body)  # BODY's x is back, its y is right
+    return between * (-1, 1) / leg_lengths(body, time_s, seams)[:, None]  # BODY's x is back, its y is right
 
 
 def facing_deg(R_level_from_body: np.ndarray) -> np.ndarray:

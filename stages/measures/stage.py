@@ -171,7 +171,7 @@ def measures(
     return (
         *within("range_of_motion", ranges),
         *within("symmetry", _symmetry(ranges, named)),
-        *within("knee_bends", _knee_bends(take, gait, separation(body)[:, 0])),
+        *within("knee_bends", _knee_bends(take, gait, separation(body, filtered.times, take.seams)[:, 0])),
         *within("arm_raises", _arm_raises(take)),
         *within("repetitions", on_demand),
         *within("walking", walk),

@@ -78,7 +78,7 @@ def walking(
     """The group `walking` (stages/measures/stage.py). body: joints in BODY axes. curves: of an angle over spans (N, 2).
     source: the poses that were rectified. belt_speed: a treadmill's, where it is told, in the unit of the
     poses a second."""
-    apart = separation(body)[:, 0]
+    apart = separation(body, filtered.times, breaks(filtered))[:, 0]
     if not rectified.level_ok:
         return [Remark("reason", f"the take is not levelled: {rectified.level_reason}")]
     if np.isfinite(apart).sum() < FEWEST:
