@@ -1,7 +1,7 @@
 """How likely each foot is on the floor, from how the legs move relative to the pelvis.
 
 A foot on the floor goes back under the body as evenly as the body goes ahead, low and straight. A small network reads
-that from a window of 0.6 s of both legs, in BODY axes and lengths of a leg: no scale, no place in the room, no heading
+that from a window of 1.6 s of both legs, in BODY axes and lengths of a leg: no scale, no place in the room, no heading
 and no frame rate enters, so that a treadmill, a moving camera and a lifter without a place are all the same to it.
 
 contact.json was learned by models/lab/fits/contact.py on motion capture of train subjects, their walks also in styles
@@ -26,7 +26,7 @@ from ...pipeline.signals.filters import runs
 CONTACT_FILE = Path(__file__).with_name("contact.json")
 SIDES = ("r", "l")
 _OTHER = {"r": "l", "l": "r"}
-_AHEAD_S = (0.033, 0.067, 0.1, 0.15, 0.2, 0.3)  # of the window, and as far back
+_AHEAD_S = (0.033, 0.067, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)  # of the window, and as far back
 _OFFSETS_S = np.array([-s for s in reversed(_AHEAD_S)] + [0.0, *_AHEAD_S])
 _UNIT_S = (
     1.5  # either way: over two strides a lifted leg is as long as the next time, whatever it is within one

@@ -13,6 +13,11 @@ from .events import FEWEST, Stance, Step, Stride, stances, strides, walks
 from .parameters import belt_drift, lengths
 
 _RUN_STEP_S = 0.6  # a step of a run, at most: of the slowest jogs 0.45
+_USUAL_SHARE = (
+    0.62  # of the time of a walk each foot is on the floor, mean of those that contacts were learned from
+)
+_ITERATIONS = 30
+_BESIDE_S = 0.3  # of a walk before its first landing and after its last, walked alike
 LEAST_STEP = 0.25  # lengths of a leg: by how much the ankles' separation changes from step to step at least
 
 
@@ -66,13 +71,58 @@ def find_gait(
     lengths of a leg. InputError for other joints.
     """
     seams = tuple(seams)
-    told = feet is not None
-    feet = stances(contacts(body, time_s, seams), time_s, seams) if feet is None else feet
-    found = walks(feet, separation(body, time_s, seams), time_s, least, seams, facing_deg)
+    told, probability = feet is not None, contacts(body, time_s, seams) if feet is None else {}
+    apart = separation(body, time_s, seams)
+    gait = _found(feet or stances(probability, time_s, seams), apart, time_s, least, seams, facing_deg, told)
+    if told or gait.kind != "walking":
+        return gait
+    feet = stances(as_walked(probability, time_s, gait.walks), time_s, seams)
+    again = _found(feet, apart, time_s, least, seams, facing_deg, told)
+    return again if again.walks else gait
+
+
+def _found(
+    feet: dict[str, list[Stance]],
+    apart: np.ndarray,
+    time_s: np.ndarray,
+    least: float,
+    seams: Sequence[int],
+    facing_deg: np.ndarray | None,
+    told: bool,
+) -> Gait:
+    found = walks(feet, apart, time_s, least, seams, facing_deg)
     # Where contacts are known, slow steps with flights are long strides; else they are leaps, or stances were missed.
     return Gait(
         feet, [walk for walk in found if not _slow_flights(feet, walk) or (told and len(walk) >= FEWEST)]
     )
+
+
+def as_walked(
+    probability: Mapping[str, np.ndarray], time_s: np.ndarray, walks: Sequence[Sequence[Step]]
+) -> dict[str, np.ndarray]:
+    """The probabilities (T,) of contacts by side for those who walk like that: the network was taught how long feet
+    usually stand, and doubtful frames lean towards it. How long they do in a walk is the share under which its
+    probabilities agree with themselves (expectation maximisation: Saerens, Latinne & Decaestecker, Neural Computation
+    14(1), 2002)."""
+    result = {side: values.copy() for side, values in probability.items()}
+    for walk in walks:
+        first, last = walk[0].start_s, walk[-1].stop_s
+        inside = np.concatenate(
+            [values[(time_s >= first) & (time_s <= last)] for values in probability.values()]
+        )
+        inside = inside[np.isfinite(inside)]
+        share = _USUAL_SHARE
+        for _ in range(_ITERATIONS):
+            share = float(_with_share(inside, share).mean())
+        rows = (time_s >= first - _BESIDE_S) & (time_s <= last + _BESIDE_S)
+        for side, values in probability.items():
+            result[side][rows] = _with_share(values[rows], share)
+    return result
+
+
+def _with_share(probability: np.ndarray, share: float) -> np.ndarray:
+    on, off = probability * share / _USUAL_SHARE, (1 - probability) * (1 - share) / (1 - _USUAL_SHARE)
+    return on / (on + off)
 
 
 def _slow_flights(feet: dict[str, list[Stance]], walk: list[Step]) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,7 @@ from . import judge
 from .fit import fitted
 from .judge import Stated
 from .statements import statements
+from .walks import walks
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
 _KNOTS = (0.02, 0.25, 0.5, 0.75, 0.98)  # quantiles of the found angle, to the nearest 5 degrees
@@ -74,6 +76,9 @@ def asked(lifter: str) -> dict[str, Configuration]:
         "typical, image": replace(own, bed="typical", image=True),
         "60 fps": replace(own, fps=60.0),
         "capture": replace(own, lifter=""),
+        "restyled walks": replace(own, restyled=True),
+        "restyled walks, typical": replace(own, bed="typical", restyled=True),
+        "restyled walks, capture": replace(own, lifter="", restyled=True),
     }
 
 
@@ -109,7 +114,8 @@ def collected(question: Question, part: Sequence[str] | None = None) -> Cases:
             continue
         by_statement = cases.setdefault(name, {})
         for take in finished(question, configuration):
-            for stated in statements(take):
+            # What is drawn of a walk's feet leaves the rest of the body as it was: of that nothing is judged.
+            for stated in chain(() if configuration.restyled else statements(take), walks(take)):
                 if len(stated.error):
                     by_statement.setdefault(stated.statement, []).append(stated)
     return cases

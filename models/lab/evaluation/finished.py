@@ -22,6 +22,8 @@ from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
+from ..mocap.clips import data_set
+from ..mocap.restyle import Spells, restyled_walks
 from .sets import Question
 from .take_answers import simulated_look
 from .testbed import BEDS, MIN_FRAMES, Bed, SeenTake, see
@@ -36,7 +38,8 @@ class Configuration:
     """What a run can have. image: an image tells up, as well as rendered rooms do (take_answers.simulated_look).
     up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
-    the usual one is assumed, as of a video without lines."""
+    the usual one is assumed, as of a video without lines. restyled: the takes' straight walks in one drawn style each
+    (mocap/restyle.py), in place of the takes."""
 
     image: bool = False
     camera: CameraMotion = "static"
@@ -45,6 +48,7 @@ class Configuration:
     bed: Bed = "wild"
     fps: float = 30.0
     focal_known: bool = False
+    restyled: bool = False
 
     def __str__(self) -> str:
         return ", ".join(
@@ -54,6 +58,7 @@ class Configuration:
                 *(["with the image"] if self.image else []),
                 *(["up told"] if self.up_told else []),
                 *(["focal known"] if self.focal_known else []),
+                *(["restyled walks"] if self.restyled else []),
             ]
         )
 
@@ -62,7 +67,7 @@ class Configuration:
 class Finished:
     """One take. take: as a run leaves it, or None where it ends with `reason`. truth: what is true of it. person: by
     whom takes are weighted (people.by_person); label: of the set; clip: the take's id, the same in every
-    configuration."""
+    configuration; spells: when feet are on the floor, where the joints do not tell it."""
 
     take: Take | None
     truth: SeenTake
@@ -70,6 +75,7 @@ class Finished:
     label: str
     clip: str
     reason: str = ""
+    spells: Spells | None = None
 
 
 def configurations(lifters: tuple[str, ...] = ("pcnet3d", "")) -> list[Configuration]:
@@ -93,14 +99,18 @@ def finished(question: Question, configuration: Configuration) -> Iterator[Finis
     views = replace(BEDS[configuration.bed], pans=float(configuration.camera == "moving"))
     for of in question.sets:
         clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES]
-        for clip in each(clips, f"{of.label}, {configuration}", len(clips)):
+        takes: list[tuple[Clip, Spells | None]] = [(clip, None) for clip in clips]
+        if configuration.restyled:
+            walking = [clip for clip in clips if data_set(clip) != "tennis"]
+            takes = [*restyled_walks(walking, 1, question.seed)]
+        for clip, spells in each(takes, f"{of.label}, {configuration}", len(takes)):
             truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
             take, reason = None, ""
             try:
                 take = pipeline(_asked(truth, question.seed, configuration))
             except InputError as error:
                 reason = str(error)
-            yield Finished(take, truth, clip.subject, of.label, clip.name, reason)
+            yield Finished(take, truth, clip.subject, of.label, clip.name, reason, spells)
 
 
 def at_rate(clip: Clip, fps: float) -> Clip:
