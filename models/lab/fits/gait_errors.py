@@ -4,7 +4,8 @@ Every figure's error has three parts (models/gait/errors.py), besides what the p
 They are those under which the errors of the takes' means are most likely, every person with the same weight, with the
 true path and with those from keypoints and a focal length that is known or assumed, of takes as captured and of walks
 in drawn styles (models/lab/mocap/restyle.py), then times the factor that brings nine in ten errors within 1.645
-standard deviations. The errors of right less left have three parts too, one of them by how much of a step is depth.
+standard deviations, in either half of the takes by how far they are from the usual, or by how sure the path is. The
+errors of right less left have three parts too, one of them by how much of a step is depth.
 Of the captured joints themselves, as a measured take has them, times and shares of the stride have errors.
 """
 
@@ -170,7 +171,9 @@ def _likeliest(
     square = np.maximum((error / SD_90) ** 2 - alike**2, 0.0) / variance(
         found
     )  # of the factor for each to be inside
-    factor = float(np.sqrt(_quantile(square, weight, _COVERED)))
+    far = further > np.median(further)
+    halves = [half for half in (far, ~far) if half.any()]
+    factor = float(np.sqrt(max(_quantile(square[half], weight[half], _COVERED) for half in halves)))
     shared, single, third = factor * np.exp(found)
     return shared, single, third
 
