@@ -64,13 +64,13 @@ class GaitErrors:
         own = self.figures[gait].get(figure)
         if own is None:
             return float("nan")
-        style, count = style or {}, min(count, own["most"])
+        style, fewer = style or {}, min(count, own["most"])
         third = (
-            own["root"] * root_sd / np.sqrt(count)
+            own["root"] * root_sd / np.sqrt(fewer)
             if figure in OF_LENGTH
             else own["apart"] * self.apart(gait, style)
         )
-        parts = (own["shared"], own["each"] / np.sqrt(count), third)
+        parts = (own["shared"], own["each"] / np.sqrt(fewer), third)
         beyond = 0.0 if figure in OF_LENGTH else max(self.beyond(gait, style).values(), default=0.0)
         return float(np.sqrt(np.sum(np.square(parts)))) * (1 + beyond)
 

@@ -74,13 +74,19 @@ def seen_gaits(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, flo
 
 
 def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
-    """{"walking", "running": {figure: {"shared", "each", and "apart" or "root"}}} by the gait that was found; lengths
-    and speeds in lengths of a leg."""
-    return _fitted([(take.person, take.means) for take in takes], _parts)
+    """{"walking", "running": {figure: {"shared", "each", "most", and "apart" or "root"}}} by the gait that was found;
+    lengths and speeds in lengths of a leg. Single support is the other foot's swing, and no surer than that."""
+    found = _fitted([(take.person, take.means) for take in takes], _parts)
+    for figures in found.values():
+        if {"single_support_percent", "swing_percent"} <= figures.keys():
+            single, swing = figures["single_support_percent"], figures["swing_percent"]
+            figures["single_support_percent"] = {part: max(single[part], swing[part]) for part in single}
+    return found
 
 
 def fit_differences(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
-    """{"walking", "running": {figure: {"shared", "each", "depth"}}} of right less left; lengths in lengths of a leg."""
+    """{"walking", "running": {figure: {"shared", "each", "depth", "most"}}} of right less left; lengths in lengths of a
+    leg."""
     return _fitted([(take.person, take.differences) for take in takes], _parts_of_difference)
 
 
