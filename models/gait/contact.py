@@ -105,15 +105,21 @@ def leg_length(joints: np.ndarray) -> float:
 
 
 def leg_lengths(joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
-    """(T,) the same about each moment, of the frames within 1.5 s of the same unbroken piece: the unit of some
-    estimators grows as the person comes nearer. joints: as of `leg_length`; time_s: (T,)."""
+    """(T,) the same about each moment, of the frames within 1.5 s between the same seams, and where none has both legs
+    as those before and after: the unit of some estimators grows as the person comes nearer. joints: as of
+    `leg_length`; time_s: (T,). NaN between seams where no frame has both legs."""
     both = _legs(joints)
     result = np.full(len(both), np.nan)
-    for piece in runs(np.isfinite(both), time_s, seams):
-        known_s, known = time_s[piece], both[piece]
+    for start, stop in pairwise([0, *seams, len(both)]):
+        rows = start + np.flatnonzero(np.isfinite(both[start:stop]))
+        if not len(rows):
+            continue
+        known_s, known = time_s[rows], both[rows]
         at_s = np.linspace(known_s[0], known_s[-1], 1 + int(np.ceil(np.ptp(known_s) / _UNIT_S)))
         spans = np.searchsorted(known_s, [at_s - _UNIT_S, at_s + _UNIT_S], side="right")
-        result[piece] = np.interp(known_s, at_s, [np.median(known[slice(*span)]) for span in spans.T])
+        seen = spans[0] < spans[1]
+        medians = [np.median(known[slice(*span)]) for span in spans.T[seen]]
+        result[start:stop] = np.interp(time_s[start:stop], at_s[seen], medians)
     return result
 
 

@@ -6,6 +6,7 @@ import pytest
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.contact import contacts, leg_lengths, window_features
 from pcnet3d.models.gait.events import ON_FLOOR, stances
+from pcnet3d.models.gait.gait import separation
 from pcnet3d.models.lab.fits.contact import in_body
 from pcnet3d.models.lab.mocap.contact import true_contact
 from pcnet3d.pipeline import H36M17
@@ -50,6 +51,13 @@ def test_a_unit_that_grows_as_the_person_comes_nearer_changes_no_contact(walk):
     near = contacts(body * (1 + 0.15 * walk.time_s)[:, None, None], walk.time_s)
     off = [np.abs((near[side] > ON_FLOOR).astype(int) - (found[side] > ON_FLOOR)) for side in "rl"]
     assert np.mean(off) < 0.02
+
+
+def test_a_hidden_knee_hides_no_step(walk):
+    body = body_of(walk)
+    whole = separation(body, walk.time_s)
+    body[40:50, H36M17.index("r_knee")] = np.nan
+    np.testing.assert_allclose(separation(body, walk.time_s), whole, rtol=0.01, atol=1e-3)
 
 
 def mirror():
