@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..models.angle_error.joint_noise import made_by_the_built_in
 from ..models.gravity.view import known_camera
 from ..models.place.path import FEWEST_FRAMES, SCALE_SD, PelvisPath, pelvis_path
 from ..pipeline.core.camera import Camera
@@ -66,7 +67,7 @@ class Place:
             frames_placed=int(is_finite(path.root).sum()),
         )
         seen = np.asarray(is_finite(poses.joints).any(axis=-1))
-        notices = [_said(path, camera, poses.frame.unit, seen)]
+        notices = [_said(path, camera, poses, seen)]
         grown = 100 * (path.growth.max() / path.growth.min() - 1)
         if grown > 0:
             notices.append(notice("size-levelled", grown_percent=float(grown)))
@@ -102,7 +103,7 @@ def _nowhere(reason: str) -> Notice:
     return notice("not-placed", reason=reason)
 
 
-def _said(path: PelvisPath, camera: Camera, unit: str, seen: np.ndarray) -> Notice:
+def _said(path: PelvisPath, camera: Camera, poses: PoseSequence, seen: np.ndarray) -> Notice:
     """seen: (T,) whether a frame has any joint; the path bridges others."""
     there = is_finite(path.root)
     own = np.sqrt(np.linalg.eigvalsh(path.own[there])[:, -1])
@@ -115,8 +116,11 @@ def _said(path: PelvisPath, camera: Camera, unit: str, seen: np.ndarray) -> Noti
         frames=frames,
         bridges=bridges,
         sd=float(np.median(own)),
-        unit="m" if unit == "m" else "units",
+        unit="m" if poses.frame.unit == "m" else "units",
         size_percent=100 * SCALE_SD,
         focal_percent=100 * path.focal_sd,
         guess=guess,
+        unjudged=""
+        if made_by_the_built_in(poses)
+        else "; nobody has judged how far that holds of these poses",
     )

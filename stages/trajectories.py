@@ -24,6 +24,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
+from ..models.angle_error.joint_noise import made_by_the_built_in
 from ..models.gait.contact import SIDES, contacts
 from ..models.gait.events import stances
 from ..models.gait.of_take import body_joints
@@ -94,8 +95,8 @@ class Trajectories:
         known_error = self.smoother == "auto" and self.cutoff_hz is None
         path, lowpass = smooth(level, self.classical, self.cutoff_hz, self.joints)
         filtered = _notices(path, lowpass, known_error)
-        lifted = take.need("poses").lifted
-        motions = known_motions(level, self.joints, lifted) if known_error else {}
+        lifted, judged = take.need("poses").lifted, made_by_the_built_in(take.need("poses"))
+        motions = known_motions(level, self.joints, lifted, judged) if known_error else {}
         if self.foot_lock:
             if path.root is None or path.root_covariance is None:
                 filtered.append(notice("foot-not-locked"))
@@ -113,7 +114,10 @@ class Trajectories:
         if known_error and level.covariance is None:
             notices.append(notice("smoothed-by-estimated-error", what="positions" if lifted else "they"))
         elif known_error:
-            notices.append(notice("smoothed-by-stated-error"))
+            unjudged = (
+                "" if judged else "; nobody has judged that, and positions state no standard deviations"
+            )
+            notices.append(notice("smoothed-by-stated-error", unjudged=unjudged))
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
             *notices,
             *filtered,
@@ -132,13 +136,15 @@ class Trajectories:
         return "butterworth" if self.smoother == "auto" else self.smoother
 
 
-def known_motions(level: PoseSequence, joints: tuple[str, ...], lifted: bool = True) -> dict[str, Motion]:
+def known_motions(
+    level: PoseSequence, joints: tuple[str, ...], lifted: bool = True, judged: bool = True
+) -> dict[str, Motion]:
     """The motion of these joints, and of the root where there is one, smoothed by what is known of their errors, each
     as one path by name.
 
     The error is the poses' covariance. Without one it is estimated from the paths, which do not tell what errs slowly:
     then positions state no error, and neither does anything of the root, or of poses that are not lifted
-    (PoseSequence.lifted).
+    (PoseSequence.lifted). What a lifter states that nobody has judged smooths the paths, and no position has its error.
     Where a joint is missing its motion has values in between, with the error of that, but not across frames in which
     nobody was seen.
     """
@@ -149,10 +155,10 @@ def known_motions(level: PoseSequence, joints: tuple[str, ...], lifted: bool = T
     stated = level.covariance
     errors = None if stated is None else stated[:, level.layout.indices(joints)]
     motion = known_noise(points, level.times, errors, cuts, lifted)
-    if stated is not None:
-        motion = motion.widened(LIFTED)
-    else:
-        motion = motion.widened(LIFTED_UNSTATED) if lifted else motion.unstated()
+    if lifted:
+        motion = motion.widened(LIFTED if judged and stated is not None else LIFTED_UNSTATED)
+    elif stated is None:
+        motion = motion.unstated()
     motions = {joint: motion.of(i) for i, joint in enumerate(joints)}
     if level.root is not None:
         motions["root"] = known_noise(level.root[:, None], level.times, None, cuts).unstated()

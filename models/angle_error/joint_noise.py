@@ -34,6 +34,7 @@ from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.cores import cores
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, transpose
 from ...pipeline.signals.angles import ANGLES, angles, near
 
@@ -112,6 +113,11 @@ class JointNoise:
 def shipped_noise() -> JointNoise:
     """What joint_noise.json holds, of the built-in lifter."""
     return read_noise(NOISE_FILE)
+
+
+def made_by_the_built_in(poses: PoseSequence) -> bool:
+    """Whether the errors of the built-in lifter are those of these poses."""
+    return poses.lifted and poses.made_by.by == shipped_noise().lifter
 
 
 @cache

@@ -1,7 +1,7 @@
 """How likely each foot is on the floor, from how the legs move relative to the pelvis.
 
 A foot on the floor goes back under the body as evenly as the body goes ahead, low and straight. A small network reads
-that from a window of 0.6 s of both legs, in BODY axes and lengths of a leg: no scale, no place in the room, no heading
+that from a window of 1.6 s of both legs, in BODY axes and lengths of a leg: no scale, no place in the room, no heading
 and no frame rate enters, so that a treadmill, a moving camera and a lifter without a place are all the same to it.
 
 contact.json was learned by models/lab/fits/contact.py on motion capture of train subjects, their walks also in styles
@@ -11,6 +11,7 @@ that nobody walked, as lifted and as captured; models/lab/mocap/contact.py says 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -25,8 +26,11 @@ from ...pipeline.signals.filters import runs
 CONTACT_FILE = Path(__file__).with_name("contact.json")
 SIDES = ("r", "l")
 _OTHER = {"r": "l", "l": "r"}
-_AHEAD_S = (0.033, 0.067, 0.1, 0.15, 0.2, 0.3)  # of the window, and as far back
+_AHEAD_S = (0.033, 0.067, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)  # of the window, and as far back
 _OFFSETS_S = np.array([-s for s in reversed(_AHEAD_S)] + [0.0, *_AHEAD_S])
+_UNIT_S = (
+    1.5  # either way: over two strides a lifted leg is as long as the next time, whatever it is within one
+)
 _MIRROR = np.array([1.0, -1.0, 1.0])  # BODY's y is right
 
 
@@ -79,7 +83,7 @@ def window_features(
 ) -> np.ndarray:
     """(T, F) of one foot: both ankles and its knee over the window in lengths of a leg, mirrored for the left foot;
     beyond the ends of an unbroken piece its last values stand. body, time_s, seams: as those of `contacts`."""
-    joints = body.astype(np.float64) / leg_length(body)
+    joints = body.astype(np.float64) / leg_lengths(body, time_s, seams)[:, None, None]
     names = (f"{side}_ankle", f"{_OTHER[side]}_ankle", f"{side}_knee")
     legs = np.concatenate(
         [joints[:, H36M17.index(name)] * (1 if side == "r" else _MIRROR) for name in names], axis=-1
@@ -95,10 +99,34 @@ def window_features(
 def leg_length(joints: np.ndarray) -> float:
     """The median length of thigh and shank together, mean of both legs, in the unit of joints (T, 17, 3); NaN where no
     frame has both legs."""
+    both = _legs(joints)
+    seen = both[np.isfinite(both)]
+    return float(np.median(seen)) if len(seen) else float("nan")
+
+
+def leg_lengths(joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
+    """(T,) the same about each moment, of the frames within 1.5 s between the same seams, and where none has both legs
+    as those before and after: the unit of some estimators grows as the person comes nearer. joints: as of
+    `leg_length`; time_s: (T,). NaN between seams where no frame has both legs."""
+    both = _legs(joints)
+    result = np.full(len(both), np.nan)
+    for start, stop in pairwise([0, *seams, len(both)]):
+        rows = start + np.flatnonzero(np.isfinite(both[start:stop]))
+        if not len(rows):
+            continue
+        known_s, known = time_s[rows], both[rows]
+        at_s = np.linspace(known_s[0], known_s[-1], 1 + int(np.ceil(np.ptp(known_s) / _UNIT_S)))
+        spans = np.searchsorted(known_s, [at_s - _UNIT_S, at_s + _UNIT_S], side="right")
+        seen = spans[0] < spans[1]
+        medians = [np.median(known[slice(*span)]) for span in spans.T[seen]]
+        result[start:stop] = np.interp(time_s[start:stop], at_s[seen], medians)
+    return result
+
+
+def _legs(joints: np.ndarray) -> np.ndarray:
+    """(T,) the length of thigh and shank together, mean of both legs."""
     bones = [(f"{side}_{a}", f"{side}_{b}") for side in SIDES for a, b in pairwise(("hip", "knee", "ankle"))]
     lengths = [
         np.linalg.norm(joints[:, H36M17.index(b)] - joints[:, H36M17.index(a)], axis=-1) for a, b in bones
     ]
-    both = np.sum(lengths, axis=0)
-    seen = both[np.isfinite(both)]
-    return float(np.median(seen)) / 2 if len(seen) else float("nan")
+    return np.sum(lengths, axis=0) / 2

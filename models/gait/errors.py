@@ -1,19 +1,25 @@
-"""How wrong a gait figure may be: standard deviations that were fitted on lifted walks with truth.
+"""How wrong a gait figure may be: standard deviations that were fitted on walks and runs with truth.
 
-The error of a mean over N steps or strides is made of a part that all of them share, one that each has for itself,
-and what the pelvis path's own error adds where lengths are read from that; of gaits unlike all that it was fitted on it
-is larger. A difference of the sides has an error of its own: what a lifter puts too near of one leg and too far of the
-other cancels in the mean over both and is twice as large in the difference, the more so the more of a step is depth.
-gait_error.json was learned by models/lab/fits/gait_errors.py on validation subjects, their
-walks as captured and in drawn styles, so that nine in ten errors lie within 1.645 standard deviations.
+The error of a mean over N steps or strides is made of a part that all of them share, one that each has for itself, and
+a third: of times and shares of the stride it grows with how far the found stance is from the usual one, for unusual
+gaits are found more usual than they are; of lengths it is what the pelvis path's own error adds. Of gaits unlike all
+that it was fitted on it is larger yet. A difference of the sides has an error of its own: what a lifter puts too near
+of one leg and too far of the other cancels in the mean over both and is twice as large in the difference, the more so
+the more of a step is depth.
+
+gait_error.json was learned by models/lab/fits/gait_errors.py on validation subjects, their walks as captured and in
+drawn styles, each person with the same weight, so that nine in ten errors lie within 1.645 standard deviations: those
+of poses by the built-in lifter, and those of captured ones, of which times and shares are known.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -32,23 +38,83 @@ OF_STYLE = ("stance_percent", "step_time_s")  # by which a gait is like those th
 FEWEST_OF_A_SIDE = 2  # values, for a difference of the sides
 
 
+@dataclass(frozen=True)
+class GaitErrors:
+    """Of the gaits of one source's poses, all of {"walking", "running": {figure: {part: value}}}. figures: "shared",
+    "each", and "apart" or "root", of means; differences: "shared", "each" and "depth", of right less left; in both
+    "most" values, of more of which nothing is surer. seen: "least", "usual" and "most" of OF_STYLE, as they were found
+    in what that was fitted on."""
+
+    figures: Mapping[str, Mapping[str, Mapping[str, float]]]
+    differences: Mapping[str, Mapping[str, Mapping[str, float]]]
+    seen: Mapping[str, Mapping[str, Mapping[str, float]]]
+
+    def mean(
+        self,
+        gait: str,
+        figure: str,
+        count: int,
+        root_sd: float = 0.0,
+        style: Mapping[str, float] | None = None,
+    ) -> float:
+        """Standard deviation of the mean of `count` values of a figure (gait.time_values, gait.length_values), in its
+        unit, lengths and speeds in lengths of a leg; NaN of lengths where it is not known. gait: "walking" or
+        "running". root_sd: of the pelvis path in lengths of a leg. style: `style_of` these values. Where that is beyond
+        what was seen (`beyond`), all of it is larger by that share: a rule, for nothing was fitted there."""
+        own = self.figures[gait].get(figure)
+        if own is None:
+            return float("nan")
+        style, fewer = style or {}, min(count, own["most"])
+        third = (
+            own["root"] * root_sd / np.sqrt(fewer)
+            if figure in OF_LENGTH
+            else own["apart"] * self.apart(gait, style)
+        )
+        parts = (own["shared"], own["each"] / np.sqrt(fewer), third)
+        beyond = 0.0 if figure in OF_LENGTH else max(self.beyond(gait, style).values(), default=0.0)
+        return float(np.sqrt(np.sum(np.square(parts)))) * (1 + beyond)
+
+    def apart(self, gait: str, style: Mapping[str, float]) -> float:
+        """How far a found stance is from the usual one, in percent of the stride."""
+        usual = self.seen[gait]["stance_percent"]["usual"]
+        return abs(style.get("stance_percent", usual) - usual)
+
+    def beyond(self, gait: str, style: Mapping[str, float]) -> dict[str, float]:
+        """{figure: how far} of those in a `style_of` that lie outside what was found in the walks and runs that errors
+        were fitted on: the distance in half widths of that range."""
+        found = {}
+        for name, value in style.items():
+            least, most = self.seen[gait][name]["least"], self.seen[gait][name]["most"]
+            outside = max(least - value, value - most)
+            if outside > 0:
+                found[name] = 2 * outside / (most - least)
+        return found
+
+    def difference(self, gait: str, figure: str, right: int, left: int, depth: float) -> float:
+        """Standard deviation of the mean of `right` values of one side less that of `left` values of the other, in the
+        figure's unit, of a length in lengths of a leg; NaN where it is not known. figure: of OF_SIDES. depth:
+        `depth_of_steps`."""
+        own = self.differences[gait].get(figure)
+        if own is None:
+            return float("nan")
+        pairs = min(1 / (1 / right + 1 / left), own["most"])
+        parts = (own["shared"], own["each"] / np.sqrt(pairs), own["depth"] * depth)
+        return float(np.sqrt(np.sum(np.square(parts))))
+
+    def side(self, gait: str, figure: str, depth: float) -> float:
+        """Standard deviation that all values of one side share beyond `mean`: half of what a difference of the sides
+        has however many steps there are. As those of `difference`."""
+        own = self.differences[gait].get(figure)
+        return float("nan") if own is None else float(np.hypot(own["shared"], own["depth"] * depth)) / 2
+
+
+Source = Literal["lifted", "measured"]
+
+
 @cache
-def shipped_errors(of: str = "figures") -> dict[str, dict[str, dict[str, float]]]:
-    """What gait_error.json holds. of: "figures" for {"walking", "running": {figure: {"shared", "each", "root"}}} of
-    means, "differences" for {...: {"shared", "each", "depth"}} of right less left, "seen" for {...: {"least", "most"}}
-    of OF_STYLE as they were found in what that was fitted on."""
-    content: dict[str, dict[str, dict[str, float]]] = json.loads(ERROR_FILE.read_text(encoding="utf-8"))[of]
-    return content
-
-
-def mean_error(gait: str, figure: str, count: int, root_sd: float = 0.0, beyond: float = 0.0) -> float:
-    """Standard deviation of the mean of `count` values of a figure (gait.time_values, gait.length_values), in its unit,
-    lengths and speeds in lengths of a leg. gait: "walking" or "running". root_sd: of the pelvis path in lengths of a
-    leg. beyond: the largest of `beyond_seen`, by which share all of it is larger: a rule, for nothing was fitted there.
-    """
-    own = shipped_errors()[gait][figure]
-    parts = (own["shared"], own["each"] / np.sqrt(count), own["root"] * root_sd / np.sqrt(count))
-    return float(np.sqrt(np.sum(np.square(parts)))) * (1 + beyond)
+def shipped_errors(source: Source = "lifted") -> GaitErrors:
+    """What gait_error.json holds of poses by the built-in lifter, or of captured ones."""
+    return GaitErrors(**json.loads(ERROR_FILE.read_text(encoding="utf-8"))[source])
 
 
 def style_of(values: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, float]:
@@ -61,33 +127,6 @@ def style_of(values: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, float]
         if len(of_both):
             means[name] = float(of_both.mean())
     return means
-
-
-def beyond_seen(gait: str, style: Mapping[str, float]) -> dict[str, float]:
-    """{figure: how far} of those in a `style_of` that lie outside what was found in the walks and runs that errors were
-    fitted on: the distance in half widths of that range."""
-    found = {}
-    for name, value in style.items():
-        least, most = shipped_errors("seen")[gait][name]["least"], shipped_errors("seen")[gait][name]["most"]
-        outside = max(least - value, value - most)
-        if outside > 0:
-            found[name] = 2 * outside / (most - least)
-    return found
-
-
-def difference_error(gait: str, figure: str, right: int, left: int, depth: float) -> float:
-    """Standard deviation of the mean of `right` values of one side less that of `left` values of the other, in the
-    figure's unit, of a length in lengths of a leg. figure: of OF_SIDES. depth: `depth_of_steps`."""
-    own = shipped_errors("differences")[gait][figure]
-    parts = (own["shared"], own["each"] * np.sqrt(1 / right + 1 / left), own["depth"] * depth)
-    return float(np.sqrt(np.sum(np.square(parts))))
-
-
-def side_error(gait: str, figure: str, depth: float) -> float:
-    """Standard deviation that all values of one side share beyond `mean_error`: half of what a difference of the sides
-    has however many steps there are. As those of difference_error."""
-    own = shipped_errors("differences")[gait][figure]
-    return float(np.hypot(own["shared"], own["depth"] * depth)) / 2
 
 
 def depth_of_steps(

@@ -19,7 +19,7 @@ _OTHER = {"r": "l", "l": "r"}
 ON_FLOOR = 0.6  # probability from which stances are as long as the true ones (validation subjects)
 _SHORTEST_S = 0.1  # a contact or a swing; a sprinter's stance
 _STEP_S = (0.2, 1.5)  # shorter or longer is no step of one walk
-_FEWEST = 3  # steps of a walk
+FEWEST = 3  # steps of a walk
 _FEWEST_FLYING = 2  # of a run: nobody flies from foot to foot who stands, turns or sits down
 _TURNS_DEG = 30.0  # in one step
 _SIDEWAYS = (
@@ -135,7 +135,7 @@ def walks(
             turn = change
     ends = [float(time_s[piece.stop - 1]) for piece in runs(seen, time_s, seams)]
     moving = [part for walk in [*found, walk] for part in _between_stops(walk, feet, ends)]
-    return [walk for walk in moving if len(walk) >= (_FEWEST_FLYING if _flies(walk, feet) else _FEWEST)]
+    return [walk for walk in moving if len(walk) >= (_FEWEST_FLYING if _flies(walk, feet) else FEWEST)]
 
 
 def _flies(walk: Sequence[Step], feet: Mapping[str, Sequence[Stance]]) -> bool:

@@ -8,11 +8,16 @@ from dataclasses import astuple, dataclass
 import numpy as np
 
 from ...pipeline.core.layouts import H36M17
-from .contact import SIDES, contacts, leg_length
-from .events import Stance, Step, Stride, stances, strides, walks
+from .contact import SIDES, contacts, leg_lengths
+from .events import FEWEST, Stance, Step, Stride, stances, strides, walks
 from .parameters import belt_drift, lengths
 
 _RUN_STEP_S = 0.6  # a step of a run, at most: of the slowest jogs 0.45
+_USUAL_SHARE = (
+    0.62  # of the time of a walk each foot is on the floor, mean of those that contacts were learned from
+)
+_ITERATIONS = 30
+_BESIDE_S = 0.3  # of a walk before its first landing and after its last, walked alike
 LEAST_STEP = 0.25  # lengths of a leg: by how much the ankles' separation changes from step to step at least
 
 
@@ -30,12 +35,18 @@ class Gait:
 
     @property
     def kind(self) -> str:
-        """ "running" where most strides have flights, else "walking"; "none" without a walk."""
+        """ "running" where most strides have flights and steps are as quick as people run, else "walking"; "none"
+        without a walk."""
         if not self.walks:
             return "none"
+        return "running" if self.flies and _step_s(self.steps) <= _RUN_STEP_S else "walking"
+
+    @property
+    def flies(self) -> bool:
+        """Whether most strides have flights."""
         flights = np.concatenate([*time_values(self)["flight_time_s"].values()])
         flights = flights[np.isfinite(flights)]
-        return "running" if len(flights) and np.median(flights) > 0 else "walking"
+        return bool(len(flights) and np.median(flights) > 0)
 
     @property
     def strides(self) -> list[Stride]:
@@ -60,22 +71,74 @@ def find_gait(
     lengths of a leg. InputError for other joints.
     """
     seams = tuple(seams)
-    feet = stances(contacts(body, time_s, seams), time_s, seams) if feet is None else feet
-    found = walks(feet, separation(body), time_s, least, seams, facing_deg)
-    return Gait(feet, [walk for walk in found if not _leaps(Gait(feet, [walk]))])
+    told, probability = feet is not None, contacts(body, time_s, seams) if feet is None else {}
+    apart = separation(body, time_s, seams)
+    gait = _found(feet or stances(probability, time_s, seams), apart, time_s, least, seams, facing_deg, told)
+    if told or gait.kind != "walking":
+        return gait
+    feet = stances(as_walked(probability, time_s, gait.walks), time_s, seams)
+    again = _found(feet, apart, time_s, least, seams, facing_deg, told)
+    return again if again.walks else gait
 
 
-def _leaps(gait: Gait) -> bool:
-    """Whether steps with flights follow each other more slowly than anybody runs: leaps, or missed stances."""
-    slow = np.median([step.stop_s - step.start_s for step in gait.steps]) > _RUN_STEP_S
-    return bool(slow and gait.kind == "running")
+def _found(
+    feet: dict[str, list[Stance]],
+    apart: np.ndarray,
+    time_s: np.ndarray,
+    least: float,
+    seams: Sequence[int],
+    facing_deg: np.ndarray | None,
+    told: bool,
+) -> Gait:
+    found = walks(feet, apart, time_s, least, seams, facing_deg)
+    # Where contacts are known, slow steps with flights are long strides; else they are leaps, or stances were missed.
+    return Gait(
+        feet, [walk for walk in found if not _slow_flights(feet, walk) or (told and len(walk) >= FEWEST)]
+    )
 
 
-def separation(body: np.ndarray) -> np.ndarray:
+def as_walked(
+    probability: Mapping[str, np.ndarray], time_s: np.ndarray, walks: Sequence[Sequence[Step]]
+) -> dict[str, np.ndarray]:
+    """The probabilities (T,) of contacts by side for those who walk like that: the network was taught how long feet
+    usually stand, and doubtful frames lean towards it. How long they do in a walk is the share under which its
+    probabilities agree with themselves (expectation maximisation: Saerens, Latinne & Decaestecker, Neural Computation
+    14(1), 2002)."""
+    result = {side: values.copy() for side, values in probability.items()}
+    for walk in walks:
+        first, last = walk[0].start_s, walk[-1].stop_s
+        inside = np.concatenate(
+            [values[(time_s >= first) & (time_s <= last)] for values in probability.values()]
+        )
+        inside = inside[np.isfinite(inside)]
+        share = _USUAL_SHARE
+        for _ in range(_ITERATIONS):
+            share = float(_with_share(inside, share).mean())
+        rows = (time_s >= first - _BESIDE_S) & (time_s <= last + _BESIDE_S)
+        for side, values in probability.items():
+            result[side][rows] = _with_share(values[rows], share)
+    return result
+
+
+def _with_share(probability: np.ndarray, share: float) -> np.ndarray:
+    on, off = probability * share / _USUAL_SHARE, (1 - probability) * (1 - share) / (1 - _USUAL_SHARE)
+    return on / (on + off)
+
+
+def _slow_flights(feet: dict[str, list[Stance]], walk: list[Step]) -> bool:
+    """Whether steps with flights follow each other more slowly than anybody runs."""
+    return Gait(feet, [walk]).flies and _step_s(walk) > _RUN_STEP_S
+
+
+def _step_s(steps: Sequence[Step]) -> float:
+    return float(np.median([step.stop_s - step.start_s for step in steps]))
+
+
+def separation(body: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
     """(T, 2) how far the right ankle is in front of the left one and to its right, in lengths of a leg. body: (T, 17,
-    3) in BODY axes."""
+    3) in BODY axes; time_s: (T,)."""
     between = body[:, H36M17.index("r_ankle"), :2] - body[:, H36M17.index("l_ankle"), :2]
-    return between * (-1, 1) / leg_length(body)  # BODY's x is back, its y is right
+    return between * (-1, 1) / leg_lengths(body, time_s, seams)[:, None]  # BODY's x is back, its y is right
 
 
 def facing_deg(R_level_from_body: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -59,9 +60,9 @@ def shift(first: np.ndarray, second: np.ndarray, boxes: Sequence[np.ndarray]) ->
     corners = cv2.goodFeaturesToTrack(before, _CORNERS, 0.01, _APART, mask=background)
     if corners is None or len(corners) < _FEWEST:
         return None
-    options = {"winSize": _WINDOW, "maxLevel": _LEVELS}
-    there, found, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, None, **options)
-    again, returned, _ = cv2.calcOpticalFlowPyrLK(after, before, there, None, **options)
+    options: dict[str, Any] = {"winSize": _WINDOW, "maxLevel": _LEVELS}
+    there, found, _ = cv2.calcOpticalFlowPyrLK(before, after, corners, corners.copy(), **options)
+    again, returned, _ = cv2.calcOpticalFlowPyrLK(after, before, there, there.copy(), **options)
     fine = (found[:, 0] > 0) & (returned[:, 0] > 0) & (np.linalg.norm(again - corners, axis=-1)[:, 0] < _BACK)
     if fine.sum() < max(_FEWEST, _FEW * len(corners)):
         return None

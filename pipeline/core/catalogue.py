@@ -210,7 +210,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The pelvis's path before the camera rests on the keypoints, in {placed} of {frames} frames{bridges}: each "
         "frame is off by {sd:.2f} {unit} (standard deviation), mostly in depth, and the whole by "
         "{size_percent:.0f} % for the body's size and {focal_percent:.0f} % of the depth for the focal "
-        "length{guess}."),
+        "length{guess}{unjudged}."),
     "size-levelled": ("repair", "place",
         "The lifted body grew with its image, by {grown_percent:.0f} % in all, and was brought to one size."),
     # Up
@@ -240,12 +240,15 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The camera moves, so x and y are relative to it: heights (z, vz, az) and distances hold, but its turning "
         "about the vertical cannot be told from the body's and enters vx, vy, ax, ay, speed and acceleration."),
     "smoothed-by-stated-error": ("note", "motion",
-        "Paths, velocities and accelerations are smoothed by the error of the joints that the lifter states."),
+        "Paths, velocities and accelerations are smoothed by the error of the joints that the lifter "
+        "states{unjudged}."),
     "smoothed-by-estimated-error": ("note", "motion",
         "Paths, velocities and accelerations are smoothed by an error of the joints that is estimated from the "
         "paths; what errs slowly cannot be told so, and {what} state no standard deviations."),
     "foot-not-locked": ("note", "motion",
         "No foot is locked: there is no pelvis path from keypoints and a camera that stands still."),
+    "gait-errors-unknown": ("note", "motion",
+        "The errors of the gait's figures are not known: nobody has judged the poses{by}."),
     "gait-unlike-any-seen": ("warning", "motion",
         "Nobody whom the errors of gait were fitted on had {figures}, {gait}: errors are stated larger the farther "
         "that is from them, which nobody has judged."),

@@ -21,11 +21,14 @@ from .figures import with_error
 _ANKLE = 0.039  # statures above the sole (Winter, Biomechanics and Motor Control, 4th ed. 2009, figure 4.1)
 
 
-def floor(walking: Sequence[Row], gait: Gait, filtered: PoseSequence, rectified: Rectified) -> list[Row]:
+def floor(
+    walking: Sequence[Row], gait: Gait, filtered: PoseSequence, rectified: Rectified, judged: bool
+) -> list[Row]:
     """The group `floor`: height over where the path is counted from (the camera), slope along the walk, both with their
     errors, and `stairs`; or the reason why there are none. Of a path that no run has estimated the height has no
     error, nor the slope where an estimator made it. On the belt of a treadmill feet stand in the same places again and
-    again, which tells its height only. walking: the rows of the group `walking`."""
+    again, which tells its height only. walking: the rows of the group `walking`. judged: whether the built-in lifter
+    made the poses; what a run has estimated by others' has no errors."""
     if filtered.root is None:
         return [Remark("reason", "where the person is in the room is not known, or the camera moves")]
     walked = grouped(walking)
@@ -45,7 +48,7 @@ def floor(walking: Sequence[Row], gait: Gait, filtered: PoseSequence, rectified:
     if found is None:
         return [Remark("reason", f"feet stand in fewer than {FEWEST} places")]
     # Places that are measured are alike to a millimetre; where the ankles are above the soles is not known so well.
-    stated = filtered.root_covariance is not None
+    stated = judged and filtered.root_covariance is not None
     height_sd = found.height_sd if stated else float("nan")
     known = len(up) and (
         stated or filtered.measured_root is not None

@@ -9,6 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ...models.angle_error.joint_noise import made_by_the_built_in
 from ...models.angle_error.repeatability import Between, difference_sd, ends, judged, middle_sd, range_sd
 from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
@@ -51,7 +52,7 @@ from .figures import (
 from .floor import floor
 from .jumps import jumps
 from .smoothness import path_length
-from .walking import FEWEST, unlike_any_seen, walking
+from .walking import FEWEST, doubts, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
 _BEND, _RAISE, _ANY = 35.0, 50.0, 20.0  # degrees that a repetition rises by at least
@@ -103,7 +104,7 @@ class Measures:
         gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
         source = take.need("poses")
         found = measures(filtered, rectified, kinematics, source, gait, self.repeated, self.belt_speed)
-        said = unlike_any_seen(gait) if rectified.level_ok else []
+        said = doubts(gait, source) if rectified.level_ok else []
         return take.with_(measures=found).saying(*said)
 
 
@@ -127,8 +128,8 @@ def measures(
     of right less left and from repetition to repetition (peak_mdc90) by what these were off on lifted takes with truth
     (models/angle_error/repeatability.py), for other lifters the errors of two moments taken for independent; of means
     over repetitions by their spread, but by half of a frame's length at least; of gait figures by what they were off on
-    lifted walks with truth (models/gait/errors.py), and of lengths and speeds that no lifter has had a part in, none.
-    Figures end at the first digit of their error.
+    walks with truth (models/gait/errors.py), and none of poses by a lifter that nobody has judged, nor of lengths and
+    speeds that no lifter has had a part in. Figures end at the first digit of their error.
 
     range_of_motion: of each angle; p05_p95_deg leaves the highest and lowest twentieth of the frames out, which are
         noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames
@@ -167,11 +168,11 @@ def measures(
     return (
         *within("range_of_motion", ranges),
         *within("symmetry", _symmetry(take, ranges, named)),
-        *within("knee_bends", _knee_bends(take, gait, separation(body)[:, 0])),
+        *within("knee_bends", _knee_bends(take, gait, separation(body, filtered.times, take.seams)[:, 0])),
         *within("arm_raises", _arm_raises(take)),
         *within("repetitions", on_demand),
         *within("walking", walk),
-        *within("floor", floor(walk, gait, filtered, rectified)),
+        *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
         *within("jumps", jumps(rectified, gait)),
         *within("paths", _paths(take, rectified)),
     )

@@ -7,16 +7,15 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from ...models.angle_error.joint_noise import made_by_the_built_in
 from ...models.gait.contact import leg_length
 from ...models.gait.errors import (
     FEWEST_OF_A_SIDE,
     OF_LENGTH,
-    beyond_seen,
+    GaitErrors,
     depth_of_steps,
-    difference_error,
-    mean_error,
     path_error,
-    side_error,
+    shipped_errors,
     style_of,
 )
 from ...models.gait.events import contact_times
@@ -78,7 +77,7 @@ def walking(
     """The group `walking` (stages/measures/stage.py). body: joints in BODY axes. curves: of an angle over spans (N, 2).
     source: the poses that were rectified. belt_speed: a treadmill's, where it is told, in the unit of the
     poses a second."""
-    apart = separation(body)[:, 0]
+    apart = separation(body, filtered.times, breaks(filtered))[:, 0]
     if not rectified.level_ok:
         return [Remark("reason", f"the take is not levelled: {rectified.level_reason}")]
     if np.isfinite(apart).sum() < FEWEST:
@@ -92,16 +91,15 @@ def walking(
             Remark("reason", f"no three steps in a row, nor two of a run{hidden}"),
             *basis(apart),
         ]
-    lifted = source.lifted
+    lifted, errors = source.lifted, errors_of(source)
     root_sd, share = _path_error(filtered, rectified, gait)
     R_camera_from_body = source.frame.basis.T @ rectified.R_source_from_body
     depth = depth_of_steps(R_camera_from_body, filtered.times, gait.walks) if lifted else 0.0
     values = time_values(gait)
-    beyond = max(beyond_seen(gait.kind, style_of(values)).values(), default=0.0)
-    said = _Means(gait.kind, lifted, leg_length(body), root_sd, depth, beyond)
+    said = _Means(gait.kind, errors, leg_length(body), root_sd, depth, style_of(values))
     phases = (*_PHASES, "flight_time_s" if gait.kind == "running" else "double_support_percent")
     lengths, over_floor, belt_share = _lengths(
-        gait, filtered, rectified, belt_speed, _BELT_SHARE if lifted else float("nan")
+        gait, filtered, rectified, belt_speed, _BELT_SHARE if lifted and errors else float("nan")
     )
     share = float(np.hypot(share, belt_share))
     strides = gait.strides
@@ -144,15 +142,27 @@ def walking(
     ]
 
 
-def unlike_any_seen(gait: Gait) -> list[Notice]:
-    """That stance or step time lies outside those that errors were fitted on; empty where both lie within."""
+def errors_of(source: PoseSequence) -> GaitErrors | None:
+    """Those of the figures of poses that the built-in lifter made, or that were measured; None where nobody has judged
+    who made them."""
+    if source.made_by.kind == "measured":
+        return shipped_errors("measured")
+    return shipped_errors("lifted") if made_by_the_built_in(source) else None
+
+
+def doubts(gait: Gait, source: PoseSequence) -> list[Notice]:
+    """That the errors of the figures are not known; or that stance or step time lies outside those that they were
+    fitted on. Empty where both lie within, and without a walk."""
     if not gait.walks:
         return []
+    errors = errors_of(source)
+    if errors is None:
+        by = f" by {source.made_by.by}" if source.made_by.by else ""
+        return [notice("gait-errors-unknown", by=by)]
     style = style_of(time_values(gait))
-    beyond = beyond_seen(gait.kind, style)
     told = {"stance_percent": "a stance of {:.0f} % of the stride", "step_time_s": "a step time of {:.2f} s"}
-    figures = " and ".join(told[name].format(style[name]) for name in beyond)
-    return [notice("gait-unlike-any-seen", gait=gait.kind, figures=figures)] if beyond else []
+    beyond = " and ".join(told[name].format(style[name]) for name in errors.beyond(gait.kind, style))
+    return [notice("gait-unlike-any-seen", gait=gait.kind, figures=beyond)] if beyond else []
 
 
 def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
@@ -172,37 +182,45 @@ def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
 
 
 class _Means:
-    """Means of gait figures with their errors. gait: "walking" or "running". lifted: whether a lifter made the poses;
-    of others the errors of lengths and speeds are unknown, while times are those of contacts, which are found alike.
-    leg: length of a leg, root_sd: of the pelvis path, in the poses' unit, NaN where unknown. depth:
-    errors.depth_of_steps. beyond: the largest of errors.beyond_seen."""
+    """Means of gait figures with their errors. gait: "walking" or "running". errors: those of the poses' source; None
+    states none. leg: length of a leg, root_sd: of the pelvis path, in the poses' unit, NaN where unknown. depth:
+    errors.depth_of_steps. style: errors.style_of the values."""
 
     def __init__(
-        self, gait: str, lifted: bool, leg: float, root_sd: float, depth: float, beyond: float
+        self,
+        gait: str,
+        errors: GaitErrors | None,
+        leg: float,
+        root_sd: float,
+        depth: float,
+        style: dict[str, float],
     ) -> None:
-        self.gait, self.lifted, self.leg, self.root_sd, self.depth = gait, lifted, leg, root_sd, depth
-        self.beyond = beyond
+        self.gait, self.errors, self.leg, self.root_sd, self.depth = gait, errors, leg, root_sd, depth
+        self.style = style
 
     def error(self, name: str, count: int, of_side: bool = False) -> float:
         """Of the mean of `count` values, of both sides or of one; NaN where none is stated."""
-        root_sd = self.root_sd / self.leg if name in OF_LENGTH else 0.0
-        own = mean_error(self.gait, name, count, root_sd, self.beyond)
-        return self._in_unit(name, np.hypot(own, side_error(self.gait, name, self.depth)) if of_side else own)
+        if self.errors is None:
+            return float("nan")
+        own = self.errors.mean(self.gait, name, count, self.root_sd / self.leg, self.style)
+        own = np.hypot(own, self.errors.side(self.gait, name, self.depth)) if of_side else own
+        return float(self.leg * own if name in OF_LENGTH else own)
 
     def difference_error(self, name: str, right: int, left: int) -> float:
         """Of the mean of so many values of the right side less that of the left; NaN where none is stated."""
-        return self._in_unit(name, difference_error(self.gait, name, right, left, self.depth))
-
-    def _in_unit(self, name: str, error: float) -> float:
-        if name not in OF_LENGTH:
-            return float(error)
-        return float(self.leg * error) if self.lifted and np.isfinite(self.root_sd) else float("nan")
+        if self.errors is None or (name in OF_LENGTH and np.isnan(self.root_sd)):
+            return float("nan")
+        own = self.errors.difference(self.gait, name, right, left, self.depth)
+        return float(self.leg * own if name in OF_LENGTH else own)
 
     def single(self, name: str) -> float:
-        """What a spread of values has to exceed to be the person's."""
+        """What a spread of values has to exceed to be the person's; NaN where that is not known."""
+        if self.errors is None:
+            return float("nan")
+        own = self.errors.mean(self.gait, name, 1)
         if name not in OF_LENGTH:
-            return mean_error(self.gait, name, 1)
-        return self.leg * mean_error(self.gait, name, 1) if self.lifted else 0.0
+            return own
+        return self.leg * own if np.isfinite(own) else 0.0  # lengths of measured poses are of the person
 
     def __call__(
         self,

@@ -5,12 +5,25 @@ import pytest
 
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.gait.events import Stance
 from pcnet3d.models.gait.parameters import flat_span
 from pcnet3d.models.lab.mocap.contact import true_contact
-from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence, Take, Told, change_frame
+from pcnet3d.pipeline import (
+    CAMERA,
+    H36M17,
+    IMAGE,
+    Z_UP,
+    InputError,
+    Pipeline,
+    PoseSequence,
+    Take,
+    Told,
+    change_frame,
+)
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.reading.handedness import repaired
 from pcnet3d.pipeline.signals.flights import falls
@@ -42,7 +55,8 @@ def take(walk, camera):
     pixels = FOCAL * points[..., :2] / points[..., 2:] + np.array(SIZE) / 2
     pixels += np.random.default_rng(0).normal(0, 2, pixels.shape)
     poses = camera_poses(walk, camera)
-    poses = poses.with_(frame=CAMERA.with_(origin="pelvis", unit="m"))
+    judged = MadeBy("estimated", shipped_noise().lifter)
+    poses = poses.with_(frame=CAMERA.with_(origin="pelvis", unit="m"), made_by=judged)
     keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=poses.time_s, frame_index=poses.frame_index)
     return Take("walk", keypoints=keypoints, camera=Camera(SIZE, FOCAL, 0.02 * FOCAL, "told"), poses=poses)
 
@@ -241,3 +255,14 @@ def test_feet_that_cannot_be_locked_are_said(take):
     said = [event.text for event in Trajectories(foot_lock=True)(take).notices]
     assert any("No foot is locked" in text for text in said)
     assert not any("No foot is locked" in event.text for event in Trajectories()(take).notices)
+
+
+def test_of_poses_that_nobody_has_judged_speed_and_floor_have_no_error(take):
+    other = take.with_(poses=take.poses.with_(made_by=MadeBy("estimated", "X")))
+    done = Pipeline((Place(), Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()))(other)
+    found = nested(done.measures)
+    assert found["walking"]["walking_speed"] > 0
+    assert "floor_height_error" not in found["floor"]
+    assert "walking_speed_error" not in found["walking"]
+    said = {each.code: each.text for each in done.notices}
+    assert "nobody has judged" in said["placed"]

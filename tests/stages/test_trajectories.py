@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take, rotate
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.filters import derivative
 from pcnet3d.stages import rectify
 from pcnet3d.stages.trajectories import (
@@ -20,6 +22,8 @@ from pcnet3d.stages.trajectories import (
     unit_of,
 )
 from refusals import refused
+
+JUDGED = MadeBy("estimated", shipped_noise().lifter)
 
 
 def test_a_pendulum_has_the_velocity_of_the_formula():
@@ -304,7 +308,8 @@ def lifted(facing_camera, sd: float, rows: int = 90, missing: slice = slice(0)) 
     joints[:, H36M17.index("r_wrist"), 0] += 0.2 * np.sin(2 * np.pi * time_s)
     joints[missing, H36M17.index("r_wrist")] = np.nan
     covariance = np.broadcast_to(sd**2 * np.diag([1, 1, 9]), (rows, 17, 3, 3))
-    return Take("t", poses=PoseSequence(joints, H36M17, CAMERA, time_s=time_s, covariance=covariance))
+    poses = PoseSequence(joints, H36M17, CAMERA, time_s=time_s, covariance=covariance, made_by=JUDGED)
+    return Take("t", poses=poses)
 
 
 def kinematics(take: Take, **options) -> dict[str, np.ndarray]:
@@ -367,6 +372,18 @@ def test_short_slow_and_fast_takes_have_paths(facing_camera, rows, fps):
     take = stage(facing_camera, rows, fps)
     for column in ("r_wrist_x", "r_wrist_vx", "r_wrist_ax"):
         assert np.isfinite(take.kinematics[column]).all()
+
+
+def test_what_a_lifter_states_that_nobody_has_judged_is_no_error_of_its_positions(facing_camera):
+    take = lifted(facing_camera, 0.01)
+    judged, other = (
+        kinematics(take.with_(poses=take.need("poses").with_(made_by=made_by)))
+        for made_by in (JUDGED, MadeBy("estimated", "somebody"))
+    )
+    np.testing.assert_array_equal(judged["r_wrist_x"], other["r_wrist_x"])
+    assert np.isfinite(judged["r_wrist_x_sd"]).all()
+    assert np.isnan(other["r_wrist_x_sd"]).all()
+    assert np.isfinite(other["r_wrist_vx_sd"]).all()  # which the path itself shows
 
 
 def test_without_a_stated_error_only_rates_of_lifts_have_bars(facing_camera):

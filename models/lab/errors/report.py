@@ -32,9 +32,15 @@ from .judge import Stated
 from .movements import movements
 from .paths import paths
 from .statements import statements
+from .walks import walks
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
-SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (statements, paths, movements)
+SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (
+    statements,
+    paths,
+    movements,
+    walks,
+)
 _KNOTS = (0.02, 0.25, 0.5, 0.75, 0.98)  # quantiles of the found angle, to the nearest 5 degrees
 _ROWS = "errors.json"
 FITTED = (
@@ -93,6 +99,9 @@ def asked(lifter: str) -> dict[str, Configuration]:
         "capture": replace(own, lifter=""),
         "real take": replace(own, real=True),
         "real take, image": replace(own, real=True, image=True),
+        "restyled walks": replace(own, restyled=True),
+        "restyled walks, typical": replace(own, bed="typical", restyled=True),
+        "restyled walks, capture": replace(own, lifter="", restyled=True),
     }
 
 
@@ -141,7 +150,9 @@ def collected(question: Question, part: Sequence[str] | None = None) -> Cases:
             continue
         by_statement = cases.setdefault(name, {})
         for take in finished(question, configuration):
-            for stated in chain.from_iterable(source(take) for source in SOURCES):
+            # What is drawn of a walk's feet leaves the rest of the body as it was: of that nothing is judged.
+            sources = (walks,) if configuration.restyled else SOURCES
+            for stated in chain.from_iterable(source(take) for source in sources):
                 if len(stated.error):
                     by_statement.setdefault(stated.statement, []).append(stated)
     return cases

@@ -26,7 +26,8 @@ from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
 from ...gravity.view import camera_of, known_camera
 from ...lifter.features import body_rays
-from ..mocap.clips import lying
+from ..mocap.clips import data_set, lying
+from ..mocap.restyle import Spells, restyled_walks
 from .real_data import LIMBS, MOVING, found_keypoints, read_moving, whole_body
 from .sets import Question
 from .take_answers import simulated_look
@@ -43,7 +44,8 @@ class Configuration:
     up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
     the usual one is assumed, as of a video without lines. real: the man who balances before four real cameras
-    (real_data.py), in place of virtual takes; then the image is the video's own."""
+    (real_data.py), in place of virtual takes; then the image is the video's own. restyled: the takes' straight walks in
+    one drawn style each (mocap/restyle.py), in place of the takes."""
 
     image: bool = False
     camera: CameraMotion = "static"
@@ -53,6 +55,7 @@ class Configuration:
     fps: float = 30.0
     focal_known: bool = False
     real: bool = False
+    restyled: bool = False
 
     def __str__(self) -> str:
         return ", ".join(
@@ -62,6 +65,7 @@ class Configuration:
                 *(["with the image"] if self.image else []),
                 *(["up told"] if self.up_told else []),
                 *(["focal known"] if self.focal_known else []),
+                *(["restyled walks"] if self.restyled else []),
             ]
         )
 
@@ -70,7 +74,7 @@ class Configuration:
 class Finished:
     """One take. take: as a run leaves it, or None where it ends with `reason`. truth: what is true of it. person: by
     whom takes are weighted (people.by_person); label: of the set; clip: the take's id, the same in every
-    configuration."""
+    configuration; spells: when feet are on the floor, where the joints do not tell it."""
 
     take: Take | None
     truth: SeenTake
@@ -79,6 +83,7 @@ class Finished:
     clip: str
     reason: str = ""
     configuration: Configuration = Configuration()
+    spells: Spells | None = None
 
     def captured(self) -> Take:
         """The captured joints after the same stages, up told: what the take's figures are in truth. InputError for a
@@ -92,25 +97,33 @@ def finished(question: Question, configuration: Configuration) -> Iterator[Finis
     and the detector depend on the seed and the clip only. InputError where the data is not, and for a lifter that
     cannot be opened; a take that a run refuses is given with the reason."""
     pipeline = _recipe(question, configuration).build()
-    for label, truth, asked in (_real if configuration.real else _virtual)(question, configuration):
+    for label, truth, asked, spells in (_real if configuration.real else _virtual)(question, configuration):
         take, reason = None, ""
         try:
             take = pipeline(asked)
         except InputError as error:
             reason = str(error)
-        yield Finished(take, truth, truth.subject, label, truth.clip, reason, configuration)
+        yield Finished(take, truth, truth.subject, label, truth.clip, reason, configuration, spells)
 
 
-def _virtual(question: Question, configuration: Configuration) -> Iterator[tuple[str, SeenTake, Take]]:
+def _virtual(
+    question: Question, configuration: Configuration
+) -> Iterator[tuple[str, SeenTake, Take, Spells | None]]:
     views = replace(BEDS[configuration.bed], pans=float(configuration.camera == "moving"))
     for of in question.sets:
         clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES]
-        for clip in each(clips, f"{of.label}, {configuration}", len(clips)):
+        takes: list[tuple[Clip, Spells | None]] = [(clip, None) for clip in clips]
+        if configuration.restyled:
+            walking = [clip for clip in clips if data_set(clip) != "tennis"]
+            takes = [*restyled_walks(walking, 1, question.seed)]
+        for clip, spells in each(takes, f"{of.label}, {configuration}", len(takes)):
             truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
-            yield of.label, truth, _asked(truth, question.seed, configuration)
+            yield of.label, truth, _asked(truth, question.seed, configuration), spells
 
 
-def _real(question: Question, configuration: Configuration) -> Iterator[tuple[str, SeenTake, Take]]:
+def _real(
+    question: Question, configuration: Configuration
+) -> Iterator[tuple[str, SeenTake, Take, Spells | None]]:
     """By the keypoints that a run finds. The truth has the limbs alone, pelvis and thorax between them; other joints
     are NaN."""
     cameras, true = read_moving()
@@ -138,7 +151,7 @@ def _real(question: Question, configuration: Configuration) -> Iterator[tuple[st
         if configuration.image:
             rows = int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])
             asked = asked.with_(camera=camera_of(video, keypoints, rows))
-        yield "real take", truth, asked
+        yield "real take", truth, asked, None
 
 
 def at_rate(clip: Clip, fps: float) -> Clip:

@@ -22,14 +22,14 @@ from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
 from ...common.metrics import Figure, relative
 from ...common.spread import stated_spread
-from ...gait.contact import SIDES, contacts, leg_length
+from ...gait.contact import SIDES, leg_length
 from ...gait.errors import (
     OF_LENGTH,
     OF_SIDES,
     depth_of_steps,
     path_error,
 )
-from ...gait.events import ON_FLOOR, Stance, stances
+from ...gait.events import Stance
 from ...gait.foot_lock import foot_locked
 from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
 from ...gait.parameters import flat_span
@@ -91,12 +91,13 @@ PAGE = Page(
 
 @dataclass(frozen=True, eq=False)
 class JudgedGait:
-    """One take. kind: "walking", "running" or "none", by its true contacts. steps: (found, true). frames: (N, 2) bool,
-    on the floor as found and in truth. events: {"initial contact", "toe-off": (errors in s (K,), found, true)}. means:
-    {path: {figure: Mean}} of the steps and strides that both have; differences: {path: {figure: Difference}} of their
-    sides. sliding: (K, 3) metres by which flat feet of walks move over the floor by the true path, the one that was
-    found, and that with its feet locked."""
+    """One take of a person. kind: "walking", "running" or "none", by its true contacts. steps: (found, true). frames:
+    (N, 2) bool, on the floor as found and in truth. events: {"initial contact", "toe-off": (errors in s (K,), found,
+    true)}. means: {path: {figure: Mean}} of the steps and strides that both have; differences: {path: {figure:
+    Difference}} of their sides. sliding: (K, 3) metres by which flat feet of walks move over the floor by the true
+    path, the one that was found, and that with its feet locked."""
 
+    person: str
     kind: str
     steps: tuple[int, int]
     frames: np.ndarray
@@ -142,10 +143,11 @@ def judge_both(question: Question, take: LiftedTake, spells: Spells | None = Non
 
 
 def judge(
-    rectifier: Rectifier, take: LiftedTake, path: str = KNOWN, spells: Spells | None = None
+    rectifier: Rectifier, take: LiftedTake, path: str | None = KNOWN, spells: Spells | None = None
 ) -> JudgedGait | None:
     """A take beside its truth; None where it cannot be levelled or joints are missing. path: what is known of the focal
-    length, KNOWN or ASSUMED. spells: when feet are on the floor, where that is known otherwise than by the joints."""
+    length, KNOWN or ASSUMED; None places nobody. spells: when feet are on the floor, where that is known otherwise than
+    by the joints."""
     seen, time_s = take.seen, take.seen.keypoints.times
     joints = joints_of(take.lifted, seen.truth)
     if not np.isfinite(joints).all():
@@ -156,8 +158,7 @@ def judge(
     smooth = filtered(joints, time_s)
     body = rotate(transpose(level.R_camera_from_body), smooth)
     facing = facing_deg(level.R_camera_from_level.T @ level.R_camera_from_body)
-    probability = contacts(body, time_s)
-    found = find_gait(body, time_s, feet=stances(probability, time_s), facing_deg=facing)
+    found = find_gait(body, time_s, facing_deg=facing)
 
     world = rotate(seen.R_camera_from_world.T, seen.joints_camera)
     spells = true_contact(world, time_s) if spells is None else spells
@@ -171,14 +172,14 @@ def judge(
         facing_deg=facing_deg(R_world_from_body),
     )
     frames = [
-        np.stack([probability[side] > ON_FLOOR, _inside(feet[side], time_s)], axis=-1) for side in SIDES
+        np.stack([_inside(each.feet[side], time_s) for each in (found, true)], axis=-1) for side in SIDES
     ]
     events = {
         "initial contact": _events(found, true, "start_s"),
         "toe-off": _events(found, true, "stop_s"),
     }
     steps = (len(found.steps), len(true.steps))
-    judged = JudgedGait(true.kind, steps, np.concatenate(frames), events)
+    judged = JudgedGait(seen.subject, true.kind, steps, np.concatenate(frames), events)
     same = _of_both(found, true)
     if same is None:
         return judged
@@ -197,6 +198,8 @@ def judge(
     true_root = rotate(R_level_from_camera, seen.joints_camera[:, H36M17.index("pelvis")][None])[0]
     keep(TRUE, true_root, rotate(R_level_from_camera, smooth))
 
+    if path is None:
+        return judged
     sized = by_stature(take.lifted, seen.truth)
     placed = pelvis_path(sized, seen.keypoints, camera_of(seen, path))
     if placed is None:

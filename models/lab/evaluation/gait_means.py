@@ -14,9 +14,7 @@ from ...gait.errors import (
     FEWEST_OF_A_SIDE,
     OF_LENGTH,
     OF_SIDES,
-    beyond_seen,
-    difference_error,
-    mean_error,
+    shipped_errors,
     style_of,
 )
 from ...gait.gait import Values
@@ -49,11 +47,8 @@ class Mean:
 
     def sd(self, name: str) -> float:
         """The stated standard deviation, in the figure's unit."""
-        if name not in OF_LENGTH:
-            beyond = max(beyond_seen(self.gait, self.style).values(), default=0.0)
-            return mean_error(self.gait, name, self.count, beyond=beyond)
-        own = self.leg * mean_error(self.gait, name, self.count, self.root_sd / self.leg)
-        return float(np.hypot(own, self.share * self.found))
+        own = shipped_errors().mean(self.gait, name, self.count, self.root_sd / self.leg, self.style)
+        return float(np.hypot(self.leg * own, self.share * self.found)) if name in OF_LENGTH else own
 
 
 @dataclass(frozen=True)
@@ -72,7 +67,7 @@ class Difference:
 
     def sd(self, name: str) -> float:
         """The stated standard deviation, in the figure's unit."""
-        own = difference_error(self.gait, name, *self.counts, self.depth)
+        own = shipped_errors().difference(self.gait, name, *self.counts, self.depth)
         return self.leg * own if name in OF_LENGTH else own
 
 

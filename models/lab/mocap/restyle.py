@@ -70,7 +70,9 @@ def walked_pieces(clip: Clip) -> Iterator[tuple[Clip, Spells]]:
     joints = clip.joints.astype(np.float64)
     level = lowpass(relative(joints).reshape(len(joints), -1), time_s).reshape(joints.shape)
     R = R_world_from_body(level)
-    found = walks(feet, separation(rotate(transpose(R), level)), time_s, LEAST_STEP, facing_deg=facing_deg(R))
+    found = walks(
+        feet, separation(rotate(transpose(R), level), time_s), time_s, LEAST_STEP, facing_deg=facing_deg(R)
+    )
     for i, walk in enumerate(found):
         rows = slice(
             *np.searchsorted(time_s, (walk[0].start_s - _BESIDE_S, walk[-1].stop_s + _BESIDE_S + 1e-9))

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.gait.contact import contacts, leg_length, window_features
-from pcnet3d.models.gait.events import stances
+from pcnet3d.models.gait.contact import contacts, leg_lengths, window_features
+from pcnet3d.models.gait.events import ON_FLOOR, stances
+from pcnet3d.models.gait.gait import separation
 from pcnet3d.models.lab.fits.contact import in_body
 from pcnet3d.models.lab.mocap.contact import true_contact
 from pcnet3d.pipeline import H36M17
@@ -44,6 +45,21 @@ def test_units_do_not_matter_and_a_mirror_exchanges_the_feet(walk):
     np.testing.assert_allclose(contacts(mirrored, walk.time_s)["l"], found["r"], atol=1e-9)
 
 
+def test_a_unit_that_grows_as_the_person_comes_nearer_changes_no_contact(walk):
+    body = body_of(walk)
+    found = contacts(body, walk.time_s)
+    near = contacts(body * (1 + 0.15 * walk.time_s)[:, None, None], walk.time_s)
+    off = [np.abs((near[side] > ON_FLOOR).astype(int) - (found[side] > ON_FLOOR)) for side in "rl"]
+    assert np.mean(off) < 0.02
+
+
+def test_a_hidden_knee_hides_no_step(walk):
+    body = body_of(walk)
+    whole = separation(body, walk.time_s)
+    body[40:50, H36M17.index("r_knee")] = np.nan
+    np.testing.assert_allclose(separation(body, walk.time_s), whole, rtol=0.01, atol=1e-3)
+
+
 def mirror():
     swap = {"r_": "l_", "l_": "r_"}
     return [H36M17.index(swap.get(name[:2], name[:2]) + name[2:]) for name in H36M17.joints]
@@ -59,8 +75,9 @@ def test_missing_legs_are_missing_contacts_and_nothing_crosses_a_seam(walk):
     other = body[60:].copy()
     other[30:, H36M17.index("l_knee")] += 0.2  # legs have other lengths in the other clip
     np.testing.assert_allclose(
-        window_features(other, walk.time_s[60:], "r", (30,))[:30] * leg_length(other),
-        whole[:30] * leg_length(body[60:]),
+        window_features(other, walk.time_s[60:], "r", (30,))[:30]
+        * leg_lengths(other, walk.time_s[60:], (30,))[0],
+        whole[:30] * leg_lengths(body[60:], walk.time_s[60:], (30,))[0],
     )
 
 

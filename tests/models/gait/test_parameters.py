@@ -7,12 +7,8 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.errors import (
     OF_SIDES,
     OF_STYLE,
-    beyond_seen,
     depth_of_steps,
-    difference_error,
-    mean_error,
     shipped_errors,
-    side_error,
 )
 from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.gait import Gait, find_gait, length_values, over_belt, time_values
@@ -109,36 +105,54 @@ def test_a_belt_is_found_by_the_feet_that_stand_on_it_and_told():
         assert mean(values, "step_length") == pytest.approx(SPEED * STEP_S, rel=0.01)
 
 
+OF_PATH = {"walking_speed", "step_length", "stride_length", "step_width"}
+
+
 def test_errors_shrink_with_steps_and_grow_with_the_paths():
+    times = set(time_values(striding()[2]))
+    for source, figures in (("lifted", times | OF_PATH), ("measured", times)):
+        errors = shipped_errors(source)
+        for gait in ("walking", "running"):
+            assert set(errors.figures[gait]) == figures
+            few, more, many, thousand = (errors.mean(gait, "step_time_s", n) for n in (2, 3, 100, 1000))
+            assert few > more > many == thousand  # than it was fitted on
+            assert errors.mean(gait, "step_time_s", 1) > 0.004  # a single step's, between frames
     for gait in ("walking", "running"):
-        assert set(shipped_errors()[gait]) == set(time_values(striding()[2])) | {
-            "walking_speed", "step_length", "stride_length", "step_width",
-        }  # fmt: skip
-        assert mean_error(gait, "step_time_s", 20) < mean_error(gait, "step_time_s", 3)
-        assert mean_error(gait, "step_length", 3, 0.1) > mean_error(gait, "step_length", 3)
-        assert mean_error(gait, "step_time_s", 1) > 0.01  # a single step's, between frames
+        assert shipped_errors().mean(gait, "step_length", 3, 0.1) > shipped_errors().mean(
+            gait, "step_length", 3
+        )
+        assert np.isnan(shipped_errors("measured").mean(gait, "step_length", 3))
 
 
-def test_errors_grow_beyond_the_gaits_that_they_were_fitted_on():
-    for gait, seen in shipped_errors("seen").items():
+@pytest.mark.parametrize("source", ["lifted", "measured"])
+def test_errors_grow_away_from_the_usual_gait_and_beyond_those_that_they_were_fitted_on(source):
+    errors = shipped_errors(source)
+    for gait, seen in errors.seen.items():
         assert set(seen) == set(OF_STYLE)
-        middle = {name: (seen[name]["least"] + seen[name]["most"]) / 2 for name in OF_STYLE}
-        assert beyond_seen(gait, middle) == beyond_seen(gait, {}) == {}
-        far = beyond_seen(gait, {**middle, "stance_percent": 1.5 * seen["stance_percent"]["most"]})
-        assert set(far) == {"stance_percent"}
-        assert beyond_seen(gait, {"step_time_s": 0.5 * seen["step_time_s"]["least"]})["step_time_s"] > 0
-        grown = mean_error(gait, "stance_percent", 10, beyond=far["stance_percent"])
-        assert grown > 1.2 * mean_error(gait, "stance_percent", 10)
+        usual = {name: seen[name]["usual"] for name in OF_STYLE}
+        assert errors.beyond(gait, usual) == errors.beyond(gait, {}) == {}
+        far = {**usual, "stance_percent": seen["stance_percent"]["most"] + 8.0}
+        assert set(errors.beyond(gait, far)) == {"stance_percent"}
+        assert errors.beyond(gait, {"step_time_s": 0.5 * seen["step_time_s"]["least"]})["step_time_s"] > 0
+        grown = errors.mean(gait, "stance_percent", 10, style=far)
+        assert grown > 1.2 * errors.mean(gait, "stance_percent", 10, style=usual)
+    seen = errors.seen["walking"]["stance_percent"]
+    within = {"stance_percent": seen["most"]}
+    assert errors.mean("walking", "stance_percent", 9, style=within) > errors.mean(
+        "walking", "stance_percent", 9
+    )
 
 
 def test_a_difference_of_the_sides_is_less_sure_than_a_mean_the_more_so_the_more_of_a_step_is_depth():
+    errors = shipped_errors()
     for gait in ("walking", "running"):
-        assert set(shipped_errors("differences")[gait]) == set(OF_SIDES)
+        assert set(errors.differences[gait]) == set(OF_SIDES)
         for figure in OF_SIDES:
-            few, many = (difference_error(gait, figure, n, n, 0.5) for n in (2, 20))
-            assert side_error(gait, figure, 0.5) < many / 2 + 1e-9 < few
-    side, along = (difference_error("walking", "step_length", 5, 5, depth) for depth in (0.0, 1.0))
-    assert along > 2 * side > 2 * mean_error("walking", "step_length", 10)
+            few, many = (errors.difference(gait, figure, n, n, 0.5) for n in (2, 20))
+            assert errors.side(gait, figure, 0.5) < many / 2 + 1e-9 < few
+    side, along = (errors.difference("walking", "step_length", 5, 5, depth) for depth in (0.0, 1.0))
+    assert along > 2 * side > 2 * errors.mean("walking", "step_length", 10)
+    assert np.isnan(shipped_errors("measured").difference("walking", "step_length", 5, 5, 0.0))
 
 
 @pytest.mark.parametrize(("off_deg", "depth"), [(0, 1.0), (60, 0.5), (90, 0.0), (180, 1.0)])
