@@ -52,7 +52,7 @@ def true_angles(truth: SeenTake, rows: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def ranges(take: Take, true: Mapping[str, np.ndarray]) -> dict[str, Ranged]:
-    """{angle: Ranged} of those that state a range with its error; nothing where the truth lacks frames of it. true: of
+    """{angle: Ranged} of those that state a range with its error; nothing where the truth lacks frames of it. true: (T,) of
     `true_angles`."""
     measures, columns, found = grouped(take.measures or ()), take.kinematics or {}, {}
     for name in ANGLES:
@@ -70,7 +70,7 @@ def ranges(take: Take, true: Mapping[str, np.ndarray]) -> dict[str, Ranged]:
 
 
 def repetitions(take: Take, true: Mapping[str, np.ndarray]) -> Iterator[Repeated]:
-    """Every two repetitions of an angle, each peak against the highest true value of that repetition. true: of
+    """Every two repetitions of an angle, each peak against the highest true value of that repetition. true: (T,) of
     `true_angles`."""
     times, measures = take.need("poses").times, grouped(take.measures or ())
     groups: dict[str, Group] = {
