@@ -17,10 +17,11 @@ from pcnet3d.models.lab.errors.statements import angles, joints, rotation, state
 from pcnet3d.models.lab.evaluation import evaluate as reports
 from pcnet3d.models.lab.evaluation import sets
 from pcnet3d.models.lab.evaluation.finished import Configuration, finished
+from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.errors import InputError
 from pcnet3d.pipeline.core.measures import Measure, Moments, grouped
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.core.rotations import geodesic_deg
+from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 from pcnet3d.pipeline.signals.angles import ANGLES
 
@@ -116,29 +117,38 @@ def test_a_rotation_is_as_wrong_as_it_was_made(exact, rows):
     assert (share(one), share(one, 0.5)) == (1, 0)
 
 
+def with_covariance(take, truth, off, covariance):
+    """The take with joints (T, 17, 3) in LEVEL off the truth, and their covariance (T, 17, 3, 3)."""
+    R = take.need("rectified").R_source_from_level
+    wrong = take.need("filtered").with_(joints=rotate(R.T, truth.truth) + off, covariance=covariance)
+    level = replace(take.need("rectified"), level=take.need("rectified").level.with_(covariance=covariance))
+    camera = Camera((1920, 1080), 1500.0, 100.0, "told")
+    return take.with_(filtered=wrong, rectified=level, camera=camera)
+
+
 def test_gaussian_errors_lie_inside_their_ellipsoids_in_nine_of_ten(exact, rows):
     rng = np.random.default_rng(0)
     root = np.array([[0.02, 0.0, 0.0], [0.01, 0.03, 0.0], [0.0, 0.02, 0.05]])
-    poses = exact.take.need("poses")
-    off = rng.standard_normal(poses.joints.shape) @ root.T
+    off = rng.standard_normal(exact.truth.truth.shape) @ root.T
     off[:, 0] = 0
-    covariance = np.broadcast_to(root @ root.T, (*poses.joints.shape, 3))
+    covariance = np.broadcast_to(root @ root.T, (*off.shape, 3))
 
     def one(factor):
-        wrong = poses.with_(joints=exact.truth.truth + off, covariance=factor**2 * covariance)
-        return next(joints(exact.take.with_(poses=wrong), exact.truth, rows))
+        take = with_covariance(exact.take, exact.truth, off, factor**2 * covariance)
+        return next(joints(take, exact.truth, rows))
 
     assert share(one(1.0)) == pytest.approx(0.9, abs=0.02)
     assert share(one(0.5)) < 0.5
     assert judge.factor([one(0.5)]) == pytest.approx(2.0, rel=0.05)
-    without = exact.take.with_(poses=poses.with_(covariance=None))
-    assert len(joints(without, exact.truth, rows).error) == 0
+    assert list(joints(exact.take, exact.truth, rows)) == []
 
 
 def test_nothing_but_joints_is_judged_of_a_take_that_is_not_levelled_and_nothing_of_a_refused_one(exact):
-    refused = replace(exact.take.need("rectified"), level_ok=False, level_reason="lying")
-    found = [one.statement for one in statements(replace(exact, take=exact.take.with_(rectified=refused)))]
-    assert found == ["joints"]
+    covariance = np.broadcast_to(0.01 * np.eye(3), (*exact.truth.truth.shape, 3))
+    stated = with_covariance(exact.take, exact.truth, 0.0, covariance)
+    refused = replace(stated.need("rectified"), level_ok=False, level_reason="lying")
+    found = [one.statement for one in statements(replace(exact, take=stated.with_(rectified=refused)))]
+    assert found == ["joints", "joints in depth", "joints across"]
     for source in report.SOURCES:
         assert list(source(replace(exact, take=None))) == []
 
