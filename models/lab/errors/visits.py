@@ -22,7 +22,6 @@ import typer
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import pitch_roll_deg, view_rotation
 from ....pipeline.core.measures import Measure, grouped, subgroup, text
-from ....pipeline.core.pose import MadeBy
 from ....pipeline.core.rotations import rotate
 from ....pipeline.core.take import Take, Told
 from ....pipeline.files.atomic import whole_file
@@ -107,7 +106,7 @@ def visits(clip: Clip, bed: str, views: ViewRange, seed: int) -> Iterator[Visits
 def _run(clip: Clip, cameras: Cameras[np.ndarray], seed: int) -> Take:
     """As a run leaves it that knows the image's size and the person's stature."""
     seen = see(clip, seed, cameras=cameras)
-    poses = lift(seen.keypoints, seen.image_size).with_(made_by=MadeBy("estimated", shipped_noise().lifter))
+    poses = lift(seen.keypoints, seen.image_size)
     told = Told(image_size=seen.image_size, stature_m=implied_stature(seen.truth))
     stages = Recipe(stages=tuple(StageEntry(use=name) for name in _STAGES)).build()
     return stages(Take(clip.name, poses=poses, keypoints=seen.keypoints, told=told))

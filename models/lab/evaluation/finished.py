@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
+from .foreign import Kind, foreign_poses, kind_of
 from .sets import Question
 from .take_answers import simulated_look
 from .testbed import BEDS, MIN_FRAMES, Bed, SeenTake, see
@@ -36,7 +38,9 @@ class Configuration:
     """What a run can have. image: an image tells up, as well as rendered rooms do (take_answers.simulated_look).
     up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
-    the usual one is assumed, as of a video without lines."""
+    the usual one is assumed, as of a video without lines. foreign: simulated lifters of foreign.KINDS made the poses,
+    each of some takes, and the run is given them with keypoints beside; errors: a file of angles' errors, as a user
+    gives one."""
 
     image: bool = False
     camera: CameraMotion = "static"
@@ -45,11 +49,17 @@ class Configuration:
     bed: Bed = "wild"
     fps: float = 30.0
     focal_known: bool = False
+    foreign: tuple[Kind, ...] = ()
+    errors: Path | None = None
 
     def __str__(self) -> str:
         return ", ".join(
             [
-                f"lifter {self.lifter}" if self.lifter else "motion capture",
+                "simulated lifters " + " ".join(self.foreign)
+                if self.foreign
+                else f"lifter {self.lifter}"
+                if self.lifter
+                else "motion capture",
                 f"{self.bed} cameras, {self.camera}, {self.fps:g} fps",
                 *(["with the image"] if self.image else []),
                 *(["up told"] if self.up_told else []),
@@ -119,7 +129,9 @@ def _recipe(question: Question, configuration: Configuration) -> Recipe:
     recipe = load_recipe()
     for stage in _FILES:
         recipe = recipe.without(stage)
-    if not configuration.lifter:
+    if configuration.errors is not None:
+        recipe = recipe.with_options("angles", errors=configuration.errors)
+    if configuration.foreign or not configuration.lifter:
         return recipe
     return recipe.starting_with("lift").with_options("lift", lifter=configuration.lifter, flip=question.flip)
 
@@ -140,6 +152,9 @@ def _asked(truth: SeenTake, seed: int, configuration: Configuration) -> Take:
     if configuration.image:
         camera = replace(camera, looks=looks(truth, seed))
     take = Take(truth.clip, keypoints=truth.keypoints, camera=camera, told=told)
+    if configuration.foreign:
+        kind = kind_of(truth.clip, configuration.foreign)
+        return take.with_(poses=foreign_poses(truth, kind, seed))
     if configuration.lifter:
         return take
     frame = CAMERA.with_(origin="pelvis")

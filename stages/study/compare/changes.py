@@ -194,6 +194,8 @@ def _tested(found: list[Change]) -> list[Change]:
 
 
 def _one_lifter(side: Side, reference: Side) -> bool:
-    """Whether both are lifts of the lifter whose differences are known; those of others count as independent."""
-    runs = [each.run for each in (side, reference)]
-    return all(run is not None and run.need("poses").made_by.by == shipped()["lifter"] for run in runs)
+    """Whether both are lifts, with the errors that were judged, of the lifter whose differences are known as shares of
+    these; others count as independent."""
+    runs = [each.run for each in (side, reference) if each.run is not None]
+    of = {(run.angle_errors, run.need("poses").made_by.by) for run in runs}
+    return len(runs) == 2 and of == {("judged", shipped()["lifter"])}
