@@ -99,7 +99,7 @@ def finished(question: Question, configuration: Configuration) -> Iterator[Finis
     """Every take of the question's sets, of at least MIN_FRAMES frames, after a run in that configuration. The cameras
     and the detector depend on the seed and the clip only. InputError where the data is not, and for a lifter that
     cannot be opened; a take that a run refuses is given with the reason."""
-    pipeline = _recipe(question, configuration).build()
+    pipeline = recipe_of(question, configuration).build()
     views = replace(BEDS[configuration.bed], pans=float(configuration.camera == "moving"))
     for of in question.sets:
         clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES]
@@ -125,7 +125,8 @@ def at_rate(clip: Clip, fps: float) -> Clip:
     return replace(clip, fps=fps, joints=joints.astype(np.float32))
 
 
-def _recipe(question: Question, configuration: Configuration) -> Recipe:
+def recipe_of(question: Question, configuration: Configuration) -> Recipe:
+    """The default recipe as that configuration has it, from keypoints on or from poses, without files."""
     recipe = load_recipe()
     for stage in _FILES:
         recipe = recipe.without(stage)
