@@ -17,10 +17,11 @@ import numpy as np
 
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.signals.angles import ANGLES, of_both
-from ...angle_error.joint_noise import JointNoise, shipped_noise
+from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
 from ...common.metrics import SD_90
 from ...lifter.load import load_lifter
 from ..evaluation.finished import Configuration, finished
+from ..evaluation.foreign import Answers, Simulated
 from ..evaluation.sets import Question
 from ..evaluation.tables import Page, Table
 from . import judge
@@ -61,9 +62,18 @@ PAGE = Page(
 )
 
 
-def asked(lifter: str) -> dict[str, Configuration]:
-    """The configurations that are judged, by name."""
-    own = Configuration(lifter=lifter)
+def asked(question: Question, answers: Answers | None = None) -> dict[str, Configuration]:
+    """The configurations that are judged, by name: of the question's lifter and of simulated foreign ones, or of a
+    lifter's answers."""
+    if answers is not None:
+        return {
+            f"{answers.name}, {bed}{', image' if image else ''}": Configuration(
+                image, foreign=answers, bed=bed
+            )
+            for bed in answers.beds(question.seed)
+            for image in (False, True)
+        }
+    own = Configuration(lifter=str(question.lifter))
     return {
         "bodies alone": own,
         "image": replace(own, image=True),
@@ -74,15 +84,31 @@ def asked(lifter: str) -> dict[str, Configuration]:
         "typical, image": replace(own, bed="typical", image=True),
         "60 fps": replace(own, fps=60.0),
         "capture": replace(own, lifter=""),
+        "simulated foreign lifters": Configuration(foreign=Simulated()),
     }
 
 
 def tables(
-    question: Question, part: Sequence[str] | None = None, fit: bool = False, output: Path | None = None
+    question: Question,
+    part: Sequence[str] | None = None,
+    fit: bool = False,
+    output: Path | None = None,
+    answers: Path | None = None,
+    errors: Path | None = None,
 ) -> dict[str, Any]:
     """Everything the report says. part: only these configurations. fit, output: see above; `errors.json` in output
-    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed}."""
-    cases = collected(question, part)
+    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed}. answers: judge
+    that lifter's (foreign.Answers). errors: a file of errors of angles that takes are given; what is fitted begins with
+    these, or the shipped ones."""
+    errors = errors or (NOISE_FILE if fit else None)
+    foreign = None if answers is None else Answers(answers)
+    configurations = asked(question, foreign)
+    if fit:  # nothing follows from what nobody made, or a network of another kind
+        configurations = {
+            name: of for name, of in configurations.items() if not isinstance(of.foreign, Simulated)
+        }
+    configurations = {name: replace(of, errors=errors) for name, of in configurations.items()}
+    cases = collected(question, configurations, part)
     rows = list(judged(cases, str(question.people)))
     results: dict[str, Any] = {**question.heading(), "statements": {}, "sizes": {}}
     for row in rows:
@@ -95,21 +121,24 @@ def tables(
             lines = ",\n ".join(json.dumps(row) for row in rows)
             partial.write_text(f"[\n {lines}\n]\n", encoding="utf-8")
         if fit:
-            noise = replace(refitted(cases), lifter=load_lifter(str(question.lifter)).method)
+            of = load_lifter(str(question.lifter)).method if foreign is None else foreign.name
+            noise = replace(refitted(cases, read_noise(errors or NOISE_FILE)), lifter=of)
             with whole_file(output / "joint_noise.json") as partial:
                 partial.write_text(noise.as_json(), encoding="utf-8")
     return results
 
 
-def collected(question: Question, part: Sequence[str] | None = None) -> Cases:
+def collected(
+    question: Question, configurations: Mapping[str, Configuration], part: Sequence[str] | None = None
+) -> Cases:
     """Everything that the question's takes state, in every configuration."""
     cases: Cases = {}
-    for name, configuration in asked(str(question.lifter)).items():
+    for name, configuration in configurations.items():
         if part and name not in part:
             continue
         by_statement = cases.setdefault(name, {})
         for take in finished(question, configuration):
-            for stated in statements(take):
+            for stated in statements(take, read_noise(configuration.errors or NOISE_FILE)):
                 if len(stated.error):
                     by_statement.setdefault(stated.statement, []).append(stated)
     return cases

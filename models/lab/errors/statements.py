@@ -25,8 +25,9 @@ _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # 
 _CHI_90 = 2.5003  # root of the 90 % quantile of chi square of three degrees of freedom
 
 
-def statements(finished: Finished) -> Iterator[Stated]:
-    """Everything that is judged of one take; nothing of one that a run refuses or cannot level but its joints."""
+def statements(finished: Finished, noise: JointNoise | None = None) -> Iterator[Stated]:
+    """Everything that is judged of one take; nothing of one that a run refuses or cannot level but its joints. noise:
+    by which its angles' errors are stated, the shipped one without."""
     take, truth = finished.take, finished.truth
     if take is None:
         return
@@ -37,7 +38,7 @@ def statements(finished: Finished) -> Iterator[Stated]:
         yield up(take, truth, rows)
         yield rotation(take, truth, rows)
         if take.kinematics and take.need("poses").made_by.kind == "estimated":
-            yield from angles(take, truth, rows)
+            yield from angles(take, truth, rows, noise)
 
 
 def up(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:

@@ -23,7 +23,7 @@ from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
-from .foreign import Kind, foreign_poses, kind_of
+from .foreign import Foreign
 from .sets import Question
 from .take_answers import simulated_look
 from .testbed import BEDS, MIN_FRAMES, Bed, SeenTake, see
@@ -38,9 +38,8 @@ class Configuration:
     """What a run can have. image: an image tells up, as well as rendered rooms do (take_answers.simulated_look).
     up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
-    the usual one is assumed, as of a video without lines. foreign: simulated lifters of foreign.KINDS made the poses,
-    each of some takes, and the run is given them with keypoints beside; errors: a file of angles' errors, as a user
-    gives one."""
+    the usual one is assumed, as of a video without lines. foreign: another lifter made the poses, and the run is given
+    them with the keypoints beside. errors: a file of angles' errors, as a user gives one."""
 
     image: bool = False
     camera: CameraMotion = "static"
@@ -49,13 +48,13 @@ class Configuration:
     bed: Bed = "wild"
     fps: float = 30.0
     focal_known: bool = False
-    foreign: tuple[Kind, ...] = ()
+    foreign: Foreign | None = None
     errors: Path | None = None
 
     def __str__(self) -> str:
         return ", ".join(
             [
-                "simulated lifters " + " ".join(self.foreign)
+                f"lifter {self.foreign.name}"
                 if self.foreign
                 else f"lifter {self.lifter}"
                 if self.lifter
@@ -105,9 +104,10 @@ def finished(question: Question, configuration: Configuration) -> Iterator[Finis
         clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES]
         for clip in each(clips, f"{of.label}, {configuration}", len(clips)):
             truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
+            asked = _asked(truth, question.seed, configuration)
             take, reason = None, ""
             try:
-                take = pipeline(_asked(truth, question.seed, configuration))
+                take = pipeline(asked)
             except InputError as error:
                 reason = str(error)
             yield Finished(take, truth, clip.subject, of.label, clip.name, reason)
@@ -154,8 +154,7 @@ def _asked(truth: SeenTake, seed: int, configuration: Configuration) -> Take:
         camera = replace(camera, looks=looks(truth, seed))
     take = Take(truth.clip, keypoints=truth.keypoints, camera=camera, told=told)
     if configuration.foreign:
-        kind = kind_of(truth.clip, configuration.foreign)
-        return take.with_(poses=foreign_poses(truth, kind, seed))
+        return take.with_(poses=configuration.foreign.poses(truth, configuration.bed, seed))
     if configuration.lifter:
         return take
     frame = CAMERA.with_(origin="pelvis")

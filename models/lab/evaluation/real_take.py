@@ -198,7 +198,7 @@ def bar_rows(runs: Sequence[tuple[Take, np.ndarray]]) -> dict[str, dict[str, Any
             error = near(columns[f"{name}_deg"] - true[name].value_deg, 0.0)
             both = np.stack([error, SD_90 * columns[f"{name}_sd_deg"]], axis=1)
             parts.setdefault(of_both(name), []).append(both[np.isfinite(both).all(axis=1)])
-    (errors,) = {take.angle_errors for take, _ in runs}
+    errors = " or ".join(sorted({str(take.angle_errors) for take, _ in runs}))
     rows = {}
     for name, part in parts.items():
         error, bar = np.concatenate(part).T
