@@ -9,7 +9,6 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -79,19 +78,6 @@ class Finished:
     label: str
     clip: str
     reason: str = ""
-
-
-def configurations(lifters: tuple[str, ...] = ("pcnet3d", "")) -> list[Configuration]:
-    """All that differ: every camera, rate and knowledge of up, for each lifter. Nobody tells the one up of a camera
-    that moves."""
-    cameras: tuple[CameraMotion, ...] = ("static", "moving")
-    return [
-        Configuration(image, camera, up_told, lifter, bed, fps)
-        for lifter, bed, camera, fps, (image, up_told) in product(
-            lifters, BEDS, cameras, (30.0, 60.0), ((False, False), (True, False), (False, True))
-        )
-        if not (up_told and camera == "moving")
-    ]
 
 
 def finished(question: Question, configuration: Configuration) -> Iterator[Finished]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Protocol, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -42,18 +42,6 @@ _OWN_M, _OWN_S = (
 )  # slow errors of each joint, and how long they last; half of it all the take
 
 
-class Foreign(Protocol):
-    """A lifter that is not the built-in one."""
-
-    @property
-    def name(self) -> str: ...
-
-    def poses(self, truth: SeenTake, bed: Bed, seed: int) -> PoseSequence:
-        """(T, 17, 3) of a take that `testbed.see` gives for that seed, before cameras of that bed, in CAMERA axes from
-        the pelvis."""
-        ...
-
-
 @dataclass(frozen=True)
 class Answers:
     """A user's lifter. folder: its answers, for the file TAKE.npz of `testbed --keypoints` TAKE.npy or .npz with
@@ -79,7 +67,8 @@ class Answers:
         return beds
 
     def poses(self, truth: SeenTake, bed: Bed, seed: int) -> PoseSequence:
-        """As the protocol says. InputError for a take without an answer, or with one of other frames."""
+        """(T, 17, 3) of a take that `testbed.see` gives for that seed, before cameras of that bed, in CAMERA axes from
+        the pelvis. InputError for a take without an answer, or with one of other frames."""
         take = file_name(truth.clip, bed, seed)
         found = [path for ending in ("npy", "npz") if (path := self.folder / f"{take}.{ending}").exists()]
         if not found:
@@ -113,7 +102,7 @@ class Simulated:
         return self.kinds[zlib.crc32(clip.encode()) % len(self.kinds)]
 
     def poses(self, truth: SeenTake, bed: Bed, seed: int) -> PoseSequence:
-        """As the protocol says."""
+        """As `Answers` gives them."""
         kind = self.kind_of(truth.clip)
         rng = np.random.default_rng([seed, zlib.crc32(truth.clip.encode()), 5])
         made_by = MadeBy("estimated", f"simulated ({kind})")
@@ -128,6 +117,9 @@ class Simulated:
         poses = lift(seen.with_(joints=pixels[0], confidence=confidence[0]), truth.image_size)
         joints = _changed(poses.joints.astype(np.float64), kind, poses.fps, rng)
         return poses.with_(joints=relative(joints), covariance=None, made_by=made_by)
+
+
+Foreign = Answers | Simulated
 
 
 def _changed(joints: np.ndarray, kind: Kind, fps: float, rng: np.random.Generator) -> np.ndarray:

@@ -5,7 +5,7 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lab.evaluation import sets
-from pcnet3d.models.lab.evaluation.finished import Configuration, at_rate, configurations, finished
+from pcnet3d.models.lab.evaluation.finished import Configuration, at_rate, finished
 from pcnet3d.pipeline import angle_deg
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 
@@ -43,12 +43,6 @@ def test_a_take_is_finished_and_its_truth_is_that_of_its_frames(clip, configurat
     assert one.truth.up.shape == ((3,) if configuration.camera == "static" else (len(one.truth.truth), 3))
     assert tilt(one).mean() < most_deg
     assert np.isfinite(one.take.kinematics["r_knee_flexion_deg"]).any()
-
-
-def test_every_configuration_is_another_and_none_tells_the_up_of_a_moving_camera():
-    every = configurations()
-    assert len({str(one) for one in every}) == len(every)
-    assert not any(one.up_told and one.camera == "moving" for one in every)
 
 
 def test_another_rate_goes_through_the_captured_joints(clip):
