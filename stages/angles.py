@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -13,19 +14,20 @@ from ..models.angle_error.joint_covariance import joint_covariance, turns_of
 from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ..models.angle_error.rates import angle_rates
 from ..models.angle_error.take_angles import AngleSeries, angle_series, in_reference
+from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import MadeBy, PoseSequence, Rectified
-from ..pipeline.core.take import Take
-from ..pipeline.files.video_frames import image_size
+from ..pipeline.core.take import AngleErrors, Take
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
-from ..pipeline.signals.visibility import seen_only
+from .lift import Lift
 from .trajectories import Smoother
 
 # What is said of how the errors of angles are known, unless they are the built-in lifter's.
 ANGLE_ERRORS = (
-    "angle-errors-unknown", "angle-errors-of-world", "angle-errors-unjudged", "angle-errors-by-disagreement"
+    "angle-errors-unknown", "angle-errors-of-world", "angle-errors-unjudged", "angle-errors-by-disagreement",
+    "angle-errors-of-file", "angle-errors-unused",
 )  # fmt: skip
 
 
@@ -41,8 +43,8 @@ class Angles:
 
     name: ClassVar[str] = "angles"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered")
-    gives: ClassVar[tuple[str, ...]] = ("kinematics", "filtered")
-    reads: ClassVar[tuple[str, ...]] = ("camera", "focal_px", "image_size")
+    gives: ClassVar[tuple[str, ...]] = ("kinematics", "filtered", "angle_errors")
+    reads: ClassVar[tuple[str, ...]] = Lift.reads  # which lifts a second time
 
     def __post_init__(self) -> None:
         """InputError for a file that holds no such errors, before a run has begun."""
@@ -51,21 +53,42 @@ class Angles:
 
     def __call__(self, take: Take) -> Take:
         poses, rectified = take.need("poses"), take.need("rectified")
-        noise = read_noise(self.errors) if self.errors else shipped_noise()
-        judged = poses.lifted and (self.errors is not None or poses.made_by.by == noise.lifter)
-        filtered, turning = take.need("filtered"), turns_of(take) if judged else None
-        series, times = angle_series(poses, rectified, filtered, noise if judged else None)
-        basis = [] if judged else [errors_unknown(poses)]
-        if poses.lifted and not judged and (by := _by_disagreement(take, series)) is not None:
-            series = by
-            basis = [notice("angle-errors-by-disagreement", by=_by(poses.made_by))]
+        filtered = take.need("filtered")
+        noise = read_noise(self.errors) if self.errors and poses.lifted else errors_of(poses)
+        turning = None if noise is None else turns_of(take)
+        series, times = angle_series(poses, rectified, filtered, noise)
+        basis: AngleErrors = "none" if noise is None else "file" if self.errors else "judged"
+        if noise is None and poses.lifted and (by := _by_disagreement(take, series)) is not None:
+            series, basis = by, "disagreement"
         columns = _columns(series, times, breaks(poses), self.smoother == "auto", noise)
-        notices = [*_notices(columns), *(each for each in basis if each)]
         own = rectified.level.covariance
-        if turning is not None and own is not None:
+        if noise is not None and turning is not None and own is not None:
             filtered = filtered.with_(covariance=joint_covariance(own, filtered.joints, turning, noise))
         kinematics = {**(take.kinematics or {}), **columns}
-        return take.with_(kinematics=kinematics, filtered=filtered).saying(*notices)
+        take = take.with_(kinematics=kinematics, filtered=filtered, angle_errors=basis)
+        return take.saying(*_notices(columns), *self._known(poses, basis, noise))
+
+    def _known(self, poses: PoseSequence, basis: AngleErrors, noise: JointNoise | None) -> Iterator[Notice]:
+        """What is said of how the errors are known."""
+        by = _by(poses.made_by)
+        if basis == "disagreement":
+            yield notice("angle-errors-by-disagreement", by=by)
+        elif basis == "file" and noise is not None:
+            yield notice("angle-errors-of-file", lifter=noise.lifter, by=by)
+        elif basis == "none":
+            if self.errors is not None:
+                measured = poses.made_by.kind == "measured"
+                yield notice(
+                    "angle-errors-unused", are="were measured" if measured else "are in a world's axes"
+                )
+            elif unknown := errors_unknown(poses):
+                yield unknown
+
+
+def errors_of(poses: PoseSequence) -> JointNoise | None:
+    """The errors of the lifter that made the poses, where that is the built-in one; None else."""
+    noise = shipped_noise()
+    return noise if poses.lifted and poses.made_by.by == noise.lifter else None
 
 
 def errors_unknown(poses: PoseSequence) -> Notice | None:
@@ -94,31 +117,28 @@ def joint_angles(
     that is not 0 the others are NaN.
 
     poses: what was rectified; rectified: the answer; filtered: its `level` through the low-pass
-    (stages.trajectories.smooth). noise: the errors of the lifter that made the poses; None where nobody has judged it,
-    and then no angle has an error. Rates are smoothed by the angles' errors (models/angle_error/rates.py), or, without
-    rates_by_error, derivatives. InputError for another layout or frame.
+    (stages.trajectories.smooth). noise: the errors of the lifter that made the poses; without, those of the built-in
+    one where it made them, and else no angle has an error. Rates are smoothed by the angles' errors
+    (models/angle_error/rates.py), or, without rates_by_error, derivatives. InputError for another layout or frame.
     """
+    noise = errors_of(poses) if noise is None else noise
     series, times = angle_series(poses, rectified, filtered, noise)
     return _columns(series, times, breaks(poses), rates_by_error, noise)
 
 
 def _by_disagreement(take: Take, series: dict[str, AngleSeries]) -> dict[str, AngleSeries] | None:
-    """The angles with errors by how far they are from those of the built-in lifter; None without keypoints of the take
-    in an image of known size."""
-    size, rectified = image_size(take), take.need("rectified")
-    if take.keypoints is None or size is None or not rectified.level_ok:
+    """The angles with errors by how far they are from those of the built-in lifter; None where it cannot lift the
+    take's keypoints, as those of two people, or there are none."""
+    rectified = take.need("rectified")
+    if take.keypoints is None or not rectified.level_ok:
+        return None
+    try:
+        second = Lift()(take.with_(poses=None)).need("poses")
+    except InputError:  # no reason to end the run
         return None
     poses, R_camera_from_source = in_reference(take.need("poses"))
-    focal_px = take.camera.focal_px if take.camera else take.told.focal_px
-    return by_disagreement(
-        poses,
-        series,
-        seen_only(take.keypoints, size) if take.keypoints.time_s is not None else take.keypoints,
-        size,
-        (R_camera_from_source @ rectified.R_source_from_level)[..., :, 2],
-        rectified.up_error_deg,
-        focal_px,
-    )
+    up = (R_camera_from_source @ rectified.R_source_from_level)[..., :, 2]
+    return by_disagreement(poses, series, second, up, rectified.up_error_deg, take.cutoff_hz)
 
 
 def _columns(

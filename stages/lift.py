@@ -18,7 +18,7 @@ from ..pipeline.core.layouts import H36M17, remap
 from ..pipeline.core.lifted import Lifted, ToLift
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
-from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.plugins.protocols import Lifter
@@ -71,7 +71,8 @@ class Lift:
         lifted = self._lifted(asked)
         if "up" in takes and (up := _known_up(take, lifted.poses)) is not None:
             lifted = self._lifted(replace(asked, up=up))
-        poses = lifted.noted().with_(made_by=MadeBy("estimated", lifted.model, in_run=True))
+        poses = lifted.noted()
+        poses = poses.with_(made_by=replace(poses.made_by, in_run=True))
         poses = guarded(poses, take.told.handedness, f"The lift by {lifted.model}")
         if lifted.joints_on_a_line:
             take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))

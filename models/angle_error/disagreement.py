@@ -7,16 +7,16 @@ built-in one's own error, which was fitted on lifted takes with truth.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from ...pipeline.core.errors import InputError
-from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.signals.angles import FINE, UNTRUSTED, near
+from ...pipeline.signals.filters import breaks
 from ..common.spread import stated_spread
 from ..gravity import Seen, TakeUp
 from ..gravity.levelling import level
-from ..lifter.builtin import lift
 from ..rectifier.load import load_rectifier
 from .take_angles import MAX_SD_DEG, AngleSeries, smoothed, take_angles
 
@@ -28,30 +28,21 @@ _LEAST = 0.5  # of the frames, in which both have to be
 def by_disagreement(
     poses: PoseSequence,
     angles: dict[str, AngleSeries],
-    keypoints: PoseSequence,
-    image_size: tuple[int, int] | None,
+    second: PoseSequence,
     up: np.ndarray,
     up_error_deg: np.ndarray,
-    focal_px: float | None = None,
+    cutoff_hz: float | None,
 ) -> dict[str, AngleSeries] | None:
-    """The angles with standard deviations, of rates none; None where the keypoints show less than half of the poses'
-    frames, or cannot be lifted.
+    """The angles with standard deviations, of rates none; None where `second` has less than half of the poses' frames.
 
-    poses: (T rows) in CAMERA; angles: theirs, without errors. keypoints: of the same person, pixels, with frame
-    numbers of the same video; image_size: width and height. up: (3,) or (T, 3) in the camera and up_error_deg (T,) its
-    error, as the poses were rectified.
+    poses: (T rows) in CAMERA; angles: theirs, without errors, of joints through a low-pass at cutoff_hz. second: the
+    built-in lifter's of the same person, in CAMERA, with frame numbers of the same video. up: (3,) or (T, 3) in the
+    camera and up_error_deg (T,) its error, as the poses were rectified.
     """
-    body = remap(keypoints, H36M17)
-    rows = np.searchsorted(body.frame_index, poses.frame_index)
-    there = rows < len(body)
-    there &= body.frame_index[np.minimum(rows, len(body) - 1)] == poses.frame_index
+    rows = np.searchsorted(second.frame_index, poses.frame_index)
+    there = rows < len(second)
+    there &= second.frame_index[np.minimum(rows, len(second) - 1)] == poses.frame_index
     if there.mean() < _LEAST:
-        return None
-    try:
-        second = lift(body, image_size, focal_px)
-    except (
-        InputError
-    ):  # keypoints that cannot be lifted, as of two people: no errors, and no reason to end the run
         return None
     rows = np.where(there, rows, 0)
     joints = np.where(there[:, None, None], second.joints[rows].astype(np.float64), np.nan)
@@ -60,9 +51,10 @@ def by_disagreement(
     levelled = level(
         Seen(joints, R, error_deg, poses.times, poses.seams, spread=spread), TakeUp(up, up_error_deg)
     )
+    seams = breaks(poses)
     own = take_angles(
         joints,
-        smoothed(joints, poses.times),
+        joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz, seams),
         levelled.R_camera_from_body,
         error_deg=levelled.error_deg,
         up_error_deg=levelled.up_error_deg,
@@ -73,7 +65,7 @@ def by_disagreement(
     for name, second_angle in own.items():
         angle = angles[name]
         apart = near(angle.value_deg - second_angle.value_deg, 0.0)
-        sd = np.hypot(second_angle.sd_deg, np.sqrt(_running_mean(apart**2, window)))
+        sd = np.hypot(second_angle.sd_deg, np.sqrt(_running_mean(apart**2, window, seams)))
         vague = (angle.reason == FINE) & (sd > MAX_SD_DEG)
         out[name] = AngleSeries(
             np.where(vague, np.nan, angle.value_deg),
@@ -84,10 +76,12 @@ def by_disagreement(
     return out
 
 
-def _running_mean(values: np.ndarray, window: int) -> np.ndarray:
-    """(T,) the mean of the finite values (T,) within the window about each row."""
+def _running_mean(values: np.ndarray, window: int, seams: Sequence[int]) -> np.ndarray:
+    """(T,) the mean of the finite values (T,) within the window about each row, of none across a seam."""
     from scipy.ndimage import uniform_filter1d
 
+    if len(seams):
+        return np.concatenate([_running_mean(part, window, ()) for part in np.split(values, seams)])
     fine = np.isfinite(values)
     total, count = (
         uniform_filter1d(each, window, mode="constant")

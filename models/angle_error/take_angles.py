@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -153,6 +154,8 @@ def in_reference(poses: PoseSequence) -> tuple[PoseSequence, np.ndarray]:
     ), R_reference_from_source
 
 
-def smoothed(joints: np.ndarray, time_s: np.ndarray, cutoff_hz: float = CUTOFF_HZ) -> np.ndarray:
+def smoothed(
+    joints: np.ndarray, time_s: np.ndarray, cutoff_hz: float = CUTOFF_HZ, seams: Sequence[int] = ()
+) -> np.ndarray:
     """(T, J, 3) through the zero-phase low-pass, each joint on its own, as the stage trajectories does."""
-    return each_path(partial(lowpass, time_s=time_s, cutoff_hz=cutoff_hz), joints)
+    return each_path(partial(lowpass, time_s=time_s, cutoff_hz=cutoff_hz, seams=seams), joints)

@@ -280,6 +280,11 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "angle-errors-by-disagreement": ("note", "motion",
         "Nobody has judged the errors of these poses{by}; those of the angles are stated by how far they are from "
         "the built-in lifter's on the same keypoints."),
+    "angle-errors-of-file": ("note", "motion",
+        "The errors of the angles are those that the given file states of {lifter}; the poses were estimated{by}."),
+    "angle-errors-unused": ("warning", "motion",
+        "The given file of angles' errors is not used: it is of poses that were estimated in a camera's axes, and "
+        "these {are}."),
     # Files that were written
     "c3d-too-long": ("warning", "files",
         "{file} was not written: C3D numbers {most} frames at most, and the take has {frames} at one even rate; "

@@ -12,7 +12,7 @@ from .errors import InputError
 from .frames import CAMERA
 from .intrinsics import Intrinsics
 from .layouts import H36M17
-from .pose import PoseSequence
+from .pose import MadeBy, PoseSequence
 from .take import Video
 
 _ROUNDED = ("focal_px", "bearing_deg")  # to a tenth, for readers
@@ -108,9 +108,10 @@ class Lifted:
         return self.poses.root is not None
 
     def noted(self) -> PoseSequence:
-        """The poses, whose history ends with the step "lift" and all of this, for readers."""
+        """The poses, by this lifter, whose history ends with the step "lift" and all of this, for readers."""
         said: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(self)[1:]}
         said |= {name: np.round(said[name], 1).tolist() for name in _ROUNDED if said[name] is not None}
-        return self.poses.noted(
+        poses = self.poses.with_(made_by=MadeBy("estimated", self.model))
+        return poses.noted(
             "lift", **{name: value for name, value in said.items() if value is not None and value != ""}
         )

@@ -17,6 +17,7 @@ from .pose import PoseSequence, Rectified
 CameraMotion = Literal["static", "moving"]
 Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
 Swaps = Literal["report", "repair", "mask"]
+AngleErrors = Literal["judged", "disagreement", "file", "none"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +150,9 @@ class Take:
         error but up's where the lifter states one.
     cutoff_hz: of that filter; None where there is none.
     kinematics: columns (T,) by name, whose ends tell the units (design.md section 7).
+    angle_errors: how the errors of its angles are known, and with them those of all that rests on angles: "judged" of
+        the built-in lifter, which made the poses; by "disagreement" of another with it; by a "file" that the user gave;
+        "none" are. None of a take without angles.
     measures: rows of the take's figures, remarks, moments and curves (pipeline/core/measures.py).
     session: what the user says about the recording: title, person, date.
     told: what the user tells that stages reckon with: camera, up, image size, stature, privacy.
@@ -166,6 +170,7 @@ class Take:
     filtered: PoseSequence | None = None
     cutoff_hz: float | None = None
     kinematics: dict[str, np.ndarray] | None = None
+    angle_errors: AngleErrors | None = None
     measures: tuple[Row, ...] | None = None
     notices: tuple[Notice, ...] = ()
     inputs: tuple[dict[str, Any], ...] = ()

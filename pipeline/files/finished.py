@@ -17,7 +17,7 @@ from ..core.layouts import H36M17, Layout
 from ..core.measures import Row
 from ..core.notices import Notice, grave
 from ..core.pose import UNSAID, MadeBy, PoseSequence, Rectified, Step
-from ..core.take import Session, Take, Told
+from ..core.take import AngleErrors, Session, Take, Told
 from .arrays import load_all
 from .atomic import SUMMARY, read_object
 from .measures import read_measures
@@ -114,6 +114,7 @@ class _Summary(BaseModel):
     camera: _Camera | None = None
     measures: dict[str, Any] | None = None
     cutoff_hz: float | None = None
+    angle_errors: AngleErrors | None = None
     history: tuple[Step, ...] = ()
 
     @model_validator(mode="after")
@@ -130,9 +131,9 @@ def read_run(folder: str | Path) -> Take:
 
     What no file of a run holds is None or empty: the video, the smoothed poses' errors, the stated errors of joints,
     the images that spoke about up, confidences of poses, what was found in the
-    poses that does not make them doubtful. `filtered`, keypoints and `told` are None or
-    empty of runs of older versions too. The pelvis path and heels and toes are in `rectified.level`; of an estimated
-    path's error the standard deviations along LEVEL's axes are known, without their correlations.
+    poses that does not make them doubtful. `filtered`, keypoints, `told` and `angle_errors` are
+    None or empty of runs of older versions too. The pelvis path and heels and toes are in `rectified.level`; of an
+    estimated path's error the standard deviations along LEVEL's axes are known, without their correlations.
 
     Raises InputError where no run has finished, and for files that are damaged or of another version.
     """
@@ -178,6 +179,7 @@ def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...
         rectified=rectified,
         filtered=_filtered(summary, arrays, rectified.level),
         cutoff_hz=summary.cutoff_hz,
+        angle_errors=summary.angle_errors,
         measures=None if summary.measures is None else rows,
         notices=tuple(each for each in said if each not in grave(said)) if judged else said,
         inputs=summary.inputs,

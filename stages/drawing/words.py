@@ -3,7 +3,21 @@
 from __future__ import annotations
 
 from ...pipeline.core.measures import Group, measure, value
+from ...pipeline.core.take import AngleErrors
 from .page import Cell, Soft
+
+ERRORS_OF_ANGLES: dict[AngleErrors, str] = {
+    "judged": "as judged of the built-in lifter",
+    "disagreement": "by disagreement with the built-in lifter",
+    "file": "of the file that was given",
+    "none": "not known",
+}
+
+
+def errors_of_angles(how: AngleErrors | None) -> str:
+    """A sentence on how the errors of a take's angles are known, and of what rests on them; empty without angles."""
+    words = "Errors of angles, and of ranges, repetitions and symmetry with them"
+    return "" if how is None else f"{words}: {ERRORS_OF_ANGLES[how]}."
 
 
 def spoken(name: str) -> str:

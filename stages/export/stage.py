@@ -205,6 +205,7 @@ def summary(take: Take) -> dict[str, Any]:
         },
         "camera": _camera(take),
         "cutoff_hz": take.cutoff_hz,
+        "angle_errors": take.angle_errors,
         "measures": None if take.measures is None else nested(take.measures),
         "history": [asdict(step) for step in facts.history],
     }

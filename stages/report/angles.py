@@ -8,20 +8,21 @@ import numpy as np
 from markupsafe import Markup
 
 from ...pipeline.core.measures import Group, measure, subgroup
-from ...pipeline.core.take import Take
+from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.charts import SLICES, Curve, over_time, sides
 from ..drawing.facts import angle_bands
 from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, table
-from ..drawing.words import range_words, spoken
+from ..drawing.words import errors_of_angles, range_words, spoken
 from .measures import measure_tables
 
 _STEPS = {"step_time": "step time", "stance_time": "stance time", "step_length": "step length"}
 
 
-def ranges(measures: Group) -> Markup:
-    """HTML of the ranges of motion, right beside left. measures: the groups `range_of_motion` and `symmetry`."""
+def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
+    """HTML of the ranges of motion, right beside left. measures: the groups `range_of_motion` and `symmetry`; errors:
+    how those of the take's angles are known."""
     found, symmetry = subgroup(measures, "range_of_motion"), subgroup(measures, "symmetry")
     known = [name for name in found if measure(subgroup(found, name), "p05")]
     rows: list[list[Cell]] = [
@@ -41,7 +42,8 @@ def ranges(measures: Group) -> Markup:
         small(
             "From the 5th to the 95th percentile of the frames, in degrees; the true angle lies within ± in nine "
             "of ten cases. Difference: right less left range, over their mean; ± is its MDC90 too: beyond it lies one "
-            "in ten of no difference. Grey: it lies within that, or some values are such as no joint reaches."
+            "in ten of no difference. Grey: it lies within that, or some values are such as no joint reaches. "
+            f"{errors_of_angles(errors)}"
         )
         + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
         + details("All figures of the ranges", measure_tables({name: found[name] for name in known}, level=3))

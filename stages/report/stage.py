@@ -71,7 +71,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     head += trust(take, facts) + told_of(take)
     sections = [
         ("Key frames", skeleton_player(take) + _key_frames(take)),
-        ("Ranges of motion", ranges(measures)),
+        ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("What happened", happened(take.measures or (), length_unit(take.poses))),
         ("Joint angles over time", angle_charts(take)),
         ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, length_unit(take.poses))),

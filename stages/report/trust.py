@@ -14,6 +14,7 @@ from ...pipeline.signals.filters import stretches
 from ..angles import ANGLE_ERRORS
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
+from ..drawing.words import ERRORS_OF_ANGLES
 
 # Degrees that up is known to within: below the first, angles to gravity err no more than a lift's joint angles do
 # (5 to 7 degrees in standard deviation, docs/angles.md).
@@ -94,7 +95,8 @@ def _angles(take: Take) -> list[Check]:
     if not known:
         return [("Joint angles", "care", basis)] if basis else []
     within = SD_90 * float(np.median(known))
-    words = f"Known to within {within:.0f}° (90 %, median of all angles)."
+    how = f", {ERRORS_OF_ANGLES[take.angle_errors]}" if take.angle_errors else ""
+    words = f"Known to within {within:.0f}° (90 %, median of all angles){how}."
     if within <= _TOLD:
         return [("Joint angles", "good", [words, *basis])]
     return [

@@ -7,20 +7,26 @@ from golden.jumps import jumping
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
+from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import CAMERA, InputError, Pipeline, Take, change_frame, rotate
+from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.frames import IMAGE
+from pcnet3d.pipeline.core.intrinsics import Intrinsics
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.pipeline.running.conclusion import trust
 from pcnet3d.pipeline.signals.rates import fall_doubts
-from pcnet3d.stages.angles import ANGLE_ERRORS, Angles, errors_unknown
+from pcnet3d.stages.angles import ANGLE_ERRORS, Angles, errors_unknown, joint_angles
 from pcnet3d.stages.drawing.facts import facts_of
+from pcnet3d.stages.drawing.words import errors_of_angles
+from pcnet3d.stages.export.stage import summary
+from pcnet3d.stages.lift import Lift
 from pcnet3d.stages.measures.stage import Measures
-from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.rectify import Rectify, rectify
 from pcnet3d.stages.report.stage import report
-from pcnet3d.stages.trajectories import Trajectories
+from pcnet3d.stages.trajectories import Trajectories, smooth
 
 STAGES = Pipeline((Rectify("geometric"), Trajectories(), Angles(), Measures()))
 
@@ -67,12 +73,17 @@ def test_only_poses_of_a_judged_lifter_have_its_errors(walk):
     own, other = done(MadeBy("estimated", shipped_noise().lifter)), done(MadeBy("estimated", "BlazePose"))
     assert stated(own)
     assert not codes(own)
+    assert own.angle_errors == "judged"
+    assert errors_of_angles("judged") in report(own)
     assert not stated(other)
+    assert other.angle_errors == "none"
+    assert errors_of_angles("none") in report(other)
     assert codes(other) == {"angle-errors-unjudged"}
     assert codes(done(MadeBy())) == {"angle-errors-unknown"}
     measured = done(seen.made_by)
     assert not stated(measured)
     assert not codes(measured)
+    assert measured.angle_errors == "none"
 
 
 def test_with_the_keypoints_another_lifters_angles_have_errors_by_disagreement(walk):
@@ -86,6 +97,9 @@ def test_with_the_keypoints_another_lifters_angles_have_errors_by_disagreement(w
     told = Told(image_size=(camera.width, camera.height), focal_px=camera.focal_px)
     straight = STAGES(Take("take", poses=seen, keypoints=keypoints, told=told))
     assert "angle-errors-by-disagreement" in {each.code for each in straight.notices}
+    assert straight.angle_errors == "disagreement"
+    assert errors_of_angles("disagreement") in report(straight)
+    assert summary(straight)["angle_errors"] == "disagreement"
     bent = seen.joints.copy()
     knee, ankle = (H36M17.index(f"r_{joint}") for joint in ("knee", "ankle"))
     bent[:, ankle] = bent[:, knee] + (bent[:, ankle] - bent[:, knee]) * [1.0, 0.3, 1.0]
@@ -122,6 +136,49 @@ def test_the_gait_of_poses_that_nobody_has_judged_has_no_errors(walk):
     assert measured["mean_stance_error_percent"] < lifted["mean_stance_error_percent"]
 
 
+def test_the_second_lift_sees_what_the_stage_lift_sees(walk, monkeypatch):
+    """It saw neither which way is up nor the lens: errors were those of another lift than the stage's."""
+    camera = side_camera(walk)
+    seen = change_frame(walk.poses, CAMERA, camera.R_camera_from_world)
+    seen = seen.with_(made_by=MadeBy("estimated", "other"))
+    scores = np.ones(walk.poses.joints.shape[:2])
+    keypoints = PoseSequence(camera.project(walk.world), H36M17, IMAGE, scores, seen.time_s, seen.frame_index)
+    told = Told(image_size=(camera.width, camera.height), gravity=tuple((-camera.up).tolist()))
+    size, focal = (camera.width, camera.height), float(camera.focal_px)
+    lens = Intrinsics((focal, focal), (size[0] / 2, size[1] / 2), (-0.05, 0.0, 0.0, 0.0), image_size=size)
+    known = Camera(size, focal, 0.0, "file", intrinsics=lens)
+    take = Take("take", poses=seen, keypoints=keypoints, told=told, camera=known)
+    given = []
+    monkeypatch.setattr("pcnet3d.stages.angles.by_disagreement", lambda *args: given.append(args[2]))
+    STAGES(take)
+    lifted = Lift()(take.with_(poses=None)).poses
+    np.testing.assert_array_equal(given[0].joints, lifted.joints)
+    assert [step.name for step in lifted.history][-2:] == ["undistort", "lift"]
+    assert lifted.history[-1].options["up_known"]
+
+
+def test_a_python_users_lift_says_who_made_it_and_has_errors(walk):
+    camera = side_camera(walk)
+    scores = np.ones(walk.poses.joints.shape[:2])
+    keypoints = PoseSequence(camera.project(walk.world), H36M17, IMAGE, scores, walk.time_s)
+    poses = lift(keypoints, (camera.width, camera.height))
+    assert poses.made_by == MadeBy("estimated", shipped_noise().lifter)
+    rectified = rectify(poses, "geometric")
+    columns = joint_angles(poses, rectified, smooth(rectified.level)[0])
+    assert np.isfinite(columns["r_knee_flexion_sd_deg"]).any()
+
+
+@pytest.mark.parametrize("of", ["measured", "world"])
+def test_a_file_of_errors_that_is_not_used_is_told(walk, tmp_path, of):
+    path = tmp_path / "errors.json"
+    path.write_text(shipped_noise().as_json(), encoding="utf-8")
+    poses = walk.poses if of == "measured" else walk.poses.with_(made_by=MadeBy("estimated", "GEM-X"))
+    done = Pipeline((Rectify("geometric"), Trajectories(), Angles(errors=path)))(Take("take", poses=poses))
+    assert "angle-errors-unused" in {each.code for each in done.notices}
+    assert done.angle_errors == "none"
+    assert np.isnan(done.kinematics["r_knee_flexion_sd_deg"]).all()
+
+
 def test_a_file_of_errors_is_believed_and_another_file_refused(walk, tmp_path):
     seen = change_frame(walk.poses, CAMERA, side_camera(walk).R_camera_from_world)
     path = tmp_path / "errors.json"
@@ -129,6 +186,8 @@ def test_a_file_of_errors_is_believed_and_another_file_refused(walk, tmp_path):
     stages = Pipeline((Rectify("geometric"), Trajectories(), Angles(errors=path)))
     done = stages(Take("take", poses=seen.with_(made_by=MadeBy("estimated", "other"))))
     assert np.isfinite(done.kinematics["r_knee_flexion_sd_deg"]).any()
+    assert done.angle_errors == "file"
+    assert "angle-errors-of-file" in {each.code for each in done.notices}
     (tmp_path / "other.json").write_text("{}", encoding="utf-8")
     with pytest.raises(InputError, match="evaluate errors"):
         Angles(errors=tmp_path / "other.json")

@@ -20,12 +20,14 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.signals.angles import ANGLES, of_both
-from ...angle_error.joint_noise import JointNoise, shipped_noise
+from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
 from ...common.metrics import SD_90, plain
 from ...lifter.load import load_lifter
 from ..evaluation.finished import Configuration, Finished, finished
+from ..evaluation.foreign import Answers, Simulated
 from ..evaluation.sets import Question
 from ..evaluation.tables import Page, Table
+from ..mocap.clips import data_folder
 from . import judge
 from .fit import fitted
 from .judge import Stated
@@ -43,6 +45,7 @@ SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (
 )
 _KNOTS = (0.02, 0.25, 0.5, 0.75, 0.98)  # quantiles of the found angle, to the nearest 5 degrees
 _ROWS = "errors.json"
+_BLAZEPOSE = str(data_folder() / "models" / "pose_landmark_lite.onnx")  # another lifter, of the data
 FITTED = (
     "bodies alone",
     "image",
@@ -83,9 +86,18 @@ PAGE = Page(
 )
 
 
-def asked(lifter: str) -> dict[str, Configuration]:
-    """The configurations that are judged, by name."""
-    own = Configuration(lifter=lifter)
+def asked(question: Question, answers: Answers | None = None) -> dict[str, Configuration]:
+    """The configurations that are judged, by name: of the question's lifter and of simulated foreign ones, or of a
+    lifter's answers."""
+    if answers is not None:
+        return {
+            f"{answers.name}, {bed}{', image' if image else ''}": Configuration(
+                image, foreign=answers, bed=bed
+            )
+            for bed in answers.beds(question.seed)
+            for image in (False, True)
+        }
+    own = Configuration(lifter=str(question.lifter))
     return {
         "bodies alone": own,
         "image": replace(own, image=True),
@@ -97,30 +109,44 @@ def asked(lifter: str) -> dict[str, Configuration]:
         "typical, focal told": replace(own, bed="typical", focal_known=True),
         "60 fps": replace(own, fps=60.0),
         "capture": replace(own, lifter=""),
-        "real take": replace(own, real=True),
-        "real take, image": replace(own, real=True, image=True),
         "restyled walks": replace(own, restyled=True),
         "restyled walks, typical": replace(own, bed="typical", restyled=True),
         "restyled walks, capture": replace(own, lifter="", restyled=True),
+        "simulated foreign lifters": Configuration(foreign=Simulated()),
+        "real take": replace(own, real=True),
+        "real take, image": replace(own, real=True, image=True),
+        "real take, image, BlazePose": Configuration(lifter=_BLAZEPOSE, real=True, image=True),
     }
 
 
 def tables(
-    question: Question, part: Sequence[str] | None = None, fit: bool = False, output: Path | None = None
+    question: Question,
+    part: Sequence[str] | None = None,
+    fit: bool = False,
+    output: Path | None = None,
+    answers: Path | None = None,
+    errors: Path | None = None,
 ) -> dict[str, Any]:
     """Everything the report says. part: only these configurations. fit, output: see above; `errors.json` in output
     holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed, rms, p50, bar}.
-    InputError for a part that there is not, and one that nothing is fitted in."""
-    known = asked(str(question.lifter))
+    answers: judge that lifter's (foreign.Answers). errors: a file of errors of angles that takes are given; what is
+    fitted begins with these, or the shipped ones. InputError for a part that there is not, and one that nothing is
+    fitted in."""
+    foreign = None if answers is None else Answers(answers)
+    known = asked(question, foreign)
     if unknown := [name for name in part or () if name not in known]:
         raise InputError(
             "name-unknown", f"There is no part '{unknown[0]}'; {did_you_mean(unknown[0], known)}"
         )
-    if fit and part and not set(part) & set(FITTED):
+    fitting = FITTED if foreign is None else tuple(known)
+    if fit and part and not set(part) & set(fitting):
         raise InputError(
-            "needs-input", f"Expected a part that errors are fitted in with --fit: {', '.join(FITTED)}."
+            "needs-input", f"Expected a part that errors are fitted in with --fit: {', '.join(fitting)}."
         )
-    cases = collected(question, part)
+    # Answers have errors by a file alone: what is fitted begins with one.
+    begun = errors or (NOISE_FILE if fit and foreign else None)
+    asked_for = {name: replace(of, errors=begun) for name, of in known.items() if not part or name in part}
+    cases = collected(question, asked_for)
     rows = [
         row | ({"set": "val"} if known[row["configuration"]].real else {})  # whoever else is judged
         for row in judged(cases, str(question.people))
@@ -135,19 +161,18 @@ def tables(
         with whole_file(output / _ROWS) as partial:
             partial.write_text(as_json(rows), encoding="utf-8")
         if fit:
-            own = {name: of for name, of in cases.items() if name in FITTED}
-            noise = replace(refitted(own), lifter=load_lifter(str(question.lifter)).method)
+            own = {name: of for name, of in cases.items() if name in fitting}
+            of = load_lifter(str(question.lifter)).method if foreign is None else foreign.name
+            noise = replace(refitted(own, read_noise(begun or NOISE_FILE)), lifter=of)
             with whole_file(output / "joint_noise.json") as partial:
                 partial.write_text(noise.as_json(), encoding="utf-8")
     return results
 
 
-def collected(question: Question, part: Sequence[str] | None = None) -> Cases:
-    """Everything that the question's takes state, in every configuration."""
+def collected(question: Question, configurations: Mapping[str, Configuration]) -> Cases:
+    """Everything that the question's takes state, in these configurations."""
     cases: Cases = {}
-    for name, configuration in asked(str(question.lifter)).items():
-        if part and name not in part:
-            continue
+    for name, configuration in configurations.items():
         by_statement = cases.setdefault(name, {})
         for take in finished(question, configuration):
             # What is drawn of a walk's feet leaves the rest of the body as it was: of that nothing is judged.

@@ -14,7 +14,7 @@ from ....pipeline.core.rotations import angle_deg, geodesic_deg, is_finite, rota
 from ....pipeline.core.take import Take
 from ....pipeline.signals.angles import ANGLES, FINE, near, of_both
 from ...angle_error.joint_covariance import levers, turns_of
-from ...angle_error.joint_noise import JointNoise, shipped_noise
+from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ...angle_error.rates import angle_rates
 from ...angle_error.take_angles import angle_series, smoothed, take_angles
 from ...common.metrics import SD_90, scaled
@@ -44,7 +44,8 @@ def statements(finished: Finished) -> Iterator[Stated]:
         yield up(take, truth, rows)
         yield rotation(take, truth, rows)
         if take.kinematics and take.need("poses").made_by.kind == "estimated":
-            yield from angles(take, truth, rows)
+            errors = finished.configuration.errors
+            yield from angles(take, truth, rows, None if errors is None else read_noise(errors))
             yield from within(take, truth, rows)
 
 

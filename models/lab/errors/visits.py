@@ -23,7 +23,6 @@ import typer
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import pitch_roll_deg, view_rotation
 from ....pipeline.core.measures import Measure, grouped, subgroup, text
-from ....pipeline.core.pose import MadeBy
 from ....pipeline.core.rotations import rotate
 from ....pipeline.core.take import Take, Told
 from ....pipeline.files.atomic import whole_file
@@ -142,7 +141,7 @@ def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip, bed: str) -> I
 def _run(clip: Clip, cameras: Cameras[np.ndarray], seed: int) -> tuple[Take, dict[str, np.ndarray]]:
     """As a run leaves it that knows the image's size and the person's stature, and its true angles."""
     seen = see(clip, seed, cameras=cameras)
-    poses = lift(seen.keypoints, seen.image_size).with_(made_by=MadeBy("estimated", shipped_noise().lifter))
+    poses = lift(seen.keypoints, seen.image_size)
     told = Told(image_size=seen.image_size, stature_m=implied_stature(seen.truth))
     recipe = Recipe(stages=tuple(StageEntry(use=name) for name in _STAGES))
     stages = recipe.with_options("measures", repeated=[*ANGLES]).build()

@@ -52,8 +52,8 @@ def true_angles(truth: SeenTake, rows: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def ranges(take: Take, true: Mapping[str, np.ndarray]) -> dict[str, Ranged]:
-    """{angle: Ranged} of those that state a range with its error; nothing where the truth lacks frames of it. true: (T,) of
-    `true_angles`."""
+    """{angle: Ranged} of those that state a range with its error; nothing where the truth lacks frames of it. true:
+    (T,) of `true_angles`."""
     measures, columns, found = grouped(take.measures or ()), take.kinematics or {}, {}
     for name in ANGLES:
         row = measure(subgroup(measures, "range_of_motion", name), "p05_p95")

@@ -89,6 +89,15 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "fit": (
         Annotated[bool, typer.Option("--fit", help="Also fit the errors of angles, to DIR/joint_noise.json.")], False
     ),
+    "answers": (
+        Annotated[
+            Path | None,
+            typer.Option(help="Folder of another lifter's answers to what testbed --keypoints wrote; judge these."),
+        ], None
+    ),
+    "errors": (
+        Annotated[Path | None, typer.Option(help="A file of errors of angles to judge, as --fit writes one.")], None
+    ),
     "device": (OnDevice, "auto"),
 }  # fmt: skip
 _BEFORE_CAMERAS = ("lifter", "seed", "bed", "sets", "because", "flip")  # of reports on virtual takes
@@ -101,6 +110,8 @@ _OWN = (
     "part",
     "beds",
     "fit",
+    "answers",
+    "errors",
 )  # that one report alone is asked
 
 
@@ -181,7 +192,7 @@ def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str
 
 
 errors = _report(
-    "errors", "..errors.report", ("lifter", "seed", "sets", "because", "part", "fit"),
+    "errors", "..errors.report", ("lifter", "seed", "sets", "because", "part", "fit", "answers", "errors"),
     """Judge every stated error in every configuration of a run, and fit those of angles.
 
     DIR/errors.json holds a row a statement and configuration, as docs/accuracy/errors.json does.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from ...gravity.view import camera_of, known_camera
 from ...lifter.features import body_rays
 from ..mocap.clips import data_set, lying
 from ..mocap.restyle import Spells, restyled_walks
+from .foreign import Foreign
 from .real_data import LIMBS, MOVING, found_keypoints, read_moving, whole_body
 from .sets import Question
 from .take_answers import simulated_look
@@ -45,7 +47,8 @@ class Configuration:
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
     the usual one is assumed, as of a video without lines. real: the man who balances before four real cameras
     (real_data.py), in place of virtual takes; then the image is the video's own. restyled: the takes' straight walks in
-    one drawn style each (mocap/restyle.py), in place of the takes."""
+    one drawn style each (mocap/restyle.py), in place of the takes. foreign: another lifter made the poses, and the run
+    is given them with the keypoints beside. errors: a file of angles' errors, as a user gives one."""
 
     image: bool = False
     camera: CameraMotion = "static"
@@ -56,11 +59,17 @@ class Configuration:
     focal_known: bool = False
     real: bool = False
     restyled: bool = False
+    foreign: Foreign | None = None
+    errors: Path | None = None
 
     def __str__(self) -> str:
         return ", ".join(
             [
-                f"lifter {self.lifter}" if self.lifter else "motion capture",
+                f"lifter {self.foreign.name}"
+                if self.foreign
+                else f"lifter {self.lifter}"
+                if self.lifter
+                else "motion capture",
                 "real take" if self.real else f"{self.bed} cameras, {self.camera}, {self.fps:g} fps",
                 *(["with the image"] if self.image else []),
                 *(["up told"] if self.up_told else []),
@@ -88,15 +97,15 @@ class Finished:
     def captured(self) -> Take:
         """The captured joints after the same stages, up told: what the take's figures are in truth. InputError for a
         camera that moves, whose up nobody can tell."""
-        true = replace(self.configuration, lifter="", up_told=True, image=False)
-        return _recipe(Question(), true).build()(_asked(self.truth, 0, true))
+        true = replace(self.configuration, lifter="", up_told=True, image=False, foreign=None, errors=None)
+        return recipe_of(Question(), true).build()(_asked(self.truth, 0, true))
 
 
 def finished(question: Question, configuration: Configuration) -> Iterator[Finished]:
     """Every take of the question's sets, of at least MIN_FRAMES frames, after a run in that configuration. The cameras
     and the detector depend on the seed and the clip only. InputError where the data is not, and for a lifter that
     cannot be opened; a take that a run refuses is given with the reason."""
-    pipeline = _recipe(question, configuration).build()
+    pipeline = recipe_of(question, configuration).build()
     for label, truth, asked, spells in (_real if configuration.real else _virtual)(question, configuration):
         take, reason = None, ""
         try:
@@ -166,11 +175,14 @@ def at_rate(clip: Clip, fps: float) -> Clip:
     return replace(clip, fps=fps, joints=joints.astype(np.float32))
 
 
-def _recipe(question: Question, configuration: Configuration) -> Recipe:
+def recipe_of(question: Question, configuration: Configuration) -> Recipe:
+    """The default recipe as that configuration has it, from keypoints on or from poses, without files."""
     recipe = load_recipe()
     for stage in _FILES:
         recipe = recipe.without(stage)
-    if not configuration.lifter:
+    if configuration.errors is not None:
+        recipe = recipe.with_options("angles", errors=configuration.errors)
+    if configuration.foreign or not configuration.lifter:
         return recipe
     return recipe.starting_with("lift").with_options("lift", lifter=configuration.lifter, flip=question.flip)
 
@@ -188,6 +200,8 @@ def _asked(truth: SeenTake, seed: int, configuration: Configuration) -> Take:
     if configuration.image:
         camera = replace(camera, looks=looks(truth, seed))
     take = Take(truth.clip, keypoints=truth.keypoints, camera=camera, told=told)
+    if configuration.foreign:
+        return take.with_(poses=configuration.foreign.poses(truth, configuration.bed, seed))
     if configuration.lifter:
         return take
     frame = CAMERA.with_(origin="pelvis")

@@ -26,9 +26,10 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
-from ....pipeline.files.atomic import refuse_unwritable_file, whole_file
+from ....pipeline.files.atomic import refuse_unwritable, refuse_unwritable_file, whole_file
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.reading.settings import OnDevice
+from ....pipeline.running.progress import each
 from ...common.metrics import relative
 from ...common.spread import stated_spread
 from ...lifter.builtin import lift, network
@@ -192,13 +193,41 @@ def see(
     )
 
 
+def file_name(clip: str, bed: Bed, seed: int) -> str:
+    """Of a take's keypoints and of what a lifter answers to them, without an ending."""
+    return f"{clip}-{bed}-{seed}"
+
+
+def write_keypoints(subjects: Subjects, folder: Path, bed: Bed = "wild", seed: int = 0) -> int:
+    """Write what a lifter is given: for every take a file in the folder. -> how many."""
+    folder.mkdir(parents=True, exist_ok=True)
+    clips = [clip for clip in read_clips(subjects) if len(clip) >= MIN_FRAMES]
+    for clip in each(iter(clips), "takes", len(clips)):
+        take = see(clip, seed, views=BEDS[bed])
+        with (
+            whole_file(folder / f"{file_name(clip.name, bed, seed)}.npz") as partial,
+            open(partial, "wb") as file,
+        ):
+            np.savez_compressed(
+                file,
+                keypoints=take.keypoints.joints,
+                confidence=take.keypoints.confidence,
+                image_size=np.array(take.image_size),
+                fps=np.array(clip.fps),
+                joint_names=np.array(take.keypoints.layout.joints),
+            )
+    return len(clips)
+
+
 def _rng(clip: Clip, *seeds: int) -> np.random.Generator:
     return np.random.default_rng([*seeds, zlib.crc32(clip.name.encode())])
 
 
 def write_takes(
     subjects: Annotated[Subjects, typer.Argument(help="Whose takes.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The .npz file to write.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="The .npz file to write; with --keypoints, a folder.")
+    ],
     seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
     lifter: Annotated[
         str, typer.Option(help="pcnet3d (built-in), or an .onnx file; one that never saw the subjects.")
@@ -214,14 +243,28 @@ def write_takes(
     laid: Annotated[
         float, typer.Option(min=0, max=1, help="Only this share of the clips, and their bodies laid down.")
     ] = 0.0,
+    keypoints: Annotated[
+        bool,
+        typer.Option("--keypoints", help="Only what a lifter of your own is given, a file for every take."),
+    ] = False,
     device: OnDevice = "auto",
 ) -> None:
     """Write lifted takes with ground truth for training and evaluation.
 
     One .npz of plain arrays, takes one after another: lifted, truth (N, 17, 3), R_camera_from_body (N, 3, 3),
     up (N, 3), lying (N,), spread (N,), the lifter's stated error (models/common/spread.py); take_start (C + 1,),
-    clip, subject, source (C,); device (), where the lifter computed.
+    clip, subject, source (C,); device (), where the lifter computed. With --keypoints instead, for every take
+    OUTPUT/TAKE.npz: keypoints (T, 17, 2) in pixels, NaN where missing, confidence (T, 17), image_size (2,), fps (),
+    joint_names (17,).
     """
+    if keypoints:
+        if bodies or laid or trained_on or lifter != "pcnet3d":
+            raise InputError(
+                "option-conflict", "--keypoints goes with --seed and --bed alone; leave the others out."
+            )
+        refuse_unwritable(output)
+        print(f"{output}: {how_many(write_keypoints(subjects, output, bed, seed), 'take')}")
+        return
     refuse_unwritable_file(output)
     drawn = BodyRange() if bodies else None
     with computing_on(device) as where:

@@ -17,7 +17,7 @@ from ....pipeline.core.pose import package_version
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
 from ...drawing.skeletons import body_views, skeletons
-from ...drawing.words import spoken
+from ...drawing.words import ERRORS_OF_ANGLES, spoken
 from .study import Change, doubts, name_of, place, rates_within
 
 _RANGE = "range_of_motion.{}.p05_p95"
@@ -161,6 +161,7 @@ def _takes(rows: Rows) -> Markup:
         "duration (s)": [row.get("duration_s") for row in rows],
         "poses are": [row.get("verdict") or None for row in rows],
         "levelled": [_LEVELLED[row.get("level_ok")] for row in rows],
+        "errors of angles": [ERRORS_OF_ANGLES.get(row.get("angle_errors", "")) for row in rows],
         "up known to within (°, 90 %)": [row.get("up_bound_deg") for row in rows],
         "expected rotation error (°)": [row.get("error_deg_mean") for row in rows],
         "bone lengths vary by (%)": [_percent(row.get("bone_length_spread")) for row in rows],

@@ -48,14 +48,14 @@ _SAID = ("code", "weight", "about", "text")
 # What the table says of a run that left nothing to judge it by.
 _UNKNOWN: dict[str, Any] = {
     "notices": [], "verdict": "", "frames": None, "fps": None, "duration_s": None, "unit": "",
-    "method": "", "level_ok": None, "level_reason": "", **dict.fromkeys(QUALITY), "posture": None, "lifted": False,
-    "judged": False, "gait": "",
-    "measures": {}, "numbers": {},
+    "method": "", "angle_errors": "", "level_ok": None, "level_reason": "", **dict.fromkeys(QUALITY),
+    "posture": None, "lifted": False, "judged": False, "gait": "", "measures": {}, "numbers": {},
 }  # fmt: skip
 # Of study.parquet, whose other columns are numbers, each measure's among them.
 _COLUMNS = (
     "name", "subject", "visit", "condition", "person", "state", "exit_code", "code", "reason", "report", "notices",
-    "verdict", "frames", "fps", "duration_s", "unit", "method", "device", "level_ok", "level_reason", *QUALITY,
+    "verdict", "frames", "fps", "duration_s", "unit", "method", "angle_errors", "device",
+    "level_ok", "level_reason", *QUALITY,
 )  # fmt: skip
 _NUMBERS = ("fps", "duration_s", *QUALITY)
 
@@ -100,6 +100,7 @@ def _of_take(take: Take) -> dict[str, Any]:
         "duration_s": facts.duration_s,
         "unit": facts.poses.frame.unit,
         "method": printable(facts.rectified.method),
+        "angle_errors": take.angle_errors or "",
         "level_ok": facts.rectified.level_ok,
         "level_reason": printable(facts.rectified.level_reason),
         "up_error_deg": _mean(rectified.up_error_deg[rows]),

@@ -14,7 +14,6 @@ from ....models.angle_error.repeatability import (
     difference_sd,
     differing,
     figure_of,
-    judged,
     same_place,
 )
 from ....models.common.metrics import SD_90
@@ -194,5 +193,7 @@ def _tested(found: list[Change]) -> list[Change]:
 
 
 def _one_lifter(side: Side, reference: Side) -> bool:
-    """Whether both are lifts of the lifter whose differences are known; those of others count as independent."""
-    return all(each.run is not None and judged(each.run.need("poses")) for each in (side, reference))
+    """Whether both are lifts, with the errors that were judged, of the lifter whose differences are known as shares of
+    these; others count as independent."""
+    runs = [each.run for each in (side, reference)]
+    return all(run is not None and run.angle_errors == "judged" and judged(run.need("poses")) for run in runs)

@@ -142,7 +142,14 @@ def figures(comparison: Comparison) -> dict[str, Any]:
     sides: Sequence[Side] = (comparison.reference, *(pair.side for pair in comparison.pairs))
     return {
         "reference": comparison.reference.name,
-        "sides": {side.name: {"about": side.about, "inputs": list(side.sources)} for side in sides},
+        "sides": {
+            side.name: {
+                "about": side.about,
+                "inputs": list(side.sources),
+                "angle_errors": side.run and side.run.angle_errors,
+            }
+            for side in sides
+        },
         "pairs": {
             pair.side.name: {
                 "alignment": None if pair.alignment is None else vars(pair.alignment),

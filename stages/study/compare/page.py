@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from markupsafe import Markup
@@ -22,7 +22,7 @@ from ...drawing.page import (
     small,
     table,
 )
-from ...drawing.words import range_words, spoken
+from ...drawing.words import errors_of_angles, range_words, spoken
 from .changes import Change, named
 from .comparison import Comparison, Pair, result
 from .curves import acceleration_rows, angle_rows, cycle_rows, thumbnails, wrist_paths
@@ -56,10 +56,17 @@ def as_page(comparison: Comparison) -> str:
     head = (
         small(" · ".join(about))
         + answer(said)
-        + small(_ERRORS)
+        + small(" ".join([_ERRORS, *_known(comparison)]))
         + box("Warnings", [each.text for each in comparison.notices], "warning")
     )
     return page(names, head, sections)
+
+
+def _known(comparison: Comparison) -> Iterator[str]:
+    """How the errors of each run's angles are known."""
+    for side in (comparison.reference, *(pair.side for pair in comparison.pairs)):
+        if side.run and side.run.angle_errors:
+            yield f"{side.name}: {errors_of_angles(side.run.angle_errors)}"
 
 
 def _moments(pair: Pair) -> Markup:

@@ -7,9 +7,11 @@ from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, sid
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.disagreement import by_disagreement
 from pcnet3d.models.angle_error.take_angles import take_angles
+from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import H36M17, PoseSequence
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, UNTRUSTED
+from pcnet3d.pipeline.signals.filters import CUTOFF_HZ
 
 KNEE = "r_knee_flexion"
 
@@ -25,21 +27,22 @@ class Filmed:
             self.camera.project(walk.world), H36M17, IMAGE, np.ones((len(walk), 17)), walk.time_s,
             self.poses.frame_index,
         )  # fmt: skip
+        size = self.camera.width, self.camera.height
+        self.second = lift(self.keypoints, size, self.camera.focal_px)
         self.R = R_camera_from_body(walk, self.camera)
 
     def angles(self, joints=None):
         joints = self.poses.joints.astype(float) if joints is None else joints
         return take_angles(joints, joints, self.R, lifted=False)
 
-    def judged(self, angles=None, keypoints=None, poses=None):
+    def judged(self, angles=None, second=None, poses=None):
         return by_disagreement(
             poses or self.poses,
             angles or self.angles(),
-            keypoints or self.keypoints,
-            (self.camera.width, self.camera.height),
+            second or self.second,
             self.camera.up,
             np.full(len(self.poses), 2.0),
-            self.camera.focal_px,
+            CUTOFF_HZ,
         )
 
 
@@ -86,11 +89,22 @@ def test_an_angle_that_is_quite_another_is_left_out(filmed):
     assert np.isnan([wrong.value_deg, wrong.sd_deg]).all()
 
 
-def test_frames_without_keypoints_have_no_error_and_with_less_than_half_nothing_has(filmed):
-    some = filmed.judged(keypoints=filmed.keypoints.rows(0, 60))
+def test_an_error_ends_at_a_clip_boundary(filmed, right):
+    angles = filmed.angles()
+    knee, row = angles[KNEE], 45
+    off = np.where(np.arange(len(filmed.poses)) >= row, 25.0, 0.0)
+    angles[KNEE] = type(knee)(knee.value_deg + off, knee.sd_deg, knee.reason, knee.noise_deg)
+    wrong = filmed.judged(angles, poses=filmed.poses.with_(seams=(row,)))[KNEE]
+    apart = filmed.judged(poses=filmed.poses.with_(seams=(row,)))[KNEE]
+    np.testing.assert_allclose(wrong.sd_deg[:row], apart.sd_deg[:row])
+    assert np.nanmin((wrong.sd_deg - apart.sd_deg)[row:]) > 5
+
+
+def test_frames_without_a_second_lift_have_no_error_and_with_less_than_half_nothing_has(filmed):
+    some = filmed.judged(second=filmed.second.rows(0, 60))
     assert np.isnan(some[KNEE].sd_deg[60:]).all()
     np.testing.assert_array_equal(some[KNEE].value_deg[60:], filmed.angles()[KNEE].value_deg[60:])
     assert np.isfinite(some[KNEE].sd_deg[:60]).mean() > 0.9
-    assert filmed.judged(keypoints=filmed.keypoints.rows(0, 40)) is None
-    other = filmed.keypoints.with_(frame_index=filmed.keypoints.frame_index + 1000)
-    assert filmed.judged(keypoints=other) is None
+    assert filmed.judged(second=filmed.second.rows(0, 40)) is None
+    other = filmed.second.with_(frame_index=filmed.second.frame_index + 1000)
+    assert filmed.judged(second=other) is None

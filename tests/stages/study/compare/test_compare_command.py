@@ -27,6 +27,7 @@ from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
+from pcnet3d.stages.drawing.words import errors_of_angles
 from pcnet3d.stages.study.compare.align import correlated, size_ratio, turn_deg, turned
 from pcnet3d.stages.study.compare.changes import changes, from_same_place, told
 from pcnet3d.stages.study.compare.command import compare, compared
@@ -422,7 +423,7 @@ def test_a_difference_of_two_visits_stands_with_its_error(sides):
 def lifted(side, by=None):
     """The side as of poses that the built-in lifter made, or another."""
     made_by = MadeBy("estimated", shipped_noise().lifter if by is None else by, in_run=True)
-    return with_run(side, poses=side.run.poses.with_(made_by=made_by))
+    return with_run(side, poses=side.run.poses.with_(made_by=made_by), angle_errors="judged")
 
 
 def test_what_the_lifter_errs_alike_in_both_visits_is_not_in_the_difference(sides):
@@ -437,6 +438,10 @@ def test_what_the_lifter_errs_alike_in_both_visits_is_not_in_the_difference(side
     assert changes(later, first, False)[0].error > knee.error
     of_another = with_run(later, poses=lifted(later, "another").run.poses)
     assert changes(of_another, first, True)[0].error == pytest.approx(np.hypot(4, 4))
+    of_file = with_run(later, angle_errors="file")  # shares of other errors than these
+    assert changes(of_file, first, True)[0].error == pytest.approx(np.hypot(4, 4))
+    page = as_page(compared([of_file, first], "cycles"))
+    assert all(errors_of_angles(how) in page for how in ("judged", "file"))
     assert from_same_place(later, first)
     assert "about the same place" in as_page(compared([first, later], "cycles"))
 
