@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....models.angle_error.repeatability import (
+from ....models.angle_error.repeatability import (, judged
     MOVEMENTS,
     difference_chance,
     difference_sd,
