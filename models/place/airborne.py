@@ -3,6 +3,7 @@ that stands still."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,13 +13,14 @@ from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
-from ...pipeline.signals.flights import LIFTED, MEASURED, NEEDED, Flight, flights
+from ...pipeline.signals.flights import GRAVITY, LIFTED, MEASURED, NEEDED, SCALE_SD, Flight, flights
 from .path import JOINTS, keypoint_rays
 from .reprojection import FEWEST
 
 BUILT_IN = "pcnet3d"  # lifter
 _FEWEST = 10  # frames
 _LEVEL = 0.5  # least share of the view that is horizontal: steeper, heights are depths
+_FALLS_SHORT = 0.975  # of gravity, as lifted paths tell it: median of lifted flights
 _NEAREST = 0.1  # statures before the camera
 _ROBUST = 0.03  # statures off the usual height at which a joint's say is halved
 _ROUNDS = 5  # of weighing joints
@@ -33,6 +35,7 @@ class Airborne:
     reason: str = ""
     lifted: bool = False
     judged: bool = False
+    still: bool = True
 
 
 def airborne(take: Take) -> Airborne:
@@ -57,13 +60,22 @@ def airborne(take: Take) -> Airborne:
     level = level.with_(joints=bridged(level.joints, level.times), root=root, root_covariance=None)
     stature_m = implied_stature(level.joints) if level.frame.unit == "m" else None
     found = flights(level, LIFTED, stature_m)
-    unknown = (
-        ""
-        if take.told.camera == "static"
-        else "nobody has said that the camera stands still (--camera static)"
-    )
+    still = take.told.camera == "static"
+    unknown = "nobody has said that the camera stands still (--camera static)"
     judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN
-    return Airborne(tuple(found), "" if found else unknown, lifted=True, judged=judged)
+    return Airborne(tuple(found), "" if found or still else unknown, lifted=True, judged=judged, still=still)
+
+
+def units_a_metre(level: PoseSequence, found: Sequence[Flight]) -> tuple[float, float]:
+    """How many of the poses' units of length are a metre by the fall of gravity in lifted flights, and the standard
+    deviation of that as a share; NaN without flights."""
+    if not found:
+        return float("nan"), float("nan")
+    shares = np.array([LIFTED.fall_s / (flight.land_s - flight.off_s) for flight in found])
+    weights = shares**-2
+    fall = float((weights * [flight.fall for flight in found]).sum() / weights.sum())
+    units = implied_stature(level.joints) * fall / _FALLS_SHORT / GRAVITY
+    return float(units), float(np.hypot(1 / np.sqrt(weights.sum()), SCALE_SD))
 
 
 def bridged(joints: np.ndarray, time_s: np.ndarray) -> np.ndarray:

@@ -35,7 +35,7 @@ _MASSES = (
 )
 # Joints that a frame of a flight needs.
 NEEDED = tuple(dict.fromkeys(joint for start, end, _, _ in _MASSES for joint in (start, end)))
-_SCALE_SD = 0.05  # of lifted heights before cameras that look down by up to 40 degrees, as shares
+SCALE_SD = 0.04  # of lifted heights, what the flights of a take share of their error, as a share
 _UP = 0.07  # statures by which both ankles are above their floor in the air; standing on the toes lifts them by 0.05
 _FLOOR = 20  # per cent of the time in which an ankle that stands is lower
 _TRIMMED = 0.1  # of the frames at either end, in which a foot may still push
@@ -58,7 +58,7 @@ class Rule:
     may be. drift: of the fall, how far sideways the path may bend. floor_s: the floor is looked for so far around, NaN
     for the whole take. heel: statures by which the centre of mass is higher where the feet leave the floor than on
     stretched legs, for a path that tells heights better than when the feet leave; NaN for others. fall_s: the fall's
-    share of error is this by the flight's time (beside _SCALE_SD), NaN for a fall that is not judged."""
+    share of error is this by the flight's time (beside SCALE_SD), NaN for a fall that is not judged."""
 
     since_s: float
     until_s: float
@@ -77,7 +77,7 @@ class Rule:
 MEASURED = Rule(since_s=0.008, until_s=0.03, noise=0.04, off=np.inf, middle=0.15, drift=0.25, fewest=6)
 LIFTED = Rule(
     since_s=0.005, until_s=0.022, noise=np.inf, off=0.015, middle=0.25, least_s=0.17, floor_s=1.0, heel=0.08,
-    fall_s=0.035,
+    fall_s=0.03,
 )  # fmt: skip
 
 
@@ -264,6 +264,6 @@ def _free(fall: float, duration_s: float, rule: Rule, stature_m: float | None) -
     of any."""
     if np.isnan(rule.fall_s):
         return True
-    slack = 2.6 * np.hypot(rule.fall_s / duration_s, _SCALE_SD)
+    slack = 2.6 * np.hypot(rule.fall_s / duration_s, SCALE_SD)
     least, most = PEOPLE_M if stature_m is None else (stature_m, stature_m)
     return GRAVITY / most * (1 - slack) < fall < GRAVITY / least * (1 + slack)

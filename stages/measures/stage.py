@@ -109,9 +109,8 @@ class Measures:
             take.need("kinematics"),
         )
         gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
-        source = take.need("poses")
-        told = self.repeated, self.belt_speed
-        found = measures(filtered, rectified, kinematics, source, gait, airborne(take), *told)
+        asked = airborne(take), self.repeated, self.belt_speed
+        found = measures(filtered, rectified, kinematics, take.need("poses"), gait, *asked)
         said = unlike_any_seen(gait) if rectified.level_ok else []
         return take.with_(measures=found).saying(*said)
 
@@ -145,8 +144,8 @@ def measures(
         counts too, landing does not); peak_deg is the less bent knee's; squats: how many reach 70 degrees. arm_raises:
         an arm goes up and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35
         (knees), 50 (arms) or 20 degrees at least, by half of the largest change in the take, and by more than noise
-        makes: twice the standard deviation of a difference of two values. Means are of those that no gap cuts. count_reason: when the
-        angle is missing where one more may have been, so that `count` is the least; `reason` where none was seen.
+        makes: twice the standard deviation of a difference of two values. Means are of those that no gap cuts.
+        count_reason: when one more may have been where the angle is missing; `reason` where none was seen.
     walking: steps and strides between the feet's initial contacts (models/gait), in walks of three steps or more
         and runs of two, without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the
         mean step time, of three strides of a walk and two of a run at least. Stance, swing and single support are
@@ -171,12 +170,12 @@ def measures(
         for name in repeated
         for row in within(name, _repeats(take, take(name), take.sd(name), _ANY, [name]), side_of(name))
     ]
-    jumped = jumping(flights, gait)
+    jumped, apart = jumping(flights, gait), separation(body)[:, 0]
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
     return (
         *within("range_of_motion", ranges),
         *within("symmetry", _symmetry(ranges, named)),
-        *within("knee_bends", _knee_bends(take, gait, jumped, separation(body)[:, 0])),
+        *within("knee_bends", _knee_bends(take, gait, jumped, apart)),
         *within("arm_raises", _arm_raises(take)),
         *within("repetitions", on_demand),
         *within("walking", walk),

@@ -49,7 +49,7 @@ from .judge import Stated
 
 Kind = Literal["same tripod", "set up again", "elsewhere"]
 KINDS: tuple[Kind, ...] = ("same tripod", "set up again", "elsewhere")
-_STAGES = ("scale", "place", "rectify", "trajectories", "angles", "measures")
+_STAGES = ("place", "rectify", "scale", "trajectories", "angles", "measures")
 _LEAST_S, _LONGEST_S = 2.0, 10.0  # of a motion; of a longer one, its beginning
 _LYING = 0.1  # of the frames, of a motion that is left out
 # Of a tripod that is set up again: standard deviation of yaw, greatest change of pitch and roll, in degrees; of the
