@@ -26,6 +26,7 @@ class Scale:
     name: ClassVar[str] = "scale"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("poses",)
+    renews: ClassVar[tuple[str, ...]] = ("rectified",)
     reads: ClassVar[tuple[str, ...]] = ("stature_m",)
 
     def unit_of(self, before: str, told: Told) -> str:

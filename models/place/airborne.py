@@ -116,7 +116,7 @@ def own_height(
     reach = lines[..., :2] @ ahead
     with np.errstate(invalid="ignore", divide="ignore"):
         heights = lines[..., 2] / reach * distance - body[..., 2]
-    there = np.isfinite(heights) & (reach > 0) & (distance > _NEAREST * stature)
+    there = np.isfinite(heights) & (reach > 0) & (distance > _NEAREST * stature) & (trust[:, use] > 0)
     enough = there.sum(axis=1) >= FEWEST
     heights, trust = np.where(there, heights, np.nan), np.where(there, trust[:, use], 0.0)
     found = np.full(len(heights), np.nan)
@@ -124,5 +124,5 @@ def own_height(
     for _ in range(_ROUNDS):
         off = np.where(there, heights - found[:, None], 0.0)
         weights = trust / (1 + (off / (_ROBUST * stature)) ** 2)
-        found[enough] += ((weights * off).sum(axis=1) / weights.sum(axis=1))[enough]
+        found[enough] += (weights * off).sum(axis=1)[enough] / weights.sum(axis=1)[enough]
     return found

@@ -17,6 +17,7 @@ from ...angle_error.rates import angle_rates
 from ...angle_error.take_angles import smoothed, take_angles
 from ...common.metrics import SD_90, scaled
 from ..evaluation.finished import Finished
+from ..evaluation.jumps import compared
 from ..evaluation.testbed import SeenTake
 from .judge import Stated
 
@@ -38,6 +39,7 @@ def statements(finished: Finished) -> Iterator[Stated]:
         yield rotation(take, truth, rows)
         if take.kinematics and take.need("poses").made_by.kind == "estimated":
             yield from angles(take, truth, rows)
+        yield from jumps(take, truth)
 
 
 def up(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
@@ -109,6 +111,13 @@ def angles(
         parts.setdefault(of_rate, []).append(Stated(of_rate, truth.subject, error, SD_90 * rate_sd, known))
     for sides in parts.values():
         yield _joined(sides).judged()
+
+
+def jumps(take: Take, truth: SeenTake) -> Iterator[Stated]:
+    """Figures of the flights that are true, in ms and cm."""
+    for name, pairs in compared(take, truth).pairs.items():
+        found, true, half = np.array([(pair.found, pair.true, pair.half) for pair in pairs]).T
+        yield Stated(name, truth.subject, found - true, half, {"found": found}).judged()
 
 
 def _joined(parts: list[Stated]) -> Stated:

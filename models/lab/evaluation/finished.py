@@ -7,7 +7,7 @@ test bed on, so that what is judged is what a user gets.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -22,7 +22,7 @@ from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
-from .sets import Question
+from .sets import EvaluationSet, Question
 from .take_answers import simulated_look
 from .testbed import BEDS, MIN_FRAMES, Bed, SeenTake, see
 
@@ -85,14 +85,20 @@ def configurations(lifters: tuple[str, ...] = ("pcnet3d", "")) -> list[Configura
     ]
 
 
-def finished(question: Question, configuration: Configuration) -> Iterator[Finished]:
-    """Every take of the question's sets, of at least MIN_FRAMES frames, after a run in that configuration. The cameras
-    and the detector depend on the seed and the clip only. InputError where the data is not, and for a lifter that
-    cannot be opened; a take that a run refuses is given with the reason."""
+def finished(
+    question: Question,
+    configuration: Configuration,
+    sets: Sequence[EvaluationSet] | None = None,
+    only: Callable[[Clip], bool] = lambda clip: True,
+) -> Iterator[Finished]:
+    """Every take of the question's sets, or of those given, of at least MIN_FRAMES frames, after a run in that
+    configuration; only: which of them. The cameras and the detector depend on the seed and the clip only. InputError
+    where the data is not, and for a lifter that cannot be opened; a take that a run refuses is given with the reason.
+    """
     pipeline = _recipe(question, configuration).build()
     views = replace(BEDS[configuration.bed], pans=float(configuration.camera == "moving"))
-    for of in question.sets:
-        clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES]
+    for of in question.sets if sets is None else sets:
+        clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES and only(clip)]
         for clip in each(clips, f"{of.label}, {configuration}", len(clips)):
             truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
             take, reason = None, ""
