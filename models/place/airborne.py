@@ -4,7 +4,7 @@ that stands still."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from .reprojection import FEWEST
 BUILT_IN = "pcnet3d"  # lifter
 _FEWEST = 10  # frames
 _LEVEL = 0.5  # least share of the view that is horizontal: steeper, heights are depths
+_ANY_PACE = replace(LIFTED, fall_s=np.nan, noise=MEASURED.noise)
+_USUAL_M = 1.7  # stature of an adult
 _FALLS_SHORT = 0.975  # of gravity, as lifted paths tell it: median of lifted flights
 _NEAREST = 0.1  # statures before the camera
 _ROBUST = 0.03  # statures off the usual height at which a joint's say is halved
@@ -60,6 +62,11 @@ def airborne(take: Take) -> Airborne:
     level = level.with_(joints=bridged(level.joints, level.times), root=root, root_covariance=None)
     stature_m = implied_stature(level.joints) if level.frame.unit == "m" else None
     found = flights(level, LIFTED, stature_m)
+    if not found and (slow := flights(level, _ANY_PACE)):
+        share = np.median([flight.fall for flight in slow]) * (stature_m or _USUAL_M) / GRAVITY
+        return Airborne(
+            reason=f"in the air the body falls at {share:.2g} of gravity, as in another pace", lifted=True
+        )
     still = take.told.camera == "static"
     unknown = "nobody has said that the camera stands still (--camera static)"
     judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN

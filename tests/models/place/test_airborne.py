@@ -159,7 +159,9 @@ def test_ankles_that_nobody_saw_leave_the_floor_unknown():
 
 def test_a_fall_of_another_pace_is_none():
     world, time_s = jumping()
-    assert airborne(filmed(world, 2 * time_s)).flights == ()
+    found = airborne(filmed(world, 2 * time_s))
+    assert found.flights == ()
+    assert "at 0.2" in found.reason
 
 
 def test_falls_give_metres_with_their_error():
