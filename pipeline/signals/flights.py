@@ -56,9 +56,10 @@ class Rule:
     floor, and before they land. fewest: frames in the air; least_s: seconds. noise: of the parabola's height, off: in
     statures, what the path may be off it. middle: of the flight's duration, how far from its middle the highest point
     may be. drift: of the fall, how far sideways the path may bend. floor_s: the floor is looked for so far around, NaN
-    for the whole take. heel: statures by which the centre of mass is higher where the feet leave the floor than on
-    stretched legs, for a path that tells heights better than when the feet leave; NaN for others. fall_s: the fall's
-    share of error is this by the flight's time (beside SCALE_SD), NaN for a fall that is not judged."""
+    for the whole take. knees: their share of a leg's height, the rest is the ankle's. heel: statures by which the
+    centre of mass is higher where the feet leave the floor than on stretched legs, for a path that tells heights better
+    than when the feet leave; NaN for others. fall_s: the fall's share of error is this by the flight's time (beside
+    SCALE_SD), NaN for a fall that is not judged."""
 
     since_s: float
     until_s: float
@@ -69,6 +70,7 @@ class Rule:
     fewest: int = 4
     least_s: float = 0.0
     floor_s: float = np.nan
+    knees: float = 0.0
     heel: float = np.nan
     fall_s: float = np.nan
 
@@ -76,7 +78,7 @@ class Rule:
 # Times are medians of 88 captured flights, and of their lifts through cameras (train and validation subjects).
 MEASURED = Rule(since_s=0.008, until_s=0.03, noise=0.04, off=np.inf, middle=0.15, drift=0.25, fewest=6)
 LIFTED = Rule(
-    since_s=0.005, until_s=0.022, noise=np.inf, off=0.015, middle=0.25, least_s=0.17, floor_s=1.0, heel=0.08,
+    since_s=0.0, until_s=0.015, noise=np.inf, off=0.015, middle=0.25, least_s=0.17, floor_s=1.0, knees=0.4, heel=0.08,
     fall_s=0.03,
 )  # fmt: skip
 
@@ -124,8 +126,9 @@ def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None 
         share / mass * ((1 - along) * world[:, H36M17.index(a)] + along * world[:, H36M17.index(b)])
         for a, b, share, along in _MASSES
     ]
-    ankles = world[:, H36M17.indices(("r_ankle", "l_ankle")), 2]
-    path = _Path(level.times, np.sum(parts, axis=0), ankles.min(axis=1), ankles.max(axis=1), rule)
+    ankles, knees = (world[:, H36M17.indices((f"r_{at}", f"l_{at}")), 2] for at in ("ankle", "knee"))
+    legs = (1 - rule.knees) * ankles + rule.knees * knees
+    path = _Path(level.times, np.sum(parts, axis=0), ankles.min(axis=1), ankles.max(axis=1), legs, rule)
     spells = _spells(path.lowest, path.time_s, level.seams, rule)
     found = (_flight(path, rows, line, stature_m) for rows, line in spells)
     return [flight for flight in found if flight is not None]
@@ -133,12 +136,14 @@ def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None 
 
 @dataclass(frozen=True)
 class _Path:
-    """time_s (T,); in statures the centre of mass (T, 3), and the heights of the lower and the higher ankle (T,)."""
+    """time_s (T,); in statures the centre of mass (T, 3), and the heights of the lower and the higher ankle (T,), and
+    those of both legs (T, 2), by which is told when the feet leave the floor."""
 
     time_s: np.ndarray
     centre: np.ndarray
     lowest: np.ndarray
     highest: np.ndarray
+    legs: np.ndarray
     rule: Rule
 
 
@@ -148,7 +153,9 @@ def _flight(path: _Path, rows: slice, line: np.ndarray, stature_m: float | None)
     fit = _fall(path.centre[rows], time_s[rows], rule)
     if fit is None or not _free(fit.fall, np.ptp(time_s[rows]), rule, stature_m):
         return None
-    (off_s, before), (land_s, after) = (_edge(path, line, rows, way) for way in (-1, 1))
+    edges = ((rows.start, -1), (rows.stop - 1, 1))
+    feet = [1 if _apart_s(path.highest - line, time_s, *edge) > _ONE_FOOT_S else 2 for edge in edges]
+    off_s, land_s = (_edge(path, line, rows, way, on) for (_, way), on in zip(edges, feet, strict=True))
     if np.isnan(off_s + land_s):
         return None
     off_s, land_s, fall = off_s - rule.since_s, land_s + rule.until_s, fit.fall
@@ -158,10 +165,9 @@ def _flight(path: _Path, rows: slice, line: np.ndarray, stature_m: float | None)
     if np.isfinite(rule.heel):
         push = slice(*np.searchsorted(time_s, [off_s - _BEFORE_S, off_s]).tolist())
         stretched = float(np.nanpercentile(path.centre[push, 2] - path.lowest[push], _STRETCHED))
-        floor = ((before + after) / 2 if abs(after - before) < _SAME else before) - _UP
+        before, after = (_low(path.lowest, time_s, time_s[row], way) for row, way in edges)
+        floor = (before + after) / 2 if abs(after - before) < _SAME else before
         rise = (rise + fit.highest - floor - stretched - rule.heel) / 2
-    apart = (_apart_s(path.highest - line, time_s, *edge) for edge in ((rows.start, -1), (rows.stop - 1, 1)))
-    feet = [1 if apart_s > _ONE_FOOT_S else 2 for apart_s in apart]
     return Flight(off_s, fit.apex_s, land_s, fit.fall, rise, *feet)
 
 
@@ -171,22 +177,28 @@ def _passes(height: np.ndarray, time_s: np.ndarray, row: int) -> float:
     return float(time_s[row] + share * (time_s[row + 1] - time_s[row]))
 
 
-def _edge(path: _Path, line: np.ndarray, rows: slice, way: int) -> tuple[float, float]:
-    """When the lower ankle passes the line before (way -1) or after (1) rows in which it is above, and how high the
-    line is there; NaN where it does not."""
-    height, time_s = path.lowest, path.time_s
-    row = rows.start if way < 0 else rows.stop - 1
-    level, at_s = float(line[row]), time_s[row]
-    if np.isfinite(path.rule.floor_s):  # over where the feet are just before or after
-        near = np.abs(time_s - at_s - way * _BEFORE_S / 2) < _BEFORE_S / 2
-        level = float(np.nanpercentile(height[near], _FLOOR)) + _UP
+def _edge(path: _Path, line: np.ndarray, rows: slice, way: int, feet: int) -> float:
+    """When the body leaves the floor before (way -1) or meets it after (1) rows in which the lower ankle is above the
+    line, on so many feet; NaN where that was not seen."""
+    row, time_s = rows.start if way < 0 else rows.stop - 1, path.time_s
+    at_s, height, level = time_s[row], path.lowest, float(line[row])
+    if path.rule.knees > 0:  # both legs, above where they are just before or after
+        height = path.legs.mean(axis=1) if feet == 2 else path.legs.min(axis=1)
+        level = _low(height, time_s, at_s, way) + _UP
         row = (rows.start + rows.stop) // 2
         while 0 < row < len(height) - 1 and height[row] > level:
             row += way
         row -= way
     if not height[row] > level >= height[row + way] or abs(time_s[row] - at_s) > _BEFORE_S / 2:
-        return float("nan"), level
-    return _passes(height - level, time_s, min(row, row + way)), level
+        return float("nan")
+    return _passes(height - level, time_s, min(row, row + way))
+
+
+def _low(height: np.ndarray, time_s: np.ndarray, at_s: float, way: int) -> float:
+    """What a height is for a fifth of the time just before (way -1) or after (1) a moment."""
+    return float(
+        np.nanpercentile(height[np.abs(time_s - at_s - way * _BEFORE_S / 2) < _BEFORE_S / 2], _FLOOR)
+    )
 
 
 def _apart_s(height: np.ndarray, time_s: np.ndarray, row: int, way: int) -> float:

@@ -17,6 +17,7 @@ from .figures import moments, with_error
 
 _REBOUND_S = 1.0  # longer on the floor, and the next jump is another one
 _ABSORBED_S = 0.6  # after a landing: by then the knees have given way
+_STRIDE_S = 0.3  # nobody flies longer from step to step of a run
 _CM = 100.0
 
 
@@ -41,15 +42,17 @@ def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> _Errors:
     if not airborne.judged:
         return _Errors(np.nan, np.nan)
     rise = np.hypot(0.052 * (flight.land_s - flight.off_s), 0.004 * up_deg)
-    return _Errors(float(np.hypot(0.021, 0.0055 * up_deg)), float(rise))
+    return _Errors(float(np.hypot(0.025, 0.003 * up_deg)), float(rise))
 
 
 def jumping(airborne: Airborne, gait: Gait) -> list[Flight]:
-    """The flights that are jumps: not those of a run."""
+    """The flights that are jumps: not those from step to step of a run. A walk has none, so one among its steps is."""
+    steps = gait.steps if gait.kind == "running" else []
     return [
         flight
         for flight in airborne.flights
-        if not any(step.start_s < flight.land_s and flight.off_s < step.stop_s for step in gait.steps)
+        if flight.land_s - flight.off_s > _STRIDE_S
+        or not any(step.start_s < flight.land_s and flight.off_s < step.stop_s for step in steps)
     ]
 
 
