@@ -42,6 +42,7 @@ _TRIMMED = 0.1  # of the frames at either end, in which a foot may still push
 _HEIGHT = 0.02  # statures, of the parabola
 GRAVITY = 9.81  # m / s2
 PEOPLE_M = (1.0, 2.2)  # statures of those who jump
+_OVER_FEET = 0.2  # statures from the feet to the centre of mass; who hops on the hands does not jump
 _SAME = 0.06  # statures by which two lifted floors differ that are one
 _BEFORE_S = 0.3  # before the feet leave the floor: where it is, and how far the legs stretch
 _STRETCHED = 90  # per cent of that time in which the centre of mass is nearer to the ankles
@@ -150,7 +151,9 @@ class _Path:
 def _flight(path: _Path, rows: slice, line: np.ndarray, stature_m: float | None) -> Flight | None:
     """The flight in rows in which both ankles are above a line (T,); None where the body does not fall freely."""
     rule, time_s = path.rule, path.time_s
-    fit = _fall(path.centre[rows], time_s[rows], rule)
+    ends, fit = [rows.start, rows.stop - 1], _fall(path.centre[rows], time_s[rows], rule)
+    if (path.centre[ends, 2] - path.lowest[ends] < _OVER_FEET).any():
+        return None
     if fit is None or not _free(fit.fall, np.ptp(time_s[rows]), rule, stature_m):
         return None
     edges = ((rows.start, -1), (rows.stop - 1, 1))
@@ -165,7 +168,7 @@ def _flight(path: _Path, rows: slice, line: np.ndarray, stature_m: float | None)
     if np.isfinite(rule.heel):
         push = slice(*np.searchsorted(time_s, [off_s - _BEFORE_S, off_s]).tolist())
         stretched = float(np.nanpercentile(path.centre[push, 2] - path.lowest[push], _STRETCHED))
-        before, after = (_low(path.lowest, time_s, time_s[row], way) for row, way in edges)
+        before, after = (_low(path.lowest, time_s, float(time_s[row]), way) for row, way in edges)
         floor = (before + after) / 2 if abs(after - before) < _SAME else before
         rise = (rise + fit.highest - floor - stretched - rule.heel) / 2
     return Flight(off_s, fit.apex_s, land_s, fit.fall, rise, *feet)
@@ -181,7 +184,7 @@ def _edge(path: _Path, line: np.ndarray, rows: slice, way: int, feet: int) -> fl
     """When the body leaves the floor before (way -1) or meets it after (1) rows in which the lower ankle is above the
     line, on so many feet; NaN where that was not seen."""
     row, time_s = rows.start if way < 0 else rows.stop - 1, path.time_s
-    at_s, height, level = time_s[row], path.lowest, float(line[row])
+    at_s, height, level = float(time_s[row]), path.lowest, float(line[row])
     if path.rule.knees > 0:  # both legs, above where they are just before or after
         height = path.legs.mean(axis=1) if feet == 2 else path.legs.min(axis=1)
         level = _low(height, time_s, at_s, way) + _UP
