@@ -30,8 +30,9 @@ _ROUNDS = 5  # of weighing joints
 
 @dataclass(frozen=True)
 class Airborne:
-    """A take's flights, in order. reason: why there may be others that cannot be told, "" where there are none. lifted:
-    that they are of lifted poses, whose errors are larger."""
+    """A take's flights, in order. reason: why there may be others that cannot be told, "" where there are none. lifted: that they
+    are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known. still: that
+    the camera is known to stand still."""
 
     flights: tuple[Flight, ...] = ()
     reason: str = ""
@@ -65,12 +66,12 @@ def airborne(take: Take) -> Airborne:
     if not found and (slow := flights(level, _ANY_PACE)):
         share = np.median([flight.fall for flight in slow]) * (stature_m or _USUAL_M) / GRAVITY
         return Airborne(
-            reason=f"in the air the body falls at {share:.2g} of gravity, as in another pace", lifted=True
+            reason=f"the body falls at {share:.2g} of gravity: another pace, or up is wrong", lifted=True
         )
     still = take.told.camera == "static"
     unknown = "nobody has said that the camera stands still (--camera static)"
     judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN
-    return Airborne(tuple(found), "" if found or still else unknown, lifted=True, judged=judged, still=still)
+    return Airborne(tuple(found), "" if still else unknown, lifted=True, judged=judged, still=still)
 
 
 def units_a_metre(level: PoseSequence, found: Sequence[Flight]) -> tuple[float, float]:

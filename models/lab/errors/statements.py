@@ -117,7 +117,7 @@ def jumps(take: Take, truth: SeenTake) -> Iterator[Stated]:
     """Figures of the flights that are true, in ms and cm."""
     for name, pairs in compared(take, truth).pairs.items():
         found, true, half = np.array([(pair.found, pair.true, pair.half) for pair in pairs]).T
-        yield Stated(name, truth.subject, found - true, half, {"found": found}).judged()
+        yield Stated(name, truth.subject, found - true, half, {"size": found}).judged()
 
 
 def _joined(parts: list[Stated]) -> Stated:
