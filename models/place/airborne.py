@@ -30,9 +30,9 @@ _ROUNDS = 5  # of weighing joints
 
 @dataclass(frozen=True)
 class Airborne:
-    """A take's flights, in order. reason: why there may be others that cannot be told, "" where there are none. lifted: that they
-    are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known. still: that
-    the camera is known to stand still."""
+    """A take's flights, in order. reason: why there may be others that cannot be told, "" where there are none. lifted:
+    that they are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known.
+    still: that the camera is known to stand still."""
 
     flights: tuple[Flight, ...] = ()
     reason: str = ""
