@@ -2,47 +2,73 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
+from ..models.place.airborne import Airborne, airborne, units_a_metre
 from ..pipeline.core.anthropometry import implied_stature
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import scaled_covariance
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told
+from ..pipeline.signals.flights import PEOPLE_M
+
+_MOST_SD = 0.07  # share of a scale by flights
 
 
 @dataclass(frozen=True)
 class Scale:
-    """The stage. Metres by the person's stature that the user tells (`take.told`); without one the source's unit is
-    kept, and said when it has no scale."""
+    """The stage. Metres by the person's stature that the user tells (`take.told`); without one by how fast the body
+    falls in flights, of a rectified take before a camera that is known to stand still, where that is sure to 7 %. Else
+    the source's unit is kept, and said when it has no scale."""
 
     name: ClassVar[str] = "scale"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("poses",)
+    renews: ClassVar[tuple[str, ...]] = ("rectified",)
     reads: ClassVar[tuple[str, ...]] = ("stature_m",)
 
     def unit_of(self, before: str, told: Told) -> str:
-        """Metres where a stature is told."""
+        """Metres where a stature is told; whether flights tell it is not known before."""
         return before if told.stature_m is None else "m"
 
     def __call__(self, take: Take) -> Take:
-        poses, stature_m = take.need("poses"), take.told.stature_m
-        if stature_m is None:
-            if poses.frame.metric:
-                return take
+        stature_m = take.told.stature_m
+        if stature_m is not None:
+            scaled, factor = _scaled(take, stature_m)
+            return scaled.saying(notice("scaled", factor=factor, stature_m=stature_m))
+        if take.need("poses").frame.metric:
+            return take
+        flown = Airborne() if take.rectified is None else airborne(take)
+        if take.rectified is None or not (flown.judged and flown.still):
             return take.saying(notice("no-scale"))
-        poses, factor = scale(poses, stature_m)
-        return take.with_(poses=poses).saying(notice("scaled", factor=factor, stature_m=stature_m))
+        units, sd = units_a_metre(take.rectified.level, flown.flights)
+        stature_m = implied_stature(take.rectified.level.joints) / units
+        if not (sd <= _MOST_SD and PEOPLE_M[0] < stature_m < PEOPLE_M[1]):
+            return take.saying(notice("no-scale"))
+        scaled, factor = _scaled(take, stature_m, sd)
+        said: dict[str, Any] = {"flights": len(flown.flights), "factor": factor, "stature_m": stature_m}
+        return scaled.saying(notice("scaled-by-flights", **said, sd_m=sd * stature_m, percent=100 * sd))
 
 
-def scale(poses: PoseSequence, stature_m: float) -> tuple[PoseSequence, float]:
+def _scaled(take: Take, stature_m: float, sd: float | None = None) -> tuple[Take, float]:
+    """The take's poses, also those that were rectified, in metres, and the factor."""
+    poses, factor = scale(take.need("poses"), stature_m, sd)
+    rectified = take.rectified
+    if rectified is not None:
+        body, level = (_times(one, factor, stature_m, sd) for one in (rectified.body, rectified.level))
+        rectified = replace(rectified, body=body, level=level, source=poses.frame)
+    return take.with_(poses=poses, rectified=rectified), factor
+
+
+def scale(poses: PoseSequence, stature_m: float, sd: float | None = None) -> tuple[PoseSequence, float]:
     """The same skeleton in metres, and the factor that made it so: one for the take, from its limb bones' median
     lengths.
 
     The limb bones of a person of that stature are taken from the table of segment proportions in
-    pipeline/core/anthropometry.py. Raises InputError for a stature that no person has or when no limb is seen.
+    pipeline/core/anthropometry.py. sd: of the scale as a share, where flights tell it, in place of the error that a
+    told stature has. Raises InputError for a stature that no person has or when no limb is seen.
     """
     if not 0.4 < stature_m < 2.6:
         raise InputError("bad-value", f"Expected a stature in metres, got {stature_m}.")
@@ -52,11 +78,21 @@ def scale(poses: PoseSequence, stature_m: float) -> tuple[PoseSequence, float]:
             "nothing-usable", "No limb bone is ever complete, so the stature cannot set the scale."
         )
     factor = float(stature_m / implied)
-    metric = poses.mapped(
+    return _times(poses, factor, stature_m, sd), factor
+
+
+def _times(poses: PoseSequence, factor: float, stature_m: float, sd: float | None) -> PoseSequence:
+    covariance, shared = scaled_covariance(poses.root_covariance, factor), poses.root_shared
+    root = None if poses.root is None else poses.root * factor
+    if sd is not None and root is not None and covariance is not None and shared is not None:
+        covariance = covariance + (sd**2 - shared[0] ** 2) * root[:, :, None] * root[:, None, :]
+        shared = (round(sd, 3), shared[1])
+    by = {} if sd is None else {"by": "flights", "sd": round(sd, 3)}
+    return poses.mapped(
         lambda points: points * factor,
-        root=None if poses.root is None else poses.root * factor,
-        root_covariance=scaled_covariance(poses.root_covariance, factor),
+        root=root,
+        root_covariance=covariance,
+        root_shared=shared,
         covariance=scaled_covariance(poses.covariance, factor),
         frame=poses.frame.with_(unit="m"),
-    ).noted("scale", stature_m=stature_m, factor=factor)
-    return metric, factor
+    ).noted("scale", stature_m=stature_m, factor=factor, **by)

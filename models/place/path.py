@@ -64,6 +64,16 @@ def pelvis_path(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) ->
     somebody else, are weighed down.
     """
     require(poses.frame, CAMERA, "pelvis_path")
+    rays, trust = keypoint_rays(poses, keypoints, camera)
+    focal_sd = camera.focal_sd_px / camera.focal_px
+    return _path(poses.joints, rays, trust, poses.times, focal_sd)
+
+
+def keypoint_rays(
+    poses: PoseSequence, keypoints: PoseSequence, camera: Camera
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rays (T, 17, 2) of H36M17 in the rows of the poses, x / z and y / z in CAMERA axes, NaN where nobody saw them,
+    and the relative trust (T, 17) in them. Arguments as of `pelvis_path`."""
     hidden, _ = unseen(keypoints, camera.image_size, poses.frame_index, poses.times)
     if camera.intrinsics is not None:  # afterwards, for the filmed image's border is not the ideal one's
         keypoints = keypoints.with_(joints=undistorted(keypoints.joints, camera.intrinsics))
@@ -71,24 +81,23 @@ def pelvis_path(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) ->
     rows = np.minimum(np.searchsorted(seen.frame_index, poses.frame_index), len(seen) - 1)
     there = (seen.frame_index[rows] == poses.frame_index)[:, None] & ~hidden
     rays = (seen.joints[rows] - np.array(camera.image_size) / 2) / camera.focal_px
-    rays = np.where(there[..., None], rays, np.nan)
-    focal_sd = camera.focal_sd_px / camera.focal_px
-    return _path(poses.joints, rays, seen.confidence[rows], poses.times, focal_sd)
+    confidence = seen.confidence[rows]
+    trust = np.where(np.isfinite(confidence), confidence, _UNKNOWN_CONFIDENCE) ** 2
+    return np.where(there[..., None], rays, np.nan), trust
 
 
 def _path(
-    joints: np.ndarray, rays: np.ndarray, confidence: np.ndarray, time_s: np.ndarray, focal_sd: float
+    joints: np.ndarray, rays: np.ndarray, trust: np.ndarray, time_s: np.ndarray, focal_sd: float
 ) -> PelvisPath | None:
-    """joints: (T, 17, 3). rays: (T, 17, 2) x / z and y / z of the keypoints; confidence: (T, 17). NaN where missing.
-    time_s: (T,). focal_sd: standard deviation of the focal length as a share of it."""
+    """joints: (T, 17, 3). rays, trust: of keypoint_rays. time_s: (T,). focal_sd: standard deviation of the focal length
+    as a share of it."""
     stature = implied_stature(joints)
     if not stature > 0 or len(joints) < FEWEST_FRAMES:
         return None
     growth = _growth(joints.astype(np.float64), rays, time_s)
     body = joints / (stature * growth)[:, None, None]
     use = H36M17.indices(JOINTS)
-    trust = np.where(np.isfinite(confidence), confidence, _UNKNOWN_CONFIDENCE)[:, use] ** 2
-    places, information = placed(rays[:, use].astype(np.float64), body[:, use], trust)
+    places, information = placed(rays[:, use].astype(np.float64), body[:, use], trust[:, use])
     information = information / max(_LASTS_S * rate(time_s), 1.0)
     if is_finite(places).sum() < 2:
         return None

@@ -33,12 +33,16 @@ def answer(take: Take) -> list[str]:
     walking, bends = subgroup(measures, "walking"), subgroup(measures, "knee_bends")
     legs = [*_walked(walking, metric), *_bent(bends)]
     arms = _raised(subgroup(measures, "arm_raises"))
-    done = [*legs, *arms, *_jumped(subgroup(measures, "jumps"), metric)]
+    jumps = subgroup(measures, "jumps")
+    done = [*legs, *arms, *_jumped(jumps)]
     shown = (*(_MOVED if legs or not arms else ()), *(_RAISED if arms else ())) if done else _ALL
     joints = [words for name in shown if (words := _range(subgroup(measures, "range_of_motion"), name))]
     if not done:
         seconds = poses.times[-1] - poses.times[0]
-        done = [f"no walking, knee bends, raised arms or jumps were recognised in {seconds:.1f} s"]
+        untold = text(jumps, "reason")
+        looked_for = "knee bends or raised arms" if untold else "knee bends, raised arms or jumps"
+        done = [f"no walking, {looked_for} were recognised in {seconds:.1f} s"]
+        done += [f"jumps cannot be told: {untold}"] if untold else []
     why = text(walking, "reason")
     unseen = [why] if why.startswith("steps cannot be counted") else []
     return [
@@ -97,12 +101,15 @@ def _peaks(groups: Sequence[Group]) -> str:
     return f" {ends} degrees{f' (± {max(errors):.0f})' if errors else ''}"
 
 
-def _jumped(jumps: Group, metric: bool) -> list[str]:
+def _jumped(jumps: Group) -> list[str]:
     count = _count(jumps)
     if not count:
         return []
-    heights = [f"{height.value:.2f}" for height in numbered(jumps, "jump_height")] if metric else []
-    return [f"jumped {_often(count)}" + (f", {_and(heights)} m high" if 0 < len(heights) <= _MOST else "")]
+    found = numbered(jumps, "height_by_flight_time")
+    errors = [height.error for height in found if height.error is not None]
+    within = f" (± {max(errors):.0f})" if errors else ""
+    heights = f", {_and([f'{height.value:.0f}' for height in found])} cm high by the time in the air{within}"
+    return [f"jumped {_often(count)}{heights if 0 < len(found) <= _MOST else ''}"]
 
 
 def _range(ranges: Group, name: str) -> str:

@@ -204,6 +204,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "METRES) for metres."),
     "scaled": ("repair", "",
         "Scaled by {factor:.4g} to a stature of {stature_m} m."),
+    "scaled-by-flights": ("warning", "",
+        "Nobody has told the person's height: metres rest on how fast the body falls in {flights:~flight}, by which "
+        "the stature is {stature_m:.2f} ± {sd_m:.2f} m. Path, speed and lengths may be off by {percent:.0f} % "
+        "together (standard deviation); with --stature METRES they are surer."),
     "not-placed": ("note", "place",
         "Where the person is before the camera is not known: {reason}."),
     "placed": ("note", "place",

@@ -28,6 +28,7 @@ UNITS = {
     "deg": Unit("_deg", "deg", "°"),
     "degps": Unit("_degps", "deg/s", "°/s"),
     "s": Unit("_s", "s", "s"),
+    "cm": Unit("_cm", "cm", "cm"),
     "percent": Unit("_percent", "%", "%"),
     "spm": Unit("_spm", "1/min", "steps/min"),
     "length": Unit("", "{}", "{}"),

@@ -191,6 +191,13 @@ class Take:
         return self.camera.background.moves
 
     @property
+    def stands(self) -> bool:
+        """Whether the camera is known to stand still, by what was told or by the background of its images."""
+        background = None if self.camera is None else self.camera.background
+        seen = background is not None and background.kind == "still"
+        return self.told.standing or (seen and not self.told.moving)
+
+    @property
     def said(self) -> tuple[Notice, ...]:
         """What makes its poses doubtful, and its other notices, each once."""
         return without_doubles((*grave(self.findings or ()), *self.notices))

@@ -43,6 +43,7 @@ class Stage(Protocol):
     needs, gives: names of Take fields that must be filled before, and that are filled after.
 
     What else it may have, which is asked before any of the run's work is done:
+    renews: names of fields that it brings up to date where they are filled, as a scale does with what was rectified.
     reads: names of the fields of `take.told` that it reads: what nobody reads is refused when it is told.
     check_told(told): InputError where what the user tells will not do.
     check_rate(fps): InputError where so many frames a second will not do.

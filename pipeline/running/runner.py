@@ -35,7 +35,7 @@ class Pipeline:
         for position, stage in enumerate(self.stages):
             for earlier in self.stages[:position]:
                 for name in set(earlier.needs).intersection(stage.gives):
-                    if set(earlier.gives) != {name}:
+                    if not set(earlier.gives) <= {name, *getattr(stage, "renews", ())}:
                         raise InputError(
                             "needs-stage",
                             f"Stage '{stage.name}' would change {name} after '{earlier.name}' has used them; "

@@ -14,7 +14,7 @@ import numpy as np
 from ..core.anthropometry import implied_stature
 from ..core.layouts import H36M17
 from ..core.pose import PoseSequence
-from .filters import stretches
+from .filters import rate, stretches
 
 # Segment masses as shares of the body's, with the centre of mass at a share of the way from the first joint to the
 # second: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, table 4.1 (after Dempster). Feet go
@@ -35,16 +35,53 @@ _MASSES = (
 )
 # Joints that a frame of a flight needs.
 NEEDED = tuple(dict.fromkeys(joint for start, end, _, _ in _MASSES for joint in (start, end)))
+SCALE_SD = 0.04  # of lifted heights, what the flights of a take share of their error, as a share
 _UP = 0.07  # statures by which both ankles are above their floor in the air; standing on the toes lifts them by 0.05
-# The lower ankle passes that height so long after the feet have left the floor, and before they land (medians of 88
-# captured flights).
-_SINCE_S, _UNTIL_S = 0.008, 0.03
-_FEWEST = 6  # frames of a flight
+_FLOOR = 20  # per cent of the time in which an ankle that stands is lower
 _TRIMMED = 0.1  # of the frames at either end, in which a foot may still push
-_NOISE = 0.04  # of the parabola's height: what the path may be off it
-_DRIFT = 0.25  # of the fall: how far sideways the path may bend
 _HEIGHT = 0.02  # statures, of the parabola
-_MIDDLE = 0.15  # of the flight's duration: how far from its middle the highest point may be
+GRAVITY = 9.81  # m / s2
+PEOPLE_M = (1.0, 2.2)  # statures of those who jump
+_OVER_FEET = 0.2  # statures from the feet to the centre of mass; who hops on the hands does not jump
+_SAME = 0.06  # statures by which two lifted floors differ that are one
+_BEFORE_S = 0.3  # before the feet leave the floor: where it is, and how far the legs stretch
+_STRETCHED = 90  # per cent of that time in which the centre of mass is nearer to the ankles
+_ONE_FOOT_S = (
+    0.12  # which leaves the floor so long before the other, or lands after it, has no part in the jump
+)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """What a path shows of a flight. since_s, until_s: the lower ankle passes _UP so long after the feet have left the
+    floor, and before they land. fewest: frames in the air; least_s: seconds. noise: of the parabola's height, off: in
+    statures, what the path may be off it. middle: of the flight's duration, how far from its middle the highest point
+    may be. drift: of the fall, how far sideways the path may bend. floor_s: the floor is looked for so far around, NaN
+    for the whole take. knees: their share of a leg's height, the rest is the ankle's. heel: statures by which the
+    centre of mass is higher where the feet leave the floor than on stretched legs, for a path that tells heights better
+    than when the feet leave; NaN for others. fall_s: the fall's share of error is this by the flight's time (beside
+    SCALE_SD), NaN for a fall that is not judged."""
+
+    since_s: float
+    until_s: float
+    noise: float
+    off: float
+    middle: float
+    drift: float = np.inf
+    fewest: int = 4
+    least_s: float = 0.0
+    floor_s: float = np.nan
+    knees: float = 0.0
+    heel: float = np.nan
+    fall_s: float = np.nan
+
+
+# Times are medians of 88 captured flights, and of their lifts through cameras (train and validation subjects).
+MEASURED = Rule(since_s=0.008, until_s=0.03, noise=0.04, off=np.inf, middle=0.15, drift=0.25, fewest=6)
+LIFTED = Rule(
+    since_s=0.0, until_s=0.015, noise=np.inf, off=0.015, middle=0.25, least_s=0.17, floor_s=1.0, knees=0.4, heel=0.08,
+    fall_s=0.03,
+)  # fmt: skip
 
 
 def falls(level: PoseSequence) -> np.ndarray:
@@ -54,28 +91,34 @@ def falls(level: PoseSequence) -> np.ndarray:
     where the source does not say how high the person is, and where nobody flies: in flight both ankles are off the
     floor, and the centre of mass rises and falls in a parabola, within noise.
     """
-    return np.array([flight.fall for flight in flights(level)])
+    return np.array([flight.fall for flight in flights(level)] if level.measured_root is not None else [])
 
 
 @dataclass(frozen=True)
 class Flight:
     """off_s, land_s: when the feet leave the floor and meet it, by the lower ankle; apex_s: when the centre of mass is
-    highest. fall: how fast it falls, in statures / s2. rise: statures, by how much it rises after the feet have left,
-    half of the fall times the square of the time that it takes (Linthorne, Am J Phys 69(11), 2001)."""
+    highest. fall: how fast it falls, in statures / s2. rise: statures, by how much it rises after the feet have left.
+    off_feet, land_feet: on how many feet the person takes off and lands."""
 
     off_s: float
     apex_s: float
     land_s: float
     fall: float
+    rise: float
+    off_feet: int
+    land_feet: int
 
-    @property
-    def rise(self) -> float:
-        return self.fall * (self.apex_s - self.off_s) ** 2 / 2
 
+def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None = None) -> list[Flight]:
+    """Those of `falls`, in order.
 
-def flights(level: PoseSequence) -> list[Flight]:
-    """Those of `falls`, in order."""
-    stature = implied_stature(level.joints) if level.measured_root is not None and len(level) else np.nan
+    level: as there; with rule LIFTED lifted joints, whose root has each frame's own height (models/place/airborne.py).
+    stature_m: the person's, where the poses are in metres; a lifted fall is one of gravity within its error, of any
+    person's stature where it is not known. rise is half of the fall times the square of the time that it takes
+    (Linthorne, Am J Phys 69(11), 2001); of lifted poses the mean of that and of how high the path is over that of
+    stretched legs.
+    """
+    stature = implied_stature(level.joints) if len(level) else np.nan
     if level.root is None or not stature > 0:
         return []
     world = (level.joints + level.root[:, None]).astype(np.float64) / stature
@@ -84,50 +127,135 @@ def flights(level: PoseSequence) -> list[Flight]:
         share / mass * ((1 - along) * world[:, H36M17.index(a)] + along * world[:, H36M17.index(b)])
         for a, b, share, along in _MASSES
     ]
-    centre = np.sum(parts, axis=0)
-    lowest = world[:, H36M17.indices(("r_ankle", "l_ankle")), 2].min(axis=1)
-    found = []
-    for rows, height in _spells(lowest, level.seams):
-        fit = _fall(centre[rows], level.times[rows])
-        if fit is not None:
-            found.append(
-                Flight(
-                    off_s=_passes(lowest, level.times, rows.start - 1, height) - _SINCE_S,
-                    apex_s=fit[1],
-                    land_s=_passes(lowest, level.times, rows.stop - 1, height) + _UNTIL_S,
-                    fall=fit[0],
-                )
-            )
-    return found
+    ankles, knees = (world[:, H36M17.indices((f"r_{at}", f"l_{at}")), 2] for at in ("ankle", "knee"))
+    legs = (1 - rule.knees) * ankles + rule.knees * knees
+    path = _Path(level.times, np.sum(parts, axis=0), ankles.min(axis=1), ankles.max(axis=1), legs, rule)
+    spells = _spells(path.lowest, path.time_s, level.seams, rule)
+    found = (_flight(path, rows, line, stature_m) for rows, line in spells)
+    return [flight for flight in found if flight is not None]
 
 
-def _passes(height: np.ndarray, time_s: np.ndarray, row: int, level: float) -> float:
-    """When a height passes a level between a row and the next."""
-    share = (level - height[row]) / (height[row + 1] - height[row])
+@dataclass(frozen=True)
+class _Path:
+    """time_s (T,); in statures the centre of mass (T, 3), and the heights of the lower and the higher ankle (T,), and
+    those of both legs (T, 2), by which is told when the feet leave the floor."""
+
+    time_s: np.ndarray
+    centre: np.ndarray
+    lowest: np.ndarray
+    highest: np.ndarray
+    legs: np.ndarray
+    rule: Rule
+
+
+def _flight(path: _Path, rows: slice, line: np.ndarray, stature_m: float | None) -> Flight | None:
+    """The flight in rows in which both ankles are above a line (T,); None where the body does not fall freely."""
+    rule, time_s = path.rule, path.time_s
+    ends, fit = [rows.start, rows.stop - 1], _fall(path.centre[rows], time_s[rows], rule)
+    if (path.centre[ends, 2] - path.lowest[ends] < _OVER_FEET).any():
+        return None
+    if fit is None or not _free(fit.fall, np.ptp(time_s[rows]), rule, stature_m):
+        return None
+    edges = ((rows.start, -1), (rows.stop - 1, 1))
+    feet = [1 if _apart_s(path.highest - line, time_s, *edge) > _ONE_FOOT_S else 2 for edge in edges]
+    off_s, land_s = (_edge(path, line, rows, way, on) for (_, way), on in zip(edges, feet, strict=True))
+    if np.isnan(off_s + land_s):
+        return None
+    off_s, land_s, fall = off_s - rule.since_s, land_s + rule.until_s, fit.fall
+    if np.isfinite(rule.heel) and stature_m is not None:
+        fall = GRAVITY / stature_m
+    rise = fall * (fit.apex_s - off_s) ** 2 / 2
+    if np.isfinite(rule.heel):
+        push = slice(*np.searchsorted(time_s, [off_s - _BEFORE_S, off_s]).tolist())
+        stretched = float(np.nanpercentile(path.centre[push, 2] - path.lowest[push], _STRETCHED))
+        before, after = (_low(path.lowest, time_s, float(time_s[row]), way) for row, way in edges)
+        floor = (before + after) / 2 if abs(after - before) < _SAME else before
+        rise = (rise + fit.highest - floor - stretched - rule.heel) / 2
+    return Flight(off_s, fit.apex_s, land_s, fit.fall, rise, *feet)
+
+
+def _passes(height: np.ndarray, time_s: np.ndarray, row: int) -> float:
+    """When a height passes 0 between a row and the next."""
+    share = height[row] / (height[row] - height[row + 1])
     return float(time_s[row] + share * (time_s[row + 1] - time_s[row]))
 
 
-def _spells(height: np.ndarray, seams: tuple[int, ...]) -> list[tuple[slice, float]]:
-    """Rows in which a height (T,) is well above what it is for a fifth of its unbroken piece, between two lows that
-    were seen, and the height that they are above."""
+def _edge(path: _Path, line: np.ndarray, rows: slice, way: int, feet: int) -> float:
+    """When the body leaves the floor before (way -1) or meets it after (1) rows in which the lower ankle is above the
+    line, on so many feet; NaN where that was not seen."""
+    row, time_s = rows.start if way < 0 else rows.stop - 1, path.time_s
+    at_s, height, level = float(time_s[row]), path.lowest, float(line[row])
+    if path.rule.knees > 0:  # both legs, above where they are just before or after
+        height = path.legs.mean(axis=1) if feet == 2 else path.legs.min(axis=1)
+        level = _low(height, time_s, at_s, way) + _UP
+        row = (rows.start + rows.stop) // 2
+        while 0 < row < len(height) - 1 and height[row] > level:
+            row += way
+        row -= way
+    if not height[row] > level >= height[row + way] or abs(time_s[row] - at_s) > _BEFORE_S / 2:
+        return float("nan")
+    return _passes(height - level, time_s, min(row, row + way))
+
+
+def _low(height: np.ndarray, time_s: np.ndarray, at_s: float, way: int) -> float:
+    """What a height is for a fifth of the time just before (way -1) or after (1) a moment."""
+    return float(
+        np.nanpercentile(height[np.abs(time_s - at_s - way * _BEFORE_S / 2) < _BEFORE_S / 2], _FLOOR)
+    )
+
+
+def _apart_s(height: np.ndarray, time_s: np.ndarray, row: int, way: int) -> float:
+    """How long before (way -1) or after (1) a row a height has been above 0."""
+    last = row
+    while 0 < last < len(height) - 1 and height[last + way] > 0:
+        last += way
+    return float(abs(time_s[last] - time_s[row]))
+
+
+def _spells(
+    height: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...], rule: Rule
+) -> list[tuple[slice, np.ndarray]]:
+    """Rows in which a height (T,) is well above the floor, between two lows that were seen, and the line (T,) that they
+    are above."""
     spells, edges = [], [0, *seams, len(height)]
     for start, stop in pairwise(edges):
-        piece = height[start:stop]
+        piece, times = height[start:stop], time_s[start:stop]
         if not np.isfinite(piece).any():
             continue
-        least = float(np.nanpercentile(piece, 20)) + _UP
-        up = piece > least
+        line = np.full(len(height), np.nan)
+        line[start:stop] = _floor(piece, times, rule.floor_s) + _UP
+        up = piece > line[start:stop]
         spells += [
-            (slice(start + a, start + b), least)
+            (slice(start + a, start + b), line)
             for a, b in stretches(up)
-            if a > 0 and b < len(piece) and b - a >= _FEWEST and np.isfinite(piece[[a - 1, b]]).all()
-        ]
+            if a > 0 and b < len(piece) and b - a >= rule.fewest and times[b - 1] - times[a] >= rule.least_s
+            and np.isfinite(piece[[a - 1, b]]).all()
+        ]  # fmt: skip
     return spells
 
 
-def _fall(centre: np.ndarray, time_s: np.ndarray) -> tuple[float, float] | None:
-    """The downward acceleration of a path (N, 3) that rises and falls, and when it is highest; None where it is no
-    parabola."""
+def _floor(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np.ndarray:
+    """(T,) what a height (T,) is for a fifth of the time around, or of the whole time."""
+    from scipy.ndimage import percentile_filter
+
+    known = np.isfinite(height)
+    if np.isnan(around_s) or len(height) < 2:
+        return np.full(len(height), float(np.percentile(height[known], _FLOOR)))
+    even = np.interp(time_s, time_s[known], height[known])
+    return percentile_filter(even, _FLOOR, size=2 * round(around_s * rate(time_s)) + 1, mode="nearest")
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """A parabola of `fall`, statures / s2, that is highest at apex_s, and how high, in statures."""
+
+    fall: float
+    apex_s: float
+    highest: float
+
+
+def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
+    """The parabola of a path (N, 3) that rises and falls; None where it is none."""
     inner = slice(int(_TRIMMED * len(centre)), len(centre) - int(_TRIMMED * len(centre)))
     middle_s = float(time_s[inner].mean())
     centre, time_s = centre[inner], time_s[inner] - middle_s
@@ -139,6 +267,18 @@ def _fall(centre: np.ndarray, time_s: np.ndarray) -> tuple[float, float] | None:
     duration = np.ptp(time_s)
     height = -bend * duration**2 / 8
     off = np.sqrt(((centre - design @ weights) ** 2).mean(axis=0))[2]
-    seen = height > _HEIGHT and off < _NOISE * height
-    falls = np.hypot(*drift) < _DRIFT * -bend and abs(speed / bend) < _MIDDLE * duration
-    return (-float(bend), middle_s - float(speed / bend)) if seen and falls else None
+    seen = height > _HEIGHT and off < min(rule.noise * height, rule.off)
+    falls = np.hypot(*drift) < rule.drift * -bend and abs(speed / bend) < rule.middle * duration
+    if not (seen and falls):
+        return None
+    return _Fit(-float(bend), middle_s - float(speed / bend), float(weights[2, 2] - speed**2 / (2 * bend)))
+
+
+def _free(fall: float, duration_s: float, rule: Rule, stature_m: float | None) -> bool:
+    """Whether a fall, statures / s2, is one of gravity within 2.6 standard deviations, of a person of that stature, or
+    of any."""
+    if np.isnan(rule.fall_s):
+        return True
+    slack = 2.6 * np.hypot(rule.fall_s / duration_s, SCALE_SD)
+    least, most = PEOPLE_M if stature_m is None else (stature_m, stature_m)
+    return GRAVITY / most * (1 - slack) < fall < GRAVITY / least * (1 + slack)

@@ -1,55 +1,108 @@
-"""Jumps: how long the person flies and how high, where the pelvis path says how the centre of mass falls."""
+"""Jumps: how long the person flies and how high, and how long the feet are on the floor between."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from ...models.gait.gait import Gait
+from ...models.place.airborne import Airborne
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.measures import Measure, Remark, Row
 from ...pipeline.core.pose import Rectified
-from ...pipeline.core.rotations import is_finite
-from ...pipeline.signals.flights import NEEDED, flights
+from ...pipeline.signals.flights import GRAVITY, Flight
 from .figures import moments, with_error
-from .walking import FEWEST
 
-# What holds for nine in ten of 88 captured flights of train and validation subjects, against the feet's true contacts,
-# by 1.645: frames at either end, and how far the ankle is stretched.
-_TIME_SD_S = 0.026
-_HEIGHT_SD = 0.013  # statures
+_REBOUND_S = 1.0  # longer on the floor, and the next jump is another one
+_ABSORBED_S = 0.6  # after a landing: by then the knees have given way
+_STRIDE_S = 0.3  # nobody flies longer from step to step of a run
+_CM = 100.0
 
 
-def jumps(rectified: Rectified, gait: Gait) -> list[Row]:
-    """The group `jumps`: how many, when the feet leave the floor, flight times, and jump heights, by which the centre
-    of mass rises after that (pipeline/signals/flights.py). Flights of a run are none."""
-    level = rectified.level
-    if level.root is None:
-        return [Remark("reason", "where the person is in the room is not known, or the camera moves")]
-    if level.measured_root is None:
-        return [Remark("reason", "the pelvis path is an estimate, too uncertain for flights")]
-    if not rectified.level_ok:
-        return [Remark("reason", f"the take is not levelled: {rectified.level_reason}")]
-    seen = is_finite(level.joints[:, level.layout.indices(NEEDED)]).all(axis=1) & is_finite(level.root)
-    if seen.sum() < FEWEST:
-        return [Remark("reason", f"fewer than {FEWEST} frames have the trunk, both arms and both legs")]
-    found = [
+@dataclass(frozen=True)
+class _Errors:
+    """Standard deviations: of a time in the air or on the floor, in seconds; of a rise, in statures."""
+
+    time_s: float
+    rise: float
+
+    def height_m(self, time_s: float) -> float:
+        """Of a height by so long a flight."""
+        return GRAVITY / 4 * time_s * self.time_s
+
+
+def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> _Errors:
+    """What holds for nine in ten flights of train and validation subjects, by 1.645. Captured: 88 against the feet's
+    true contacts, frames at either end, and how far the ankle is stretched. Lifted: the same before cameras, typical
+    and wild, where the error of up (up_deg) counts. NaN for a lifter that nobody has judged."""
+    if not airborne.lifted:
+        return _Errors(0.026, 0.013)
+    if not airborne.judged:
+        return _Errors(np.nan, np.nan)
+    rise = np.hypot(0.052 * (flight.land_s - flight.off_s), 0.004 * up_deg)
+    return _Errors(float(np.hypot(0.027, 0.003 * up_deg)), float(rise))
+
+
+def jumping(airborne: Airborne, gait: Gait) -> list[Flight]:
+    """The flights that are jumps: not those from step to step of a run. A walk has none, so one among its steps is."""
+    steps = gait.steps if gait.kind == "running" else []
+    return [
         flight
-        for flight in flights(level)
-        if not any(step.start_s < flight.land_s and flight.off_s < step.stop_s for step in gait.steps)
+        for flight in airborne.flights
+        if flight.land_s - flight.off_s > _STRIDE_S
+        or not any(step.start_s < flight.land_s and flight.off_s < step.stop_s for step in steps)
     ]
+
+
+def absorbs(flights: Sequence[Flight], low_s: float) -> bool:
+    """Whether the body is lowest, at low_s, because it has just landed."""
+    return any(0 <= low_s - flight.land_s < _ABSORBED_S for flight in flights)
+
+
+def jumps(airborne: Airborne, found: Sequence[Flight], rectified: Rectified) -> list[Row]:
+    """The group `jumps`: how many of `jumping`, when the feet leave the floor, on how many they take off and land,
+    flight times, heights by these, and by how much the centre of mass rises (pipeline/signals/flights.py); the time on
+    the floor before a rebound. No count where jumps cannot be told, and why."""
     if not found:
-        return [Measure("count", 0)]
-    stature = float(implied_stature(level.joints))
-    error = _HEIGHT_SD * stature
+        return [Remark("reason", airborne.reason) if airborne.reason else Measure("count", 0)]
+    stature = float(implied_stature(rectified.level.joints))
+    up_deg = float(np.nanmedian(rectified.up_error_deg)) if airborne.lifted else 0.0
+    errors = [_errors(airborne, flight, up_deg) for flight in found]
+    each = list(enumerate(zip(found, errors, strict=True)))
+
+    def times(flight: Flight) -> float:
+        return flight.land_s - flight.off_s
+
+    heights = [
+        (i, GRAVITY / 8 * times(flight) ** 2, error.height_m(times(flight))) for i, (flight, error) in each
+    ]
     return [
         Measure("count", len(found)),
         moments("start", (flight.off_s for flight in found)),
-        *(
-            replace(with_error("flight_time", "s", flight.land_s - flight.off_s, _TIME_SD_S), number=i)
-            for i, flight in enumerate(found)
+        *(Measure("take_off_feet", flight.off_feet, number=i) for i, flight in enumerate(found)),
+        *(Measure("landing_feet", flight.land_feet, number=i) for i, flight in enumerate(found)),
+        *_numbered("flight_time", "s", ((i, times(flight), error.time_s) for i, (flight, error) in each)),
+        *_numbered(
+            "height_by_flight_time", "cm", ((i, _CM * high, _CM * error) for i, high, error in heights)
         ),
-        *(
-            replace(with_error("jump_height", "length", flight.rise * stature, error), number=i)
-            for i, flight in enumerate(found)
+        *_numbered(
+            "jump_height",
+            "length",
+            ((i, flight.rise * stature, error.rise * stature) for i, (flight, error) in each),
         ),
+        *_numbered("contact_time", "s", _contacts(found, errors)),
     ]
+
+
+def _contacts(found: Sequence[Flight], errors: Sequence[_Errors]) -> Iterator[tuple[int, float, float]]:
+    """(number of the jump, seconds on the floor before it, error) of rebounds."""
+    for i in range(1, len(found)):
+        contact_s = found[i].off_s - found[i - 1].land_s
+        if 0 < contact_s < _REBOUND_S:
+            yield i, contact_s, errors[i].time_s
+
+
+def _numbered(name: str, unit: str, each: Iterable[tuple[int, float, float]]) -> list[Measure]:
+    return [replace(with_error(name, unit, value, error), number=i) for i, value, error in each]

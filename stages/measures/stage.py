@@ -13,6 +13,7 @@ from ...models.angle_error.joint_noise import made_by_the_built_in
 from ...models.angle_error.repeatability import Between, difference_sd, ends, judged, middle_sd, range_sd
 from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
+from ...models.place.airborne import Airborne, airborne
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import (
     Curve,
@@ -34,6 +35,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.signals.angles import ANGLES, MIDLINE, continuous, of_both, unwrapped
 from ...pipeline.signals.filters import breaks, rate
+from ...pipeline.signals.flights import Flight
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .cycles import Repetition, alike, hiding, near_ends_s, normalised, repetitions
 from .figures import (
@@ -50,7 +52,7 @@ from .figures import (
     with_error,
 )
 from .floor import floor
-from .jumps import jumps
+from .jumps import absorbs, jumping, jumps
 from .smoothness import path_length
 from .walking import FEWEST, doubts, walking
 
@@ -103,7 +105,8 @@ class Measures:
         )
         gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
         source = take.need("poses")
-        found = measures(filtered, rectified, kinematics, source, gait, self.repeated, self.belt_speed)
+        asked = airborne(take), self.repeated, self.belt_speed
+        found = measures(filtered, rectified, kinematics, source, gait, *asked)
         said = doubts(gait, source) if rectified.level_ok else []
         return take.with_(measures=found).saying(*said)
 
@@ -114,6 +117,7 @@ def measures(
     kinematics: dict[str, np.ndarray],
     source: PoseSequence,
     gait: Gait,
+    flights: Airborne,
     repeated: Sequence[str] = (),
     belt_speed: float | None = None,
 ) -> tuple[Row, ...]:
@@ -122,7 +126,7 @@ def measures(
 
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the poses that
-    were rectified; gait: models.gait.of_take's; belt_speed: of a treadmill.
+    were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill.
 
     An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with; of ranges,
     of right less left and from repetition to repetition (peak_mdc90) by what these were off on lifted takes with truth
@@ -135,11 +139,11 @@ def measures(
         noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames
         the angle is one that no joint reaches (pipeline.signals.angles). symmetry: of the right and left p05_p95_deg.
     knee_bends: both knees bend and straighten together while the feet stay (sitting down on a seat and rising again
-        counts too); peak_deg is the less bent knee's; squats: how many reach 70 degrees. arm_raises: an arm goes up
-        and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35 (knees), 50 (arms)
-        or 20 degrees at least, by half of the largest change in the take, and by more than noise makes: twice the
-        standard deviation of a difference of two values. Means are of those that no gap cuts. count_reason: when the
-        angle is missing where one more may have been, so that `count` is the least; `reason` where none was seen.
+        counts too, landing does not); peak_deg is the less bent knee's; squats: how many reach 70 degrees. arm_raises:
+        an arm goes up and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35
+        (knees), 50 (arms) or 20 degrees at least, by half of the largest change in the take, and by more than noise
+        makes: twice the standard deviation of a difference of two values. Means are of those that no gap cuts.
+        count_reason: when one more may have been where the angle is missing; `reason` where none was seen.
     walking: steps and strides between the feet's initial contacts (models/gait), in walks of three steps or more
         and runs of two, without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the
         mean step time, of three strides of a walk and two of a run at least. Stance, swing and single support are
@@ -147,7 +151,7 @@ def measures(
         are there where the pelvis path is known or the belt's speed told, else `lengths_reason`.
     floor: height, slope along the walk and stairs by where the feet stand, where the pelvis path is known; of a belt
         the height, and `slope_reason`.
-    jumps: flights in which the centre of mass falls freely, where the source knows the pelvis path.
+    jumps: flights in which the centre of mass falls freely, where the pelvis path is known (stages/measures/jumps.py).
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
     `frames` is how many frames a figure rests on, `nan_share` the share of the take's frames that have no value.
@@ -164,16 +168,17 @@ def measures(
         for name in repeated
         for row in within(name, _repeats(take, name, take(name), take.sd(name), _ANY, [name]), side_of(name))
     ]
+    jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
     return (
         *within("range_of_motion", ranges),
         *within("symmetry", _symmetry(take, ranges, named)),
-        *within("knee_bends", _knee_bends(take, gait, separation(body, filtered.times, take.seams)[:, 0])),
+        *within("knee_bends", _knee_bends(take, gait, jumped, apart)),
         *within("arm_raises", _arm_raises(take)),
         *within("repetitions", on_demand),
         *within("walking", walk),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
-        *within("jumps", jumps(rectified, gait)),
+        *within("jumps", jumps(flights, jumped, rectified)),
         *within("paths", _paths(take, rectified)),
     )
 
@@ -209,11 +214,12 @@ class _Columns:
         return Curve(angle, len(curves), figures(curves.mean(axis=0)), sd)
 
 
-def _knee_bends(take: _Columns, gait: Gait, apart: np.ndarray) -> list[Row]:
+def _knee_bends(take: _Columns, gait: Gait, jumped: Sequence[Flight], apart: np.ndarray) -> list[Row]:
     """apart: (T,) how far the ankles are apart, in lengths of a leg."""
 
     def in_place(bend: Repetition) -> bool:
-        if any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps):
+        walks = any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps)
+        if walks or absorbs(jumped, bend.peak_s):
             return False
         meanwhile = apart[(take.times >= bend.start_s) & (take.times <= bend.stop_s)]
         meanwhile = meanwhile[np.isfinite(meanwhile)]

@@ -63,9 +63,9 @@ def test_a_run_from_video_and_keypoints_alone(files, tmp_path):
     assert [step["name"] for step in summary["history"]][-7:] == [
         "lift",
         "clean",
-        "scale",
         "place",
         "rectify",
+        "scale",
         "low-pass filter",
         "smoother",
     ]

@@ -19,6 +19,7 @@ from ...angle_error.rates import angle_rates
 from ...angle_error.take_angles import angle_series, smoothed, take_angles
 from ...common.metrics import SD_90, scaled
 from ..evaluation.finished import Finished
+from ..evaluation.jumps import compared
 from ..evaluation.testbed import SeenTake
 from .judge import Stated, joined
 from .within import within
@@ -47,6 +48,7 @@ def statements(finished: Finished) -> Iterator[Stated]:
             errors = finished.configuration.errors
             yield from angles(take, truth, rows, None if errors is None else read_noise(errors))
             yield from within(take, truth, rows)
+        yield from jumps(take, truth)
 
 
 def up(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
@@ -160,3 +162,10 @@ def angles(
         parts.setdefault(of_rate, []).append(Stated(of_rate, truth.subject, error, SD_90 * rate_sd, known))
     for sides in parts.values():
         yield joined(sides).judged()
+
+
+def jumps(take: Take, truth: SeenTake) -> Iterator[Stated]:
+    """Figures of the flights that are true, in ms and cm."""
+    for name, pairs in compared(take, truth).pairs.items():
+        found, true, half = np.array([(pair.found, pair.true, pair.half) for pair in pairs]).T
+        yield Stated(name, truth.subject, found - true, half, {"size": found}).judged()

@@ -56,7 +56,7 @@ from .within import ranges, repetitions, true_angles
 Kind = Literal["same tripod", "set up again", "elsewhere", "sides", "repetitions"]
 KINDS: tuple[Kind, ...] = ("same tripod", "set up again", "elsewhere")  # of two visits
 _RANGE = "range_of_motion."
-_STAGES = ("scale", "place", "rectify", "trajectories", "angles", "measures")
+_STAGES = ("place", "rectify", "scale", "trajectories", "angles", "measures")
 _LEAST_S, _LONGEST_S = 2.0, 10.0  # of a motion; of a longer one, its beginning
 _LYING = 0.1  # of the frames, of a motion that is left out
 # Of a tripod that is set up again: standard deviation of yaw, greatest change of pitch and roll, in degrees; of the

@@ -239,6 +239,11 @@ gait = _report(
     "Judge contacts, steps and figures of walks and runs, with their stated errors.",
     rectifier=(Annotated[str, typer.Option(help="A rectifier, or a network's .onnx file.")], "pcnet"),
 )  # fmt: skip
+jumps = _report(
+    "jumps", "jumps", _BEFORE_CAMERAS,
+    "Judge flights, jump heights and contact times of lifted takes, with their stated errors.",
+    bed=(None, "typical"),
+)  # fmt: skip
 real_take = _report(
     "real-take", "real_take", ("rectifier", "lifter", "flip"),
     "Judge the way from the video to upright joints and angles, on real videos of four cameras with truth.",

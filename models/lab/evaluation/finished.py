@@ -7,7 +7,7 @@ test bed on, or of a real video with truth, so that what is judged is what a use
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -31,7 +31,7 @@ from ..mocap.clips import data_set, lying
 from ..mocap.restyle import Spells, restyled_walks
 from .foreign import Foreign
 from .real_data import LIMBS, MOVING, found_keypoints, read_moving, whole_body
-from .sets import Question
+from .sets import EvaluationSet, Question
 from .take_answers import simulated_look
 from .testbed import BEDS, MIN_FRAMES, Bed, SeenTake, see
 
@@ -101,12 +101,24 @@ class Finished:
         return recipe_of(Question(), true).build()(_asked(self.truth, 0, true))
 
 
-def finished(question: Question, configuration: Configuration) -> Iterator[Finished]:
-    """Every take of the question's sets, of at least MIN_FRAMES frames, after a run in that configuration. The cameras
-    and the detector depend on the seed and the clip only. InputError where the data is not, and for a lifter that
-    cannot be opened; a take that a run refuses is given with the reason."""
+def finished(
+    question: Question,
+    configuration: Configuration,
+    sets: Sequence[EvaluationSet] | None = None,
+    only: Callable[[Clip], bool] = lambda clip: True,
+) -> Iterator[Finished]:
+    """Every take of the question's sets, or of those given, of at least MIN_FRAMES frames, after a run in that
+    configuration; only: which of them. The cameras and the detector depend on the seed and the clip only. InputError
+    where the data is not, and for a lifter that cannot be opened; a take that a run refuses is given with the reason.
+    """
     pipeline = recipe_of(question, configuration).build()
-    for label, truth, asked, spells in (_real if configuration.real else _virtual)(question, configuration):
+    sets = question.sets if sets is None else sets
+    takes = (
+        _real(question, configuration)
+        if configuration.real
+        else _virtual(question, configuration, sets, only)
+    )
+    for label, truth, asked, spells in takes:
         take, reason = None, ""
         try:
             take = pipeline(asked)
@@ -116,11 +128,14 @@ def finished(question: Question, configuration: Configuration) -> Iterator[Finis
 
 
 def _virtual(
-    question: Question, configuration: Configuration
+    question: Question,
+    configuration: Configuration,
+    sets: Sequence[EvaluationSet],
+    only: Callable[[Clip], bool],
 ) -> Iterator[tuple[str, SeenTake, Take, Spells | None]]:
     views = replace(BEDS[configuration.bed], pans=float(configuration.camera == "moving"))
-    for of in question.sets:
-        clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES]
+    for of in sets:
+        clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES and only(clip)]
         takes: list[tuple[Clip, Spells | None]] = [(clip, None) for clip in clips]
         if configuration.restyled:
             walking = [clip for clip in clips if data_set(clip) != "tennis"]

@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....models.angle_error.repeatability import (, judged
+from ....models.angle_error.repeatability import (
     MOVEMENTS,
     difference_chance,
     difference_sd,
     differing,
     figure_of,
+    judged,
     same_place,
 )
 from ....models.common.metrics import SD_90

@@ -45,10 +45,13 @@ def test_knee_bends_are_squats_only_if_all_are():
 def test_arms_and_jumps():
     both = {side: {"count": 2, "peak_deg": [150.0, 160.0]} for side in ("right", "left")}
     one = {"right": {"count": 0}, "left": {"count": 1, "peak_deg": [150.0]}}
-    jumps = {"count": 1, "jump_height": [0.32]}
+    jumps = {"count": 1, "height_by_flight_time_cm": [32.0], "height_by_flight_time_error_cm": [3.1]}
     assert answer(take(arm_raises=both))[0] == "Raised both arms twice to between 150 and 160 degrees."
     said = answer(take(arm_raises=one, jumps=jumps))[0]
-    assert said == "Raised the left arm once to 150 degrees; jumped once, 0.32 m high."
+    assert (
+        said
+        == "Raised the left arm once to 150 degrees; jumped once, 32 cm high by the time in the air (± 3)."
+    )
 
 
 def test_what_may_have_been_while_nobody_saw_is_not_said_to_be_absent():

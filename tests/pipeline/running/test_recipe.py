@@ -23,9 +23,9 @@ def test_the_default_recipe_builds_and_its_options_can_be_changed():
     names = [stage.name for stage in pipeline.stages]
     assert names == [
         "clean",
-        "scale",
         "place",
         "rectify",
+        "scale",
         "trajectories",
         "angles",
         "measures",
@@ -74,7 +74,7 @@ max_gap_s = 0.5
     default, recipe = load_recipe(), load_recipe(written(tmp_path, text))
     names = [entry.use for entry in recipe.stages]
     at = names.index("rectify")
-    assert names[at : at + 5] == ["rectify", "one", "two", "three", "trajectories"]
+    assert names[at : at + 5] == ["rectify", "one", "two", "three", "scale"]
     assert [name for name in names if name not in ("one", "two", "three")] == [e.use for e in default.stages]
     options = {entry.use: entry.options for entry in recipe.stages}
     assert options["one"] == {"side": "r"}

@@ -1,0 +1,221 @@
+"""Jumps of lifted takes against motion capture:  pcnet3d evaluate jumps -o DIR
+
+True flights are those that the captured path shows (pipeline/signals/flights.py, MEASURED). Before a camera that
+stands still, whose image tells up; the validation people, and of those whom the lifter has seen their jumps, for there
+are more of these. The captured rule takes hops for too short or too low, so a found flight that is none of the true
+ones is invented only where the captured ankles do not leave the floor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import chain, pairwise
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.anthropometry import implied_stature
+from ....pipeline.core.frames import LEVEL
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.measures import grouped, moments, numbered, subgroup
+from ....pipeline.core.pose import PoseSequence
+from ....pipeline.core.rotations import rotate, transpose
+from ....pipeline.core.take import Take
+from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.signals.flights import GRAVITY, Flight, flights
+from ...common.metrics import SD_90
+from .finished import Configuration, finished
+from .sets import EvaluationSet, Question
+from .tables import Page, Table
+from .testbed import SeenTake
+
+_RULE_FPS = 30.0  # that the rule for captured flights is made for
+_TOES = 0.055  # statures; standing on the toes lifts an ankle by 0.05
+_FREE = 0.1  # of gravity: a truth that falls faster or slower has lost its scale or its clock
+_NEAR_CM = 4.0
+_FIGURES = {  # {what is measured: (name of the measure, to the unit of the report)}
+    "flight time, ms": ("flight_time", 1000.0),
+    "height by flight time, cm": ("height_by_flight_time", 1.0),
+    "jump height, cm": ("jump_height", 100.0),
+    "contact time, ms": ("contact_time", 1000.0),
+}
+HEIGHTS = ("height by flight time, cm", "jump height, cm")
+_SEEN = EvaluationSet("train, seen by the lifter", "train")
+
+PAGE = Page(
+    "Jumps",
+    ". Found before a static camera whose image tells up, against the captured flights. "
+    "Takes that a run refuses: {refused}.",
+    [
+        Table(
+            "Flights",
+            "sets/*/*",
+            ["set", "frames a second"],
+            {
+                "takes": "{takes}", "true": "{true}", "found": "{found}", "other hops": "{hops}",
+                "invented": "{invented}",
+                "feet of take-off and landing right": "{feet:.0%}",
+            },
+        ),
+        Table(
+            "Figures",
+            "sets/*/*/figures/*",
+            ["set", "frames a second", "figure"],
+            {
+                "flights": "{count}", "found less true": "{bias:+.1f}", "half are within": "{p50:.1f}",
+                "nine in ten": "{p90:.1f}", "within the stated 90 %": "{inside:.0%}", "within 4 cm": "{near:.0%}",
+            },
+        ),
+        Table("Invented", "invented/*", ["take, frames a second"], {"seconds of the take": "{value}"}),
+    ],
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A figure of a flight, found and true, in the report's unit; half: of its stated 90 % band, NaN without."""
+
+    found: float
+    true: float
+    half: float
+
+
+@dataclass
+class Compared:
+    """Of takes: how many `true` flights there are, which are `found`, on as many `feet`, pairs by figure, how many
+    other `hops` were found, and when those that are `invented`."""
+
+    true: int = 0
+    found: int = 0
+    feet: list[bool] = field(default_factory=list)
+    pairs: dict[str, list[Pair]] = field(default_factory=dict)
+    hops: int = 0
+    invented: list[float] = field(default_factory=list)
+
+
+def true_flights(truth: SeenTake) -> list[Flight]:
+    """What the captured path shows, at 30 frames a second; in statures."""
+    every = max(round(truth.keypoints.fps / _RULE_FPS), 1)
+    return captured_flights(_world(truth)[::every], truth.keypoints.times[::every])
+
+
+def _world(truth: SeenTake) -> np.ndarray:
+    """(T, 17, 3) upright, the origin at the camera."""
+    return rotate(transpose(truth.R_camera_from_world), truth.joints_camera)
+
+
+def _off_floor(truth: SeenTake, span: tuple[float, float], stature: float) -> bool:
+    """Whether both captured ankles are above their floor in the middle of a span of seconds."""
+    lowest = _world(truth)[:, H36M17.indices(("r_ankle", "l_ankle")), 2].min(axis=1)
+    middle = int(np.searchsorted(truth.keypoints.times, sum(span) / 2))
+    return bool(lowest[middle] - np.percentile(lowest, 20) > _TOES * stature)
+
+
+def captured_flights(world: np.ndarray, time_s: np.ndarray) -> list[Flight]:
+    """world: (T, 17, 3) in a still world whose z is up."""
+    root = world[:, H36M17.index("pelvis")].astype(np.float64)
+    poses = PoseSequence(world - root[:, None], H36M17, LEVEL, time_s=time_s, root=root)
+    return [
+        flight for flight in flights(poses) if abs(flight.fall * implied_stature(world) / GRAVITY - 1) < _FREE
+    ]
+
+
+def compared(take: Take, truth: SeenTake) -> Compared:
+    """The jumps that a take's measures have, against the true ones; of both the error of each figure."""
+    stature = implied_stature(truth.truth)
+    true, result = true_flights(truth), Compared()
+    jumps = subgroup(grouped(take.measures or ()), "jumps")
+    starts = moments(jumps, "start")
+    times = {one.number: one.value for one in numbered(jumps, "flight_time")}
+    spans = [(start, start + times[i]) for i, start in enumerate(starts)]
+    at = {i: _of(true, span) for i, span in enumerate(spans)}
+    result.true, result.found = len(true), len({id(one) for one in at.values() if one is not None})
+    others = [span for i, span in enumerate(spans) if at[i] is None]
+    result.invented = [round(span[0], 2) for span in others if not _off_floor(truth, span, stature)]
+    result.hops = len(others) - len(result.invented)
+    for side in ("take_off_feet", "landing_feet"):
+        attribute = "off_feet" if side == "take_off_feet" else "land_feet"
+        result.feet += [
+            one.value == getattr(at[one.number], attribute)
+            for one in numbered(jumps, side)
+            if one.number is not None and at[one.number] is not None
+        ]
+    for words, (name, factor) in _FIGURES.items():
+        for one in numbered(jumps, name):
+            assert one.number is not None
+            flight = at[one.number]
+            value = None if flight is None else _figure(name, flight, true, stature)
+            if value is not None:
+                half = SD_90 * factor * (np.nan if one.error is None else one.error)
+                result.pairs.setdefault(words, []).append(Pair(factor * one.value, factor * value, half))
+    return result
+
+
+def _figure(name: str, flight: Flight, true: Sequence[Flight], stature: float) -> float | None:
+    """In seconds, metres (of a jump height) and centimetres (of one by time)."""
+    time_s = flight.land_s - flight.off_s
+    if name == "contact_time":
+        before = [one for one, other in pairwise(true) if other is flight]
+        return flight.off_s - before[0].land_s if before else None
+    if name == "jump_height":
+        return flight.rise * stature
+    return time_s if name == "flight_time" else 100 * GRAVITY / 8 * time_s**2
+
+
+def _of(true: Sequence[Flight], span: tuple[float, float]) -> Flight | None:
+    return next((one for one in true if span[0] < one.land_s and one.off_s < span[1]), None)
+
+
+def tables(question: Question) -> dict[str, Any]:
+    """{"sets": {label: {frames a second: {"takes", "true", "found", "hops", "invented", "feet", "figures": {figure:
+    {"count", "bias", "p50", "p90", "inside", "near"}}}}}, "refused": takes that a run refuses, "invented": {take:
+    seconds}}. InputError where the data is not."""
+    results: dict[str, Any] = {**question.heading(), "sets": {}, "refused": 0, "invented": {}}
+    for fps in (30.0, 60.0):
+        how = Configuration(image=True, lifter=str(question.lifter), bed=question.bed, fps=fps)
+        seen = finished(question, how, [_SEEN], _flies) if question.people == "val" else ()
+        by_label: dict[str, list[Compared]] = {}
+        for one in chain(finished(question, how), seen):
+            of_label = by_label.setdefault(one.label, [])
+            if one.take is None:
+                results["refused"] += 1
+                continue
+            of_label.append(compared(one.take, one.truth))
+            if invented := of_label[-1].invented:
+                results["invented"][f"{one.clip}, {fps:g}"] = ", ".join(map(str, invented))
+        for label, takes in by_label.items():
+            results["sets"].setdefault(label, {})[f"{fps:g}"] = _summed(takes)
+    return results
+
+
+def _flies(clip: Clip) -> bool:
+    return bool(captured_flights(clip.joints, np.arange(len(clip)) / clip.fps))
+
+
+def _summed(takes: Sequence[Compared]) -> dict[str, Any]:
+    figures = {}
+    for words in _FIGURES:
+        pairs = [pair for take in takes for pair in take.pairs.get(words, ())]
+        if not pairs:
+            continue
+        error = np.array([pair.found - pair.true for pair in pairs])
+        half = np.array([pair.half for pair in pairs])
+        figures[words] = {
+            "count": len(pairs),
+            "bias": float(np.median(error)),
+            "p50": float(np.quantile(np.abs(error), 0.5)),
+            "p90": float(np.quantile(np.abs(error), 0.9)),
+            "inside": float((np.abs(error) <= half).mean()),
+            **({"near": float((np.abs(error) <= _NEAR_CM).mean())} if words in HEIGHTS else {}),
+        }
+    feet = [right for take in takes for right in take.feet]
+    return {
+        "takes": len(takes),
+        "true": sum(take.true for take in takes),
+        "found": sum(take.found for take in takes),
+        "hops": sum(take.hops for take in takes),
+        "invented": sum(len(take.invented) for take in takes),
+        **({"feet": float(np.mean(feet))} if feet else {}),
+        "figures": figures,
+    }

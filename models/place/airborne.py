@@ -1,0 +1,136 @@
+"""Flights of a take: by the pelvis path where it was measured, else by keypoints and the lifted body before a camera
+that stands still."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.take import Take
+from ...pipeline.signals.flights import GRAVITY, LIFTED, MEASURED, NEEDED, SCALE_SD, Flight, flights
+from .path import JOINTS, keypoint_rays
+from .reprojection import FEWEST
+
+BUILT_IN = "pcnet3d"  # lifter
+_FEWEST = 10  # frames
+_LEVEL = 0.5  # least share of the view that is horizontal: steeper, heights are depths
+_ANY_PACE = replace(LIFTED, fall_s=np.nan, noise=MEASURED.noise)
+_USUAL_M = 1.7  # stature of an adult
+_FALLS_SHORT = 0.975  # of gravity, as lifted paths tell it: median of lifted flights
+_NEAREST = 0.1  # statures before the camera
+_ROBUST = 0.03  # statures off the usual height at which a joint's say is halved
+_ROUNDS = 5  # of weighing joints
+
+
+@dataclass(frozen=True)
+class Airborne:
+    """A take's flights, in order. reason: why there may be others that cannot be told, "" where there are none. lifted:
+    that they are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known.
+    still: that the camera is known to stand still."""
+
+    flights: tuple[Flight, ...] = ()
+    reason: str = ""
+    lifted: bool = False
+    judged: bool = False
+    still: bool = True
+
+
+def airborne(take: Take) -> Airborne:
+    """The flights of a rectified take. InputError without poses, or where nothing has rectified them."""
+    poses, rectified, level = take.need("poses"), take.need("rectified"), take.need("rectified").level
+    if level.root is None:
+        return Airborne(reason="where the person is in the room is not known, or the camera moves")
+    if not rectified.level_ok:
+        return Airborne(reason=f"the take is not levelled: {rectified.level_reason}")
+    seen = is_finite(level.joints[:, level.layout.indices(NEEDED)]).all(axis=1) & is_finite(level.root)
+    if seen.sum() < _FEWEST:
+        return Airborne(reason=f"fewer than {_FEWEST} frames have the trunk, both arms and both legs")
+    if level.measured_root is not None:
+        return Airborne(tuple(flights(level, MEASURED)))
+    if take.keypoints is None or take.camera is None or rectified.in_world:
+        return Airborne(reason="the pelvis path is an estimate, too uncertain for flights")
+    rays, trust = keypoint_rays(poses, take.keypoints, take.camera)
+    height = own_height(level, rectified, rays, trust)
+    if height is None:
+        return Airborne(reason="the camera looks down or up too steeply for heights")
+    root = np.column_stack([level.root[:, :2], height])
+    level = level.with_(joints=bridged(level.joints, level.times), root=root, root_covariance=None)
+    stature_m = implied_stature(level.joints) if level.frame.unit == "m" else None
+    found = flights(level, LIFTED, stature_m)
+    if not found and (slow := flights(level, _ANY_PACE)):
+        share = np.median([flight.fall for flight in slow]) * (stature_m or _USUAL_M) / GRAVITY
+        return Airborne(
+            reason=f"the body falls at {share:.2g} of gravity: another pace, or up is wrong", lifted=True
+        )
+    still = take.stands
+    unknown = "neither the user nor the images say that the camera stands still (--camera static)"
+    judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN
+    return Airborne(tuple(found), "" if still else unknown, lifted=True, judged=judged, still=still)
+
+
+def units_a_metre(level: PoseSequence, found: Sequence[Flight]) -> tuple[float, float]:
+    """How many of the poses' units of length are a metre by the fall of gravity in lifted flights, and the standard
+    deviation of that as a share; NaN without flights."""
+    if not found:
+        return float("nan"), float("nan")
+    shares = np.array([LIFTED.fall_s / (flight.land_s - flight.off_s) for flight in found])
+    weights = shares**-2
+    fall = float((weights * [flight.fall for flight in found]).sum() / weights.sum())
+    units = implied_stature(level.joints) * fall / _FALLS_SHORT / GRAVITY
+    return float(units), float(np.hypot(1 / np.sqrt(weights.sum()), SCALE_SD))
+
+
+def bridged(joints: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """Joints (T, 17, 3) relative to the pelvis; those that hardly weigh on the centre of mass are on a line where they
+    were not seen. Ankles, whose floor counts, stay missing."""
+    filled = joints.copy()
+    for name in NEEDED:
+        points = filled[:, H36M17.index(name)]
+        known = is_finite(points)
+        if name.endswith("ankle") or known.all() or not known.any():
+            continue
+        for axis in range(3):
+            points[:, axis] = np.interp(time_s, time_s[known], points[known, axis])
+    return filled
+
+
+def own_height(
+    level: PoseSequence, rectified: Rectified, rays: np.ndarray, trust: np.ndarray
+) -> np.ndarray | None:
+    """(T,) the height of the pelvis over the camera in each frame by itself, in LEVEL; NaN where too few joints tell.
+    None where the camera looks down or up steeply.
+
+    level: lifted, with the smooth path of `pelvis_path`, whose horizontal distance from the camera is kept; a fall is
+    no longer in its height. rays (T, 17, 2), trust (T, 17): of keypoint_rays. At that distance each joint's ray says
+    how high the body is; joints are weighed by how far they are off their usual answer (Cauchy).
+    """
+    assert level.root is not None
+    R = rectified.R_source_from_level
+    ahead = R[2, :2]  # the camera's z axis over the floor
+    if R.ndim != 2 or np.linalg.norm(ahead) < _LEVEL:
+        return None
+    ahead = ahead / np.linalg.norm(ahead)
+    stature = implied_stature(level.joints)
+    use = H36M17.indices(JOINTS)
+    body, lines = level.joints[:, use].astype(np.float64), rays[:, use].astype(np.float64)
+    lines = np.concatenate([lines, np.ones((*lines.shape[:2], 1))], axis=-1) @ R
+    distance = (body[..., :2] + level.root[:, None, :2]) @ ahead
+    reach = lines[..., :2] @ ahead
+    with np.errstate(invalid="ignore", divide="ignore"):
+        heights = lines[..., 2] / reach * distance - body[..., 2]
+    there = np.isfinite(heights) & (reach > 0) & (distance > _NEAREST * stature) & (trust[:, use] > 0)
+    enough = there.sum(axis=1) >= FEWEST
+    heights, trust = np.where(there, heights, np.nan), np.where(there, trust[:, use], 0.0)
+    found = np.full(len(heights), np.nan)
+    found[enough] = np.nanmedian(heights[enough], axis=1)
+    for _ in range(_ROUNDS):
+        off = np.where(there, heights - found[:, None], 0.0)
+        weights = trust / (1 + (off / (_ROBUST * stature)) ** 2)
+        found[enough] += (weights * off).sum(axis=1)[enough] / weights.sum(axis=1)[enough]
+    return found

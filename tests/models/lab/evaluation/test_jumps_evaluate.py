@@ -1,0 +1,44 @@
+"""Found jumps against captured ones: paired, of the same feet, hops apart from what is invented."""
+
+import numpy as np
+import pytest
+
+from golden import jumps as golden
+from golden.measures import rows_of
+from pcnet3d.models.lab.evaluation.jumps import captured_flights, compared, true_flights
+from pcnet3d.models.lab.evaluation.testbed import see
+from pcnet3d.pipeline import Take
+from pcnet3d.pipeline.reading.mocap.clip import Clip
+
+
+@pytest.fixture(params=[30.0, 60.0])
+def truth(request):
+    poses = golden.jumping(fps=request.param)
+    world = poses.joints + poses.root[:, None].astype(np.float32)
+    return see(Clip("01_jump", "01", "asfamc", request.param, world), 0)
+
+
+def test_truth_is_told_at_its_own_rate_and_is_that_of_the_captured_path(truth):
+    flights = true_flights(truth)
+    assert [flight.apex_s for flight in flights] == pytest.approx([1.5, 3.3], abs=0.02)
+    world = golden.jumping().joints + golden.jumping().root[:, None]
+    expected = captured_flights(world, golden.jumping().times)
+    assert [one.off_s for one in flights] == pytest.approx([one.off_s for one in expected], abs=0.01)
+
+
+def test_figures_are_paired_and_the_rest_is_a_hop_or_invented(truth):
+    first, second = true_flights(truth)
+    found = {
+        "start_s": [first.off_s + 0.01, 2.4, second.off_s],
+        "flight_time_s": [first.land_s - first.off_s, 0.3, second.land_s - second.off_s + 0.02],
+        "flight_time_error_s": [0.02, 0.02, 0.02],
+        "take_off_feet": [2, 2, 1],
+        "landing_feet": [2, 1, 2],
+    }
+    result = compared(Take("t", measures=rows_of({"jumps": found})), truth)
+    assert (result.true, result.found, result.hops, result.invented) == (2, 2, 0, [2.4])
+    assert sorted(result.feet) == [False, True, True, True]
+    pairs = result.pairs["flight time, ms"]
+    assert [pair.found - pair.true for pair in pairs] == pytest.approx([0, 20], abs=1)
+    assert [pair.half for pair in pairs] == pytest.approx([32.9, 32.9], abs=0.1)
+    assert compared(Take("t", measures=()), truth).true == 2

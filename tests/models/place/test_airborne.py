@@ -1,0 +1,209 @@
+"""Jumps before a camera: the fall is known, so are heights, times and metres; who stays on the floor never flies."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from golden.jumps import STATURE_M, standing
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.place.airborne import airborne, units_a_metre
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
+from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.core.take import Told
+from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.measures.stage import Measures
+from pcnet3d.stages.place import Place
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.scale import Scale
+from pcnet3d.stages.trajectories import Trajectories
+
+G = 9.81
+HIGH_M = 0.3
+PUSH_M = 0.055 * STATURE_M  # by which ankles rise before the toes leave
+AT_M = (0.0, 5.0, 0.9)  # of the pelvis, from under the camera
+SIZE, FOCAL_PX = (1280, 720), 1000.0
+PITCH = np.radians(8.0)
+# Camera's x, y, z in a world that it looks at along y, from 1.3 m above the floor and 5 m away.
+R_CAMERA_FROM_WORLD = np.array(
+    [[1, 0, 0], [0, -np.sin(PITCH), -np.cos(PITCH)], [0, np.cos(PITCH), -np.sin(PITCH)]]
+)
+LIFTER = MadeBy("estimated", "pcnet3d@test", in_run=True)
+
+
+def rises(time_s: np.ndarray, apexes_s: tuple[float, ...], high_m: float = HIGH_M) -> np.ndarray:
+    """(T,) how high the body is over where it stands: the heels rise at the speed of the take-off, then it falls."""
+    fast = np.sqrt(2 * G * high_m)
+    ways = [np.abs(time_s - apex_s) for apex_s in apexes_s]
+    air = [PUSH_M + high_m - G / 2 * way**2 for way in ways]
+    heels = [PUSH_M - fast * (way - fast / G) for way in ways]
+    return np.max(
+        [np.where(a > PUSH_M, a, np.clip(h, 0, PUSH_M)) for a, h in zip(air, heels, strict=True)], axis=0
+    )
+
+
+def jumping(apexes_s=(1.5, 3.0), fps=30.0, high_m=HIGH_M) -> tuple[np.ndarray, np.ndarray]:
+    """((T, 17, 3) in the world, (T,) seconds)."""
+    time_s = np.arange(0, max(apexes_s) + 1.5, 1 / fps)
+    world = standing() + np.tile(AT_M, (len(time_s), 1, 1))
+    world[..., 2] += rises(time_s, apexes_s, high_m)[:, None]
+    return world, time_s
+
+
+def filmed(world: np.ndarray, time_s: np.ndarray, noise_px: float = 0.0, unit: float = 1.0, **told) -> Take:
+    """A take of a lifter without error before a camera that stands still, of which `told` is told; rectified."""
+    points = (world - [0.0, 0.0, 1.3]) @ R_CAMERA_FROM_WORLD.T
+    pixels = points[..., :2] / points[..., 2:] * FOCAL_PX + np.array(SIZE) / 2
+    pixels = pixels + np.random.default_rng(5).normal(0, noise_px, pixels.shape)
+    keypoints = PoseSequence(
+        pixels, H36M17, IMAGE, np.full(pixels.shape[:2], 0.9), time_s, np.arange(len(time_s))
+    )
+    frame = CAMERA.with_(origin="pelvis", unit="m" if unit == 1.0 else "arbitrary")
+    lifted = unit * (points - points[:, :1])
+    poses = PoseSequence(lifted, H36M17, frame, None, time_s, np.arange(len(time_s)), made_by=LIFTER)
+    up = R_CAMERA_FROM_WORLD[:, 2]
+    said = {"camera": "static", **told}
+    if said["camera"] != "moving":
+        said["gravity"] = tuple((-up).tolist())
+    camera = Camera(SIZE, FOCAL_PX, 10.0, "told")
+    return Rectify()(
+        Place()(Take("take", keypoints=keypoints, camera=camera, poses=poses, told=Told(**said)))
+    )
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0])
+@pytest.mark.parametrize("noise_px", [0.0, 3.0])
+@pytest.mark.parametrize("high_m", [0.15, 0.45])
+def test_a_known_fall_has_its_height_and_time(fps, noise_px, high_m):
+    found = airborne(filmed(*jumping(fps=fps, high_m=high_m), noise_px))
+    assert (len(found.flights), found.lifted, found.reason) == (2, True, "")
+    time_s = 2 * np.sqrt(2 * high_m / G)
+    for flight, apex_s in zip(found.flights, (1.5, 3.0), strict=True):
+        assert flight.apex_s == pytest.approx(apex_s, abs=0.02)
+        assert G / 8 * (flight.land_s - flight.off_s) ** 2 == pytest.approx(high_m, abs=0.035)
+        assert flight.land_s - flight.off_s == pytest.approx(time_s, abs=0.05)
+        assert (flight.off_feet, flight.land_feet) == (2, 2)
+
+
+def test_no_depth_and_no_size_is_needed():
+    """The smooth path of the pelvis has no fall in it; the body on its rays has."""
+    take = filmed(*jumping())
+    far = take.with_(
+        camera=Camera(SIZE, 0.7 * FOCAL_PX, 300.0, "prior"),
+        poses=take.poses.with_(root=None, root_covariance=None),
+    )
+    times = [
+        [flight.land_s - flight.off_s for flight in airborne(one).flights]
+        for one in (take, Rectify()(Place()(far.with_(rectified=None))))
+    ]
+    np.testing.assert_allclose(times[0], times[1], atol=0.04)
+
+
+def squats(fps=30.0) -> tuple[np.ndarray, np.ndarray]:
+    time_s = np.arange(0, 8, 1 / fps)
+    world = standing() + np.tile(AT_M, (len(time_s), 1, 1))
+    lower = 0.2 * (1 - np.cos(np.pi * time_s))
+    feet = H36M17.indices(("r_ankle", "l_ankle"))
+    others = [i for i in range(17) if i not in feet]
+    world[:, others, 2] -= lower[:, None]
+    return world, time_s
+
+
+def tiptoes() -> tuple[np.ndarray, np.ndarray]:
+    world, time_s = jumping((1.5,))
+    world[..., 2] += (
+        0.05 * STATURE_M * np.exp(-(((time_s - 1.5) / 0.3) ** 4))[:, None] - rises(time_s, (1.5,))[:, None]
+    )
+    return world, time_s
+
+
+def kick() -> tuple[np.ndarray, np.ndarray]:
+    world, time_s = jumping((1.5,))
+    world[..., 2] -= rises(time_s, (1.5,))[:, None]
+    world[:, H36M17.index("r_ankle"), 2] += 0.6 * np.exp(-(((time_s - 1.5) / 0.2) ** 2))
+    return world, time_s
+
+
+def treadmill() -> tuple[np.ndarray, np.ndarray]:
+    walk = walker(seconds=6.0)
+    world = walk.world.astype(np.float64).copy()
+    world[..., :2] -= walk.root[:, None, :2] - np.array([0.0, 5.0])
+    return world, walk.time_s
+
+
+@pytest.mark.parametrize("still", [squats, tiptoes, kick, treadmill])
+@pytest.mark.parametrize("noise_px", [0.0, 4.0])
+def test_who_stays_on_the_floor_does_not_fly(still, noise_px):
+    found = airborne(filmed(*still(), noise_px))
+    assert (found.flights, found.reason) == ((), "")
+
+
+def test_none_and_cannot_be_told_are_two_things():
+    assert airborne(filmed(*squats(), camera="moving")).reason
+    assert airborne(filmed(*squats(), camera=None)).reason
+    seen = airborne(filmed(*jumping(), camera=None))
+    assert (len(seen.flights), bool(seen.reason)) == (2, True)
+    take = filmed(*jumping())
+    assert "too uncertain" in airborne(take.with_(keypoints=None)).reason
+
+
+def test_ankles_that_nobody_saw_leave_the_floor_unknown():
+    take = filmed(*jumping())
+    joints = np.array(take.rectified.level.joints)
+    joints[(take.poses.times > 1.15) & (take.poses.times < 1.35), H36M17.index("r_ankle")] = np.nan
+    lost = replace(take.rectified, level=take.rectified.level.with_(joints=joints))
+    (found,) = airborne(take.with_(rectified=lost)).flights
+    assert found.apex_s == pytest.approx(3.0, abs=0.02)
+
+
+def test_a_fall_of_another_pace_is_none():
+    world, time_s = jumping()
+    found = airborne(filmed(world, 2 * time_s))
+    assert found.flights == ()
+    assert "at 0.2" in found.reason
+
+
+def test_falls_give_metres_with_their_error():
+    apexes_s = (1.5, 2.8, 4.1, 5.4)
+    take = Scale()(filmed(*jumping(apexes_s, high_m=0.4), noise_px=2.0, unit=0.61))
+    poses, step = take.need("poses"), take.need("poses").history[-1]
+    assert poses.frame.unit == take.rectified.level.frame.unit == take.rectified.body.frame.unit == "m"
+    assert [one.code for one in take.notices][-1] == "scaled-by-flights"
+    assert step.options["by"] == "flights"
+    assert abs(step.options["stature_m"] / STATURE_M - 1) < 2.5 * step.options["sd"]
+    assert poses.root_shared[0] == take.rectified.level.root_shared[0] == step.options["sd"]
+    np.testing.assert_allclose(
+        take.rectified.level.root, poses.root @ take.rectified.R_source_from_level, atol=1e-6
+    )
+    assert len(airborne(take).flights) == 4
+
+
+@pytest.mark.parametrize("told", [{"camera": None}, {}])
+def test_one_short_fall_or_a_camera_of_which_nobody_knows_gives_none(told):
+    apexes_s = (1.5,) if not told else (1.5, 2.8, 4.1, 5.4)
+    take = Scale()(filmed(*jumping(apexes_s, high_m=0.2), unit=0.61, **told))
+    assert take.need("poses").frame.unit == "arbitrary"
+    assert [one.code for one in take.notices][-1] == "no-scale"
+
+
+def test_more_flights_are_surer_up_to_what_they_share():
+    take = filmed(*jumping((1.5, 2.8, 4.1, 5.4)))
+    level, flights = take.rectified.level, airborne(take).flights
+    sds = [units_a_metre(level, flights[:count])[1] for count in (1, 2, 4)]
+    assert sds[0] > sds[1] > sds[2] > 0.04
+    assert np.isnan(units_a_metre(level, ())).all()
+
+
+def test_rebounds_have_the_time_on_the_floor_between():
+    apexes_s = (1.5, 2.4, 6.0)  # in the air for 0.49 s each
+    take = filmed(*jumping(apexes_s), noise_px=2.0, stature_m=STATURE_M)
+    jumps = nested(Measures()(Angles()(Trajectories()(Scale()(take)))).measures)["jumps"]
+    assert jumps["count"] == 3
+    assert jumps["contact_time_s"] == pytest.approx([0.9 - 0.495], abs=0.06)
+    assert jumps["height_by_flight_time_cm"] == pytest.approx([30, 30, 30], abs=4)
+    assert jumps["jump_height"] == pytest.approx([0.3, 0.3, 0.3], abs=0.06)
+    assert jumps["take_off_feet"] == [2, 2, 2]
+    for figure in ("flight_time_error_s", "height_by_flight_time_error_cm", "jump_height_error"):
+        assert min(jumps[figure]) > 0
