@@ -28,8 +28,8 @@ USUAL_SPREAD, USUAL_DEG = 0.0155, 9.0
 # from the camera, which is depth, and it is drawn towards the level: of each degree by PER_PITCH, the root mean square
 # of what was found on validation subjects (0.07), on CMU's and HDM05's test subjects (0.11) and on people of two more
 # laboratories (0.18). A person's own lean stays, however long the take is. It is to the front or the back: the camera's
-# pitch of who is seen from there, its roll of who is seen from the side; and larger under raised arms. All chosen
-# on lifted takes of validation subjects, six draws of each, by quantile regression of the pitch's and the roll's error.
+# pitch of who is seen from there, its roll of who is seen from the side; and larger under raised arms. Chosen by
+# hand on six draws of lifted takes of validation subjects, wider than quantile regression of pitch and roll asks for.
 PITCH_SHARE, PER_PITCH = 0.68, 0.13
 ROLL_SHARE, PER_PITCH_OF_ROLL = 0.28, 0.043
 OWN_LEAN_DEG, RAISED_LEAN_DEG = 2.0, 7.0  # the second of a take throughout which both arms are raised
