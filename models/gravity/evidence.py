@@ -24,6 +24,8 @@ _TOLD_DEG = 1.0  # error of a camera's pitch, roll or gravity vector that the us
 # Pitch about looking a little down, roll about none: middles and spreads in degrees; a few of them any way.
 _USUAL_DEG = ((8.0, 14.0), (0.0, 5.0))
 _ANYHOW_DEG, _ANYHOW = 35.0, 0.05
+_WIDEST_DEG = 45.0  # off the image's own up, where lines are searched for one
+_DOUBT = 0.25  # likely to be wrong, on rendered rooms
 
 # 90 % radius of a Gaussian with standard deviations 1 and 0, 0.2, ... 1, by numerical integration.
 _RADII = (1.6449, 1.6573, 1.6992, 1.7915, 1.9472, 2.1460)
@@ -46,7 +48,7 @@ class TakeUp:
     source moves up against what the others say together. own: the up that each source would have by itself, and its
     error in degrees, of those that know one. notices: about sources that contradict each other. covariance: (3, 3) of
     the error, square radians, where up may be surer along one direction than across it; None of an error that is alike
-    in all directions."""
+    in all directions; (T, 3, 3) of an up of each frame."""
 
     up: np.ndarray
     error_deg: float | np.ndarray
@@ -67,8 +69,18 @@ class TakeUp:
         return sum(self.shares.get(source, 0.0) for source in (FRAMES, FEET, FLOOR))
 
 
+def about(name: str, up: np.ndarray, covariance: np.ndarray) -> Evidence:
+    """A source that knows up (3,), surer of it along one direction than across. covariance: (3, 3) of its error, square
+    radians."""
+    information = np.linalg.pinv(covariance, hermitian=True, rcond=1e-9)
+    # Along up itself nothing can be wrong; a finite number there keeps the fused direction a unit vector. It is that of
+    # the direction known worst: the roll's would count as knowledge of the pitch once another source moved up there.
+    information = information + np.outer(up, up) / np.linalg.eigvalsh(covariance)[-1]
+    return Evidence(name, information, information @ up)
+
+
 def direction(name: str, up: np.ndarray, error_deg: float) -> Evidence:
-    """A source that knows up itself: a gravity sensor, the camera's known pitch and roll, the frames' votes.
+    """A source that knows up itself, as well in all directions: a gravity sensor, the camera's known pitch and roll.
 
     up: (3,), any length; error_deg: root mean square angle of its error."""
     up = unit(np.asarray(up, dtype=np.float64))
@@ -97,14 +109,22 @@ def held(up: np.ndarray) -> float:
     return float((1 - _ANYHOW) * usual + _ANYHOW * anyhow)
 
 
+def doubtful(up: np.ndarray, failure: float) -> bool:
+    """Of an image's up (3,) in which nobody's body can be seen, and which is quite wrong so often (failure), whether
+    the pitch that it says is one that cameras have so seldom that it is likely to be wrong: what is quite wrong says
+    any pitch."""
+    pitch = pitch_roll_deg(np.asarray(up, dtype=np.float64))[0]
+    level = view_rotation(np.array(0.0), np.asarray(pitch), np.array(0.0))[:, 2]
+    right = (
+        (1 - failure) * held(level) / (np.sqrt(2 * np.pi) * _USUAL_DEG[0][1])
+    )  # about its integral over pitch
+    wrong = failure / (2 * _WIDEST_DEG)
+    return bool(wrong / (wrong + right) > _DOUBT)
+
+
 def of_image(look: Look) -> Evidence:
     """An image's answer."""
-    information = np.linalg.pinv(look.covariance, hermitian=True, rcond=1e-9)
-    # Along up itself nothing can be wrong; a finite number there keeps the fused direction a unit vector. It is that of
-    # the direction known worst: the roll's would count as knowledge of the pitch once another source moved up there.
-    worst = np.linalg.eigvalsh(look.covariance)[-1]
-    information = information + np.outer(look.up, look.up) / worst
-    return Evidence(IMAGE, information, information @ look.up)
+    return about(IMAGE, look.up, look.covariance)
 
 
 def fuse(sources: Sequence[Evidence]) -> TakeUp:
@@ -126,13 +146,14 @@ def fuse(sources: Sequence[Evidence]) -> TakeUp:
     return TakeUp(up, _error_of(sources, up), shares, pulls, own, covariance=across.T @ covariance @ across)
 
 
-def radius_90(covariance: np.ndarray) -> float:
-    """Of the circle that holds 90 % of a Gaussian error across up, of covariance (3, 3), over its root mean square
-    length."""
-    least, most = np.sqrt(np.maximum(np.linalg.eigvalsh(covariance)[1:], 0.0))
-    return float(
-        np.interp(least / most, np.linspace(0, 1, len(_RADII)), _RADII) * most / np.hypot(least, most)
-    )
+def radius_90(covariance: np.ndarray) -> np.ndarray:
+    """(...,) of the circle that holds 90 % of a Gaussian error across up, of covariance (..., 3, 3), over its root mean
+    square length; NaN where that is NaN."""
+    fine = np.isfinite(covariance.sum(axis=(-2, -1)))
+    variances = np.linalg.eigvalsh(np.where(fine[..., None, None], covariance, np.eye(3)))
+    least, most = np.moveaxis(np.sqrt(np.maximum(variances[..., 1:], 0.0)), -1, 0)
+    radius = np.interp(least / most, np.linspace(0, 1, len(_RADII)), _RADII) * most / np.hypot(least, most)
+    return np.where(fine, radius, np.nan)
 
 
 def _up_of(sources: Sequence[Evidence]) -> np.ndarray:

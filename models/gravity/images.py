@@ -9,7 +9,8 @@ import numpy as np
 
 from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.core.errors import InputError
-from .lines import Fit, UpOfImages, directions, fits, support, tangent
+from .evidence import doubtful
+from .lines import Fit, UpOfImages, directions, fits, log_before, support, tangent
 from .segments import Segments, segments_of
 
 TOLD_SPREAD = 0.02  # of a focal length that somebody knows
@@ -21,6 +22,9 @@ _FOCAL_SHARE = 2.5  # of the fit's own deviation of the focal length, on the sam
 _LEAST_GAIN = 60.0
 _LEAST_SUPPORT = 15.0  # that a direction has to explain to count
 _WIDEST_DEG = 4.0
+# Segments of one window are not independent, so what they say counts for less; that of an answer which does without
+# its third direction for less still, for it may have taken one direction for another. On 400 rendered rooms.
+_NATS, _FLAT_NATS = 12.0, 30.0
 # How often an answer of so much gain is quite wrong (more than 5 degrees off), on photographs,
 _FAILURES = ((100.0, 0.06), (200.0, 0.03), (np.inf, 0.01))
 # and one by two directions only: a pattern on one plane, at any angle, looks like that.
@@ -74,9 +78,17 @@ def up_from_images(
     if best.gain < _LEAST_GAIN:
         return Unknown("the straight lines do not run along upright walls and level edges")
     third, second, _ = np.sort(support(segments, best))
+    failure = max(
+        next(rate for most, rate in _FAILURES if best.gain <= most),
+        _FLAT_FAILURE if third < _LEAST_SUPPORT else 0.0,
+    )
     if second < _LEAST_SUPPORT:
         return Unknown("nearly all straight lines run along one direction, which does not tell up")
-    covariance = _covariance(best, found[1:])
+    if doubtful(best.up, failure) and not any(map(len, boxes or ())):
+        return Unknown(
+            "the straight lines tell a pitch that cameras seldom have, and nobody in the image confirms it"
+        )
+    covariance = _covariance(best, found[1:], _FLAT_NATS if third < 0 else _NATS)
     error = float(np.degrees(np.sqrt(np.trace(covariance))))
     if error > _WIDEST_DEG:
         return Unknown(f"the straight lines tell up only to within {error:.0f} degrees")
@@ -87,10 +99,7 @@ def up_from_images(
         focal_px=best.focal * side,
         focal_sd_px=float(_FOCAL_SHARE * best.focal * side * np.sqrt(best.covariance[2, 2])),
         gain=best.gain,
-        failure=max(
-            next(rate for most, rate in _FAILURES if best.gain <= most),
-            _FLAT_FAILURE if third < _LEAST_SUPPORT else 0.0,
-        ),
+        failure=failure,
         segments=segments,
         runs_along=directions(segments, best),
         heading=best.heading,
@@ -98,13 +107,13 @@ def up_from_images(
     )
 
 
-def _covariance(best: Fit, others: Sequence[Fit]) -> np.ndarray:
-    """(2, 2) of the fit, what no fit knows, and the rivals by how likely they are."""
+def _covariance(best: Fit, others: Sequence[Fit], nats: float) -> np.ndarray:
+    """(2, 2) of the fit, what no fit knows, and the rivals by how likely they are: by e less for so many nats."""
     assert best.covariance is not None
     covariance = best.covariance[:2, :2] + np.diag(np.radians(_FLOOR_DEG) ** 2)
     for rival in others:
-        # Segments of one window are not independent, so the gains count a sixth.
-        likely = 1 / (1 + np.exp(min((best.gain - rival.gain) / 6.0, 50.0)))
+        ahead = best.gain + log_before(best.up) - rival.gain - log_before(rival.up)
+        likely = 1 / (1 + np.exp(np.clip(ahead / nats, -50.0, 50.0)))
         apart = tangent(best.up).T @ (rival.up - best.up)
         covariance = covariance + likely * np.outer(apart, apart)
     return covariance

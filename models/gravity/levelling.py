@@ -17,7 +17,7 @@ from .evidence import Evidence, TakeUp
 from .floor import of_feet
 from .fusion import fused_up
 from .moving import WINDOW_S, moving_up
-from .seen import Seen, smoothed, trust
+from .seen import Seen, of_frames, smoothed, trust
 from .votes import USUAL_SPREAD, pool
 
 HEADING_S = (
@@ -81,7 +81,7 @@ def level_static(seen: Seen, told: Sequence[Evidence] = (), look: Look | None = 
 
 def static_up(seen: Seen, told: Sequence[Evidence] = (), look: Look | None = None) -> TakeUp:
     """What the frames, the feet, the image and the user say about a static camera's up. Arguments of level_static."""
-    frames = pool(seen.votes, seen.error_deg, seen.time_s, seen.spread).evidence
+    frames = of_frames(seen)
     first = fused_up(frames, told, look)
     feet = of_feet(seen, first.up)
     return fused_up([feet, *frames], told, look) if feet else first

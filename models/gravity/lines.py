@@ -115,10 +115,10 @@ def fits(segments: Segments, focal: tuple[float, float] = (PRIOR_FOCAL, PRIOR_FO
             key=lambda fit: fit.gain,
         )
         found.append(best)
-    found.sort(key=lambda fit: -(fit.gain + _log_before(fit.up)))
+    found.sort(key=lambda fit: -(fit.gain + log_before(fit.up)))
     chance = _chance(segments)
     polished = [_polished(segments, chance, fit, focal) for fit in found[:_POLISHED]]
-    polished.sort(key=lambda fit: -(fit.gain + _log_before(fit.up)))
+    polished.sort(key=lambda fit: -(fit.gain + log_before(fit.up)))
     distinct: list[Fit] = []
     for fit in polished:
         if all(angle_deg(fit.up, other.up) > _APART_DEG for other in distinct):
@@ -185,7 +185,7 @@ def _grid() -> tuple[np.ndarray, np.ndarray]:
     inside = angle <= np.radians(_WIDEST_DEG)
     ratio = np.divide(np.sin(angle), angle, out=np.ones_like(angle), where=angle > 0)
     ups = np.stack([x * ratio, -np.cos(angle), z * ratio], axis=-1)[inside]
-    return ups, np.array([_log_before(up) for up in ups])
+    return ups, np.array([log_before(up) for up in ups])
 
 
 def _modes(segments: Segments, chance: np.ndarray, focal: float) -> list[np.ndarray]:
@@ -274,6 +274,6 @@ def _moved(fit: Fit, change: np.ndarray) -> Fit:
     )
 
 
-def _log_before(up: np.ndarray) -> float:
-    """What speaks for an up before any line, on the scale of gains: how cameras are held."""
+def log_before(up: np.ndarray) -> float:
+    """What speaks for an up (3,) before any line, on the scale of gains: how cameras are held."""
     return _DESIGN * float(np.log(held(up) + 1e-9))

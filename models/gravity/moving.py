@@ -14,8 +14,8 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from .evidence import FRAMES, IMAGE, TakeUp
 from .fusion import settled
-from .seen import Seen, smoothed, trust
-from .votes import expected_deg, lean_square, pitch_roll_error_deg
+from .seen import Seen, leaning, own_lean, smoothed, trust
+from .votes import bodies_covariance, expected_deg, lean_square
 
 WINDOW_S = 2.0  # standard deviation of the Gaussian in which frames vote on up
 _VOTE_DEG = 10.0  # votes this far from their neighbours' mean count half
@@ -61,8 +61,11 @@ def sliding_up(seen: Seen, window_s: float = WINDOW_S) -> TakeUp:
         stated = np.where(there, seen.spread, 0.0)[:, None]
         spread = smoothed(stated, np.where(there, trusted, 0.0), seen, window_s)[:, 0]
     shared = lean_square(mean, scatter, spread)
-    error_deg = np.hypot(*pitch_roll_error_deg(up, np.sqrt(shared + scatter / looks)))
-    return TakeUp(up, np.hypot(error_deg, lag_deg), {FRAMES: 1.0})
+    lean = own_lean(smoothed(leaning(seen, up), weights, seen, window_s))
+    lag = (np.radians(lag_deg) ** 2 / 2)[:, None, None] * (np.eye(3) - up[:, :, None] * up[:, None])
+    covariance = bodies_covariance(up, np.sqrt(shared + scatter / looks), lean) + lag
+    error_deg = np.degrees(np.sqrt(np.trace(covariance, axis1=1, axis2=2)))
+    return TakeUp(up, error_deg, {FRAMES: 1.0}, covariance=covariance)
 
 
 def _local_line(

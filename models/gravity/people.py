@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ...pipeline.core.camera import Look
 from ...pipeline.core.rotations import angle_deg
-from .evidence import Evidence, TakeUp, direction, fuse
+from .evidence import Evidence, TakeUp, about, fuse
 from .fusion import fused_up
 from .levelling import Levelled, level, static_up, why_not
 from .seen import Seen
@@ -45,9 +45,16 @@ def _shared(own: Mapping[str, TakeUp], told: Sequence[Evidence], look: Look | No
     if not own:
         return fused_up((), told, look)
     errors = {name: float(up.error_deg) for name, up in own.items()}
-    pooled = fuse([direction(name, up.up, errors[name]) for name, up in own.items()])
-    wider = max(1.0, min(errors.values()) / float(pooled.error_deg))
-    found = fused_up([direction(name, up.up, wider * errors[name]) for name, up in own.items()], told, look)
+
+    def said(wider: float) -> list[Evidence]:
+        return [
+            about(name, up.up, wider**2 * up.covariance)
+            for name, up in own.items()
+            if up.covariance is not None
+        ]
+
+    wider = max(1.0, min(errors.values()) / float(fuse(said(1.0)).error_deg))
+    found = fused_up(said(wider), told, look)
     return replace(found, own=found.own | {name: (up.up, errors[name]) for name, up in own.items()})
 
 

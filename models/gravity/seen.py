@@ -8,7 +8,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from .votes import expected_deg
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import is_finite, unit
+from .evidence import FRAMES, Evidence, about
+from .votes import OWN_LEAN_DEG, RAISED_LEAN_DEG, bodies_covariance, expected_deg, pool
+
+_WRISTS, _SHOULDERS = (
+    H36M17.indices([f"{side}_{joint}" for side in "rl"]) for joint in ("wrist", "shoulder")
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +47,33 @@ class Seen:
 def trust(error_deg: np.ndarray | float) -> np.ndarray:
     """(...,) a frame's weight, 1 / error^2."""
     return 1 / expected_deg(error_deg) ** 2
+
+
+def of_frames(seen: Seen) -> list[Evidence]:
+    """The one piece of evidence that a take's frames are together; none without votes."""
+    votes = pool(seen.votes, seen.error_deg, seen.time_s, seen.spread)
+    if not is_finite(votes.up):
+        return []
+    fine = is_finite(seen.votes)
+    lean = own_lean(np.mean(leaning(seen, votes.up)[fine], axis=0))
+    return [about(FRAMES, votes.up, bodies_covariance(votes.up, votes.error_deg, lean))]
+
+
+def leaning(seen: Seen, up: np.ndarray) -> np.ndarray:
+    """(T, 10) of each frame, where the body faces or turns its back, level for up (3,) or (T, 3): the outer product of
+    that direction with itself, (9,), and whether both arms are raised; zeros of frames without a rotation."""
+    facing = seen.R_camera_from_body[..., 0]
+    facing = np.nan_to_num(unit(facing - (facing * up).sum(-1, keepdims=True) * up))
+    rise = ((seen.joints[:, _WRISTS] - seen.joints[:, _SHOULDERS]) * up[..., None, :]).sum(-1)
+    raised = (rise > 0).all(-1, keepdims=True)
+    return np.concatenate([(facing[:, :, None] * facing[:, None]).reshape(-1, 9), raised], axis=-1)
+
+
+def own_lean(mean: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) square radians, what a person leans to the front or the back by itself. mean: (..., 10) of leaning,
+    over the frames that tell up."""
+    lean_deg = np.hypot(OWN_LEAN_DEG, RAISED_LEAN_DEG * mean[..., 9])[..., None, None]
+    return np.radians(lean_deg) ** 2 * mean[..., :9].reshape(*mean.shape[:-1], 3, 3)
 
 
 def smoothed(values: np.ndarray, weights: np.ndarray, seen: Seen, std_s: float) -> np.ndarray:

@@ -17,8 +17,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from golden.rooms import KINDS, Room, no_lines, room, street
 from pcnet3d.models.gravity.images import ImageUp, Unknown, up_from_images
+from pcnet3d.models.lab.synthetic.rooms import KINDS, Room, no_lines, room, street
 from pcnet3d.pipeline.core.rotations import angle_deg
 
 _BOUND = float(np.sqrt(np.log(10)))  # 90 % bound over root mean square of an error in two dimensions

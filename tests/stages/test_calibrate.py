@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from golden.films import film_of
-from golden.rooms import no_lines, street
 from pcnet3d.adapters import video as videos
 from pcnet3d.models.gravity import geocalib
 from pcnet3d.models.gravity.lines import UpOfImages
 from pcnet3d.models.gravity.view import _boxes, camera_of
+from pcnet3d.models.lab.synthetic.rooms import no_lines, street
 from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.core.camera import Camera, pitch_roll_deg, view_rotation

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from golden.ups import stated_deg
 from pcnet3d.models.common.metrics import RAYLEIGH_90
 from pcnet3d.models.gravity import (
     LEAN_DEG,
@@ -21,13 +22,16 @@ from pcnet3d.models.gravity import (
     take_up,
     why_not,
 )
-from pcnet3d.models.gravity.evidence import of_image, radius_90
+from pcnet3d.models.gravity.evidence import Evidence, about, of_image, radius_90
 from pcnet3d.models.gravity.lines import tangent
+from pcnet3d.models.gravity.seen import of_frames
 from pcnet3d.models.gravity.votes import (
+    OWN_LEAN_DEG,
+    RAISED_LEAN_DEG,
     STATED_LEAN_DEG,
     TILT_SHARE,
     USUAL_SPREAD,
-    of_bodies,
+    bodies_covariance,
     pitch_roll_error_deg,
 )
 from pcnet3d.pipeline import H36M17, rotate
@@ -62,6 +66,11 @@ def own_error_deg(votes) -> float:
 def up_of(pitch, roll=0.0) -> np.ndarray:
     """Of a camera that looks down by pitch, turned by roll, degrees."""
     return view_rotation(np.array(0.0), np.array(float(pitch)), np.array(float(roll)))[:, 2]
+
+
+def bodies_say(up, error_deg) -> Evidence:
+    """Of who may face anywhere."""
+    return about("frames", up, bodies_covariance(up, error_deg))
 
 
 @given(seeds)
@@ -220,7 +229,7 @@ def test_what_the_user_knows_wins_by_its_weight():
     errors, time_s = constant(ERROR_DEG, 100), seldom(100)
     alone = take_up(votes, errors, time_s)
     both = take_up(votes, errors, time_s, [direction("told", told_up, 1.0)])
-    sd = np.array(pitch_roll_error_deg(alone.up, pool(votes, errors, time_s).error_deg))
+    sd = stated_deg(alone.up, pool(votes, errors, time_s).error_deg)
     assert alone.error_deg == pytest.approx(np.hypot(*sd))
     frames = sd**-2 / (sd**-2 + 2.0)  # one degree is half a square degree in each of two directions
     assert both.shares == pytest.approx({"told": 1 - frames.mean(), "frames": frames.mean()}, rel=0.02)
@@ -249,15 +258,15 @@ def test_a_bound_holds_nine_in_ten_of_an_error_that_is_larger_along_one_directio
 @pytest.mark.parametrize("pitch", [0.0, 25.0, -50.0, 85.0])
 def test_bodies_state_their_pitch_wider_than_their_roll(pitch, roll):
     up = up_of(pitch, roll)
-    pitch_sd, roll_sd = pitch_roll_error_deg(up, 6.0)
+    pitch_sd, roll_sd = stated_deg(up, 6.0)
     assert pitch_sd > 1.5 * roll_sd > 0
-    found = fuse([of_bodies(up, 6.0)])
+    found = fuse([bodies_say(up, 6.0)])
     np.testing.assert_allclose(found.up, up, atol=1e-12)
     assert found.error_deg == pytest.approx(np.hypot(pitch_sd, roll_sd))
     # Against somebody who is equally sure of both, they give way in pitch and hold in roll.
     for other, sd in ((up_of(pitch + 1, roll), pitch_sd), (up_of(pitch, roll + 1), roll_sd)):
         told = direction("told", other, 3.0 * np.sqrt(2))
-        way = angle_deg(fuse([of_bodies(up, 6.0), told]).up, up) / angle_deg(other, up)
+        way = angle_deg(fuse([bodies_say(up, 6.0), told]).up, up) / angle_deg(other, up)
         assert way == pytest.approx(sd**2 / (sd**2 + 9.0), abs=0.01)
 
 
@@ -274,15 +283,32 @@ def test_their_error_grows_with_the_pitch_and_not_with_the_roll():
 
 
 def test_a_persons_own_lean_stays_however_sure_the_votes_are():
-    pitch_sd, roll_sd = pitch_roll_error_deg(UP, 0.0)
-    assert pitch_sd >= 1.5
-    assert roll_sd == 0
+    np.testing.assert_allclose(pitch_roll_error_deg(UP, 0.0), 0)
+    assert bodies_say(UP, 0.0).information[0, 0] == pytest.approx(2 / np.radians(OWN_LEAN_DEG) ** 2)
+
+
+def test_who_leans_leans_to_the_front_or_the_back_and_more_under_raised_arms():
+    """Before the camera that is its pitch, from the side its roll."""
+    standing = np.zeros((30, 17, 3))
+    raised = standing.copy()
+    raised[:, H36M17.indices(["r_wrist", "l_wrist"])] = UP
+    error_deg = constant(ERROR_DEG, 30)
+    for facing, way in ((0.0, 2), (180.0, 2), (90.0, 0)):
+        turned = Rotation.from_euler("z", facing, degrees=True).as_matrix()
+        R = view_rotation(np.array(0.0), np.array(0.0), np.array(0.0)) @ turned
+        (usual,), (wider,) = (
+            of_frames(Seen(joints, np.tile(R, (30, 1, 1)), error_deg, seldom(30)))
+            for joints in (standing, raised)
+        )
+        more = np.diag(np.linalg.inv(wider.information) - np.linalg.inv(usual.information))
+        assert np.degrees(np.sqrt(more[way])) == pytest.approx(RAISED_LEAN_DEG)
+        assert more[2 - way] == pytest.approx(0, abs=1e-12)
 
 
 @pytest.mark.parametrize("pitch", [90.0, -90.0])
 def test_straight_down_or_up_no_direction_is_pitch_and_both_together_are_stated(pitch):
     up = np.array([0.0, 0.0, -np.sign(pitch)])
-    straight, nearly = (fuse([of_bodies(each, 6.0)]) for each in (up, up_of(0.9999 * pitch)))
+    straight, nearly = (fuse([bodies_say(each, 6.0)]) for each in (up, up_of(0.9999 * pitch)))
     np.testing.assert_allclose(straight.up, up, atol=1e-12)
     assert straight.error_deg == pytest.approx(nearly.error_deg, rel=1e-3)
 
@@ -292,11 +318,11 @@ def test_an_image_keeps_the_roll_of_bodies_and_gives_the_pitch():
     bodies, image_up = up_of(12), up_of(14, 2)
     plane = tangent(image_up)
     look = Look(0, image_up, plane @ (np.radians(2.0) ** 2 * np.eye(2)) @ plane.T, 0.01)
-    sd = np.array(pitch_roll_error_deg(bodies, 5.0))
-    fused = fuse([of_bodies(bodies, 5.0), of_image(look)])
+    sd = stated_deg(bodies, 5.0)
+    fused = fuse([bodies_say(bodies, 5.0), of_image(look)])
     moved = (pitch_roll_deg(fused.up) - [12, 0]) / 2
     np.testing.assert_allclose(moved, sd**2 / (sd**2 + 4), atol=0.02)
-    assert moved[0] > 0.75 > 0.5 > moved[1]
+    assert moved[0] > 0.75 > 0.55 > moved[1]
 
 
 def test_what_the_user_knows_is_enough_without_any_frame():
@@ -325,7 +351,7 @@ def test_level_feet_correct_votes_that_lean_sideways_and_not_those_that_lean_for
         alone, helped = (take_up(votes, constant(8, 90), time_s, e) for e in ([], [feet]))
         before, after = angle_deg(alone.up, UP), angle_deg(helped.up, UP)
         assert before == pytest.approx(6)
-        votes_know = np.radians(pitch_roll_error_deg(leaning, TILT_SHARE * 8)[1]) ** -2
+        votes_know = np.radians(stated_deg(leaning, TILT_SHARE * 8)[1]) ** -2
         feet_know = feet.information[0, 0]  # along x, which is roll
         left = votes_know / (votes_know + feet_know)
         assert after == (pytest.approx(6 * left, rel=0.02) if corrects else pytest.approx(6, abs=0.1))

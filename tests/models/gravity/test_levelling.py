@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
+from golden.ups import stated_deg
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.gravity import (
@@ -22,7 +23,7 @@ from pcnet3d.models.gravity import (
 )
 from pcnet3d.models.gravity.levelling import HEADING_S, camera_frame, level, upright
 from pcnet3d.models.gravity.moving import sliding_up
-from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD, pitch_roll_error_deg
+from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD
 from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.canonical import R_world_from_body
@@ -453,7 +454,7 @@ def test_a_lifter_that_is_unsure_widens_what_is_stated(levelling):
         for times in (1, 2)
     )
     for levelled, lean_deg in ((usual, STATED_LEAN_DEG), (unsure, 2**1.5 * STATED_LEAN_DEG)):
-        stated = np.hypot(*pitch_roll_error_deg(R_camera[:, 2], lean_deg))
+        stated = np.hypot(*stated_deg(R_camera[:, 2], lean_deg))
         np.testing.assert_allclose(levelled.up_error_deg, stated, rtol=1e-6)
     assert (unsure.error_deg > 1.5 * usual.error_deg).all()
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden import ups
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
@@ -14,7 +15,7 @@ from pcnet3d.models.common.metrics import relative
 from pcnet3d.models.gravity import LEAN_DEG, TILT_SHARE, Seen, direction, level_static
 from pcnet3d.models.gravity.levelling import HEADING_S
 from pcnet3d.models.gravity.live import KEPT, LiveRectifier
-from pcnet3d.models.gravity.votes import OWN_LEAN_DEG, pitch_roll_error_deg
+from pcnet3d.models.gravity.votes import OWN_LEAN_DEG
 from pcnet3d.models.lab.evaluation.testbed import lifted_takes
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
@@ -46,7 +47,7 @@ def answers(live, joints, time_s) -> list:
 
 def stated_deg(votes_deg) -> float:
     """What is stated of an up without pitch, of votes that ask for an error of votes_deg."""
-    return float(np.hypot(*pitch_roll_error_deg(UP, votes_deg)))
+    return float(np.hypot(*ups.stated_deg(UP, votes_deg)))
 
 
 def scripted(R, error_deg=6.0, fps=30, others=()) -> list:

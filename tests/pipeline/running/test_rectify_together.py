@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden.ups import stated_deg
 from pcnet3d.models.gravity import LEAN_DEG
-from pcnet3d.models.gravity.votes import pitch_roll_error_deg
 from pcnet3d.pipeline import InputError, Take, rotate
 from pcnet3d.pipeline.core.frames import GL_CAMERA, change_frame
 from pcnet3d.pipeline.core.rotations import angle_deg
@@ -63,7 +63,7 @@ def test_the_pooled_up_is_no_surer_than_the_surest_person(scene, both):
         assert rectified.up_error_deg[0] == pytest.approx(surest)
     for one in alone:  # what a lifter leans with all its frames, in pitch and in roll, less what feet tell
         up, bodies_deg = one.up_own["frames"]
-        assert bodies_deg >= np.hypot(*pitch_roll_error_deg(up, LEAN_DEG)) - 1e-9
+        assert bodies_deg >= np.hypot(*stated_deg(up, LEAN_DEG)) - 1e-9
     assert both[0].up_shares.keys() == {"person 0", "person 1"}
     assert sum(both[0].up_shares.values()) == pytest.approx(1)
 

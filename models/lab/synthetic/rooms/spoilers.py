@@ -1,11 +1,13 @@
 """What a real camera adds to an image: people, the lens, motion, light, noise of the sensor, JPEG."""
 
+from __future__ import annotations
+
 import cv2
 import numpy as np
 
-from golden.furniture import colour
-from golden.textures import SIDE, fractal, texture
-from golden.views import View
+from .furniture import colour
+from .textures import SIDE, fractal, texture
+from .views import View
 
 SKIN = (205, 160, 130)
 # Joints of a standing person: metres to the right and up.
@@ -51,8 +53,8 @@ def paint_person(image: np.ndarray, view: View, rng: np.random.Generator) -> np.
     for part, limbs in LIMBS.items():
         mask = np.zeros_like(changed)
         for a, b, thick in limbs:
-            ends = [tuple(round(v) for v in pixels[joint]) for joint in (a, b)]
-            cv2.line(mask, *ends, 1, max(1, int(thick * metre)), cv2.LINE_8)
+            ends = np.round([pixels[a], pixels[b]]).astype(int).tolist()
+            cv2.line(mask, ends[0], ends[1], 1, max(1, int(thick * metre)), cv2.LINE_8)
         rows, columns = np.nonzero(mask)
         image[rows, columns] = np.clip(paints[part] / 128 * cloth[rows % SIDE, columns % SIDE, None], 0, 255)
         changed |= mask
@@ -80,7 +82,7 @@ def lit(gain: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def blurred(image: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Sharp, out of focus or moved, each as often as in videos; at most 0.4 % of the longer side."""
+    """(H, W, 3) sharp, out of focus or moved, each as often as in videos; at most 0.4 % of the longer side."""
     most = 0.004 * max(image.shape)
     how = rng.choice(["sharp", "defocus", "motion"], p=[0.5, 0.3, 0.2])
     if how == "sharp":
@@ -97,7 +99,7 @@ def blurred(image: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def noisy(image: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Noise of the sensor, brightness more than colour; it repeats after SIDE pixels."""
+    """(H, W, 3) with noise of the sensor, brightness more than colour; it repeats after SIDE pixels."""
     sigma = rng.choice([1, 3, 8], p=[0.4, 0.4, 0.2]) * rng.uniform(0.5, 1.2)
     noise = rng.standard_normal((SIDE, SIDE, 1), np.float32) + 0.5 * rng.standard_normal(
         (SIDE, SIDE, 3), np.float32
@@ -109,13 +111,15 @@ def noisy(image: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 def compressed(image: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """To JPEG of quality 25 to 90 and back."""
+    """(H, W, 3) to JPEG of quality 25 to 90 and back."""
     quality = int(rng.integers(25, 91))
     done, data = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])
     assert done
-    return cv2.imdecode(data, cv2.IMREAD_COLOR)  # the order of the channels does not matter to either
+    return np.asarray(
+        cv2.imdecode(data, cv2.IMREAD_COLOR)
+    )  # the order of the channels does not matter to either
 
 
 def spoilt(image: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """What happens behind the lens."""
+    """(H, W, 3) with what happens behind the lens."""
     return compressed(noisy(blurred(image, rng), rng), rng)

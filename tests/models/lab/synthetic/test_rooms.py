@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from golden.rooms import KINDS, no_lines, room, street
-from golden.spoilers import paint_person, through_lens
-from golden.views import Canvas, Plane, View, clip_near, held
+from pcnet3d.models.lab.synthetic.rooms import KINDS, no_lines, room, street
+from pcnet3d.models.lab.synthetic.rooms.spoilers import paint_person, through_lens
+from pcnet3d.models.lab.synthetic.rooms.views import Canvas, Plane, View, clip_near, held
 from pcnet3d.pipeline.core.camera import view_rotation
 
 Z = np.array([0, 0, 1.0])

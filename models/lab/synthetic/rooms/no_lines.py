@@ -5,11 +5,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from golden.furniture import colour, paint_all, turned
-from golden.plants import leaves, tree
-from golden.shots import Room, angles, taken
-from golden.textures import fractal
-from golden.views import Canvas, Plane, held
+from .furniture import colour, paint_all, turned
+from .plants import leaves, tree
+from .shots import Room, angles, taken
+from .textures import fractal
+from .views import Canvas, Plane, held
 
 GREEN = np.array([85, 125, 55])
 Z = np.array([0, 0, 1.0])

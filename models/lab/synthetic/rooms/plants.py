@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.furniture import Group, Rope, colour
-from golden.views import Canvas
+from .furniture import Group, Rope, colour
+from .views import Canvas
 
 
 @dataclass(eq=False)
@@ -37,6 +37,7 @@ class Leaves:
 
 
 def leaves(rng: np.random.Generator, middle, radius, leaf: float, n: int, paint: np.ndarray) -> Leaves:
+    """n leaves of a colour (3,) within an ellipsoid of middle (3,) and radius (3,)."""
     shades = paint * rng.uniform(0.35, 1.25, (n, 1)) * rng.uniform(0.85, 1.1, (n, 3))
     return Leaves(
         np.asarray(middle, float), np.asarray(radius), leaf, shades.clip(0, 255), int(rng.integers(2**31))
@@ -44,7 +45,7 @@ def leaves(rng: np.random.Generator, middle, radius, leaf: float, n: int, paint:
 
 
 def tree(rng: np.random.Generator, at: np.ndarray, height: float, lean: float) -> Group:
-    """A trunk in bent pieces, radians off the vertical, and a crown."""
+    """At a point (3,): a trunk in bent pieces, radians off the vertical, and a crown."""
     bark, azimuth = colour(rng, (0.15, 0.4)), rng.uniform(0, 2 * np.pi)
     t = np.linspace(0, 1, 9)[:, None]
     direction = np.array([np.sin(lean) * np.cos(azimuth), np.sin(lean) * np.sin(azimuth), np.cos(lean)])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.views import Canvas, Plane
+from .views import Canvas, Plane
 
 LIGHT = np.array([0.3, 0.5, 0.8])  # world; the side from which faces are brighter
 
@@ -94,7 +94,7 @@ def standing(at, size, yaw: float, paint, details=None, texture=None) -> Box:
 
 
 def beam(a: np.ndarray, b: np.ndarray, thick: float, paint: np.ndarray) -> Box:
-    """A square stick from a to b."""
+    """A square stick from a (3,) to b (3,)."""
     axis = (b - a) / np.linalg.norm(b - a)
     side = np.cross(axis, [0.3, 0.9, 0.1] if abs(axis[2]) > 0.9 else [0, 0, 1.0])
     side /= np.linalg.norm(side)
@@ -142,13 +142,13 @@ class Rope:
 
 
 def rope(a: np.ndarray, b: np.ndarray, sag: float, thick: float, paint: np.ndarray) -> Rope:
-    """A rope that hangs from a to b, its middle lower by metres."""
+    """A rope that hangs from a (3,) to b (3,), its middle lower by metres."""
     t = np.linspace(0, 1, 13)[:, None]
     return Rope(a + t * (b - a) - 4 * sag * t * (1 - t) * [0, 0, 1.0], thick, paint)
 
 
 def cable(rng: np.random.Generator, at: np.ndarray, paint: np.ndarray) -> Rope:
-    """A cable that winds along the floor from a point."""
+    """A cable that winds along the floor from a point (3,)."""
     heading = rng.uniform(0, 2 * np.pi) + np.cumsum(rng.normal(0, 0.35, 16))
     steps = 0.18 * np.stack([np.cos(heading), np.sin(heading), 0 * heading], axis=1)
     return Rope(above(at, 0.01) + np.cumsum(steps, axis=0), 0.02, paint)
@@ -173,6 +173,7 @@ def table(rng: np.random.Generator, at, yaw: float) -> Group:
 
 
 def chair(rng: np.random.Generator, at, yaw: float) -> Group:
+    """A chair at a point (3,) of the floor, turned by radians."""
     paint, axes = colour(rng), turned(yaw)
     feet = [at + 0.2 * (sx * axes[0] + sy * axes[1]) for sx in (-1, 1) for sy in (-1, 1)]
     legs = [beam(foot, above(foot, 0.44) + 0.04 * (at - foot), 0.03, 0.6 * paint) for foot in feet]
@@ -198,11 +199,11 @@ def chest(rng: np.random.Generator, at, size, yaw: float) -> Box:
             canvas.fill(plane.rect(0, y - 0.006, width, y + 0.006), paint * dark)
 
     paint = colour(rng)
-    return standing(at, size, yaw, paint, details, rng.choice(["wood", "cloth", None]))
+    return standing(at, size, yaw, paint, details, ("wood", "cloth", None)[int(rng.integers(3))])
 
 
 def ladder(rng: np.random.Generator, foot: np.ndarray, top: np.ndarray) -> Group:
-    """A ladder that leans."""
+    """A ladder that leans, from its foot (3,) to its top (3,)."""
     paint = colour(rng, saturation=0.6)
     side = np.cross(top - foot, [0, 0, 1.0])
     side *= 0.2 / np.linalg.norm(side)

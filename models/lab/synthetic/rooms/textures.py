@@ -1,5 +1,7 @@
 """Grey textures that repeat without a seam: gains of a surface's colour, 128 leaves it as it is."""
 
+from __future__ import annotations
+
 from functools import cache
 
 import cv2
@@ -11,7 +13,7 @@ SIDE = 512  # pixels
 def fractal(
     seed: int, falloff: float, stretch: float = 1.0, side: int = SIDE, knee: float = 4.0
 ) -> np.ndarray:
-    """(side, side) noise of mean 0 and standard deviation 1 that repeats: power falls as frequency**-falloff.
+    """(N, N) noise, N = side, of mean 0 and standard deviation 1 that repeats: power falls as frequency**-falloff.
 
     stretch: how much longer its streaks are along x than along y. knee: cycles a side below which it is flat.
     """
@@ -43,7 +45,7 @@ def _bricks() -> np.ndarray:
 
 @cache
 def texture(name: str) -> tuple[list[np.ndarray], float]:
-    """The texture at full, half, quarter ... resolution, uint8, and the metres along its side."""
+    """The texture (H, H) at full, half, quarter ... resolution, uint8, and the metres along its side."""
     noise, metres = {
         "plaster": lambda: (0.015 * fractal(1, 2.4) + 0.01 * fractal(2, 0.5), 3.0),
         "carpet": lambda: (0.03 * fractal(3, 2) + 0.12 * fractal(4, 0.6), 1.2),

@@ -7,7 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from golden.furniture import (
+from .furniture import (
     Box,
     above,
     beam,
@@ -21,14 +21,10 @@ from golden.furniture import (
     table,
     turned,
 )
-from golden.no_lines import KINDS, no_lines
-from golden.plants import leaves
-from golden.shots import Room, angles, taken
-from golden.streets import street
-from golden.views import Canvas, Plane, View, held
-from golden.walls import style, wall
-
-__all__ = ["KINDS", "Room", "no_lines", "room", "street"]
+from .plants import leaves
+from .shots import Room, angles, taken
+from .views import Canvas, Plane, View, held
+from .walls import style, wall
 
 X, Y, Z = np.eye(3)
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from golden.textures import texture
-from pcnet3d.pipeline.core.camera import view_rotation
+from .....pipeline.core.camera import view_rotation
+from .textures import texture
 
 NEAR = 0.12  # metres; what is nearer to the camera is clipped
 MARGIN = 0.05  # of the longer side: painted beyond the border, for a lens that sees more than a pinhole
@@ -60,7 +60,7 @@ def held(rng: np.random.Generator, pitch_deg: float, roll_deg: float) -> View:
     longer = int(rng.choice([640, 960, 1280, 1280, 1280, 1600, 1920]))
     size = (longer, int(longer / rng.choice([4 / 3, 3 / 2, 16 / 9])))
     if rng.random() < 0.35:
-        size = size[::-1]
+        size = (size[1], size[0])
     R = view_rotation(np.array(rng.uniform(0, 360)), np.array(pitch_deg), np.array(roll_deg))
     centre = np.array(size) / 2 + rng.uniform(-0.01, 0.01, 2) * longer
     focal_px = rng.uniform(0.65, 1.1) * longer
@@ -90,7 +90,7 @@ class Plane:
 
 
 def clip_near(points: np.ndarray) -> np.ndarray:
-    """(n, 3) corners in the camera -> corners of the part of the polygon beyond NEAR, possibly none."""
+    """(N, 3) corners in the camera -> corners of the part of the polygon beyond NEAR, possibly none."""
     depth = points[:, 2] - NEAR
     if (depth > 0).all():
         return points
@@ -111,7 +111,7 @@ class Canvas:
         width, height = (side + 2 * view.margin for side in view.size)
         self.colour = np.empty((FINE * height, FINE * width, 3), np.uint8)
         cv2.rectangle(self.colour, (0, 0), self.colour.shape[1::-1], background, cv2.FILLED)
-        self.gain = np.full((height, width), 128, np.uint8)
+        self.gain: np.ndarray = np.full((height, width), 128, np.uint8)
 
     def seen(self, corners: np.ndarray) -> np.ndarray:
         """(n, 3) corners of a convex polygon, world -> (m, 2) canvas pixels; none where it is not in the image."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from golden.spoilers import lit, paint_person, spoilt, through_lens
-from golden.views import Canvas
+from .spoilers import lit, paint_person, spoilt, through_lens
+from .views import Canvas
 
 
 @dataclass(frozen=True, eq=False)

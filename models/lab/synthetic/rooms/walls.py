@@ -1,12 +1,14 @@
 """Walls of rooms and fronts of houses, with what is on them."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from golden.furniture import Box, colour, standing
-from golden.views import Canvas, Plane
+from .furniture import Box, colour, standing
+from .views import Canvas, Plane
 
 WHITE = np.array([235, 233, 228])
 
@@ -23,6 +25,7 @@ class Style:
 
 
 def style(rng: np.random.Generator, textures=("plaster", "plaster", "plaster", "bricks")) -> Style:
+    """How a room or a street is furnished, its walls of one of the textures."""
     richness = float(rng.choice([0.0, 0.25, 0.5, 0.8, 1.0], p=[0.1, 0.2, 0.3, 0.25, 0.15]))
     trim = WHITE * rng.uniform(0.8, 1) if rng.random() < 0.6 else colour(rng, (0.2, 0.6), 0.6)
     bars = int(rng.integers(1, 4)), int(rng.integers(1, 4))
@@ -53,6 +56,7 @@ def panes(canvas: Canvas, plane: Plane, rng, box: tuple[float, float, float, flo
 
 
 def door(canvas: Canvas, plane: Plane, rng, x: float, taste: Style) -> float:
+    """A door from x metres on, closed or open; its width."""
     width, height = rng.uniform(0.75, 1.0), rng.uniform(1.98, 2.15)
     canvas.fill(plane.rect(x - 0.07, 0, x + width + 0.07, height + 0.07), taste.trim)
     leaf = colour(rng, (0.35, 0.95))
@@ -76,12 +80,15 @@ def images(canvas: Canvas, plane: Plane, rng, x: float) -> float:
     canvas.textured(inner, colour(rng, saturation=0.9), "cloth")
     for _ in range(rng.integers(1, 6)):
         a, b = np.sort(rng.uniform(0.1, 0.9, (2, 2)), axis=0) * [width, height] + [x, y]
-        canvas.fill(plane.rect(*a, *b, rng.choice([0, rng.uniform(0, 90)])), colour(rng, saturation=0.9))
+        canvas.fill(
+            plane.rect(a[0], a[1], b[0], b[1], rng.choice([0, rng.uniform(0, 90)])),
+            colour(rng, saturation=0.9),
+        )
     return width
 
 
 def shelf(plane: Plane, normal: np.ndarray, rng, x: float, low: float) -> tuple[list, float]:
-    """Boards with books on a wall, as a box whose face carries them."""
+    """Boards with books on a wall of normal (3,), as a box whose face carries them."""
     width, rows, step = rng.uniform(0.6, 1.8), int(rng.integers(1, 6)), rng.uniform(0.28, 0.4)
     wood, seed = colour(rng), int(rng.integers(2**31))
 
@@ -100,12 +107,13 @@ def shelf(plane: Plane, normal: np.ndarray, rng, x: float, low: float) -> tuple[
                 at += thick + 0.003 + (books.uniform(0.05, 0.5) if books.random() < 0.15 else 0)
 
     size = np.array([width, 0.26, rows * step])
-    at = plane.at([[x + width / 2, low]])[0] + 0.13 * normal
+    at = plane.at(np.array([[x + width / 2, low]]))[0] + 0.13 * normal
     yaw = np.arctan2(plane.right[1], plane.right[0])
     return [standing(at, size, yaw, wood, details)], width
 
 
 def radiator(plane: Plane, normal: np.ndarray, rng, x: float) -> tuple[list, float]:
+    """A radiator on a wall of normal (3,), from x metres on; its width."""
     width, height = rng.uniform(0.5, 1.6), rng.uniform(0.4, 0.7)
     pitch = rng.uniform(0.04, 0.09)
 
@@ -113,7 +121,7 @@ def radiator(plane: Plane, normal: np.ndarray, rng, x: float) -> tuple[list, flo
         for rib in np.arange(pitch, across - pitch / 2, pitch):
             canvas.fill(face.rect(rib, 0.05, rib + 0.25 * pitch, tall - 0.05), 0.72 * WHITE)
 
-    at = plane.at([[x + width / 2, 0.12]])[0] + 0.07 * normal
+    at = plane.at(np.array([[x + width / 2, 0.12]]))[0] + 0.07 * normal
     yaw = np.arctan2(plane.right[1], plane.right[0])
     return [standing(at, (width, 0.1, height), yaw, WHITE, ribs)], width
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from golden.furniture import (
+from .furniture import (
     Box,
     Group,
     Patch,
@@ -18,11 +18,11 @@ from golden.furniture import (
     standing,
     turned,
 )
-from golden.plants import tree
-from golden.shots import Room, angles, taken
-from golden.textures import fractal
-from golden.views import Canvas, Plane, View, held
-from golden.walls import Style, front, style
+from .plants import tree
+from .shots import Room, angles, taken
+from .textures import fractal
+from .views import Canvas, Plane, View, held
+from .walls import Style, front, style
 
 Z = np.array([0, 0, 1.0])
 
@@ -70,7 +70,7 @@ def _ground(canvas: Canvas, rng: np.random.Generator, along: float, wide: float)
             canvas.fill(plane.rect(x, low, x + joint, high), 0.6 * paint)
         for y in np.arange(slab, 6, slab) * side + 60 + edge:
             canvas.fill(plane.rect(40, y, 110, y + joint), 0.6 * paint)
-    for x in np.arange(52, 100, 5) if rng.random() < 0.5 else ():
+    for x in map(float, range(52, 100, 5)) if rng.random() < 0.5 else ():
         canvas.fill(plane.rect(x, 59.93, x + 2.5, 60.07), np.full(3, 225.0))
 
 
@@ -124,12 +124,12 @@ def _street_things(rng: np.random.Generator, along: float, wide: float, view: Vi
             things.append(chest(rng, at, rng.uniform([0.4, 0.4, 0.7], [1.5, 1, 1.4]), rng.uniform(0, np.pi)))
         else:
             ends = [at + rng.uniform(-10, 10) * u + s * wide * v + rng.uniform(4, 7) * Z for s in (-0.5, 0.5)]
-            things.append(rope(*ends, rng.uniform(0.2, 1), 0.04, np.full(3, 30.0)))
+            things.append(rope(ends[0], ends[1], rng.uniform(0.2, 1), 0.04, np.full(3, 30.0)))
     return things
 
 
 def car(rng: np.random.Generator, at: np.ndarray, yaw: float) -> Group:
-    """A car of two boxes with windows, on dark wheels."""
+    """At a point (3,): a car of two boxes with windows, on dark wheels."""
     paint, axes = colour(rng, saturation=0.9), turned(yaw)
     glass = np.array([40, 45, 50])
 
