@@ -44,6 +44,7 @@ class Angles:
     name: ClassVar[str] = "angles"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered")
     gives: ClassVar[tuple[str, ...]] = ("kinematics", "filtered", "angle_errors")
+    renews: ClassVar[tuple[str, ...]] = ("kinematics",)  # which hold: of `filtered` only the error changes
     reads: ClassVar[tuple[str, ...]] = Lift.reads  # which lifts a second time
 
     def __post_init__(self) -> None:

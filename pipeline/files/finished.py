@@ -205,7 +205,7 @@ def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
         frames_known=of.frames_known,
         seams=of.seams,
         person=of.person,
-        history=summary.history[: of.steps],
+        history=tuple(step for step in summary.history if step.name != "rectify")[: of.steps],
         made_by=of.made_by,
         derived=of.derived,
         root_shared=of.root_shared,

@@ -33,6 +33,8 @@ def skeleton_player(take: Take) -> Markup:
     drawn = with_feet(level)
     points, on_floor = _standing(drawn, rows)
     seen = points[is_finite(points)]
+    if not len(seen):
+        return Markup("")
     height = float(np.nanpercentile(points[..., 2].max(axis=1, where=is_finite(points), initial=0), 90))
     step = float(np.abs(seen).max()) / _STEPS
     whole = np.where(is_finite(points)[..., None], np.nan_to_num(np.round(points / step)), _MISSING).astype(
@@ -67,7 +69,7 @@ def _standing(level: PoseSequence, rows: np.ndarray) -> tuple[np.ndarray, str]:
     feet = [
         i for i, name in enumerate(level.layout.joints) if "ankle" in name or "toe" in name or "heel" in name
     ]
-    if level.root is None:
+    if level.root is None or not is_finite(level.root[rows]).any():
         lowest = joints[:, feet, 2].min(axis=1, where=is_finite(joints[:, feet]), initial=np.inf)
         seen = np.isfinite(lowest)
         lowest = np.where(seen, lowest, np.median(lowest[seen]) if seen.any() else 0.0)

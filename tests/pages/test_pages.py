@@ -44,6 +44,7 @@ def test_what_is_not_run():
         "detect: downloads networks",
         "gallery: needs the project's own data, and minutes",
         "security: minutes, and files of the repository",
+        "lifter: needs the project's own data, and a lifter",
         "lifting: needs networks that others publish; tests/models/lifter runs small ones of their forms",
         "lifting: needs MotionBERT's repository and weights",
         "lifting: needs VideoPose3D's repository and weights",
@@ -51,6 +52,7 @@ def test_what_is_not_run():
         "place: needs a video and a network's time",
         "training: needs a machine on which nothing is installed",
         "training: needs the project's own data",
+        "training: needs the project's own data, and hours",
         "training: needs the project's own data, and most of an hour",
         "training: needs the motion capture that the shipped networks were trained on, and hours",
     }

@@ -45,7 +45,7 @@ SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (
 )
 _KNOTS = (0.02, 0.25, 0.5, 0.75, 0.98)  # quantiles of the found angle, to the nearest 5 degrees
 _ROWS = "errors.json"
-_BLAZEPOSE = str(data_folder() / "models" / "pose_landmark_lite.onnx")  # another lifter, of the data
+_BLAZEPOSE = Path("models", "pose_landmark_lite.onnx")  # of the data: another lifter
 FITTED = (
     "bodies alone",
     "image",
@@ -98,6 +98,7 @@ def asked(question: Question, answers: Answers | None = None) -> dict[str, Confi
             for image in (False, True)
         }
     own = Configuration(lifter=str(question.lifter))
+    another = replace(own, lifter=str(data_folder() / _BLAZEPOSE))
     return {
         "bodies alone": own,
         "image": replace(own, image=True),
@@ -115,7 +116,7 @@ def asked(question: Question, answers: Answers | None = None) -> dict[str, Confi
         "simulated foreign lifters": Configuration(foreign=Simulated()),
         "real take": replace(own, real=True),
         "real take, image": replace(own, real=True, image=True),
-        "real take, image, BlazePose": Configuration(lifter=_BLAZEPOSE, real=True, image=True),
+        "real take, image, BlazePose": replace(another, real=True, image=True),
     }
 
 

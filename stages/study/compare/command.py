@@ -145,7 +145,7 @@ def compared(
     for side in others:
         near = from_same_place(side, reference)
         found = changes(side, reference, near)
-        differ = [*told_apart(side, reference), *["cadences"] * other_cadence(found)]
+        differ = [*told_apart(side, reference), *["cadences"] * other_cadence(side, reference)]
         how, said = _aligned(side, reference, differ, align, offset_s, search_s)
         pair = replace(_pair(side, reference, how), changes=found, same_place=near)
         pairs.append(pair)

@@ -129,7 +129,7 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
         },
         "walking": {"steps": 4, "cadence_spm": 98.0, "cadence_error_spm": 1.2, "frames": 98, "nan_share": 0.0},
     }  # fmt: skip
-    beside, said = ranges(grouped(rows_of(measures))), happened(rows_of(measures), "m")
+    beside, said = ranges(grouped(rows_of(measures)), None), happened(rows_of(measures), "m")
     assert "<td class=soft>-19 ± 41 %</td>" in beside
     assert "<td>45 ± 26 %</td>" in beside
     assert "<td class=soft>-156 to 20</td>" in beside
@@ -142,7 +142,7 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
 
 
 def test_no_measures():
-    assert happened((), "m") == ranges({}) == measure_tables({}) == ""
+    assert happened((), "m") == ranges({}, None) == measure_tables({}) == ""
 
 
 @pytest.mark.parametrize(("length", "per_second"), [("m", "m/s"), ("au", "au/s")])

@@ -41,7 +41,13 @@ def study(subjects: int = 12) -> list[dict]:
                 "frames": 100 + 37 * i,
                 "duration_s": 3.3,
             }
-            row |= {"level_ok": i != 4, "up_bound_deg": None if i == 5 else float(i), "error_deg_mean": 4.0}
+            row |= {
+                "judged": False,
+                "gait": "",
+                "level_ok": i != 4,
+                "up_bound_deg": None if i == 5 else float(i),
+                "error_deg_mean": 4.0,
+            }
             rows.append(
                 {
                     **row,

@@ -17,6 +17,7 @@ from pcnet3d.models.lab.evaluation.foreign import KINDS, Answers, Simulated
 from pcnet3d.models.lab.evaluation.testbed import see, write_takes
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 from refusals import refused
 
@@ -87,7 +88,9 @@ def test_keypoints_go_with_nothing_that_makes_other_takes(tmp_path):
 
 
 def test_errors_are_fitted_to_a_users_answers_and_judged_with_the_file(clip, folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(report, "ANGLES", {"r_knee_flexion": None, "l_knee_flexion": None})
+    monkeypatch.setattr(
+        report, "ANGLES", {name: ANGLES[name] for name in ("r_knee_flexion", "l_knee_flexion")}
+    )
     asked = {"sets": "tennis", "because": "a test", "seed": 3, "answers": folder, "part": ["mine, wild"]}
     errors(output=tmp_path / "fitted", fit=True, **asked)
     path = tmp_path / "fitted" / "joint_noise.json"

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from pcnet3d.models.lab.errors import report
+from pcnet3d.models.lab.evaluation.sets import Question
 from pcnet3d.models.lab.fits import refit as module
 from pcnet3d.models.lab.fits.refit import Step, refit, steps
 from pcnet3d.pipeline.core.errors import InputError
@@ -74,7 +75,8 @@ def test_every_fitted_file_of_the_package_has_a_step_after_what_it_rests_on(tmp_
     assert names[-1] == "judged/errors.json"
 
 
+@pytest.mark.data
 def test_errors_are_never_fitted_to_the_real_take():
-    configurations = report.asked("pcnet3d")
+    configurations = report.asked(Question())
     assert set(report.FITTED) < set(configurations)
     assert not any(configurations[name].real for name in report.FITTED)

@@ -25,7 +25,13 @@ NAME = "range_of_motion.r_knee_flexion.p05_p95_deg"
 
 def row(subject, visit, value, condition=""):
     labels = {"subject": subject, "visit": visit, "condition": condition}
-    return {**labels, "level_ok": True, "measures": {} if value is None else by_place({NAME: value})}
+    return {
+        **labels,
+        "level_ok": True,
+        "judged": False,
+        "gait": "",
+        "measures": {} if value is None else by_place({NAME: value}),
+    }
 
 
 @pytest.mark.parametrize("doubt", [{"level_ok": False}, {"verdict": "unusable"}])
