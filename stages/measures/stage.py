@@ -54,6 +54,7 @@ from .figures import (
 from .floor import floor
 from .jumps import absorbs, jumping, jumps
 from .smoothness import path_length
+from .strikes import strikes
 from .walking import FEWEST, doubts, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
@@ -152,6 +153,7 @@ def measures(
     floor: height, slope along the walk and stairs by where the feet stand, where the pelvis path is known; of a belt
         the height, and `slope_reason`.
     jumps: flights in which the centre of mass falls freely, where the pelvis path is known (stages/measures/jumps.py).
+    punches, kicks: fast movements of a limb, by side (stages/measures/strikes.py); they have no errors yet, and say so.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
     `frames` is how many frames a figure rests on, `nan_share` the share of the take's frames that have no value.
@@ -175,6 +177,7 @@ def measures(
         *within("symmetry", _symmetry(take, ranges, named)),
         *within("knee_bends", _knee_bends(take, gait, jumped, apart)),
         *within("arm_raises", _arm_raises(take)),
+        *strikes(filtered, rectified),
         *within("repetitions", on_demand),
         *within("walking", walk),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
