@@ -22,7 +22,11 @@ from .walking import FEWEST
 
 # Chosen on 14 takes of single punches and 21 of single kicks of ACCAD m2 (train), beside its walks, runs, blocks and
 # ducks: lengths of the limb, and those a second.
-_PUNCH_RISES, _PUNCH_REACH, _PUNCH_SPEED = 0.3, 0.8, 4.0  # punches: 0.41 and more, 0.9, 5.4
+_PUNCH_RISES, _PUNCH_REACH, _PUNCH_SPEED = (
+    0.25,
+    0.75,
+    4.0,
+)  # punches: 0.41 and more, 0.9, 5.4; lifted ones are shorter
 _PUNCH_HEIGHT = (-0.6, 0.6)  # arms, of the wrist over the shoulder: from the body's middle to over the head
 _KICK_HEIGHT, _KICK_SPEED = 0.8, 3.5  # kicks: 1.08 and more, 4.4; a runner's foot rises to 0.61
 _LIMBS = {"punches": ("shoulder", "elbow", "wrist"), "kicks": ("hip", "knee", "ankle")}
@@ -48,7 +52,9 @@ def strikes(level: PoseSequence, rectified: Rectified) -> list[Row]:
     rows: list[Row] = []
     for movement in _LIMBS:
         if not rectified.level_ok:
-            rows += within(movement, [Remark("reason", f"the take is not levelled: {rectified.level_reason}")])
+            rows += within(
+                movement, [Remark("reason", f"the take is not levelled: {rectified.level_reason}")]
+            )
             continue
         for words, side in SIDES.items():
             rows += within(movement, within(words, _of_side(level, movement, side), words))
@@ -65,7 +71,9 @@ def _of_side(level: PoseSequence, movement: str, side: str) -> list[Row]:
     found = [
         one
         for one in repetitions(driver, level.times, least, breaks(level))
-        if counts(limb, _rows(level.times, one.start_s, one.stop_s), int(level.times.searchsorted(one.peak_s)))
+        if counts(
+            limb, _rows(level.times, one.start_s, one.stop_s), int(level.times.searchsorted(one.peak_s))
+        )
     ]
     rows: list[Row] = [Measure("count", len(found)), *basis(driver)]
     if not found:

@@ -59,7 +59,7 @@ _ERRORS = (
     "Grey: a difference that lies within its ±, which is its MDC90 too: beyond it lies one in ten of no difference."
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
-_ELSEWHERE = ("range_of_motion", "symmetry", "paths")  # beside the angles and the speeds
+_ELSEWHERE = ("range_of_motion", "symmetry", "paths", "off_keypoints")  # beside the angles and the speeds
 _RANGES = ("lowest", "highest", "full_range", "p05_p95")
 _FEW = 3  # members, which are a table's columns
 _MANY = 20  # a list of more is too long for a table
