@@ -77,8 +77,8 @@ def repetitions(
 
 def _held(up: np.ndarray, up_s: np.ndarray, down: np.ndarray, down_s: np.ndarray) -> float:
     """Seconds from when a rise comes to four fifths of its height to when the return leaves them."""
-    first = int(np.argmax(up >= up.min() + _HELD * (up[-1] - up.min())))
-    last = int(np.flatnonzero(down >= down.min() + _HELD * (down[0] - down.min()))[-1])
+    first = int(np.flatnonzero(up <= up.min() + _HELD * (up[-1] - up.min()))[-1])
+    last = int(np.argmax(down <= down.min() + _HELD * (down[0] - down.min())))
     return float(down_s[last] - up_s[first])
 
 

@@ -149,8 +149,8 @@ def measures(
         counts too, landing does not); peak_deg is the less bent knee's; squats: how many reach 70 degrees. arm_raises:
         an arm goes up and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35
         (knees), 50 (arms) or 20 degrees at least, by half of the largest change in the take, and by more than noise
-        makes: twice the standard deviation of a difference of two values. Means are of those that no gap cuts. holds: those
-        that stay at the top for over 3 s, which no count or mean has.
+        makes: twice the standard deviation of a difference of two values. Means are of those that no gap cuts.
+        holds: those that stay at the top for over 3 s, which no count or mean has.
         count_reason: when one more may have been where the angle is missing; `reason` where none was seen.
     walking: steps and strides between the feet's initial contacts (models/gait), in walks of three steps or more
         and runs of two, without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the
