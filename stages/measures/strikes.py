@@ -13,10 +13,11 @@ import numpy as np
 
 from ...models.gait.of_take import SIDES
 from ...pipeline.core.measures import Measure, Remark, Row, within
+from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.filters import breaks, derivative
-from .cycles import Repetition, repetitions
+from .cycles import Repetition, hiding, repetitions
 from .figures import basis, figure, moments
 from .walking import FEWEST
 
@@ -28,7 +29,7 @@ _PUNCH_RISES, _PUNCH_REACH, _PUNCH_SPEED = (
     4.0,
 )  # punches: 0.41 and more, 0.9, 5.4; lifted ones are shorter
 _PUNCH_HEIGHT = (-0.6, 0.6)  # arms, of the wrist over the shoulder: from the body's middle to over the head
-_KICK_HEIGHT, _KICK_SPEED = 0.8, 3.5  # kicks: 1.08 and more, 4.4; a runner's foot rises to 0.61
+_KICK_HEIGHT, _KICK_SPEED = 0.8, 2.5  # kicks: 1.08 and more, 4.4 (lifted 3.2); a runner's foot rises to 0.61
 _LIMBS = {"punches": ("shoulder", "elbow", "wrist"), "kicks": ("hip", "knee", "ankle")}
 UNJUDGED = "what these figures are off by has not been measured"
 
@@ -75,7 +76,10 @@ def _of_side(level: PoseSequence, movement: str, side: str) -> list[Row]:
             limb, _rows(level.times, one.start_s, one.stop_s), int(level.times.searchsorted(one.peak_s))
         )
     ]
-    rows: list[Row] = [Measure("count", len(found)), *basis(driver)]
+    gaps = hiding(driver, level.times, least, breaks(level))
+    unseen = "count_reason" if found else "reason"
+    said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
+    rows: list[Row] = [Measure("count", len(found)), *said, *basis(driver)]
     if not found:
         return rows
     rows += [Remark("error_reason", UNJUDGED), moments("start", (one.start_s for one in found))]
