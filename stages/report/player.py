@@ -55,7 +55,7 @@ def skeleton_player(take: Take) -> Markup:
     }
     squares = f"squares of {square:g} m" if unit == "m" else "the floor"
     caption = (
-        f"In LEVEL, up against gravity; {squares}. {on_floor} Orange is the person's right, blue the left. "
+        f"Turned upright; {squares}. {on_floor} Orange is the person's right, blue the left. "
         "Drag to turn it; the slider moves the cursor of every chart of time."
     )
     return player(

@@ -145,7 +145,7 @@ def test_no_measures():
     assert happened((), "m") == ranges({}, None) == measure_tables({}) == ""
 
 
-@pytest.mark.parametrize(("length", "per_second"), [("m", "m/s"), ("au", "au/s")])
+@pytest.mark.parametrize(("length", "per_second"), [("m", "m/s"), ("units", "units/s")])
 def test_lengths_and_speeds_have_the_unit_of_the_take(length, per_second):
     paths = {"root": {"path_length": 4.5, "mean_speed": 1.25}}
     walk = {"walking_speed": 1.25, "walking_speed_error": 0.02, "steps": 8}
