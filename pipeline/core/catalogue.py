@@ -200,7 +200,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The {part} {parts:?is/are} not seen by the detector {when}; what needs {parts:?it/them} is left out "
         "there."),
     "no-scale": ("warning", "",
-        "The source has no scale: lengths are in its own arbitrary units. Give the person's height (--stature "
+        "The source has no scale: lengths are in units of its own. Give the person's height (--stature "
         "METRES) for metres."),
     "scaled": ("repair", "",
         "Scaled by {factor:.4g} to a stature of {stature_m} m."),

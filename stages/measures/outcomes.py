@@ -24,6 +24,6 @@ def with_outcome(rows: Sequence[Row], looked: bool = True) -> list[Row]:
     return [Remark("outcome", code), *rows]
 
 
-def never_looked_for(reason: str) -> list[Row]:
+def never_looked_for() -> list[Row]:
     """The rows of a movement that no part of the program recognises."""
-    return [Remark("outcome", NOT_LOOKED_FOR), Remark("reason", reason)]
+    return [Remark("outcome", NOT_LOOKED_FOR)]

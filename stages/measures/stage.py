@@ -69,7 +69,6 @@ _HALF = 0.5  # and both by this part of the largest change in the take
 # Of the briefest repetition, for nobody repeats a movement to the frame: a gap that leaves room for a briefer one hides
 # none. Of 63 series of lifted squats and raises this tells the seven that a gap made one short, and no other.
 _AS_LONG = 0.8
-_SITTING = "sitting down and rising again count as a knee bend; how long somebody sits is not measured"
 _IN_BENDS = ("r_knee_flexion", "l_knee_flexion", "r_hip_flexion", "l_hip_flexion", "trunk_lean_sagittal")
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
@@ -157,7 +156,7 @@ def measures(
     sitting: nobody looks for it.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
-    Each movement has an `outcome`: seen, none, cannot-be-told or not-looked-for, the last two with a `reason`.
+    Each movement has an `outcome`: seen, none, cannot-be-told or not-looked-for, with a `reason` where one is known.
     `frames` is how many frames a figure rests on, `nan_share` the share of the take's frames that have no value.
     Smoothness (stages/measures/smoothness.py) is that of an angle's rate while it rises (up) and returns (down), the
     middle one of all repetitions. Cycles are curves of 101 points over 0 to 100 % of a repetition or stride, mean and
@@ -183,7 +182,7 @@ def measures(
         *within("walking", with_outcome(walk)),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
         *within("jumps", with_outcome(jumps(flights, jumped, rectified), flights.looked)),
-        *within("sitting", never_looked_for(_SITTING)),
+        *within("sitting", never_looked_for()),
         *within("paths", _paths(take, rectified)),
     )
 

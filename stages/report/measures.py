@@ -55,7 +55,7 @@ _WORDS = {
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
     "count_reason": "there may be more",
     "peak_mdc90": "MDC90 from peak to peak",
-    "nan_share": "share without a value", 
+    "nan_share": "share without a value",
 }  # fmt: skip
 _OUTCOMES = {CANNOT_BE_TOLD: "cannot be told", NOT_LOOKED_FOR: "not looked for"}
 _ERRORS = (
@@ -66,7 +66,7 @@ _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
 _ELSEWHERE = ("range_of_motion", "symmetry", "paths")  # beside the angles and the speeds
 _RANGES = ("lowest", "highest", "full_range", "p05_p95")
 # What a reader of the page needs a textbook for: summary.json and measures.csv have it.
-_FOR_FILES = ("sparc_up", "sparc_down", "log_dimensionless_jerk_up", "log_dimensionless_jerk_down", "places")
+FOR_FILES = ("sparc_up", "sparc_down", "log_dimensionless_jerk_up", "log_dimensionless_jerk_down", "places")
 _LARGE = ("walking_speed", "cadence", "mean_step_length")  # of a walk: the figures to be read first
 _FEW = 3  # members, which are a table's columns
 _MANY = 20  # a list of more is too long for a table
@@ -145,7 +145,7 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
     flat = {name: leaf for name, leaf in groups.items() if level > 2 and _is_flat(leaf)}
     said = {name: leaf for name, leaf in own.items() if isinstance(leaf, Remark)}
     running = text(own, "gait") == "running"
-    hidden = {*said, "frames", "nan_share", *_repeated(own), *_FOR_FILES}
+    hidden = {*said, "frames", "nan_share", *_repeated(own), *FOR_FILES}
     return (
         joined(
             small(f"{worded(name).capitalize()}: {leaf.text}.")
