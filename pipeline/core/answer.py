@@ -145,8 +145,8 @@ def _jumped(jumps: Group) -> list[str]:
 
 
 def _range(ranges: Group, name: str) -> str:
-    """Such as "knees 3 to 58 (right) and 2 to 68 (left) degrees, each end of the range ± 9"; empty where no side is to be
-    believed."""
+    """Such as "knees 3 to 58 (right) and 2 to 68 (left) degrees, each end of the range ± 9"; empty where no side is
+    to be believed."""
     sides = {"": name} if name in ranges else {side: f"{side[0]}_{name}" for side in _SIDES}
     parts, errors = [], []
     for side, angle in sides.items():

@@ -24,9 +24,6 @@ _ENDS = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
 # sprinters' feet and boxers' fists reach 5 to 7 (about 10 m/s); an arm raised in 5 s makes 0.2.
 _SPEEDS = (0.15, 8.0)
 _MOVES = 0.15  # statures: how far a hand or foot goes at least before slowness says anything
-# The same of slow steps at most: feet of a walk of 100 steps a minute reach 1.5, at 40 less than half of it. Whose hands
-# are faster is not slowed, as somebody who steps about before a serve.
-_BRISK = 1.5
 _FALL = 9.81 / 1.7  # statures / s2 of an adult; of people 1.2 to 2 m tall it is within a fifth of the pace
 _PACE = 1.5  # times too slow, or too fast; slow motion is of twice and more
 _STEPS_PER_MIN = (40.0, 240.0)  # stroke patients walk at 45 and more, sprinters run at up to 300
@@ -116,7 +113,7 @@ def pace_doubts(path: PoseSequence) -> list[Notice]:
         slow = _reach(joints[:, H36M17.indices(_ENDS)]) > _MOVES * stature
     cadence = _cadence(joints, path.times)
     if not (slow or fast) and cadence is not None:
-        slow, fast = cadence < _STEPS_PER_MIN[0] and fastest < _BRISK, cadence > _STEPS_PER_MIN[1]
+        slow, fast = cadence < _STEPS_PER_MIN[0], cadence > _STEPS_PER_MIN[1]
         found = f"the legs pass each other {cadence:.0f} times a minute"
     if not (slow or fast):
         return []

@@ -59,7 +59,8 @@ _WORDS = {
 }  # fmt: skip
 _OUTCOMES = {CANNOT_BE_TOLD: "cannot be told", NOT_LOOKED_FOR: "not looked for"}
 _ERRORS = (
-    "The true figure lies within ± in nine of ten cases; of one without ± the error is not known. A click on a figure says what it is. SD: standard deviation. "
+    "The true figure lies within ± in nine of ten cases; of one without ± the error is not known. "
+    "A click on a figure says what it is. SD: standard deviation. "
     "Grey: a difference that lies within its ±, which is its MDC90 too: beyond it lies one in ten of no difference."
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
