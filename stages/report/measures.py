@@ -51,7 +51,8 @@ from .glossary import explained
 _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
     "sd": "stated standard deviation", "beyond_anatomy_frames": "frames beyond anatomy",
-    "walking_speed": "speed", "walks": "stretches", "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
+    "walking_speed": "speed", "walks": "stretches",
+    "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
     "count_reason": "there may be more",
     "peak_mdc90": "MDC90 from peak to peak",

@@ -189,7 +189,7 @@ def test_a_gait_has_its_curves_over_the_gait_cycle_with_toe_offs(monkeypatch):
         "cycles": {f"{side}_knee_flexion": {"count": 4, "mean_deg": CURVE} for side in "rl"},
     }
     said = happened(rows_of({"walking": walking, "jumps": {"count": 0}}), "m")
-    assert figures(said)["walking speed"] == "3.10 ± 0.11 m/s"
+    assert figures(said)["speed"] == "3.10 ± 0.11 m/s"
     ((curves, share, name),) = drawn
     assert name == "gait cycle (%)"
     assert (share[0], share[-1]) == (0, 100)
