@@ -55,9 +55,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} in which nobody was "
         "seen: it may be somebody else from there on."),
     "no-joint-centres": ("warning", "files",
-        "Left out for want of joint centres: the points of {people}."),
+        "Left out, because they are not joint centres: the points of {people}."),
     "no-track-number": ("warning", "files",
-        "Left out for want of a track number: {unnamed:~detection} of {detections}; track=true "
+        "Left out, because they have no track number: {unnamed:~detection} of {detections}; track=true "
         "(--set keypoints.track=true) ignores the numbers and joins people to the nearest of the frames before."),
     "rebased-to-floor": ("warning", "files",
         "The lowest joint was put at height 0 in {rebased} of {frames:~frame}, and it was another one "
@@ -252,10 +252,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "foot-not-locked": ("note", "motion",
         "No foot is locked: there is no pelvis path from keypoints and a camera that stands still."),
     "gait-errors-unknown": ("note", "motion",
-        "The errors of the gait's figures are not known: nobody has judged the poses{by}."),
+        "The errors of the gait's figures are not known: these poses{by} have not been compared with a truth."),
     "gait-unlike-any-seen": ("warning", "motion",
-        "Nobody whom the errors of gait were fitted on had {figures}, {gait}: errors are stated larger the farther "
-        "that is from them, which nobody has judged."),
+        "The errors of gait were fitted on people who did not have {figures}, {gait}: the errors grow with the "
+        "distance, and were not compared with a truth there."),
     "single-frame": ("warning", "motion",
         "A single frame has no path: velocities and accelerations are missing."),
     "not-filtered": ("warning", "motion",
@@ -279,10 +279,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The errors of the angles are not known: the poses were estimated{by} in a world's axes, where no "
         "estimator has been judged."),
     "angle-errors-unjudged": ("note", "motion",
-        "The errors of the angles are not known: the poses were estimated{by}, which nobody has judged; give the "
-        "video's keypoints too, or a file of its errors (--set angles.errors=FILE)."),
+        "The errors of the angles are not known: the poses were estimated{by}, which was not compared with a truth; "
+        "give the video's keypoints too, or a file of its errors (--set angles.errors=FILE)."),
     "angle-errors-by-disagreement": ("note", "motion",
-        "Nobody has judged the errors of these poses{by}; those of the angles are stated by how far they are from "
+        "The errors of these poses{by} were not measured; those of the angles are stated by how far they are from "
         "the built-in lifter's on the same keypoints."),
     "angle-errors-of-file": ("note", "motion",
         "The errors of the angles are those that the given file states of {lifter}; the poses were estimated{by}."),
