@@ -6,7 +6,8 @@ The figures that documents quote are in figures.json, a block per evaluation, wi
 networks that it measured. An evaluation.json replaces the figures of its blocks; all others stay. Whether stated errors
 hold, and how large errors are, is in errors.json here; the rows of another one (of `pcnet3d evaluate errors`) replace
 those of the same configurations and people. Then what stands between `<!-- docs/accuracy/write.py: NAME -->` and
-`<!-- end -->` in a document is written from the macro NAME of tables.j2. Words around the figures are not measured: read them again.
+`<!-- end -->` in a document is written from the macro NAME of tables.j2. Words around the figures are not measured:
+read them again.
 """
 
 from __future__ import annotations

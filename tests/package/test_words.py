@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-
 from pcnet3d.pipeline.cli import load_command
 from pcnet3d.pipeline.core.notices import notices_table
 from pcnet3d.pipeline.core.refusals import refusals_table
@@ -48,7 +47,7 @@ def problems(text: str) -> list[str]:
 
 
 def texts() -> Iterator[tuple[str, str]]:
-    """Where a text stands, and the text: documents, the help of every command, the sentences of notices and refusals."""
+    """Name and text of every document, of the help of every command, and of all notices and refusals."""
     for path in DOCUMENTS:
         yield path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8")
     for name in registry.registered("commands"):
