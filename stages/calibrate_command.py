@@ -29,7 +29,9 @@ def calibrate(
     focal: Annotated[float | None, typer.Option(help="Focal length in pixels, if known.")] = None,
     gravity_network: Annotated[
         str | None,
-        typer.Option(help="Network to ask where lines do not show which way is up: geocalib, or an .onnx file."),
+        typer.Option(
+            help="Network to ask where lines do not show which way is up: geocalib, or an .onnx file."
+        ),
     ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="PNG to write: the lines by direction, the horizon, up.")
