@@ -170,7 +170,7 @@ class RunOptions(BaseModel):
     ] = None
     camera: Annotated[
         str | None,
-        _option(_CAMERA, "static or moving; without it the background shows which."),
+        _option(_CAMERA, "static or moving; else by the background of the images."),
         Tells("camera"),
     ] = None
     focal: Annotated[
