@@ -1,5 +1,4 @@
-"""What the figures of a report are, in a line each; definitions with their sources are in docs/gait.md and
-docs/measures.md."""
+"""What the figures of a report are, in a line each; definitions with their sources are in docs/movements.md."""
 
 from __future__ import annotations
 
