@@ -16,7 +16,7 @@ from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from .evidence import FRAMES, Evidence, TakeUp, about, fuse
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
-# at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (docs/takes.md).
+# at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (docs/up.md).
 TILT_SHARE = 0.85
 LEAN_DEG = 4.7
 # Where the lifter states its own error, that tells a take's lean better: in degrees, of a take with the usual stated

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...models.gait.of_take import SIDES
-from ...pipeline.core.measures import Measure, Remark, Row, within
+from ...pipeline.core.measures import Measure, Remark, Row, side_of, within
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite
@@ -58,7 +58,7 @@ def strikes(level: PoseSequence, rectified: Rectified) -> list[Row]:
             )
             continue
         for words, side in SIDES.items():
-            rows += within(movement, within(words, _of_side(level, movement, side), words))
+            rows += within(movement, within(words, _of_side(level, movement, side), side_of(f"{side}_")))
     return rows
 
 
