@@ -6,7 +6,8 @@ import pytest
 from pcnet3d.models.gait.gait import Gait
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.signals.flights import Flight
-from pcnet3d.stages.measures.stage import _Columns, _knee_bends
+from pcnet3d.stages.measures.columns import Columns
+from pcnet3d.stages.measures.stage import _knee_bends
 
 TIMES = np.arange(0, 6, 1 / 30)
 
@@ -20,6 +21,6 @@ def test_landing_is_no_squat(lowest_s, count):
     columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
     still = np.zeros(len(TIMES))
     bends = nested(
-        _knee_bends(_Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, []), [jump], still)
+        _knee_bends(Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, []), [jump], still)
     )
     assert (bends["count"], bends.get("squats", 0)) == (count, count)

@@ -9,8 +9,10 @@ from pcnet3d.models.lab.evaluation.repetitions import Judged, judge
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.signals.reprojection import Residuals
+from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.cycles import repetitions
-from pcnet3d.stages.measures.stage import _BEND, _Columns, _repeats
+from pcnet3d.stages.measures.repeats import repeats
+from pcnet3d.stages.measures.stage import _BEND
 from pcnet3d.stages.measures.strikes import _kicks, _Limb, _punches
 
 TIMES = np.arange(0, 12, 1 / 30)
@@ -30,8 +32,8 @@ def test_what_moves_before_a_rise_is_no_part_of_it():
 
 def test_a_hold_is_no_repetition():
     held = 10 + 100 * np.clip(np.minimum(TIMES - 2, 9 - TIMES), 0, 1)
-    columns = _Columns({"x_deg": held}, TIMES, (), False)
-    found = nested(_repeats(columns, "knee_flexion", held, np.full(len(TIMES), np.nan), _BEND, []))
+    columns = Columns({"x_deg": held}, TIMES, (), False)
+    found = nested(repeats(columns, "knee_flexion", held, np.full(len(TIMES), np.nan), _BEND, []))
     assert found["count"] == 0
     assert found["holds"]["count"] == 1
     assert found["holds"]["start_s"][0] == pytest.approx(2.1, abs=0.05)
