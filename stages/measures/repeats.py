@@ -9,13 +9,13 @@ import numpy as np
 
 from ...models.angle_error.repeatability import middle_sd
 from ...models.gait.of_take import NOISE
-from ...pipeline.core.measures import Curves, Measure, Remark, Row, half_bar, moments, within
+from ...pipeline.core.measures import Curves, Measure, Remark, Row, half_bar, within
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.signals.angles import of_both
 from ...pipeline.signals.filters import rate
 from .columns import Columns
 from .cycles import Repetition, hiding, near_ends_s, repetitions
-from .figures import basis, figure, middle, spread, time_resolution, with_error
+from .figures import basis, figure, middle, moments, spread, time_resolution, with_error
 from .walking import FEWEST
 
 _HALF = 0.5  # a repetition rises by this part of the largest change in the take

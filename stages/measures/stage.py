@@ -139,7 +139,7 @@ def measures(
         an arm goes up and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35
         (knees), 50 (arms) or 20 degrees at least, by half of the largest change in the take, and by more than noise
         makes: twice the standard deviation of a difference of two values. Means are of those that no gap cuts.
-        holds: those that stay at the top for over 3 s, which no count or mean has.
+        holds: those that stay at the top for over 3 s, which no count or mean has; absent where there are none.
         count_reason: when one more may have been where the angle is missing; `reason` where none was seen.
     walking: steps and strides between the feet's initial contacts (models/gait), in walks of three steps or more
         and runs of two, without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the
@@ -170,16 +170,20 @@ def measures(
     ]
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
+    lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
+    movements = {
+        "knee_bends": _knee_bends(take, gait, jumped, apart),
+        "arm_raises": _arm_raises(take),
+        **strikes(filtered, rectified, source.lifted),
+        "walking": walk,
+    }
     return (
         *within("range_of_motion", ranges),
         *within("symmetry", _symmetry(take, ranges, named)),
-        *within("knee_bends", with_outcome(_knee_bends(take, gait, jumped, apart))),
-        *within("arm_raises", with_outcome(_arm_raises(take))),
-        *strikes(filtered, rectified),
+        *(row for name, of in movements.items() for row in within(name, with_outcome(name, of, lasts_s))),
         *within("repetitions", on_demand),
-        *within("walking", with_outcome(walk)),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
-        *within("jumps", with_outcome(jumps(flights, jumped, rectified), flights.looked)),
+        *within("jumps", with_outcome("jumps", jumps(flights, jumped, rectified), lasts_s, flights.looked)),
         *within("sitting", never_looked_for()),
         *within("paths", _paths(take, rectified)),
     )

@@ -106,6 +106,8 @@ def _why(group: Group) -> str:
 
 def _found(group: Group) -> bool:
     """Whether there is more in it than a count of nothing, or a reason."""
+    if (holds := subgroup(group, "holds")) and _found(holds):
+        return True
     for name in ("steps", "count"):
         if name in group:
             return bool(value(group, name))
