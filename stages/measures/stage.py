@@ -26,8 +26,10 @@ from ...pipeline.core.measures import (
     numbered,
     side_of,
     subgroup,
+    text,
     within,
 )
+from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
@@ -172,7 +174,7 @@ def measures(
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     movements = {
-        "knee_bends": _knee_bends(take, gait, jumped, apart),
+        "knee_bends": _knee_bends(take, gait, jumped, apart, "steps" in grouped(walk)),
         "arm_raises": _arm_raises(take),
         **strikes(filtered, rectified, source.lifted),
         "walking": walk,
@@ -189,8 +191,12 @@ def measures(
     )
 
 
-def _knee_bends(take: Columns, gait: Gait, jumped: Sequence[Flight], apart: np.ndarray) -> list[Row]:
-    """apart: (T,) how far the ankles are apart, in lengths of a leg."""
+def _knee_bends(
+    take: Columns, gait: Gait, jumped: Sequence[Flight], apart: np.ndarray, steps_told: bool = True
+) -> list[Row]:
+    """apart: (T,) how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted:
+    a bend in which the feet seem to move may be one in place then."""
+    feet_move: list[tuple[float, float]] = []
 
     def in_place(bend: Repetition) -> bool:
         walks = any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps)
@@ -198,13 +204,19 @@ def _knee_bends(take: Columns, gait: Gait, jumped: Sequence[Flight], apart: np.n
             return False
         meanwhile = apart[(take.times >= bend.start_s) & (take.times <= bend.stop_s)]
         meanwhile = meanwhile[np.isfinite(meanwhile)]
-        return not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
+        stays = not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
+        if not stays and (span := (bend.start_s, bend.stop_s)) not in feet_move:
+            feet_move.append(span)
+        return stays
 
     right, left = take("r_knee_flexion"), take("l_knee_flexion")
     sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
     bends = repeats(take, "knee_flexion", np.minimum(right, left), sd, _BEND, _IN_BENDS, in_place)
     if peaks := numbered(grouped(bends), "peak"):
         bends.append(Measure("squats", sum(peak.value >= _SQUAT for peak in peaks)))
+    elif feet_move and not steps_told and not text(grouped(bends), "reason"):
+        when = spans_in_words(feet_move)
+        bends.append(Remark("reason", f"whether the feet stay while the knees bend from {when} is not seen"))
     return bends
 
 
