@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from .measures import (
     CANNOT_BE_TOLD,
@@ -49,8 +49,9 @@ def answer(take: Take) -> list[str]:
     poses = take.need("poses")
     metric = poses.frame.unit == "m"
     walking, bends = subgroup(measures, "walking"), subgroup(measures, "knee_bends")
-    legs = [*_walked(walking, metric), *_bent(bends)]
-    arms = _raised(subgroup(measures, "arm_raises"))
+    limbs = subgroup(measures, "off_keypoints")
+    legs = [*_walked(walking, metric), *_bent(bends, limbs)]
+    arms = _raised(subgroup(measures, "arm_raises"), limbs)
     done = [*legs, *arms, *_jumped(subgroup(measures, "jumps"))]
     done += [*_struck(measures, "punches", "punched"), *_struck(measures, "kicks", "kicked")]
     shown = (*(_MOVED if legs or not arms else ()), *(_RAISED if arms else ())) if done else _ALL
@@ -97,20 +98,25 @@ def _walked(walking: Group, metric: bool) -> list[str]:
     return [words]
 
 
-def _bent(bends: Group) -> list[str]:
+def _bent(bends: Group, limbs: Group) -> list[str]:
     count, squats = _count(bends), _count(bends, "squats")
     among = f", {how_many(squats, 'squat')} among them" if 0 < squats < count else ""
     did = "squatted" if squats == count else "bent the knees"
-    return [*([f"{did} {_counted([bends])}{among}"] if count else []), *_held("held the knees bent", bends)]
+    legs = [subgroup(limbs, leg) for leg in ("r_leg", "l_leg")]
+    return [
+        *([f"{did} {_counted([(bends, legs)])}{among}"] if count else []),
+        *_held("held the knees bent", bends),
+    ]
 
 
-def _raised(arms: Group) -> list[str]:
-    sides = {side: subgroup(arms, side) for side in _SIDES}
-    right, left = ((_count(of), text(of, "count_reason")) for of in sides.values())
-    held = [words for side, of in sides.items() for words in _held(f"held the {side} arm up", of)]
+def _raised(arms: Group, limbs: Group) -> list[str]:
+    sides = {side: (subgroup(arms, side), [subgroup(limbs, f"{side[0]}_arm")]) for side in _SIDES}
+    right, left = ((_count(of), text(of, "count_reason")) for of, _ in sides.values())
+    held = [words for side, (of, _) in sides.items() for words in _held(f"held the {side} arm up", of)]
     if right == left and right[0]:
-        return [f"raised both arms {_counted(sides.values())}", *held]
-    return [*(f"raised the {side} arm {_counted([of])}" for side, of in sides.items() if _count(of)), *held]
+        return [f"raised both arms {_counted(list(sides.values()))}", *held]
+    raised = (f"raised the {side} arm {_counted([arm])}" for side, arm in sides.items() if _count(arm[0]))
+    return [*raised, *held]
 
 
 def _held(what: str, of: Group) -> list[str]:
@@ -136,28 +142,43 @@ def _struck(measures: Group, movement: str, did: str) -> list[str]:
     return [f"{did} {_and(parts)}"] if parts else []
 
 
-def _counted(groups: Iterable[Group]) -> str:
-    """Such as "3 times to 102 ± 7 degrees"; and when there may have been more that nobody saw. groups: of one count."""
-    groups = list(groups)
-    often, unseen = _often(_count(groups[0])), text(groups[0], "count_reason")
-    return f"{f'at least {often} ({unseen})' if unseen else often}{_peaks(groups)}"
+# A movement, and the groups of the limbs that make it in `off_keypoints`.
+_Moved = tuple[Group, Sequence[Group]]
 
 
-def _peaks(groups: Sequence[Group]) -> str:
+def _counted(moved: Sequence[_Moved]) -> str:
+    """Such as "3 times to 102 ± 7 degrees"; and when there may have been more that nobody saw. moved: of one count."""
+    often, unseen = _often(_count(moved[0][0])), text(moved[0][0], "count_reason")
+    return f"{f'at least {often} ({unseen})' if unseen else often}{_peaks(moved)}"
+
+
+def _peaks(moved: Sequence[_Moved]) -> str:
     """Such as " to 102 degrees (± 7)", " to between 98 and 104 degrees (± 7)"; of both arms each side's own, and the
-    largest error."""
-    found = [(of, numbered(of, "peak")) for of in groups]
-    parts, errors = [], []
-    for _, peaks in found:
+    largest error. Without peaks whose limbs contradict their keypoints, which are counted behind."""
+    parts, errors, left_out = [], [], 0
+    for of, limbs in moved:
+        every = numbered(of, "peak")
+        peaks = [peak for peak, agrees in zip(every, _agree(of, limbs), strict=False) if agrees]
+        left_out += len(every) - len(peaks)
         if not peaks:
             continue
-        values, side = [round(peak.value) for peak in peaks], f" ({peaks[0].side})" if len(found) > 1 else ""
+        values, side = [round(peak.value) for peak in peaks], f" ({peaks[0].side})" if len(moved) > 1 else ""
         low, high = min(values), max(values)
         parts.append((f"{low}" if low == high else f"between {low} and {high}") + side)
         errors += [peak.bar for peak in peaks if peak.bar is not None]
+    against = f" ({how_many(left_out, 'angle')} left out: off the keypoints)" if left_out else ""
     if not parts:
-        return ""
-    return f" to {' and '.join(parts)} degrees{f' (± {max(errors):.0f})' if errors else ''}"
+        return against
+    return f" to {' and '.join(parts)} degrees{f' (± {max(errors):.0f})' if errors else ''}{against}"
+
+
+def _agree(of: Group, limbs: Sequence[Group]) -> list[bool]:
+    """Of each peak of a movement, whether all limbs agree with their keypoints then."""
+    at_s, peaks = moments(of, "peak_at"), numbered(of, "peak")
+    spans = [
+        span for limb in limbs for span in zip(moments(limb, "start"), moments(limb, "stop"), strict=True)
+    ]
+    return [not any(a <= at <= b for a, b in spans) for at in at_s] or [True] * len(peaks)
 
 
 def _jumped(jumps: Group) -> list[str]:

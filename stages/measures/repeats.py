@@ -61,6 +61,7 @@ def repeats(
     result += [
         moments("start", (one.start_s for one in found)),
         moments("stop", (one.stop_s for one in found)),
+        moments("peak_at", (one.peak_s for one in found)),
         *_peaks(take, angle, found, sd),
     ]
     if not whole_ones:
