@@ -19,7 +19,7 @@ from pcnet3d.stages.measures.cycles import repetitions
 from pcnet3d.stages.measures.outcomes import with_outcome
 from pcnet3d.stages.measures.repeats import repeats
 from pcnet3d.stages.measures.stage import _BEND
-from pcnet3d.stages.measures.strikes import _kicks, _Limb, _punches, strikes
+from pcnet3d.stages.measures.strikes import _kicks, _Limb, _punches, _trimmed, strikes
 from pcnet3d.stages.report.measures import happened
 
 # A person who stands: hips, knees, ankles, arms that hang.
@@ -81,6 +81,15 @@ def test_without_a_punch_lifted_poses_do_not_say_that_there_was_none():
         assert nested(with_outcome("kicks", found["kicks"], 2.0))["outcome"] == NONE
 
 
+def test_a_guard_that_rises_slowly_is_no_part_of_the_punch():
+    """The arm opens a little from 2 s on and shoots out at 6 s: the punch lasts under a second."""
+    reach = 0.4 + 0.05 * np.clip((TIMES - 2) / 3, 0, 1) + bump(6, 0.12, 0.5)
+    (one,) = repetitions(reach, TIMES, 0.25)
+    limb = _Limb(reach, np.zeros_like(TIMES), np.full(len(TIMES), 6.0), 0.6, reach)
+    punch = _trimmed(limb, TIMES, one)
+    assert 5.6 < punch.start_s < 6 < punch.stop_s < 6.4
+
+
 def test_punches_and_kicks_are_told_by_side():
     right, left = {"count": 5, "count_reason": "lifted poses show few of them"}, {"count": 1}
     measures = rows_of(
@@ -96,7 +105,7 @@ def test_punches_and_kicks_are_told_by_side():
 def test_a_slow_reach_is_no_punch_and_a_slow_leg_no_kick():
     reach = np.full(30, 0.9)
     for speed, counts in ((1.0, False), (6.0, True)):
-        limb = _Limb(reach, np.zeros(30), np.full(30, speed), 0.6)
+        limb = _Limb(reach, np.zeros(30), np.full(30, speed), 0.6, reach)
         assert _punches(limb, slice(0, 30), 15) is counts
         assert _kicks(limb, slice(0, 30), 15) is counts
 
