@@ -49,6 +49,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The limbs of person '{person}' in the poses lie otherwise in the image than those of person '{track}' in "
         "the keypoints, by {apart:.2f} of their spread ({most:g} at most of one person): somebody else's "
         "keypoints, or of other frames; what rests on both, as where the person is, is wrong then."),
+    "keypoints-not-of-poses": ("warning", "files",
+        "The poses are off the keypoints of their frames by {off_percent:.1f} % of the stature{how}: keypoints of "
+        "another recording or other frames, or poses that were changed."),
     "leap-between-people": ("warning", "files",
         "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be somebody else from there on."),
     "leap-after-gap": ("warning", "files",
@@ -94,6 +97,21 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "moves-fast": ("warning", "clock",
         "At {fps:.4g} frames a second {found}, faster than people can move: if the video is a time lapse, or its "
             f"rate is told wrongly, give the rate at which the camera captured with --fps; {_DEPENDS}."),
+    "gait-against-rate": ("warning", "clock",
+        "At {fps:.4g} frames a second the legs {gait}, and pass each other every {step_s:.2f} s, {times:.1f} times "
+        "too {way} for steps of that length: give the rate at which the camera captured with --fps, about {fits:.2g} "
+            f"frames a second by the gait; {_DEPENDS}."),
+    "rows-lost": ("warning", "clock",
+        "At {count:~row} the whole body moves on by more than one frame's movement, {how}: frames may have been left "
+        "out of the file without a trace; write it with frame numbers or times, or give --fps."),
+    # Keypoints and video
+    "video-not-compared": ("note", "files",
+        "Whether the keypoints are of this video cannot be told: {reason}."),
+    "keypoints-move-as-video": ("note", "files",
+        "The keypoints move as the image beneath them (agreement {alike:.2f})."),
+    "keypoints-not-of-video": ("warning", "files",
+        "The keypoints do not move as the image beneath them (agreement {alike:.2f}; 0.45 and more is usual){how}. Give "
+        "the keypoints of this video, numbered by its frames."),
     # Detecting
     "detected": ("note", "files",
         "The 2D keypoints were detected in the video by {detector}."),
@@ -339,6 +357,18 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "flattened-depth": ("suspicious", "poses",
         "Bones shorten when they turn towards the camera as if depth were {factor:.1f} times too small; it is "
         "flattened."),
+    "depth-stretched": ("suspicious", "poses",
+        "Bones grow when they turn towards the camera as if depth were {times:.1f} times too large; it is stretched."),
+    "limbs-copied": ("suspicious", "poses",
+        "One {limb} is a copy of the other: nothing can be said of right and left."),
+    "repeats-itself": ("suspicious", "poses",
+        "{count} of {rows_read:~row} come again exactly: the clip is played more than once, so that counts and "
+        "cadences are of the loop."),
+    "only-noise": ("suspicious", "poses",
+        "Hands and feet jump to and fro from row to row and move no further: this is noise, or one pose."),
+    "no-quick-movement": ("suspicious", "poses",
+        "Nothing of the hands' and feet's movement is quicker than {hertz:g} Hz ({share_percent:.1f} % of it): the "
+        "poses were smoothed, and quick movements are lost or too small."),
     "bones": ("suspicious", "poses",
         "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), {worst} by {worst_percent:.0f} %."),
     "limbs-unlike": ("suspicious", "poses",

@@ -23,9 +23,8 @@ from pcnet3d.pipeline.core.take import Take
 
 # Notices that were made for these accidents, which an honest take must not get.
 NEW = {
-    "walks-without-gravity", "rows-lost", "keypoints-not-of-poses", "keypoints-not-of-video", "depth-stretched",
-    "no-fast-movement", "limbs-copied", "repeats-itself", "hardly-moves", "focal-against-size", "focal-against-lines",
-    "image-stretched", "camera-may-follow", "walks-backwards",
+    "gait-against-rate", "rows-lost", "keypoints-not-of-poses", "keypoints-not-of-video", "depth-stretched",
+    "no-quick-movement", "limbs-copied", "repeats-itself", "only-noise", "focal-against-size",
 }  # fmt: skip
 
 

@@ -15,14 +15,14 @@ from .material import Given
 
 Bases = dict[str, Given]
 CLOCK = (
-    "moves-fast", "moves-slowly", "walks-without-gravity", "rows-lost", "falls-fast", "falls-slowly",
-    "gait-unlike-any-seen", "fps-contradicts",
+    "moves-fast", "moves-slowly", "gait-against-rate", "rows-lost", "falls-fast", "falls-slowly",
+    "fps-contradicts",
 )  # fmt: skip
 TOGETHER = (
     "keypoints-of-somebody-else", "keypoints-not-of-poses", "keypoints-not-of-video", "keypoints-shifted",
 )  # fmt: skip
 SHAPE = (
-    "flattened-depth", "depth-stretched", "bones", "flat", "stature", "no-fast-movement", "limbs-copied",
+    "flattened-depth", "depth-stretched", "bones", "flat", "stature", "no-quick-movement", "limbs-copied",
     "limbs-unlike", "left-and-right", "mirrored", "legs-against-arms",
 )  # fmt: skip
 SIDES = ("mirrored", "legs-against-arms", "left-and-right", "sides-doubtful", *TOGETHER)
@@ -253,7 +253,7 @@ POSES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "up turned over": (_poses(lambda joints: joints * (1, -1, 1), True), (*UP, *SIDES)),
     "left and right exchanged": (_poses(_swap_h36m, True), SIDES),
     "one pose and 3 mm of noise": (
-        _poses(lambda j: j[:1] + np.random.default_rng(0).normal(0, 0.003, j.shape), True), ("hardly-moves",)
+        _poses(lambda j: j[:1] + np.random.default_rng(0).normal(0, 0.003, j.shape), True), ("only-noise",)
     ),
     "metres told as millimetres": (lambda given, _: given.with_(unit="mm", points=None), ("stature", *SHAPE)),
     "z up told as a camera's": (_poses(lambda joints: np.stack([joints[..., 0], joints[..., 2], -joints[..., 1]], -1), True), (*UP, *SIDES)),
