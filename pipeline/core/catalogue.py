@@ -45,11 +45,11 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "people-by-poses-alone": ("warning", "files",
         "People have no track numbers and no boxes in this file; they are told apart by their poses alone, so "
         "check that each is one person throughout."),
-    "keypoints-of-somebody-else": ("warning", "files",
+    "keypoints-of-somebody-else": ("suspicious", "files",
         "The limbs of person '{person}' in the poses lie otherwise in the image than those of person '{track}' in "
         "the keypoints, by {apart:.2f} of their spread ({most:g} at most of one person): somebody else's "
         "keypoints, or of other frames; what rests on both, as where the person is, is wrong then."),
-    "keypoints-not-of-poses": ("warning", "files",
+    "keypoints-not-of-poses": ("suspicious", "files",
         "The poses are off the keypoints of their frames by {off_percent:.1f} % of the stature{how}: keypoints of "
         "another recording or other frames, or poses that were changed."),
     "leap-between-people": ("warning", "files",
@@ -71,6 +71,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "camera 54138969; if the script used another, the body is tilted."),
     "stature-assumed": ("warning", "files",
         "RTMW3D's file has no scale across the picture; a stature of {stature_m:g} m was assumed."),
+    "figures-withheld": ("warning", "poses",
+        "The poses are unusable, so no figures are made of them (--set measures.unusable=true makes them)."),
     # The clock
     "slow-motion-stated": ("warning", "clock",
         "The video was captured at {captured_fps:g} frames per second and is shown at {shown_fps:.4g}, as slow "
@@ -97,11 +99,11 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "moves-fast": ("warning", "clock",
         "At {fps:.4g} frames a second {found}, faster than people can move: if the video is a time lapse, or its "
             f"rate is told wrongly, give the rate at which the camera captured with --fps; {_DEPENDS}."),
-    "gait-against-rate": ("warning", "clock",
+    "gait-against-rate": ("suspicious", "clock",
         "At {fps:.4g} frames a second the legs {gait}, and pass each other every {step_s:.2f} s, {times:.1f} times "
         "too {way} for steps of that length: give the rate at which the camera captured with --fps, about {fits:.2g} "
             f"frames a second by the gait; {_DEPENDS}."),
-    "rows-lost": ("warning", "clock",
+    "rows-lost": ("suspicious", "clock",
         "At {count:~row} the whole body moves on by more than one frame's movement, {how}: frames may have been left "
         "out of the file without a trace; write it with frame numbers or times, or give --fps."),
     # Keypoints and video
@@ -109,7 +111,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Whether the keypoints are of this video cannot be told: {reason}."),
     "keypoints-move-as-video": ("note", "files",
         "The keypoints move as the image beneath them (agreement {alike:.2f})."),
-    "keypoints-not-of-video": ("warning", "files",
+    "keypoints-not-of-video": ("suspicious", "files",
         "The keypoints do not move as the image beneath them (agreement {alike:.2f}; 0.45 and more is usual){how}. Give "
         "the keypoints of this video, numbered by its frames."),
     # Detecting
@@ -240,7 +242,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{lost} of {frames:~frame} {lost:?has/have} too few torso joints to rectify."),
     "not-levelled": ("warning", "up",
         "The take could not be levelled: {reason}."),
-    "nobody-upright": ("warning", "up",
+    "nobody-upright": ("suspicious", "up",
         "The trunk is more than {off_deg:.0f} degrees off up in {share_percent:.0f} % of the frames: the person "
         "lies or bends down, or the picture is turned. If it is, turn the video, or tell read.pitch and "
         "read.roll."),

@@ -198,6 +198,11 @@ class Take:
         return self.told.standing or (seen and not self.told.moving)
 
     @property
+    def judged(self) -> tuple[Notice, ...]:
+        """What its poses are judged by: the findings, and graver notices of what they were read with."""
+        return without_doubles((*(self.findings or ()), *grave(self.notices)))
+
+    @property
     def said(self) -> tuple[Notice, ...]:
         """What makes its poses doubtful, and its other notices, each once."""
         return without_doubles((*grave(self.findings or ()), *self.notices))

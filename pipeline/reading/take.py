@@ -18,7 +18,7 @@ from ..files.digest import sha256
 from ..files.video_frames import shown_size
 from ..plugins.options import call
 from ..signals.findings import findings_of
-from ..signals.shapes import copied, keypoints_unlike, repeated
+from ..signals.shapes import copied, keypoints_unlike, repeated, rows_lost
 from ..signals.swap_repair import treated
 from .choose import RANKS, choose_person, misfit, same_person
 from .clock import (
@@ -208,7 +208,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
                 *doubts,
                 *_doubts(lead, keypoints),
                 *strange,
-                *([] if keypoints is None or poses is not None else [*copied(keypoints), *repeated(keypoints)]),
+                *_of_no_recording(poses, keypoints),
                 *_coverage(lead, video),
                 *swapped,
             )
@@ -260,6 +260,13 @@ def _misfit(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     if found or size is None or poses.frame.family != "camera" or poses.time_s is None:
         return found
     return keypoints_unlike(poses, keypoints, size, files.options.focal)
+
+
+def _of_no_recording(poses: PoseSequence | None, keypoints: PoseSequence | None) -> list[Notice]:
+    """What no recording gives; of poses the findings tell most of it."""
+    if poses is not None:
+        return rows_lost(poses)
+    return [] if keypoints is None else [*copied(keypoints), *repeated(keypoints), *rows_lost(keypoints)]
 
 
 def _session(options: RunOptions) -> Session:

@@ -79,7 +79,10 @@ def flow_of(
     fields = [search.calc(grey[a], grey[b], None) for a, b in pairs]
 
     def compared(change: str, lag: int = 0) -> tuple[float, int, float]:
-        both = [_moved(track, field, a, b, scale, width, change, lag) for field, (a, b) in zip(fields, pairs, strict=True)]
+        both = [
+            _moved(track, field, a, b, scale, width, change, lag)
+            for field, (a, b) in zip(fields, pairs, strict=True)
+        ]
         seen, moved = (np.concatenate(each) for each in zip(*both, strict=True))
         together = float((seen * moved).sum())
         spread = float(np.sqrt((seen**2).sum() * (moved**2).sum()))
@@ -141,10 +144,18 @@ def flow_notice(flow: Flow | None) -> Notice:
     turned = {"mirrored": flow.mirrored, "run backwards": flow.backwards}
     way = max(turned, key=turned.__getitem__)
     if turned[way] > max(flow.alike + _OTHER_WAY, _ALIKE):
-        return notice("keypoints-not-of-video", **alike, how=f": as of a video that is {way}" if way == "mirrored" else ": as of a video that runs backwards")
+        return notice(
+            "keypoints-not-of-video",
+            **alike,
+            how=f": as of a video that is {way}"
+            if way == "mirrored"
+            else ": as of a video that runs backwards",
+        )
     if flow.best > max(flow.alike + _BETTER, _ALIKE) and abs(flow.lag) > 1:
         way = "later" if flow.lag > 0 else "earlier"
         return notice("keypoints-not-of-video", **alike, how=f": they fit {abs(flow.lag)} frames {way}")
     if flow.alike < _ALIKE:
-        return notice("keypoints-not-of-video", **alike, how=": they may be of another recording, or of another rate")
+        return notice(
+            "keypoints-not-of-video", **alike, how=": they may be of another recording, or of another rate"
+        )
     return notice("keypoints-move-as-video", **alike)

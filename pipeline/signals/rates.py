@@ -32,7 +32,10 @@ _STEPS_PER_MIN = (40.0, 240.0)  # stroke patients walk at 45 and more, sprinters
 _STEP = 0.25  # legs: by how much the ankles' separation changes from step to step at least
 _FEWEST = 4  # steps
 _WALKS_DEG = 38.0  # of the knee that bears the body as the legs pass: walking 10 to 29, running 33 to 50 (lifted takes)
-_EVEN, _ALIKE = 1.35, 0.2  # of the times from passing to passing, and the spread of how far the ankles come apart
+_EVEN, _ALIKE = (
+    1.35,
+    0.2,
+)  # of the times from passing to passing, and the spread of how far the ankles come apart
 # Seconds from passing to passing for each length of a leg that the ankles come apart: least, usual and most. Legs swing
 # as pendulums do: longer steps take longer, and nobody takes half or twice the time (Sekiya, Gait Posture 1996, of the
 # walk ratio).
@@ -198,7 +201,9 @@ def _gait(joints: np.ndarray, time_s: np.ndarray) -> _Gait | None:
         return None
     reach = np.array([np.abs(apart[a:b]).max() for a, b in pairwise(passes)])
     even = late < _EVEN * early and reach.std() < _ALIKE * reach.mean()
-    return _Gait(float(np.median(gaps)), float(np.median(reach)), bool(even), float(np.median(straighter[passes])))
+    return _Gait(
+        float(np.median(gaps)), float(np.median(reach)), bool(even), float(np.median(straighter[passes]))
+    )
 
 
 def _flexion(at: dict[str, np.ndarray], side: str) -> np.ndarray:

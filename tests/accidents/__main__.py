@@ -42,14 +42,20 @@ def main() -> int:
     kinds: dict[str, Counter[str]] = {}
     for each in outcomes:
         kinds.setdefault(each.edit.split(": ")[1], Counter())[each.ended.split(":")[0]] += 1
-    print("\n| what was done | refused | told | fine or unchanged | changed without a word |\n|---|---|---|---|---|")
+    print(
+        "\n| what was done | refused | told | fine or unchanged | changed without a word |\n|---|---|---|---|---|"
+    )
     for kind, of in kinds.items():
-        print(f"| {kind} | {of['refused']} | {of['told']} | {of['fine'] + of['unchanged']} | {of['changed unsaid']} |")
+        print(
+            f"| {kind} | {of['refused']} | {of['told']} | {of['fine'] + of['unchanged']} | {of['changed unsaid']} |"
+        )
     alarms, takes = _honest(given)
     for name, codes in alarms.items():
         print(f"false alarm: {name}: {', '.join(codes)}")
     told, asked = shares(outcomes)
-    print(f"{len(outcomes)} edits; of {asked} that change a stated figure or are refused {told} are refused or told: {told / max(asked, 1):.1%}")
+    print(
+        f"{len(outcomes)} edits; of {asked} that change a stated figure or are refused {told} are refused or told: {told / max(asked, 1):.1%}"
+    )
     print(f"of {takes} honest takes {len(alarms)} get a new notice: {len(alarms) / max(takes, 1):.1%}")
     return int(told < 0.95 * asked or len(alarms) > 0.02 * takes)
 

@@ -46,7 +46,15 @@ class Edit:
 
 def edits() -> Iterator[Edit]:
     """All of them."""
-    lifted = ("walker", "walk_crop", "07_03", "08_04", "accad-m1_run", "accad-m1_lift-box", "tennis-jangel_Derecha_0")
+    lifted = (
+        "walker",
+        "walk_crop",
+        "07_03",
+        "08_04",
+        "accad-m1_run",
+        "accad-m1_lift-box",
+        "tennis-jangel_Derecha_0",
+    )
     for base in lifted:
         for name, (make, codes) in LIFTED.items():
             yield Edit(base, name, make, codes)
@@ -114,7 +122,9 @@ def _size(x: float, y: float) -> Callable[[Given, Bases], Given]:
     def make(given: Given, _: Bases) -> Given:
         assert given.points is not None
         size = tuple(int(side) for side in given.size * (x, y))
-        return given.with_(points=given.points * (x, y, 1), words=given.words | {"image_size": size}, video=None)
+        return given.with_(
+            points=given.points * (x, y, 1), words=given.words | {"image_size": size}, video=None
+        )
 
     return make
 
@@ -132,7 +142,9 @@ def _two(given: Given, bases: Bases) -> Given:
     assert given.points is not None
     middle = len(given.points) // 2
     points = given.points.copy()
-    points[middle:, :, 0] = 0.6 * points[middle:, :, 0] + 0.4 * given.size[0] * (points[middle, 5, 0] < given.size[0] / 2)
+    points[middle:, :, 0] = 0.6 * points[middle:, :, 0] + 0.4 * given.size[0] * (
+        points[middle, 5, 0] < given.size[0] / 2
+    )
     points[middle:, :, 1] *= 0.6
     return given.with_(points=points, video=None)
 
@@ -144,9 +156,9 @@ def _of_other(given: Given, bases: Bases) -> Given:
     assert given.points is not None
     points = np.resize(other, given.points.shape)
     scale = np.ptp(given.points[..., 1]) / max(np.ptp(points[..., 1]), 1.0)
-    points[..., :2] = (points[..., :2] - points[..., :2].mean(axis=(0, 1))) * scale + given.points[..., :2].mean(
-        axis=(0, 1)
-    )
+    points[..., :2] = (points[..., :2] - points[..., :2].mean(axis=(0, 1))) * scale + given.points[
+        ..., :2
+    ].mean(axis=(0, 1))
     return given.with_(points=points)
 
 
@@ -193,12 +205,16 @@ def _smooth(frames: int) -> Callable[..., np.ndarray]:
 
 
 def _mirror_names(points: np.ndarray, size: np.ndarray) -> np.ndarray:
-    swapped = [COCO17.index({"l": "r_", "r": "l_"}[n[0]] + n[2:] if n[1] == "_" else n) for n in COCO17.joints]
+    swapped = [
+        COCO17.index({"l": "r_", "r": "l_"}[n[0]] + n[2:] if n[1] == "_" else n) for n in COCO17.joints
+    ]
     return points[:, swapped]
 
 
 def _swap_h36m(joints: np.ndarray) -> np.ndarray:
-    swapped = [H36M17.index({"l": "r_", "r": "l_"}[n[0]] + n[2:] if n[1] == "_" else n) for n in H36M17.joints]
+    swapped = [
+        H36M17.index({"l": "r_", "r": "l_"}[n[0]] + n[2:] if n[1] == "_" else n) for n in H36M17.joints
+    ]
     return joints[:, swapped]
 
 
@@ -212,14 +228,17 @@ LIFTED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "every second frame kept, numbers lost": (_every(2, 1), CLOCK),
     "every fifth frame dropped, numbers lost": (_every(5, 4), CLOCK),
     "ten in a row dropped, numbers lost": (
-        lambda given, _: _rows(given, np.delete(np.arange(len(given.frames)), slice(30, 40))), (*CLOCK, *PEOPLE)
+        lambda given, _: _rows(given, np.delete(np.arange(len(given.frames)), slice(30, 40))),
+        (*CLOCK, *PEOPLE),
     ),
     "in a loop, three times": (
-        lambda given, _: _rows(given, np.tile(np.arange(len(given.frames)), 3)), ("repeats-itself", *PEOPLE)
+        lambda given, _: _rows(given, np.tile(np.arange(len(given.frames)), 3)),
+        ("repeats-itself", *PEOPLE),
     ),
     "backwards": (lambda given, _: _rows(given, np.arange(len(given.frames))[::-1]), ("walks-backwards",)),
     "shuffled": (
-        lambda given, _: _rows(given, np.random.default_rng(0).permutation(len(given.frames))), (*PEOPLE, *CLOCK, *SHAPE)
+        lambda given, _: _rows(given, np.random.default_rng(0).permutation(len(given.frames))),
+        (*PEOPLE, *CLOCK, *SHAPE),
     ),
     "mirrored": (_points(lambda xy, size: np.stack([size[0] - xy[..., 0], xy[..., 1]], axis=-1)), SIDES),
     "left and right exchanged": (_points(_mirror_names), SIDES),
@@ -271,10 +290,12 @@ POSES: dict[str, tuple[Any, tuple[str, ...]]] = {
 FILMED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "keypoints of another recording": (_of_other, TOGETHER),
     "keypoints of the mirrored video": (
-        _points(lambda xy, size: np.stack([size[0] - xy[..., 0], xy[..., 1]], axis=-1), True), (*TOGETHER, *SIDES)
+        _points(lambda xy, size: np.stack([size[0] - xy[..., 0], xy[..., 1]], axis=-1), True),
+        (*TOGETHER, *SIDES),
     ),
     "keypoints of the video backwards": (
-        lambda given, _: given.with_(points=None if given.points is None else given.points[::-1]), TOGETHER
+        lambda given, _: given.with_(points=None if given.points is None else given.points[::-1]),
+        TOGETHER,
     ),
     "keypoints of the video slowed by 4": (_slowed(4.0), (*TOGETHER, *CLOCK)),
     "keypoints of the video slowed by 2": (_slowed(2.0), (*TOGETHER, *CLOCK)),

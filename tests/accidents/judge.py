@@ -68,7 +68,11 @@ def figures(take: Take) -> Figures:
         if of_angle and not row.group[1].removeprefix("l_").removeprefix("r_").startswith(_ANGLES):
             continue
         if of_walk or of_angle:
-            half = SD_90 * row.error if row.error is not None else _UNSTATED.get(row.unit, _UNSTATED_SHARE * abs(row.value))
+            half = (
+                SD_90 * row.error
+                if row.error is not None
+                else _UNSTATED.get(row.unit, _UNSTATED_SHARE * abs(row.value))
+            )
             found["/".join((*row.group, row.name))] = (float(row.value), float(half))
     return found
 
@@ -84,7 +88,9 @@ def judged(edit: Edit, bases: Bases, before: dict[str, Take], folder: Path) -> O
         return Outcome(str(edit), error.code, [], [], False, not edit.codes)
     codes = codes_of(take) - codes_of(was)
     true, found = figures(was), figures(take)
-    changed = [name for name, (value, half) in found.items() if name in true and _off(value, true[name][0], half)]
+    changed = [
+        name for name, (value, half) in found.items() if name in true and _off(value, true[name][0], half)
+    ]
     if "walking/gait" in true:
         changed += [name for name in true if name not in found]
     return Outcome(str(edit), "", sorted(codes), changed, bool(codes & set(edit.codes)), not edit.codes)

@@ -131,7 +131,11 @@ def seen_take(clip: Any, bed: str, seed: int) -> Given:
     """A clip of motion capture as a camera and a detector see it."""
     take = see(clip, seed, views=BEDS[bed])  # type: ignore[index]
     points = _coco(take.keypoints)[:_MOST]
-    words = {"image_size": take.image_size, "fps": 30.0, "stature": round(float(implied_stature(take.truth)), 2)}
+    words = {
+        "image_size": take.image_size,
+        "fps": 30.0,
+        "stature": round(float(implied_stature(take.truth)), 2),
+    }
     return Given(np.arange(len(points)), points, words=words)
 
 
@@ -142,9 +146,9 @@ def _lifted(given: Given) -> Given:
     points = PoseSequence(
         given.points[..., :2], COCO17, _IMAGE, given.points[..., 2], given.frames / 30.0, given.frames
     )
-    return given.with_(poses=lift(remap(points, H36M17), size, given.words.get("focal")).joints.astype(float), video=None)
-
-
+    return given.with_(
+        poses=lift(remap(points, H36M17), size, given.words.get("focal")).joints.astype(float), video=None
+    )
 
 
 def honest(count: int) -> Iterator[tuple[str, Given]]:
@@ -164,12 +168,19 @@ def honest(count: int) -> Iterator[tuple[str, Given]]:
         if name == "boxing":
             yield "boxing, MotionBERT's", given.with_(poses=held["motionbert"].astype(float))
     wild = np.load(data / "lifter/motionbert_wild.npz")
-    yield "cycling, MotionBERT's", Given(
-        np.arange(len(wild["cycling"])), None, wild["cycling"].astype(float), words={"fps": float(wild["fps"][0])}
+    yield (
+        "cycling, MotionBERT's",
+        Given(
+            np.arange(len(wild["cycling"])),
+            None,
+            wild["cycling"].astype(float),
+            words={"fps": float(wild["fps"][0])},
+        ),
     )
     skate = np.load(data / "lifter/mhformer_skating.npz")
-    yield "skating, MHFormer's", Given(
-        np.arange(291), None, skate["run_a"].astype(float), words={"fps": 25.0}
+    yield (
+        "skating, MHFormer's",
+        Given(np.arange(291), None, skate["run_a"].astype(float), words={"fps": 25.0}),
     )
     made = 7
     for seed in range(9):
