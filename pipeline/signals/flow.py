@@ -38,7 +38,8 @@ _OTHER_WAY = 0.15
 class Flow:
     """How alike the movements of keypoints and image are, from 1 to -1. joints: movements compared. moved: root mean
     square of the keypoints', pixels of an image whose longer side has 480. alike: as they are numbered; best: at the
-    shift of `lag` rows that is best; mirrored: of keypoints that are mirrored; backwards: of ones that run backwards."""
+    shift of `lag` rows that is best; mirrored: of keypoints that are mirrored; backwards: of ones that run
+    backwards."""
 
     joints: int
     moved: float

@@ -30,14 +30,15 @@ _QUICK = (0.006, 0.0015)
 _NOISE = 0.5  # autocorrelation from row to row; lifts have 0.95 and more, noise has 0
 _ROWS = 600  # that are compared with keypoints
 _LAGS = range(-8, 9)
-# Of statures: how far poses are off the keypoints that they belong to. 142 lifts of noisy keypoints have 0.012 to 0.062.
+# Of statures: how far poses are off their own keypoints. 142 lifts of noisy keypoints have 0.012 to 0.062.
 _OFF = 0.065
 _LATE = (
     1.06  # times as far off as at another shift of two rows and more; one of 142 lifts has 1.056, others 1.02
 )
-# Rows that were lost: at a regular row movements are longer by this logarithm, and in so large a share longer than three
-# in four others; of 120 noisy takes none has more than 0.21 with 0.7, and where every fifth row is lost 0.29 to 0.7.
-_LONGER, _ABOVE, _FEWEST_OWN = 0.27, 0.75, 6
+# Rows that were lost: at a regular row movements are longer than the mean of those beside them by this logarithm, and in
+# so large a share longer than three in four others. Of 140 noisy takes none has more than 0.26; where every fifth row is
+# lost it is 0.37 to 1.0.
+_LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
 # Once: times the movement before and after, in their direction; of 120 takes one has more than 1.6.
 _LEAP, _ALONG, _FEW_LEAPS = 3.0, 0.6, 5
 _SEEN = 0.3  # score of a keypoint that was seen
@@ -191,17 +192,16 @@ def rows_lost(points: PoseSequence) -> list[Notice]:
 
 
 def _period(length: np.ndarray) -> int:
-    """At every how many-th row movements (T,) are longer than around it; 0 where at none."""
-    from scipy.ndimage import median_filter
-
+    """At every how many-th row movements (T,) are longer than those before and after; 0 where at none."""
     long = np.log(np.maximum(length, 1e-9))
-    long = long - median_filter(long, 15, mode="nearest")
+    long = long[1:-1] - (long[:-2] + long[2:]) / 2
+    found: dict[int, float] = {}
     for every in range(2, 11):
         for first in range(every):
             own, others = long[first::every], np.delete(long, np.s_[first::every])
             if len(own) < _FEWEST_OWN:
                 continue
-            above = (own > np.percentile(others, 75)).mean()
-            if above >= _ABOVE and np.median(own) - np.median(others) > _LONGER:
-                return every
-    return 0
+            longer = float(np.median(own) - np.median(others))
+            if (own > np.percentile(others, 75)).mean() >= _ABOVE and longer > _LONGER:
+                found[every] = max(longer, found.get(every, 0.0))
+    return min((every for every in found if found[every] > 0.8 * max(found.values())), default=0)

@@ -1,9 +1,9 @@
 """What users do to their files by accident, and honest takes: `PYTHONPATH=tests python -m accidents FOLDER`.
 
-Every edit is run through reading and all stages but those that write, and is refused, told by one of the codes that it
-must get, or changes no stated figure by more than its 90 % error. Honest takes must get none of the notices that these
-edits get. Finished ones are kept in FOLDER, so that a broken run goes on. The exit code is 1 where less than 95 % of the
-edits that change a figure are refused or told, or more than 2 % of the honest takes get such a notice.
+Every edit is run through reading and all stages but those that write, and is refused, told by one of the codes that
+it must get, or changes no stated figure by more than its 90 % error. Honest takes must get none of the notices that
+these edits get. Finished ones are kept in FOLDER, so that a broken run goes on. The exit code is 1 where less than 95 %
+of the edits that change a figure are refused or told, or more than 2 % of the honest takes get such a notice.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from pathlib import Path
 from accidents.edits import edits
 from accidents.judge import Outcome, codes_of, judged, shares
 from accidents.material import bases, honest, run
+
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.take import Take
 
@@ -54,7 +55,8 @@ def main() -> int:
         print(f"false alarm: {name}: {', '.join(codes)}")
     told, asked = shares(outcomes)
     print(
-        f"{len(outcomes)} edits; of {asked} that change a stated figure or are refused {told} are refused or told: {told / max(asked, 1):.1%}"
+        f"{len(outcomes)} edits; of {asked} that change a stated figure or are refused "
+        f"{told} are refused or told: {told / max(asked, 1):.1%}"
     )
     print(f"of {takes} honest takes {len(alarms)} get a new notice: {len(alarms) / max(takes, 1):.1%}")
     return int(told < 0.95 * asked or len(alarms) > 0.02 * takes)

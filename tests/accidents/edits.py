@@ -165,8 +165,10 @@ def _of_other(given: Given, bases: Bases) -> Given:
 def _late(rows: int) -> Callable[[Given, Bases], Given]:
     def make(given: Given, _: Bases) -> Given:
         assert given.points is not None
-        return given.with_(points=np.roll(given.points, rows, axis=0)[max(rows, 0) :], frames=given.frames[max(rows, 0) :],
-            poses=None if given.poses is None else given.poses[max(rows, 0) :])  # fmt: skip
+        kept = slice(max(rows, 0), None)
+        points = np.roll(given.points, rows, axis=0)[kept]
+        poses = None if given.poses is None else given.poses[kept]
+        return given.with_(points=points, frames=given.frames[kept], poses=poses)
 
     return make
 
@@ -216,6 +218,11 @@ def _swap_h36m(joints: np.ndarray) -> np.ndarray:
         H36M17.index({"l": "r_", "r": "l_"}[n[0]] + n[2:] if n[1] == "_" else n) for n in H36M17.joints
     ]
     return joints[:, swapped]
+
+
+def _hole(given: Given, _: Bases) -> Given:
+    words = {name: value for name, value in given.words.items() if name != "fps"}
+    return given.with_(points=None, time_s=given.frames / 30 + 3600.0 * (given.frames > 40), words=words)
 
 
 def _less(share: float) -> Callable[[np.ndarray], np.ndarray]:
@@ -275,16 +282,19 @@ POSES: dict[str, tuple[Any, tuple[str, ...]]] = {
         _poses(lambda j: j[:1] + np.random.default_rng(0).normal(0, 0.003, j.shape), True), ("only-noise",)
     ),
     "metres told as millimetres": (lambda given, _: given.with_(unit="mm", points=None), ("stature", *SHAPE)),
-    "z up told as a camera's": (_poses(lambda joints: np.stack([joints[..., 0], joints[..., 2], -joints[..., 1]], -1), True), (*UP, *SIDES)),
+    "z up told as a camera's": (
+        _poses(lambda joints: np.stack([joints[..., 0], joints[..., 2], -joints[..., 1]], -1), True), (*UP, *SIDES)
+    ),
     "a hole of an hour": (
-        lambda given, _: given.with_(points=None, time_s=given.frames / 30 + 3600.0 * (given.frames > 40), words={k: v for k, v in given.words.items() if k != "fps"}),
+        _hole,
         ("images-lacking-long",),
     ),
     "2 rows late": (_late(2), TOGETHER),
     "5 rows late": (_late(5), TOGETHER),
     "60 frames a second told of 30": (_rate(60.0), CLOCK),
     "in a loop, three times": (
-        lambda given, _: _rows(given.with_(points=None), np.tile(np.arange(len(given.frames)), 3)), ("repeats-itself", *PEOPLE)
+        lambda given, _: _rows(given.with_(points=None), np.tile(np.arange(len(given.frames)), 3)),
+        ("repeats-itself", *PEOPLE),
     ),
 }  # fmt: skip
 FILMED: dict[str, tuple[Any, tuple[str, ...]]] = {

@@ -84,10 +84,7 @@ def run(given: Given, folder: Path) -> Take:
 
 def _coco(keypoints: PoseSequence) -> np.ndarray:
     joints = keypoints.joints.astype(float)
-    if keypoints.layout == H36M17:
-        rows = AS_COCO
-    else:
-        rows = [keypoints.layout.index(name) for name in COCO17.joints]
+    rows = AS_COCO if keypoints.layout == H36M17 else keypoints.layout.indices(COCO17.joints)
     score = np.nan_to_num(keypoints.confidence[:, rows, None], nan=0.9)
     points = np.concatenate([joints[:, rows], score], axis=-1)
     return np.where(np.isfinite(points).all(-1, keepdims=True), points, 0.0)
@@ -157,7 +154,7 @@ def honest(count: int) -> Iterator[tuple[str, Given]]:
     crop = _walk_crop()
     yield "walk_crop", crop
     yield "walk_crop poses", _lifted(crop)
-    for name, clips in (("boxing", 1), ("demo_man", 1)):
+    for name in ("boxing", "demo_man"):
         held = np.load(data / f"lifter/{name}.npz")
         points = held["movenet_kp2d"].astype(float)
         words = {"image_size": tuple(int(x) for x in held["image_size"]), "fps": 30.0}
