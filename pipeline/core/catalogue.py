@@ -112,8 +112,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "keypoints-move-as-video": ("note", "files",
         "The keypoints move as the image beneath them (agreement {alike:.2f})."),
     "keypoints-not-of-video": ("suspicious", "files",
-        "The keypoints do not move as the image beneath them (agreement {alike:.2f}; 0.45 and more is usual){how}. Give "
-        "the keypoints of this video, numbered by its frames."),
+        "The keypoints do not move as the image beneath them (agreement {alike:.2f}; 0.45 and more is usual){how}. "
+        "Give the keypoints of this video, numbered by its frames."),
     # Detecting
     "detected": ("note", "files",
         "The 2D keypoints were detected in the video by {detector}."),

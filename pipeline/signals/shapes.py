@@ -27,6 +27,7 @@ _QUICK_HZ = 6.0
 # Of the movement of hands and feet faster than this, as a share of all, and in lengths of a trunk: lifts have 0.0105
 # and 0.0042 at least, smoothed ones 0.005 and 0.001.
 _QUICK = (0.006, 0.0015)
+_COMPUTED = 1e-4  # share of quick movement below which motion was computed, not recorded: nothing smoothed it
 _NOISE = 0.5  # autocorrelation from row to row; lifts have 0.95 and more, noise has 0
 _ROWS = 600  # that are compared with keypoints
 _LAGS = range(-8, 9)
@@ -35,9 +36,9 @@ _OFF = 0.065
 _LATE = (
     1.06  # times as far off as at another shift of two rows and more; one of 142 lifts has 1.056, others 1.02
 )
-# Rows that were lost: at a regular row movements are longer than the mean of those beside them by this logarithm, and in
-# so large a share longer than three in four others. Of 140 noisy takes none has more than 0.26; where every fifth row is
-# lost it is 0.37 to 1.0.
+# Rows that were lost: at a regular row movements are longer than the mean of those beside them by this logarithm, and
+# in so large a share longer than three in four others. Of 140 noisy takes none has more than 0.26; where every fifth
+# row is lost it is 0.37 to 1.0.
 _LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
 # Once: times the movement before and after, in their direction; of 120 takes one has more than 1.6.
 _LEAP, _ALONG, _FEW_LEAPS = 3.0, 0.6, 5
@@ -93,6 +94,7 @@ def _movement(poses: PoseSequence) -> list[Notice]:
         return []
     ends = poses.joints[:, H36M17.indices(_ENDS)].astype(np.float64) / max(_size(poses), 1e-12)
     ends = ends[np.isfinite(ends).all(axis=(1, 2))]
+    ends = ends[np.append((np.diff(ends, axis=0) != 0).any(axis=(1, 2)), True)]  # frozen rows are told elsewhere
     if len(ends) < _ENOUGH:
         return []
     moved = ends - ends.mean(axis=0)
@@ -105,7 +107,7 @@ def _movement(poses: PoseSequence) -> list[Notice]:
     power = power.sum(axis=(1, 2))
     quick = float(power[np.fft.rfftfreq(len(moved), 1 / fps) > _QUICK_HZ].sum())
     share, size = np.sqrt(quick / power.sum()), np.sqrt(quick) / len(moved)
-    if fps < 3 * _QUICK_HZ or share > _QUICK[0] or size > _QUICK[1]:
+    if fps < 3 * _QUICK_HZ or not _COMPUTED < share < _QUICK[0] or size > _QUICK[1]:
         return []
     return [notice("no-quick-movement", hertz=_QUICK_HZ, share_percent=float(100 * share))]
 
@@ -162,7 +164,7 @@ def keypoints_unlike(
 
 def rows_lost(points: PoseSequence) -> list[Notice]:
     """A notice where the whole body moves by more than one frame's movement at every so many-th row, or once by that of
-    several and on as before: rows were left out, and neither numbers nor times tell it. points: as those of `copied`."""
+    several and on as before: rows were left out, and neither numbers nor times tell it. points: as of `copied`."""
     known = (np.diff(points.frame_index) == 1).all() and not points.seams
     rows = points.joints.astype(np.float64)
     if points.frame.dims == 2 and points.confidence is not None:
