@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +66,7 @@ def flow_of(
     import cv2
 
     names = [name for name in _JOINTS if name in keypoints.layout]
-    track = _Track(keypoints, keypoints.layout.indices(names))
+    track = _Track(keypoints, np.array(keypoints.layout.indices(names)))
     pairs = [(a, b) for a, b in pairs if a in images and b in images]
     if not pairs:
         return None
@@ -77,7 +78,7 @@ def flow_of(
         for frame in {frame for pair in pairs for frame in pair}
     }
     search = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
-    fields = [search.calc(grey[a], grey[b], None) for a, b in pairs]
+    fields = [search.calc(grey[a], grey[b], np.zeros((*size[::-1], 2), np.float32)) for a, b in pairs]
 
     def compared(change: str, lag: int = 0) -> tuple[float, int, float]:
         both = [
@@ -139,7 +140,7 @@ def flow_notice(flow: Flow | None) -> Notice:
     nothing can be told."""
     if flow is None:
         return notice("video-not-compared", reason="too few joints are seen in it")
-    alike = {"alike": flow.alike}
+    alike: dict[str, Any] = {"alike": flow.alike}
     if flow.moved < _MOVES:
         return notice("video-not-compared", reason="the person hardly moves in it")
     turned = {"mirrored": flow.mirrored, "run backwards": flow.backwards}

@@ -20,7 +20,7 @@ from .reprojection import residuals
 _ENOUGH = 30  # rows
 _LIMBS = (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"))
 _ENDS = ("r_ankle", "l_ankle", "r_wrist", "l_wrist")
-_SAME = 0.01  # of a trunk: median distance between a limb and the other side's; lifts have 0.09 and more
+_SAME = 0.01  # of a trunk: distance, in nine rows of ten, between a limb and the other side's; lifts have 0.09 and more
 _MOVES = 0.05  # of a trunk, that both move at least
 _AGAIN = 0.3  # of the rows that another row, not beside it, repeats to the digit; no recording has any
 _QUICK_HZ = 6.0
@@ -41,7 +41,7 @@ _LATE = (
 # row is lost it is 0.37 to 1.0.
 _LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
 # Once: times the movement before and after, in their direction; of 120 takes one has more than 1.6.
-_LEAP, _ALONG, _FEW_LEAPS = 3.0, 0.6, 5
+_LEAP, _ALONG, _FEW_LEAPS = 3.0, 0.6, 2
 _SEEN = 0.3  # score of a keypoint that was seen
 
 
@@ -66,7 +66,11 @@ def copied(points: PoseSequence) -> list[Notice]:
             np.linalg.norm(right - left, axis=-1),
             np.linalg.norm(np.nanstd(right, axis=0), axis=-1),
         )
-        if np.isfinite(apart).any() and np.nanmedian(apart) < _SAME * trunk and moves.max() > _MOVES * trunk:
+        if (
+            np.isfinite(apart).any()
+            and np.nanpercentile(apart, 90) < _SAME * trunk
+            and moves.max() > _MOVES * trunk
+        ):
             found.append(notice("limbs-copied", limb="leg" if "hip" in limb else "arm"))
     return found
 
@@ -90,11 +94,13 @@ def repeated(points: PoseSequence) -> list[Notice]:
 
 def _movement(poses: PoseSequence) -> list[Notice]:
     """Of lifts alone: captured joints of people who stand are smoother."""
-    if len(poses) < _ENOUGH or poses.made_by.kind == "measured" or not np.isfinite(fps := _rate(poses)):
+    if len(poses) < 2 * _ENOUGH or poses.made_by.kind == "measured" or not np.isfinite(fps := _rate(poses)):
         return []
     ends = poses.joints[:, H36M17.indices(_ENDS)].astype(np.float64) / max(_size(poses), 1e-12)
     ends = ends[np.isfinite(ends).all(axis=(1, 2))]
-    ends = ends[np.append((np.diff(ends, axis=0) != 0).any(axis=(1, 2)), True)]  # frozen rows are told elsewhere
+    ends = ends[
+        np.append((np.diff(ends, axis=0) != 0).any(axis=(1, 2)), True)
+    ]  # frozen rows are told elsewhere
     if len(ends) < _ENOUGH:
         return []
     moved = ends - ends.mean(axis=0)
