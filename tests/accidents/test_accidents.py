@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import pytest
-
 from accidents.edits import edits
 from accidents.judge import judged
 from accidents.material import bases
+
 from pcnet3d.pipeline.core.take import Take
 
 pytestmark = pytest.mark.data
