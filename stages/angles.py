@@ -12,6 +12,7 @@ import numpy as np
 from ..models.angle_error.disagreement import by_disagreement
 from ..models.angle_error.joint_covariance import joint_covariance, turns_of
 from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
+from ..models.angle_error.off_keypoints import widened
 from ..models.angle_error.rates import angle_rates
 from ..models.angle_error.take_angles import AngleSeries, angle_series, in_reference
 from ..pipeline.core.errors import InputError
@@ -21,6 +22,7 @@ from ..pipeline.core.take import AngleErrors, Take
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
+from ..pipeline.signals.reprojection import residuals_of
 from .lift import Lift
 from .trajectories import Smoother
 
@@ -61,6 +63,8 @@ class Angles:
         basis: AngleErrors = "none" if noise is None else "file" if self.errors else "judged"
         if noise is None and poses.lifted and (by := _by_disagreement(take, series)) is not None:
             series, basis = by, "disagreement"
+        if basis != "none":
+            series = widened(series, residuals_of(take))
         columns = _columns(series, times, breaks(poses), self.smoother == "auto", noise)
         own = rectified.level.covariance
         if noise is not None and turning is not None and own is not None:

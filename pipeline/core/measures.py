@@ -31,6 +31,7 @@ UNITS = {
     "degps": Unit("_degps", "deg/s", "°/s"),
     "s": Unit("_s", "s", "s"),
     "cm": Unit("_cm", "cm", "cm"),
+    "px": Unit("_px", "px", "px"),
     "percent": Unit("_percent", "%", "%"),
     "spm": Unit("_spm", "1/min", "steps/min"),
     "length": Unit("", "{}", "{}"),

@@ -14,6 +14,7 @@ from ..core.intrinsics import undistorted
 from ..core.layouts import H36M17, remap
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
+from ..core.take import Take
 from .visibility import unseen
 
 # Every estimator puts nose, head and spine elsewhere, the detector and the lifter too.
@@ -79,6 +80,16 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
     depth = np.where(before[..., 2:] > _NEAREST, before[..., 2:], np.nan)
     off = before[..., :2] / depth - rays
     return Residuals(off * camera.focal_px, off * depth, np.where(is_finite(rays), trust, 0.0))
+
+
+def residuals_of(take: Take) -> Residuals | None:
+    """Of a take whose poses are in CAMERA axes; None where it has no keypoints, no camera or other axes."""
+    poses, keypoints, camera = take.poses, take.keypoints, take.camera
+    if poses is None or keypoints is None or camera is None:
+        return None
+    if (poses.frame.family, poses.frame.axes) != (CAMERA.family, CAMERA.axes) or poses.layout != H36M17:
+        return None
+    return residuals(poses, keypoints, camera)
 
 
 def keypoint_rays(

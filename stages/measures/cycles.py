@@ -19,6 +19,8 @@ from .smoothness import log_dimensionless_jerk, sparc
 POINTS = 101  # of a normalised cycle
 
 _ENDS = 0.1  # of the rise: where a repetition begins and ends
+_BACK = 0.2  # of the rise: a fall by more before the rise is another movement
+_HELD = 0.8  # of the rise: what stays above is held
 _FINE = 1001  # moments of a repetition: a duration of seconds to milliseconds
 _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut movements so)
 
@@ -28,7 +30,8 @@ class Repetition:
     """One rise and return. start_s, peak_s, stop_s: it begins and ends where a tenth of the rise lies below. peak: the
     signal's highest value. rise: from the higher of the two valleys beside it. up, down: smoothness of both movements,
     (SPARC, log dimensionless jerk) of the signal's rate, NaN when they are too short. whole: False where a gap hides
-    how it began or ended, so that all of these but the peak are of a part."""
+    how it began or ended, so that all of these but the peak are of a part. held_s: for how long the signal stays
+    beyond four fifths of the rise."""
 
     start_s: float
     peak_s: float
@@ -38,6 +41,7 @@ class Repetition:
     up: tuple[float, float]
     down: tuple[float, float]
     whole: bool = True
+    held_s: float = 0.0
 
 
 def repetitions(
@@ -65,10 +69,17 @@ def repetitions(
             found.append(
                 Repetition(
                     start, float(times[peak]), -stop, float(values[peak]), min(rise, fall), up, down,
-                    whole=not (begun or goes_on),
+                    whole=not (begun or goes_on), held_s=_held(values[left], times[left], values[right], times[right]),
                 )
             )  # fmt: skip
     return found
+
+
+def _held(up: np.ndarray, up_s: np.ndarray, down: np.ndarray, down_s: np.ndarray) -> float:
+    """Seconds from when a rise comes to four fifths of its height to when the return leaves them."""
+    first = int(np.flatnonzero(up <= up.min() + _HELD * (up[-1] - up.min()))[-1])
+    last = int(np.argmax(down <= down.min() + _HELD * (down[0] - down.min())))
+    return float(down_s[last] - up_s[first])
 
 
 def _had_begun(values: np.ndarray, times: np.ndarray, fall: float) -> bool:
@@ -166,8 +177,10 @@ def _movement(
 ) -> tuple[float, float, tuple[float, float]]:
     """Of a rise from its valley, the first row or later, to its peak, the last row: when it begins, by how much it
     rises, and how smooth it is."""
-    rise = float(values[-1] - values.min())
-    low = values.min() + _ENDS * rise
+    valley = _valley(values)
+    values, times, speed = values[valley:], times[valley:], speed[valley:]
+    rise = float(values[-1] - values[0])
+    low = values[0] + _ENDS * rise
     below = int(np.flatnonzero(values <= low)[-1])
     start = _crossing(values, times, below, low)
     high = below + int(np.argmax(values[below:] >= values[-1] - _ENDS * rise))
@@ -183,6 +196,17 @@ def _movement(
     moving = resample(speed, times, even)
     fps = (len(even) - 1) / (last - first)
     return start, rise, (sparc(moving, fps), log_dimensionless_jerk(moving, fps))
+
+
+def _valley(values: np.ndarray) -> int:
+    """The row from which values rise to their last without a fall by more than a fifth of the rise on the way up to
+    half of it: what moves before is another movement."""
+    rise = values[-1] - values.min()
+    row = lowest = int(np.flatnonzero(values <= values.min() + rise / 2)[-1])
+    while row > 0 and values[row] - values[lowest] <= _BACK * rise:
+        row -= 1
+        lowest = row if values[row] <= values[lowest] else lowest
+    return lowest
 
 
 def _crossing(values: np.ndarray, times: np.ndarray, row: int, level: float) -> float:

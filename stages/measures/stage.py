@@ -38,6 +38,7 @@ from ...pipeline.signals.angles import ANGLES, MIDLINE, continuous, of_both, unw
 from ...pipeline.signals.filters import breaks, rate
 from ...pipeline.signals.flights import Flight
 from ...pipeline.signals.foot_angles import ALL_ANGLES
+from ...pipeline.signals.reprojection import residuals_of
 from .cycles import Repetition, alike, hiding, near_ends_s, normalised, repetitions
 from .figures import (
     basis,
@@ -54,8 +55,10 @@ from .figures import (
 )
 from .floor import floor
 from .jumps import absorbs, jumping, jumps
+from .off_keypoints import off_keypoints
 from .outcomes import never_looked_for, with_outcome
 from .smoothness import path_length
+from .strikes import strikes
 from .walking import FEWEST, doubts, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
@@ -70,6 +73,9 @@ _HALF = 0.5  # and both by this part of the largest change in the take
 # Of the briefest repetition, for nobody repeats a movement to the frame: a gap that leaves room for a briefer one hides
 # none. Of 63 series of lifted squats and raises this tells the seven that a gap made one short, and no other.
 _AS_LONG = 0.8
+# At the top of a movement: longer, and it is a posture that somebody holds. Squats of the labelled takes stay 0.3 to
+# 1.5 s below, arms with a box over the head 3.5.
+_HOLD_S = 3.0
 _IN_BENDS = ("r_knee_flexion", "l_knee_flexion", "r_hip_flexion", "l_hip_flexion", "trunk_lean_sagittal")
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
@@ -112,6 +118,7 @@ class Measures:
         source = take.need("poses")
         asked = airborne(take), self.repeated, self.belt_speed
         found = measures(filtered, rectified, kinematics, source, gait, *asked)
+        found += tuple(within("off_keypoints", off_keypoints(residuals_of(take), source.times)))
         said = doubts(gait, source) if rectified.level_ok else []
         return take.with_(measures=found).saying(*said)
 
@@ -148,6 +155,7 @@ def measures(
         an arm goes up and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35
         (knees), 50 (arms) or 20 degrees at least, by half of the largest change in the take, and by more than noise
         makes: twice the standard deviation of a difference of two values. Means are of those that no gap cuts.
+        holds: those that stay at the top for over 3 s, which no count or mean has.
         count_reason: when one more may have been where the angle is missing; `reason` where none was seen.
     walking: steps and strides between the feet's initial contacts (models/gait), in walks of three steps or more
         and runs of two, without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the
@@ -157,6 +165,7 @@ def measures(
     floor: height, slope along the walk and stairs by where the feet stand, where the pelvis path is known; of a belt
         the height, and `slope_reason`.
     jumps: flights in which the centre of mass falls freely, where the pelvis path is known (stages/measures/jumps.py).
+    punches, kicks: fast movements of a limb, by side (stages/measures/strikes.py); they have no errors yet, and say so.
     sitting: nobody looks for it.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
@@ -182,6 +191,7 @@ def measures(
         *within("symmetry", _symmetry(take, ranges, named)),
         *within("knee_bends", with_outcome(_knee_bends(take, gait, jumped, apart))),
         *within("arm_raises", with_outcome(_arm_raises(take))),
+        *strikes(filtered, rectified),
         *within("repetitions", on_demand),
         *within("walking", with_outcome(walk)),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
@@ -324,8 +334,10 @@ def _repeats(
     usual = middle_sd(sd)
     plain = max(least, _HALF * whole)
     least = max(plain, NOISE * usual if np.isfinite(usual) else 0.0)
-    found = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
-    if not found and least > plain and any(map(counts, repetitions(driver, take.times, plain, take.seams))):
+    every = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
+    holds = [one for one in every if one.held_s > _HOLD_S]
+    found = [one for one in every if one.held_s <= _HOLD_S]
+    if not every and least > plain and any(map(counts, repetitions(driver, take.times, plain, take.seams))):
         noise = f"changes by {whole:.0f} degrees, which its error may make (less than {least:.0f})"
         return [Measure("count", 0), Remark("reason", f"the angle {noise}"), *basis(driver)]
     whole_ones = [one for one in found if one.whole]
@@ -333,7 +345,7 @@ def _repeats(
     gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)
     unseen = "count_reason" if found else "reason"
     said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
-    result: list[Row] = [Measure("count", len(found)), *said, *basis(driver)]
+    result: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
     if not found:
         return result
     result += [
@@ -358,6 +370,18 @@ def _repeats(
         *_smoothness(whole_ones),
         Curves(tuple(curve for curve in curves if curve)),
     ]
+
+
+def _holds(held: Sequence[Repetition]) -> list[Row]:
+    """Postures that are held: no repetitions of a movement, and in none of its means."""
+    if not held:
+        return []
+    times: list[Row] = [
+        moments("start", (one.start_s for one in held)),
+        moments("stop", (one.stop_s for one in held)),
+    ]
+    longest = max(one.held_s for one in held)
+    return within("holds", [Measure("count", len(held)), *times, Measure("longest", figure(longest), "s")])
 
 
 def _peaks(take: _Columns, angle: str, found: Sequence[Repetition], sd: np.ndarray) -> list[Measure]:

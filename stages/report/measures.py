@@ -65,7 +65,7 @@ _ERRORS = (
     "Grey: a difference that lies within its ±, which is its MDC90 too: beyond it lies one in ten of no difference."
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
-_ELSEWHERE = ("range_of_motion", "symmetry", "paths")  # beside the angles and the speeds
+_ELSEWHERE = ("range_of_motion", "symmetry", "paths", "off_keypoints")  # beside the angles and the speeds
 _RANGES = ("lowest", "highest", "full_range", "p05_p95")
 # What a reader of the page needs a textbook for: summary.json and measures.csv have it.
 FOR_FILES = ("sparc_up", "sparc_down", "log_dimensionless_jerk_up", "log_dimensionless_jerk_down", "places")
