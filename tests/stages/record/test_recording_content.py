@@ -100,7 +100,7 @@ def test_unit_is_arbitrary_where_the_source_has_no_scale(make_take, read_rrd, tm
     poses = unknown.pop("poses")
     record(take.with_(poses=poses, rectified=replace(take.rectified, **unknown)), tmp_path / "take.rrd")
     recording = read_rrd(tmp_path / "take.rrd")
-    assert recording.static("wrists/level/l_wrist", "SeriesLines:names")[0] == "l_wrist x (au)"
+    assert recording.static("wrists/level/l_wrist", "SeriesLines:names")[0] == "l_wrist x (units)"
     assert "Wrists after: back, right, up (arbitrary units)" in recording.blueprint(NAME)
 
 

@@ -169,7 +169,7 @@ def test_the_page_of_two_runs_begins_with_what_came_of_it(cameras, runs):
     assert len(rows) == len(OF_BOTH)
     titles = [re.findall(r"<figcaption>([^<]+)</figcaption>", row) for row in rows]
     assert ["Right knee flexion (°)", "Left knee flexion (°)", "Knee flexion: difference (°)"] in titles
-    assert ["Trunk lean sagittal (°)", "Trunk lean sagittal: difference (°)"] in titles
+    assert ["Trunk lean forward (°)", "Trunk lean forward: difference (°)"] in titles
     motion = shown["Wrist paths and accelerations"]
     assert motion.count('class="plane"') == 3
     assert motion.index("Right wrist acceleration (m/s²)") < motion.index("Left wrist acceleration (m/s²)")
