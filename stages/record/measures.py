@@ -13,7 +13,9 @@ _LONG = 8  # a list of more is in summary.json and measures.csv only
 def measures_markdown(measures: Iterable[Row], length: str) -> str:
     """A heading for each group, a table for its members, a line for each figure of its own; keys as they are, since
     they carry the units but that of lengths, which is `length`. Curves over a cycle are left out."""
-    lines = [f"Unit of length: {length}. Curves over a cycle are in summary.json and cycles.csv."]
+    lines = [
+        f"Unit of length: {length}. Curves over a cycle are in summary.json, those of each stride in strides.csv."
+    ]
     for name, group in nested(measures).items():
         lines += ["", f"#### {_spoken(name)}", *_group(group)]
     return "\n".join(lines) + "\n"

@@ -12,7 +12,7 @@ from typer.main import get_command
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 FILES = [
-    "cycles.csv",
+    "strides.csv",
     "kinematics.parquet",
     "measures.csv",
     "poses.npz",
