@@ -26,8 +26,9 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
 
     The number of the first frame says when it begins, counted from 1 at 0 s of the take; returns a note where that is
     no number that the file can hold. The group PCNET3D holds the provenance; POINT X_SCREEN and Y_SCREEN say which axes
-    to draw to the right and up; EVENT holds the feet's contacts. More frames than the file can number are not written, nor is a single one, which has no
-    rate for the file to state, and a warning says so. InputError as `markers` raises it.
+    to draw to the right and up; EVENT holds the feet's contacts. More frames than the file can number are not written,
+    nor is a single one, which has no rate for the file to state, and a warning says so. InputError as `markers` raises
+    it.
     """
     check_c3d()
     import ezc3d

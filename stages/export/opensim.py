@@ -71,7 +71,8 @@ def write_mot(take: Take, path: Path) -> None:
     Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. The pelvis turns
     with the hip line and the line from pelvis to thorax, which the hips' angles are against too; it has no rotation in
     frames in which the angles of these lines against gravity have no value. Where the source knows where the person is,
-    in metres, its origin moves: pelvis_tx, ty and tz, forward, up and right, over the floor where that is known. InputError when the take has no angles.
+    in metres, its origin moves: pelvis_tx, ty and tz, forward, up and right, over the
+    floor where that is known. InputError when the take has no angles.
     """
     poses = take.need("poses")
     columns = take.kinematics or {}

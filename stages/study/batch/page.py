@@ -113,8 +113,8 @@ def _conclusion(rows: Rows, done: Rows, changed: Sequence[Change]) -> Iterator[s
         told = ", ".join(f"{_named(change.of)} {change.bias:+.3g}" for change in beyond[:_MOST_TOLD])
         more = f" and {len(beyond) - _MOST_TOLD} more" if len(beyond) > _MOST_TOLD else ""
         chance = (
-            "of those that are said to, one in twenty did not: Benjamini & Hochberg 1995; a primary outcome (--primary) "
-            "is tested without this correction"
+            "of those that are said to, one in twenty did not: Benjamini & Hochberg 1995; a primary outcome "
+            "(--primary) is tested without this correction"
         )
         yield f"{step}: {counts} ({chance}){f': {told}{more}' if told else ''}."
 

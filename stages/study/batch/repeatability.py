@@ -75,7 +75,9 @@ def repeatability(rows: Sequence[Mapping[str, Any]]) -> list[Repeatability]:
                 visits = cells.setdefault(row["subject"], {})
                 visits.setdefault((row["visit"], row["condition"]), []).append(row["measures"][key].value)
         several = [
-            found for visits in cells.values() if (found := next((v for v in visits.values() if len(v) > 1), None))
+            found
+            for visits in cells.values()
+            if (found := next((v for v in visits.values() if len(v) > 1), None))
         ]
         if len(several) >= FEWEST_SUBJECTS:
             takes = min(map(len, several))
@@ -99,7 +101,9 @@ def icc(values: np.ndarray) -> tuple[float, float, float]:
     b = 1 + k * found * (n - 1) / (n * (1 - found)) if found < 1 else np.inf
     if not np.isfinite([a, b]).all() or rest <= 0:
         return float(found), float("nan"), float("nan")
-    freedom = (a * columns + b * rest) ** 2 / ((a * columns) ** 2 / (k - 1) + (b * rest) ** 2 / ((n - 1) * (k - 1)))
+    freedom = (a * columns + b * rest) ** 2 / (
+        (a * columns) ** 2 / (k - 1) + (b * rest) ** 2 / ((n - 1) * (k - 1))
+    )
     high, low = fisher.ppf(0.975, n - 1, freedom), fisher.ppf(0.975, freedom, n - 1)
     both = k * columns + (k * n - k - n) * rest
     lower = n * (between - high * rest) / (high * both + n * between)
@@ -148,7 +152,11 @@ def as_lines(found: Sequence[Repeatability]) -> list[str]:
 def _mean_squares(values: np.ndarray) -> tuple[float, float, float]:
     """Between subjects, between takes, and what is left, of (n, k)."""
     n, k = values.shape
-    rows, columns, all_ = values.mean(axis=1, keepdims=True), values.mean(axis=0, keepdims=True), values.mean()
+    rows, columns, all_ = (
+        values.mean(axis=1, keepdims=True),
+        values.mean(axis=0, keepdims=True),
+        values.mean(),
+    )
     rest = values - rows - columns + all_
     return (
         float(k * ((rows - all_) ** 2).sum() / (n - 1)),

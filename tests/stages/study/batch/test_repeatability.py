@@ -9,7 +9,9 @@ from pcnet3d.stages.study.batch.study import changes
 from refusals import refused
 
 # Six subjects and four judges: Shrout & Fleiss 1979, table 2; ICC(2,1) of table 4 and McGraw & Wong's interval of it.
-SHROUT_FLEISS = np.array([[9, 2, 5, 8], [6, 1, 3, 2], [8, 4, 6, 8], [7, 1, 2, 6], [10, 5, 6, 9], [6, 2, 4, 7]], float)
+SHROUT_FLEISS = np.array(
+    [[9, 2, 5, 8], [6, 1, 3, 2], [8, 4, 6, 8], [7, 1, 2, 6], [10, 5, 6, 9], [6, 2, 4, 7]], float
+)
 KNEE, CADENCE = "range_of_motion.r_knee_flexion.p05_p95_deg", "walking.cadence_spm"
 
 
@@ -68,7 +70,12 @@ def study(subjects: int, knee: float, cadence: float):
     rng = np.random.default_rng(1)
     noise = rng.normal(0, 1, (subjects, 2))
     return [
-        row(f"s{i}", visit, knee=60 + later * knee + noise[i, 0] * later, cadence=100 + later * (cadence + noise[i, 1]))
+        row(
+            f"s{i}",
+            visit,
+            knee=60 + later * knee + noise[i, 0] * later,
+            cadence=100 + later * (cadence + noise[i, 1]),
+        )
         for i in range(subjects)
         for later, visit in enumerate("12")
     ]
