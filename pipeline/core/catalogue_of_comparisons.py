@@ -28,6 +28,9 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
     "truth-trunk-by-shoulders": ("note", "files",
         "The motion capture has no thorax: in both, the trunk line goes from the middle of the hips to the middle of "
         "the shoulders."),
+    "neutral-of-some": ("warning", "motion",
+        "The angles of {with_neutral} are from a neutral posture (--neutral), those of {without} are not: they differ "
+        "by that posture throughout."),
     "cutoffs-differ": ("warning", "motion",
         "The runs were low-passed at different cut-offs ({cutoffs} Hz)."),
     "rates-differ": ("warning", "clock",

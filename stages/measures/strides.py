@@ -82,7 +82,9 @@ def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
             }
 
 
-def peaks(columns: Mapping[str, np.ndarray], times: np.ndarray, strides: Sequence[Stride]) -> list[Row]:
+def peaks(
+    columns: Mapping[str, np.ndarray], times: np.ndarray, strides: Sequence[Stride], seams: Sequence[int] = ()
+) -> list[Row]:
     """Of the strides of one side, in order, what gait papers report, each stride with its stated error and then the
     mean, whose error holds what all strides have wrong alike. Degrees (Benedetti et al., Clin Biomech 13(3), 1998: K1,
     K2, K5, H3).
@@ -101,7 +103,7 @@ def peaks(columns: Mapping[str, np.ndarray], times: np.ndarray, strides: Sequenc
             if f"{angle}_deg" not in columns or not np.isfinite([begin_s, end_s]).all():
                 continue
             at_s = np.linspace(begin_s, end_s, POINTS) if end_s > begin_s else np.array([begin_s])
-            both = [np.interp(at_s, times, columns[f"{angle}{end}"]) for end in ("_deg", "_sd_deg")]
+            both = [resample(columns[f"{angle}{end}"], times, at_s, seams) for end in ("_deg", "_sd_deg")]
             if np.isfinite(both[0]).all():
                 at = int(np.argmax(sign * both[0]))
                 values.append(float(both[0][at]))

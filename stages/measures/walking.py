@@ -116,7 +116,7 @@ def walking(
             Measure("strides", len(spans[side])),
             *said(values, ("step_time_s", "stance_time_s", *phases), side),
             *said(lengths, ("step_length",), side, share),
-            *peaks(columns, filtered.times, [s for s in strides if s.side == side]),
+            *peaks(columns, filtered.times, [s for s in strides if s.side == side], breaks(filtered)),
             moments("stride_start", spans[side][:, 0]),
             moments("stride_stop", spans[side][:, 1]),
             moments("landings", contact_times(gait.walks, side)),

@@ -33,7 +33,7 @@ def _table(members: Mapping[str, Mapping[str, Any]]) -> list[str]:
             key
             for member in members.values()
             for key, value in member.items()
-            if not isinstance(value, Mapping) and _short(value)
+            if not isinstance(value, Mapping) and not _is_of_strides(member, key) and _short(value)
         )
     )
     if not keys:
@@ -43,6 +43,11 @@ def _table(members: Mapping[str, Mapping[str, Any]]) -> list[str]:
         for name, member in members.items()
     ]
     return ["", f"| | {' | '.join(map(_spoken, keys))} |", "|---" * (len(keys) + 1) + "|", *rows]
+
+
+def _is_of_strides(member: Mapping[str, Any], key: str) -> bool:
+    """Whether it is a list of figures of each stride, whose mean stands beside it."""
+    return isinstance(member[key], list) and (f"mean_{key}" in member or "_error_" in key)
 
 
 def _short(value: Any) -> bool:

@@ -88,7 +88,7 @@ def repeatability(rows: Sequence[Mapping[str, Any]]) -> list[Repeatability]:
 
 
 def icc(values: np.ndarray) -> tuple[float, float, float]:
-    """ICC(2,1) of (subjects, takes) with its 95 % interval; NaN where nothing varies."""
+    """ICC(2,1) of values (N, K), subjects and takes, with its 95 % interval; NaN where nothing varies."""
     from scipy.stats import f as fisher
 
     n, k = values.shape
@@ -112,7 +112,7 @@ def icc(values: np.ndarray) -> tuple[float, float, float]:
 
 
 def sem(values: np.ndarray) -> tuple[float, float, float]:
-    """The standard deviation within subjects of (subjects, takes), with its 95 % interval by chi squared."""
+    """The standard deviation within subjects of values (N, K), subjects and takes, with its 95 % interval by chi squared."""
     from scipy.stats import chi2
 
     freedom = values.shape[0] * (values.shape[1] - 1)
@@ -122,7 +122,7 @@ def sem(values: np.ndarray) -> tuple[float, float, float]:
 
 
 def limits(off: np.ndarray) -> tuple[float, float, float, float, float, float, float]:
-    """Of differences (n,): their mean, then the lower and the upper 95 % limit of agreement, each with its 95 %
+    """Of differences (N,): their mean, then the lower and the upper 95 % limit of agreement, each with its 95 %
     interval (standard error sqrt(1 / n + 1.96^2 / (2 (n - 1))) of their standard deviation)."""
     from scipy.stats import t as student_t
 

@@ -227,7 +227,8 @@ def test_strides_carry_curves_with_their_spread(walk, take):
         curve = walking["cycles"][f"{side}_knee_flexion"]
         assert curve["count"] == walking[words]["strides"] >= 2
         assert np.max(curve["mean_deg"]) == pytest.approx(60, abs=1.5)
-        assert np.max(curve["sd_deg"]) < 3
+        assert "sd_deg" not in curve  # of fewer than six strides
+        assert "6" in walking[words]["sd_reason"]
 
 
 def test_symmetry_of_a_symmetric_person_and_of_a_stiff_leg(walk, take):
@@ -443,7 +444,7 @@ def test_a_stride_without_the_angle_leaves_a_gap_in_the_list():
     times = np.arange(0, 4, 0.05)
     strides = [Stride("r", i, i + 1, i + 0.6, np.nan, np.nan) for i in range(3)]
     knee = 30 + 30 * np.sin(2 * np.pi * times)
-    knee[(times > 1) & (times < 2)] = np.nan
+    knee[(times > 0.9) & (times < 1.9)] = np.nan
     found = nested(
         peaks({"r_knee_flexion_deg": knee, "r_knee_flexion_sd_deg": np.full(len(times), 4.0)}, times, strides)
     )
@@ -522,7 +523,7 @@ def test_the_text_of_the_recording_says_figures_and_reasons(take):
     text = measures_markdown(take.measures, "m")
     for said in ("#### walking", "cadence spm: 11", "| knee flexion |", "both ranges are below 5 degrees"):
         assert said in text
-    assert max(map(len, text.splitlines())) < 500  # no curves
+    assert max(map(len, text.splitlines())) < 800  # no curves, nor each stride
 
 
 def columns_with(take, **changes):
