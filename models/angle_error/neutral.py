@@ -30,9 +30,8 @@ STILL_DEG = (
 def neutral_deg(
     series: Mapping[str, AngleSeries], time_s: np.ndarray, span_s: tuple[float, float]
 ) -> dict[str, tuple[float, float]]:
-    """By angle its median over the frames of a span of time_s (T,), and the middle of their standard deviations (NaN where unknown);
-    without angles that fewer than ten of the frames have. InputError where fewer than ten frames lie in it, or none of
-    the angles is there."""
+    """By angle its median over the frames of a span of time_s (T,), and the middle of their standard deviations (NaN
+    where unknown); without angles that fewer than ten of the frames have. InputError where no angle is left."""
     inside = (time_s >= span_s[0]) & (time_s <= span_s[1])
     found = {}
     for name, angle in series.items():
@@ -51,8 +50,8 @@ def neutral_deg(
 
 
 def moves_deg(series: Mapping[str, AngleSeries], time_s: np.ndarray, span_s: tuple[float, float]) -> float:
-    """By how many degrees the knees, hips and trunk move within a span of time_s (T,) at most, from the 5th to the 95th percentile; 0
-    where none of them is there."""
+    """By how many degrees the knees, hips and trunk move within a span of time_s (T,) at most, from the 5th to the 95th
+    percentile; 0 where none of them is there."""
     inside = (time_s >= span_s[0]) & (time_s <= span_s[1])
     moving = [0.0]
     for name in ("r_knee_flexion", "l_knee_flexion", "r_hip_flexion", "l_hip_flexion", "trunk_lean_sagittal"):

@@ -112,7 +112,8 @@ def icc(values: np.ndarray) -> tuple[float, float, float]:
 
 
 def sem(values: np.ndarray) -> tuple[float, float, float]:
-    """The standard deviation within subjects of values (N, K), subjects and takes, with its 95 % interval by chi squared."""
+    """The standard deviation within subjects of values (N, K), subjects and takes, with its 95 % interval (chi
+    squared)."""
     from scipy.stats import chi2
 
     freedom = values.shape[0] * (values.shape[1] - 1)

@@ -148,7 +148,7 @@ def truth_side(poses: PoseSequence, about: str, cutoff_hz: float | None) -> Side
     joints = relative(poses.joints.astype(np.float64))
     filtered = joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz)
     R = _facing(joints)
-    series = take_angles(*(_trunk_by_shoulders(each) for each in (joints, filtered)), R, lifted=False)
+    series = take_angles(_trunk_by_shoulders(joints), _trunk_by_shoulders(filtered), R, lifted=False)
     R_world_from_level, _ = level_frame(R, np.array([0.0, 0.0, 1.0]), poses.times)
     return Side(
         name=TRUTH,
