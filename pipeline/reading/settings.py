@@ -187,12 +187,14 @@ class RunOptions(BaseModel):
     neutral: Annotated[
         tuple[float, float] | None,
         BeforeValidator(_neutral),
-        _option(
-            _PERSON, "START-END, such as 0:00-0:02, in which the person stands: all angles are from those."
-        ),
+        typer.Option(hidden=True),  # `run --help` has 22 options at most; the page of angles tells this one
         Tells("neutral_s"),
     ] = None
-    camera: Annotated[str | None, _option(_CAMERA, "static (default) or moving."), Tells("camera")] = None
+    camera: Annotated[
+        str | None,
+        _option(_CAMERA, "static or moving; else by the background of the images."),
+        Tells("camera"),
+    ] = None
     focal: Annotated[
         float | None, _option(_CAMERA, "Focal length in pixels, if known."), Tells("focal_px")
     ] = None
