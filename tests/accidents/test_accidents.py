@@ -10,7 +10,7 @@ from accidents.material import bases
 from pcnet3d.pipeline.core.take import Take
 
 pytestmark = pytest.mark.data
-# What is neither refused nor told so far, though a figure changes (docs/security.md has the whole table).
+# What is neither refused nor told so far, though a figure changes (the command prints the whole table).
 TENTH = [edit for edit in edits() if edit.codes][::10]
 
 
