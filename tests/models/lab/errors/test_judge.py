@@ -70,7 +70,7 @@ def test_fitted_bars_hold_at_every_size_and_on_people_left_out():
 
     weights = fitted(takes, squares)
     assert np.sqrt(weights) / 1.645 == pytest.approx([1.5, 2.0], rel=0.25)
-    assert judge.inside(held_out(takes, squares)).inside == pytest.approx(0.9, abs=0.03)
+    assert judge.inside(held_out({"all": takes}, squares)["all"]).inside == pytest.approx(0.9, abs=0.03)
     assert all(b[3].inside > 0.8 for b in judge.bins([with_bars(t, squares, weights) for t in takes], "x"))
 
 
