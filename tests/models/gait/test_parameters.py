@@ -8,9 +8,10 @@ from pcnet3d.models.gait.errors import (
     OF_SIDES,
     OF_STYLE,
     depth_of_steps,
+    path_error,
     shipped_errors,
 )
-from pcnet3d.models.gait.events import Stance, walks
+from pcnet3d.models.gait.events import Stance, Step, walks
 from pcnet3d.models.gait.gait import Gait, find_gait, length_values, over_belt, time_values
 
 FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16
