@@ -1,4 +1,4 @@
-"""Makes the takes of docs/gallery.md, reports and recordings:  python docs/gallery.py OUT [PICTURES]
+"""Makes the takes of docs/start.md, reports and recordings:  python docs/gallery.py OUT [PICTURES]
 
 Each take is a folder of OUT, made by the commands that are printed; a take whose folder is there is left as it is. All
 but the walker need the data folder (PCNET3D_DATA). Into the folder PICTURES, which is docs for those of the page, the

@@ -29,7 +29,9 @@ def calibrate(
     focal: Annotated[float | None, typer.Option(help="Focal length in pixels, if known.")] = None,
     gravity_network: Annotated[
         str | None,
-        typer.Option(help="Network to ask where lines do not tell up: geocalib, or an .onnx file."),
+        typer.Option(
+            help="Network to ask where lines do not show which way is up: geocalib, or an .onnx file."
+        ),
     ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="PNG to write: the lines by direction, the horizon, up.")
@@ -37,9 +39,9 @@ def calibrate(
     device: OnDevice = "auto",
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
-    """Say how a camera stands and its focal length, by the straight lines that it sees.
+    """Find a camera's pitch, roll and focal length from the straight lines in its images.
 
-    Exit code 3 when the lines do not tell. People in the image do not matter much, they are few lines among many.
+    Exit code 3 when the lines do not show them. People in the image hardly matter: they are few lines among many.
     """
     with computing_on(device) as where:
         found, image = _looked(files, focal, gravity_network)

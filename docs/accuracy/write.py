@@ -1,13 +1,13 @@
-"""Writes docs/accuracy.md and the tables of accuracy in other documents, from what `pcnet3d evaluate` measured:
+"""Writes the tables of accuracy in documents, from what `pcnet3d evaluate` measured:
 
     python docs/accuracy/write.py [DIR/evaluation.json ...] [DIR/errors.json ...]
 
 The figures that documents quote are in figures.json, a block per evaluation, with its command, its date and the
 networks that it measured. An evaluation.json replaces the figures of its blocks; all others stay. Whether stated errors
 hold, and how large errors are, is in errors.json here; the rows of another one (of `pcnet3d evaluate errors`) replace
-those of the same configurations and people. Then accuracy.md is
-written from page.j2, and what stands between `<!-- docs/accuracy/write.py: NAME -->` and `<!-- end -->` in other
-documents from the macro NAME of tables.j2. Words around the figures are not measured: read them again.
+those of the same configurations and people. Then what stands between `<!-- docs/accuracy/write.py: NAME -->` and
+`<!-- end -->` in a document is written from the macro NAME of tables.j2. Words around the figures are not measured:
+read them again.
 """
 
 from __future__ import annotations
@@ -36,9 +36,11 @@ ROOT = HERE.parents[1]
 MARKED = (
     "README.md",
     "docs/angles.md",
-    "docs/lifting.md",
-    "docs/motion.md",
-    "docs/place.md",
+    "docs/errors.md",
+    "docs/movements.md",
+    "docs/research.md",
+    "docs/trust.md",
+    "docs/up.md",
     "models/lifter/card.md",
     "models/rectifier/card.md",
 )
@@ -266,7 +268,7 @@ def pages(figures: dict[str, Any], errors: Rows) -> dict[str, str]:
     words["statements"] = of_kinds([row["statement"] for row in errors])
     words["held"] = {(row["statement"], row["configuration"], row["set"]): row for row in errors}
     tables = kit.get_template("tables.j2").make_module(words)
-    texts = {"docs/accuracy.md": kit.get_template("page.j2").render(words)}
+    texts = {}
     for name in MARKED:
         text = (ROOT / name).read_text(encoding="utf-8")
         texts[name] = _MARK.sub(lambda mark: f"{mark[1]}{getattr(tables, mark[2])()}{mark[3]}", text)

@@ -1,7 +1,7 @@
 """Several looks at one person: a network's answers for the same part of the image, mirrored and a little closer.
 
 What a network is off by changes with where the joints fall on its grid and with which side is which, so the mean of
-several looks is off by less, and trembles less from frame to frame (docs/detect.md). Mirrored looks are the usual
+several looks is off by less, and trembles less from frame to frame (docs/video.md). Mirrored looks are the usual
 "flip test" of 2D pose estimation (e.g. Newell et al., "Stacked Hourglass Networks", ECCV 2016).
 """
 

@@ -7,6 +7,8 @@ import numpy as np
 _SIDE = 32
 _SAMPLES = 64  # a side, that are looked at: averaging all pixels would cost more than what follows
 _ALIKE = 0.6  # correlation of two small images below which they show different scenes
+_SAME = 8.0  # grey values by which what stays where it is differs from one image to a later one at most
+_STAYS = 0.5  # of the image: who walks through a room, or comes near, leaves more of it as it was
 _FLAT = 2.0  # deviation of grey values below which an image shows nothing to compare
 
 
@@ -35,4 +37,7 @@ class Glance:
     def is_cut_to(self, now: Glance) -> bool:
         """Whether the next image shows another scene. Brighter, darker or a flash is none; nor is an image of one
         colour, so whoever asks keeps the last that `shows` something."""
-        return self.shows and now.shows and float(self._pattern @ now._pattern) < _ALIKE
+        if not (self.shows and now.shows) or float(self._pattern @ now._pattern) >= _ALIKE:
+            return False
+        change = np.abs(self.small.astype(np.float32) - now.small)
+        return float((change < _SAME).mean()) < _STAYS

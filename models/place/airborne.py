@@ -32,20 +32,23 @@ _ROUNDS = 5  # of weighing joints
 class Airborne:
     """A take's flights, in order. reason: why there may be others that cannot be told, "" where there are none. lifted:
     that they are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known.
-    still: that the camera is known to stand still."""
+    still: that the camera is known to stand still. looked: False where nothing could be looked at."""
 
     flights: tuple[Flight, ...] = ()
     reason: str = ""
     lifted: bool = False
     judged: bool = False
     still: bool = True
+    looked: bool = True
 
 
 def airborne(take: Take) -> Airborne:
     """The flights of a rectified take. InputError without poses, or where nothing has rectified them."""
     poses, rectified, level = take.need("poses"), take.need("rectified"), take.need("rectified").level
     if level.root is None:
-        return Airborne(reason="where the person is in the room is not known, or the camera moves")
+        return Airborne(
+            reason="where the person is in the room is not known, or the camera moves", looked=False
+        )
     if not rectified.level_ok:
         return Airborne(reason=f"the take is not levelled: {rectified.level_reason}")
     seen = is_finite(level.joints[:, level.layout.indices(NEEDED)]).all(axis=1) & is_finite(level.root)
@@ -54,7 +57,7 @@ def airborne(take: Take) -> Airborne:
     if level.measured_root is not None:
         return Airborne(tuple(flights(level, MEASURED)))
     if take.keypoints is None or take.camera is None or rectified.in_world:
-        return Airborne(reason="the pelvis path is an estimate, too uncertain for flights")
+        return Airborne(reason="without 2D keypoints heights are too uncertain for flights", looked=False)
     rays, trust = keypoint_rays(poses, take.keypoints, take.camera)
     height = own_height(level, rectified, rays, trust)
     if height is None:

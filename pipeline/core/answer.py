@@ -4,12 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from .measures import Group, Measure, grouped, measure, moments, numbered, subgroup, text, value
+from .measures import (
+    CANNOT_BE_TOLD,
+    NONE,
+    NOT_LOOKED_FOR,
+    Group,
+    Measure,
+    grouped,
+    measure,
+    moments,
+    numbered,
+    subgroup,
+    text,
+    value,
+    without_error,
+)
 from .messages import how_many
 from .take import Take
 
 _MOST = 4  # depths that are told one by one
 _SIDES = ("right", "left")
+_MOVEMENTS = {
+    "walking": "walking", "knee_bends": "knee bends", "arm_raises": "raised arms", "jumps": "jumps",
+    "sitting": "sitting",
+}  # fmt: skip
 _TIMES = ("never", "once", "twice")
 # What is told of the joints: where movements were recognised, and where none were.
 _MOVED = ("knee_flexion",)
@@ -22,8 +40,8 @@ _JOINTS = {
 
 
 def answer(take: Take) -> list[str]:
-    """Sentences about a take's movements: steps, knee bends, raised arms, jumps, and the range of the main joints. What
-    was not recognised is not told, but that nothing was, or why steps cannot be counted; nothing of a take without
+    """Sentences about a take's movements: steps, knee bends, raised arms, jumps, and the range of the main joints; then
+    what of these was not there, what cannot be told and why, and what was not looked for. Nothing of a take without
     measures."""
     if not take.measures:
         return []
@@ -33,21 +51,29 @@ def answer(take: Take) -> list[str]:
     walking, bends = subgroup(measures, "walking"), subgroup(measures, "knee_bends")
     legs = [*_walked(walking, metric), *_bent(bends)]
     arms = _raised(subgroup(measures, "arm_raises"))
-    jumps = subgroup(measures, "jumps")
-    done = [*legs, *arms, *_jumped(jumps)]
+    done = [*legs, *arms, *_jumped(subgroup(measures, "jumps"))]
     shown = (*(_MOVED if legs or not arms else ()), *(_RAISED if arms else ())) if done else _ALL
     joints = [words for name in shown if (words := _range(subgroup(measures, "range_of_motion"), name))]
-    if not done:
-        seconds = poses.times[-1] - poses.times[0]
-        untold = text(jumps, "reason")
-        looked_for = "knee bends or raised arms" if untold else "knee bends, raised arms or jumps"
-        done = [f"no walking, {looked_for} were recognised in {seconds:.1f} s"]
-        done += [f"jumps cannot be told: {untold}"] if untold else []
-    why = text(walking, "reason")
-    unseen = [why] if why.startswith("steps cannot be counted") else []
-    return [
-        f"{words[:1].upper()}{words[1:]}." for words in ("; ".join(done), "; ".join(joints), *unseen) if words
-    ]
+    seconds = poses.times[-1] - poses.times[0]
+    sentences = ("; ".join(done), "; ".join(joints), *_not_seen(measures, seconds))
+    said = sentences if done else (*sentences[2:], sentences[1])
+    return [f"{words[:1].upper()}{words[1:]}." for words in said if words]
+
+
+def _not_seen(measures: Group, seconds: float) -> list[str]:
+    """A sentence on what was not there, one on what cannot be told, one on what was not looked for, where there is
+    any."""
+    by: dict[str, list[str]] = {NONE: [], CANNOT_BE_TOLD: [], NOT_LOOKED_FOR: []}
+    for name, words in _MOVEMENTS.items():
+        group = subgroup(measures, name)
+        if (code := text(group, "outcome")) not in by:
+            continue
+        why = [text(group, "reason"), *(text(subgroup(group, side), "reason") for side in _SIDES)]
+        reason = next(filter(None, why), "")
+        by[code].append(words if code == NONE or not reason else f"{words} ({reason})")
+    sentences = [f"no {_and(by[NONE], 'or')} in {seconds:.1f} s"] if by[NONE] else []
+    sentences += [f"cannot be told: {', '.join(by[CANNOT_BE_TOLD])}"] if by[CANNOT_BE_TOLD] else []
+    return sentences + ([f"not looked for: {', '.join(by[NOT_LOOKED_FOR])}"] if by[NOT_LOOKED_FOR] else [])
 
 
 def _walked(walking: Group, metric: bool) -> list[str]:
@@ -59,9 +85,9 @@ def _walked(walking: Group, metric: bool) -> list[str]:
     if _count(walking, "walks") == 1 and landed:
         words += f" in {max(landed) - min(landed):.1f} s"
     if cadence := measure(walking, "cadence"):
-        words += f", {_figure(cadence)} a minute"
+        words += f", {_figure(cadence, 'a minute')}"
     if metric and (speed := measure(walking, "walking_speed")):
-        words += f", at {_figure(speed)} m/s"
+        words += f", at {_figure(speed, 'm/s')}"
     return [words]
 
 
@@ -91,14 +117,20 @@ def _counted(groups: Iterable[Group]) -> str:
 
 
 def _peaks(groups: Sequence[Group]) -> str:
-    """Such as " to 102 ± 7 degrees"; of several their lowest and highest, and the largest error."""
-    found = [peak for of in groups for peak in numbered(of, "peak")]
-    peaks = [round(peak.value) for peak in found]
-    errors = [peak.bar for peak in found if peak.bar is not None]
-    if not peaks:
+    """Such as " to 102 degrees (± 7)", " to between 98 and 104 degrees (± 7)"; of both arms each side's own, and the
+    largest error."""
+    found = [(of, numbered(of, "peak")) for of in groups]
+    parts, errors = [], []
+    for _, peaks in found:
+        if not peaks:
+            continue
+        values, side = [round(peak.value) for peak in peaks], f" ({peaks[0].side})" if len(found) > 1 else ""
+        low, high = min(values), max(values)
+        parts.append((f"{low}" if low == high else f"between {low} and {high}") + side)
+        errors += [peak.bar for peak in peaks if peak.bar is not None]
+    if not parts:
         return ""
-    ends = f"to {peaks[0]}" if min(peaks) == max(peaks) else f"to between {min(peaks)} and {max(peaks)}"
-    return f" {ends} degrees{f' (± {max(errors):.0f})' if errors else ''}"
+    return f" to {' and '.join(parts)} degrees{f' (± {max(errors):.0f})' if errors else ''}"
 
 
 def _jumped(jumps: Group) -> list[str]:
@@ -113,8 +145,8 @@ def _jumped(jumps: Group) -> list[str]:
 
 
 def _range(ranges: Group, name: str) -> str:
-    """Such as "knees 3 to 58 (right) and 2 to 68 degrees (left), each within 9"; empty where no side is to be
-    believed."""
+    """Such as "knees 3 to 58 (right) and 2 to 68 (left) degrees, each end of the range ± 9"; empty where no side is
+    to be believed."""
     sides = {"": name} if name in ranges else {side: f"{side[0]}_{name}" for side in _SIDES}
     parts, errors = [], []
     for side, angle in sides.items():
@@ -126,12 +158,15 @@ def _range(ranges: Group, name: str) -> str:
         errors += [end.bar for end in ends if end.bar is not None]
     if not parts:
         return ""
-    within = f", {'each ' * (len(parts) > 1)}within {max(errors):.0f}" if errors else ""
+    within = f", each end of the range ± {max(errors):.0f}" if errors else ""
     return f"{_JOINTS[name]} {' and '.join(parts)} degrees{within}"
 
 
-def _figure(of: Measure) -> str:
-    return f"{of.value:g}" + ("" if of.bar is None else f" ± {of.bar:g}")
+def _figure(of: Measure, unit: str) -> str:
+    """With the words of its unit, and its error or that this is not known."""
+    if of.bar is None:
+        return f"about {without_error(of.value)} {unit} (error not known)"
+    return f"{of.value:g} ± {of.bar:g} {unit}"
 
 
 def _count(of: Group, name: str = "count") -> int:
@@ -142,5 +177,5 @@ def _often(count: int) -> str:
     return _TIMES[count] if count < len(_TIMES) else f"{count} times"
 
 
-def _and(words: Sequence[str]) -> str:
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+def _and(words: Sequence[str], last: str = "and") -> str:
+    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

@@ -55,9 +55,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} in which nobody was "
         "seen: it may be somebody else from there on."),
     "no-joint-centres": ("warning", "files",
-        "Left out for want of joint centres: the points of {people}."),
+        "Left out, because they are not joint centres: the points of {people}."),
     "no-track-number": ("warning", "files",
-        "Left out for want of a track number: {unnamed:~detection} of {detections}; track=true "
+        "Left out, because they have no track number: {unnamed:~detection} of {detections}; track=true "
         "(--set keypoints.track=true) ignores the numbers and joins people to the nearest of the frames before."),
     "rebased-to-floor": ("warning", "files",
         "The lowest joint was put at height 0 in {rebased} of {frames:~frame}, and it was another one "
@@ -151,7 +151,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "keypoints-left-out": ("repair", "",
         "{frames:~frame} of 2D keypoints, between leaps of the whole person, left out of the lift."),
     "joints-on-a-line": ("repair", "",
-        "{joints} missing keypoints were put on a line between where they were seen."),
+        "{joints} missing keypoints were bridged by a line between the frames around them."),
     "lifted": ("note", "",
         "The poses are the built-in lifter's, from the 2D keypoints (network {model})."),
     "lifted-by": ("note", "",
@@ -159,10 +159,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "focal-guessed": ("note", "camera",
         "The focal length is unknown and taken for {focal_px:.0f} pixels (--focal)."),
     "lifters-own-path": ("note", "place",
-        "The pelvis's path before the camera is the lifter's own{at}; it states no error."),
+        "The pelvis's path is the lifter's own{at}; it states no error."),
     "focal-of-the-network": ("note", "place",
-        "The lifter takes the focal length for {focal_px:.0f} pixels, which nobody has measured, so its own path "
-        "of the pelvis before the camera is not used (--focal)."),
+        "The lifter assumes a focal length of {focal_px:.0f} pixels, which was not measured, so its own pelvis path "
+        "is not used (--focal)."),
     "focal-not-used": ("note", "camera",
         "The lifter answers without it: the focal length is not used for the lift."),
     "bearing-shifts-heading": ("note", "camera",
@@ -200,18 +200,18 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The {part} {parts:?is/are} not seen by the detector {when}; what needs {parts:?it/them} is left out "
         "there."),
     "no-scale": ("warning", "",
-        "The source has no scale: lengths are in its own arbitrary units. Give the person's height (--stature "
+        "The source has no scale: lengths are in units of its own. Give the person's height (--stature "
         "METRES) for metres."),
     "scaled": ("repair", "",
         "Scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scaled-by-flights": ("warning", "",
-        "Nobody has told the person's height: metres rest on how fast the body falls in {flights:~flight}, by which "
+        "The person's height was not given: metres come from how fast the body falls in {flights:~flight}, by which "
         "the stature is {stature_m:.2f} ± {within_m:g} m. Path, speed and lengths are within {percent:g} % "
         "together; with --stature METRES they are surer."),
     "not-placed": ("note", "place",
-        "Where the person is before the camera is not known: {reason}."),
+        "The place of the person is not known: {reason}."),
     "placed": ("note", "place",
-        "The pelvis's path before the camera rests on the keypoints, in {placed} of {frames} frames{bridges}: each "
+        "The pelvis's path rests on the keypoints, in {placed} of {frames} frames{bridges}: each "
         "frame is within {within:g} {unit}, mostly in depth, and the whole within "
         "{size_percent:g} % for the body's size and {focal_percent:g} % of the depth for the focal "
         "length{guess}{unjudged}."),
@@ -252,10 +252,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "foot-not-locked": ("note", "motion",
         "No foot is locked: there is no pelvis path from keypoints and a camera that stands still."),
     "gait-errors-unknown": ("note", "motion",
-        "The errors of the gait's figures are not known: nobody has judged the poses{by}."),
+        "The errors of the gait's figures are not known: these poses{by} have not been compared with a truth."),
     "gait-unlike-any-seen": ("warning", "motion",
-        "Nobody whom the errors of gait were fitted on had {figures}, {gait}: errors are stated larger the farther "
-        "that is from them, which nobody has judged."),
+        "The errors of gait were fitted on people who did not have {figures}, {gait}: the errors grow with the "
+        "distance, and were not compared with a truth there."),
     "single-frame": ("warning", "motion",
         "A single frame has no path: velocities and accelerations are missing."),
     "not-filtered": ("warning", "motion",
@@ -279,10 +279,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The errors of the angles are not known: the poses were estimated{by} in a world's axes, where no "
         "estimator has been judged."),
     "angle-errors-unjudged": ("note", "motion",
-        "The errors of the angles are not known: the poses were estimated{by}, which nobody has judged; give the "
-        "video's keypoints too, or a file of its errors (--set angles.errors=FILE)."),
+        "The errors of the angles are not known: the poses were estimated{by}, which was not compared with a truth; "
+        "give the video's keypoints too, or a file of its errors (--set angles.errors=FILE)."),
     "angle-errors-by-disagreement": ("note", "motion",
-        "Nobody has judged the errors of these poses{by}; those of the angles are stated by how far they are from "
+        "The errors of these poses{by} were not measured; those of the angles are stated by how far they are from "
         "the built-in lifter's on the same keypoints."),
     "angle-errors-of-file": ("note", "motion",
         "The errors of the angles are those that the given file states of {lifter}; the poses were estimated{by}."),
@@ -298,18 +298,18 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "c3d-begins": ("note", "files",
         "{file}: its first frame, which has the number 1, is at {begin_s:.3f} s of the take."),
     "animation-stays": ("note", "files",
-        "{file}: the pelvis stays where it is, for its path is not known."),
+        "{file}: the pelvis stays where it is, because its path is not known."),
     "animation-origin": ("note", "files",
         "{file}: its origin is {left:.2f} to the left, {up:.2f} up and {front:.2f} in front of the one that TRC "
         "counts from."),
     "animation-unit": ("note", "files",
-        "{file}: its lengths are in the source's own unit, for the source has no scale."),
+        "{file}: its lengths are in the source's own unit, because the source has no scale."),
     "animation-cut": ("note", "files",
         "{file}: what has no pose is left out, {before:~frame} at the beginning and {after:~frame} at the end."),
     "animation-begins": ("note", "files",
         "{file}: its time begins with 0 at {begin_s:.3f} s of the take."),
     "animation-held": ("note", "files",
-        "{file}: in {held} of {frames:~frame} nothing is known of {joints}; what was last known is held."),
+        "{file}: in {held} of {frames:~frame} nothing is known of {joints}; the last known value is kept."),
     "annotated-begins": ("note", "files",
         "{file} begins with frame {frame} of the video, at {begin_s:.3f} s."),
     "video-copied": ("note", "files",

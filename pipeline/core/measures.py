@@ -11,6 +11,8 @@ from typing import Any, Literal, NamedTuple
 
 Side = Literal["", "right", "left"]
 SD_90 = 1.645  # standard deviations of a Gaussian to each side that hold nine in ten
+# What became of looking for a movement: the text of the remark `outcome`.
+SEEN, NONE, CANNOT_BE_TOLD, NOT_LOOKED_FOR = "seen", "none", "cannot-be-told", "not-looked-for"
 MOMENTS = ("start", "stop", "stride_start", "stride_stop", "landings", "toe_offs")  # names of all Moments
 
 
@@ -79,7 +81,8 @@ class Measure:
 
 @dataclass(frozen=True)
 class Remark:
-    """A text about a group: `reason` why it has no figures, `count_reason` why there may be more, and others."""
+    """A text about a group: `outcome`, a code of those above, `reason` why it has no figures, `count_reason` why there
+    may be more, and others."""
 
     name: str
     text: str
@@ -144,6 +147,11 @@ def half_bar(error: float) -> float:
     """Of a standard deviation, half the width of the bar that holds nine in ten, in two digits: what stands behind "±"
     and "within" wherever people read, where files have the standard deviation."""
     return float(f"{SD_90 * error:.2g}")
+
+
+def without_error(value: float) -> str:
+    """A figure whose error is not known, in two digits, wherever people read."""
+    return f"{float(f'{value:.2g}'):g}"
 
 
 def side_of(name: str) -> Side:

@@ -41,7 +41,7 @@ class MadeBy:
     """Who made poses, which says what is known of their errors.
 
     kind: "measured" by motion capture; "estimated" by a network out of images, whose errors are known in a camera's
-    axes only (docs/accuracy.md); "unknown" where neither the file nor the user says. by: the system's or the program's
+    axes only (docs/trust.md); "unknown" where neither the file nor the user says. by: the system's or the program's
     name, "" where it is not known. in_run: that they are the lift of a run, out of its own keypoints.
     """
 

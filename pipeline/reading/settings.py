@@ -168,7 +168,11 @@ class RunOptions(BaseModel):
         _option(_PERSON, "Body height in metres; sets the scale."),
         Tells("stature_m"),
     ] = None
-    camera: Annotated[str | None, _option(_CAMERA, "static (default) or moving."), Tells("camera")] = None
+    camera: Annotated[
+        str | None,
+        _option(_CAMERA, "static or moving; else by the background of the images."),
+        Tells("camera"),
+    ] = None
     focal: Annotated[
         float | None, _option(_CAMERA, "Focal length in pixels, if known."), Tells("focal_px")
     ] = None

@@ -23,8 +23,8 @@ def run(
 ) -> None:
     """Turn a recorded video, its keypoints or a lifter's poses into levelled kinematics.
 
-    Without --poses the keypoints are lifted, by the built-in lifter or --lifter; without --keypoints too, they are
-    first detected in the video.
+    Without --poses the built-in lifter, or --lifter, lifts the keypoints. Without --keypoints they are first detected
+    in the video.
     """
     chosen = planned(options)
     if options.person == "pick":

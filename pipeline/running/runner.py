@@ -115,6 +115,6 @@ def _tried(stage: Stage, take: Take) -> Take | InputError:
         return InputError(
             "plugin-broken",
             f"Expected a take from stage '{stage.name}', got {type(given).__name__}; a stage returns the take that it "
-            "made (docs/plugins.md): repair its package, or leave the stage out.",
+            "made (docs/python.md): repair its package, or leave the stage out.",
         )
     return given

@@ -19,6 +19,11 @@ LEAST_SCORE = 0.25
 _WINDOW_S = 0.5  # a joint is unseen where it is so in most frames of so long
 _BORDER_PX = 1.0
 _SHORTEST_S = 0.3  # of a time that is worth a sentence
+_NEAR = 0.012  # of the image's side: so far from it detectors put joints that are beyond it
+_INSIDE = 3.0  # of that: from here on a joint is well inside again
+_SHORT = 0.85  # of a limb's own length: shorter at the edge, and its end is beyond it
+_FEWEST = 8  # frames well inside, by which a limb's own length is known
+_LIMBS = {"ankle": "knee", "knee": "hip", "wrist": "elbow", "elbow": "shoulder"}  # end: beginning
 _PARTS = {
     "feet": ("r_ankle", "l_ankle"), "knees": ("r_knee", "l_knee"), "hips": ("r_hip", "l_hip"),
     "shoulders": ("r_shoulder", "l_shoulder"), "elbows": ("r_elbow", "l_elbow"), "hands": ("r_wrist", "l_wrist"),
@@ -44,7 +49,7 @@ def unseen(
     there = (rows < len(seen)) & (seen.frame_index[np.minimum(rows, len(seen) - 1)] == frame_index)
     rows = np.where(there, rows, 0)
     points, score = seen.joints[rows], seen.confidence[rows]
-    out = _out(points, image_size)
+    out = _out(points, image_size) | _squeezed(points, image_size)
     bad = (out | ~is_finite(points) | (score < LEAST_SCORE)) & there[:, None]
     return _mostly(bad, times), _mostly(out & there[:, None], times)
 
@@ -62,6 +67,32 @@ def _out(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndarray:
         return np.zeros(points.shape[:-1], dtype=bool)
     high = np.array(image_size) - 1 - _BORDER_PX
     return np.asarray(((points <= _BORDER_PX) | (points >= high)).any(axis=-1))
+
+
+def _squeezed(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndarray:
+    """(T, 17) of points (T, 17, 2): the end of a limb that lies at the edge of the image and is shorter than its own
+    length, from when it came to the edge until it is well inside again; and what lies at the edge with it."""
+    squeezed = np.zeros(points.shape[:-1], dtype=bool)
+    if image_size is None:
+        return squeezed
+    size = np.array(image_size, dtype=np.float64)
+    gap = (np.minimum(points, size - 1 - points) / (_NEAR * size)).min(axis=-1)
+    trunk = np.linalg.norm(points[:, H36M17.index("thorax")] - points[:, H36M17.index("pelvis")], axis=-1)
+    for end, beginning in _LIMBS.items():
+        for side in "rl":
+            at, begins = H36M17.indices((f"{side}_{end}", f"{side}_{beginning}"))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                length = np.linalg.norm(points[:, at] - points[:, begins], axis=-1) / trunk
+            own = length[(gap[:, at] > _INSIDE) & np.isfinite(length)]
+            if len(own) < _FEWEST:
+                continue
+            edge = gap[:, at] <= 1
+            short = edge & (length < _SHORT * np.median(own))
+            for first, stop in stretches(gap[:, at] <= _INSIDE).tolist():
+                if short[first:stop].any():
+                    squeezed[first + int(edge[first:stop].argmax()) : stop, at] = True
+            squeezed[:, begins] |= squeezed[:, at] & (gap[:, begins] <= 1)
+    return squeezed
 
 
 def seen_only(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:

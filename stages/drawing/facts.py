@@ -87,9 +87,10 @@ class Facts:
         if self.standing_deg is None:
             return self.camera_motion
         pitch, roll = self.standing_deg
+        digits = 1 if self.up_bound_deg and "." in bound_in_words(self.up_bound_deg[1]) else 0
         return (
-            f"{self.camera_motion}, looks {'down' if pitch >= 0 else 'up'} by {abs(pitch):.1f} deg (pitch), what it "
-            f"sees is turned {'counter-' if roll >= 0 else ''}clockwise by {abs(roll):.1f} deg (roll)"
+            f"{self.camera_motion}, looks {'down' if pitch >= 0 else 'up'} by {abs(pitch):.{digits}f} deg (pitch), "
+            f"what it sees is turned {'counter-' if roll >= 0 else ''}clockwise by {abs(roll):.{digits}f} deg (roll)"
         )
 
     @property
@@ -166,7 +167,7 @@ def angle_bands(take: Take, name: str) -> tuple[np.ndarray, np.ndarray] | None:
 
 def length_unit(poses: PoseSequence) -> str:
     """The unit of length as it stands behind a figure."""
-    return poses.frame.unit if poses.frame.metric else "au"
+    return poses.frame.unit if poses.frame.metric else "units"
 
 
 def tilt(take: Take) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

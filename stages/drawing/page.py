@@ -64,12 +64,13 @@ class Soft(NamedTuple):
 
 class Told(NamedTuple):
     """A figure that stands alone: its name, its value with error and unit, and a line about what it is. soft: in grey,
-    since it says nothing by itself."""
+    since it says nothing by itself. large: one of the few to be read first."""
 
     name: str
     value: str
     about: str = ""
     soft: bool = False
+    large: bool = False
 
 
 Level = Literal["good", "care", "bad"]
@@ -119,7 +120,7 @@ def gauge(
 
 def told(items: Iterable[Told]) -> Markup:
     """Figures side by side, each with what it is on demand; nothing when there are none."""
-    items = list(items)
+    items = sorted(items, key=lambda one: not one.large)
     return kit().figures(items) if items else Markup("")
 
 

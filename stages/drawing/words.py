@@ -14,6 +14,18 @@ ERRORS_OF_ANGLES: dict[AngleErrors, str] = {
 }
 
 
+_PLAINLY = {
+    "thorax_pelvis_rotation": "turn of the chest against the pelvis",
+    "trunk_lean_sagittal": "trunk lean forward",
+    "trunk_lean_frontal": "trunk lean to the side",
+    **{
+        f"{part}_{plane}": f"{part.replace('_', ' ')} {way}"
+        for part in ("thigh", "shank", "upper_arm")
+        for plane, way in (("sagittal", "forward"), ("frontal", "to the side"))
+    },
+}
+
+
 def errors_of_angles(how: AngleErrors | None) -> str:
     """A sentence on how the errors of a take's angles are known, and of what rests on them; empty without angles."""
     words = "Errors of angles, and of ranges, repetitions and symmetry with them"
@@ -23,7 +35,8 @@ def errors_of_angles(how: AngleErrors | None) -> str:
 def spoken(name: str) -> str:
     """A name of the data in words: `r_knee_flexion` is "right knee flexion"."""
     side = {"r_": "right ", "l_": "left "}.get(name[:2], "")
-    return side + (name[2:] if side else name).replace("_", " ")
+    plain = name[2:] if side else name
+    return side + _PLAINLY.get(plain, plain.replace("_", " "))
 
 
 def range_words(of: Group) -> Cell:

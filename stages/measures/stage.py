@@ -53,6 +53,7 @@ from .figures import (
 )
 from .floor import floor
 from .jumps import absorbs, jumping, jumps
+from .outcomes import never_looked_for, with_outcome
 from .smoothness import path_length
 from .walking import FEWEST, doubts, walking
 
@@ -152,8 +153,10 @@ def measures(
     floor: height, slope along the walk and stairs by where the feet stand, where the pelvis path is known; of a belt
         the height, and `slope_reason`.
     jumps: flights in which the centre of mass falls freely, where the pelvis path is known (stages/measures/jumps.py).
+    sitting: nobody looks for it.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
+    Each movement has an `outcome`: seen, none, cannot-be-told or not-looked-for, with a `reason` where one is known.
     `frames` is how many frames a figure rests on, `nan_share` the share of the take's frames that have no value.
     Smoothness (stages/measures/smoothness.py) is that of an angle's rate while it rises (up) and returns (down), the
     middle one of all repetitions. Cycles are curves of 101 points over 0 to 100 % of a repetition or stride, mean and
@@ -173,12 +176,13 @@ def measures(
     return (
         *within("range_of_motion", ranges),
         *within("symmetry", _symmetry(take, ranges, named)),
-        *within("knee_bends", _knee_bends(take, gait, jumped, apart)),
-        *within("arm_raises", _arm_raises(take)),
+        *within("knee_bends", with_outcome(_knee_bends(take, gait, jumped, apart))),
+        *within("arm_raises", with_outcome(_arm_raises(take))),
         *within("repetitions", on_demand),
-        *within("walking", walk),
+        *within("walking", with_outcome(walk)),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
-        *within("jumps", jumps(flights, jumped, rectified)),
+        *within("jumps", with_outcome(jumps(flights, jumped, rectified), flights.looked)),
+        *within("sitting", never_looked_for()),
         *within("paths", _paths(take, rectified)),
     )
 
@@ -314,8 +318,12 @@ def _repeats(
         return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
     whole = float(np.nanmax(driver) - np.nanmin(driver))
     usual = middle_sd(sd)
-    least = max(least, _HALF * whole, NOISE * usual if np.isfinite(usual) else 0.0)
+    plain = max(least, _HALF * whole)
+    least = max(plain, NOISE * usual if np.isfinite(usual) else 0.0)
     found = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
+    if not found and least > plain and any(map(counts, repetitions(driver, take.times, plain, take.seams))):
+        noise = f"changes by {whole:.0f} degrees, which its error may make (less than {least:.0f})"
+        return [Measure("count", 0), Remark("reason", f"the angle {noise}"), *basis(driver)]
     whole_ones = [one for one in found if one.whole]
     briefest_s = _AS_LONG * min((one.stop_s - one.start_s for one in whole_ones or found), default=0.0)
     gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)

@@ -86,11 +86,8 @@ def walking(
         if why := uncountable(apart, columns, filtered, rectified, source.frame):
             return [Remark("reason", f"steps cannot be counted: {'; '.join(why)}"), *basis(apart)]
         hidden = _hidden(apart, filtered.times)
-        return [
-            Measure("steps", 0),
-            Remark("reason", f"no three steps in a row, nor two of a run{hidden}"),
-            *basis(apart),
-        ]
+        hides = [Remark("reason", f"no three steps in a row, nor two of a run{hidden}")] if hidden else []
+        return [Measure("steps", 0), *hides, *basis(apart)]
     lifted, errors = source.lifted, errors_of(source)
     root_sd, share = _path_error(filtered, rectified, gait)
     R_camera_from_body = source.frame.basis.T @ rectified.R_source_from_body
@@ -315,7 +312,9 @@ def _lengths(
     told = belt_speed is not None
     share = 0.0 if told else belt_share
     speed = with_error("belt_speed", "speed", belt, share * belt or float("nan"))
-    how = Remark("belt", "told" if told else "by the drift of the feet that stand")
+    how = Remark(
+        "belt", "its speed was told" if told else "its speed is that at which the standing foot drifts back"
+    )
     return values, [speed, how], share
 
 

@@ -1,5 +1,4 @@
-"""What the figures of a report are, in a line each; definitions with their sources are in docs/gait.md and
-docs/measures.md."""
+"""What the figures of a report are, in a line each; definitions with their sources are in docs/movements.md."""
 
 from __future__ import annotations
 
@@ -8,8 +7,8 @@ _EXPLAINED = {
     "steps": "From one foot's landing to the other foot's; a walk has one landing more than it has steps.",
     "strides": "From a foot's landing to the next landing of the same foot.",
     "walks": "Stretches of three steps or more, of a run two, without a stop or a sharp turn.",
-    "cadence": "Steps a minute, by the mean step time. Adults at ease walk 100 to 120.",
-    "walking_speed": "How far the pelvis goes from landing to landing, by time. Adults at ease walk 1.2 to 1.4 m/s.",
+    "cadence": "Steps a minute, by the mean step time.",
+    "walking_speed": "How far the pelvis goes from landing to landing, by time.",
     "step_length": "From the other foot's place to this foot's, along the walk.",
     "stride_length": "From a foot's place to its next one, along the walk.",
     "step_width": "How far to the side a foot stands from the middle of the other foot's two places.",
@@ -17,7 +16,7 @@ _EXPLAINED = {
     "stride_time": "From a foot's landing to its next: one gait cycle.",
     "stance_time": "How long a foot is on the floor.",
     "swing_time": "How long a foot is in the air.",
-    "stance": "Share of the gait cycle that the foot is on the floor; about 60 % in a walk at ease.",
+    "stance": "Share of the gait cycle that the foot is on the floor.",
     "swing": "Share of the gait cycle that the foot is in the air.",
     "single_support": "Share of the gait cycle in which only this foot is on the floor.",
     "double_support": "Share of the gait cycle in which both feet are on the floor; none in a run.",
@@ -34,26 +33,34 @@ _EXPLAINED = {
     "rise": "By how much the angle grows, where no gap hides where from or where to.",
     "peak_mdc90": "Two peaks of one take that differ by less may be alike: beyond it lies one in ten of no difference.",
     "peak": "The largest angle; of a knee bend the less bent knee's.",
-    "sparc": "Smoothness of a movement by its spectrum: -1.4 for a single smooth one, lower is less smooth.",
-    "log_dimensionless_jerk": "Smoothness of a movement by its jerk: -4.4 for a single smooth one.",
     "jump_height": "By how much the centre of mass rises after the feet have left the floor.",
     "height_by_flight_time": "By the time in the air alone, as of a jump mat; landing with bent legs makes it larger.",
     "contact_time": "How long the feet are on the floor before a jump that follows another within a second.",
     "take_off_feet": "On how many feet the person takes off.",
     "landing_feet": "On how many feet the person lands.",
     "floor_height": "Of the floor under the feet, from where the path is counted: the camera, or the world's origin.",
-    "places": "Of standing feet, from which the floor is known.",
     "slope": "Of the floor along the walk.",
     "path_length": "How far it moves in all.",
     "mean_speed": "Path length by time.",
 }  # fmt: skip
 
 
-def explained(name: str) -> str:
-    """A line about a measure by its name without unit, such as "mean_step_time"; empty of one that is not known."""
+# Of a walk, not of a run.
+_USUAL = {
+    "cadence": "Adults at ease walk 100 to 120.",
+    "walking_speed": "Adults at ease walk 1.2 to 1.4 m/s.",
+    "stance": "About 60 % in a walk at ease.",
+}
+
+
+def explained(name: str, running: bool = False) -> str:
+    """A line about a measure by its name without unit, such as "mean_step_time"; empty of one that is not known. What
+    is usual of a walk is not told of a run."""
     name = name.removesuffix("_up").removesuffix("_down")
     if name.endswith("symmetry_index"):
         name = "symmetry_index"
     plain = name.removeprefix("mean_").removeprefix("sd_")
     said = _EXPLAINED.get(name) or _EXPLAINED.get(plain, "")
+    if said and plain in _USUAL and not running and not name.startswith("sd_"):
+        said = f"{said} {_USUAL[plain]}"
     return f"How much it differs from one to the next. {said}" if said and name.startswith("sd_") else said

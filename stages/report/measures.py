@@ -9,6 +9,8 @@ import numpy as np
 from markupsafe import Markup
 
 from ...pipeline.core.measures import (
+    CANNOT_BE_TOLD,
+    NOT_LOOKED_FOR,
     SD_90,
     UNITS,
     Curves,
@@ -21,6 +23,7 @@ from ...pipeline.core.measures import (
     subgroup,
     text,
     value,
+    without_error,
 )
 from ...pipeline.core.measures import (
     Curve as MeanCurve,
@@ -48,19 +51,25 @@ from .glossary import explained
 _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
     "sd": "stated standard deviation", "beyond_anatomy_frames": "frames beyond anatomy",
+    "walking_speed": "speed", "walks": "stretches",
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
     "count_reason": "there may be more",
     "peak_mdc90": "MDC90 from peak to peak",
-    "nan_share": "share without a value", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
+    "nan_share": "share without a value",
 }  # fmt: skip
+_OUTCOMES = {CANNOT_BE_TOLD: "cannot be told", NOT_LOOKED_FOR: "not looked for"}
 _ERRORS = (
-    "The true figure lies within ± in nine of ten cases; a click on a figure says what it is. SD: standard deviation. "
+    "The true figure lies within ± in nine of ten cases; of one without ± the error is not known. "
+    "A click on a figure says what it is. SD: standard deviation. "
     "Grey: a difference that lies within its ±, which is its MDC90 too: beyond it lies one in ten of no difference."
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
 _ELSEWHERE = ("range_of_motion", "symmetry", "paths")  # beside the angles and the speeds
 _RANGES = ("lowest", "highest", "full_range", "p05_p95")
+# What a reader of the page needs a textbook for: summary.json and measures.csv have it.
+FOR_FILES = ("sparc_up", "sparc_down", "log_dimensionless_jerk_up", "log_dimensionless_jerk_down", "places")
+_LARGE = ("walking_speed", "cadence", "mean_step_length")  # of a walk: the figures to be read first
 _FEW = 3  # members, which are a table's columns
 _MANY = 20  # a list of more is too long for a table
 _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
@@ -68,7 +77,7 @@ _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
 
 def happened(rows: Iterable[Row], length: str) -> Markup:
     """HTML of the movements that were recognised, each under its name, and on demand of what was not found and why.
-    rows: a take's, whatever groups there are. length: the unit of lengths, "m" or "au"."""
+    rows: a take's, whatever groups there are. length: the unit of lengths, "m" or "units"."""
     measures = grouped(rows)
     parts, absent = [], []
     for name, group in sorted(measures.items(), key=lambda one: _ORDER.get(one[0], 0)):
@@ -78,12 +87,20 @@ def happened(rows: Iterable[Row], length: str) -> Markup:
             shown = gait(group, length) if name == "walking" else measure_tables(group, length, level=3)
             parts.append(heading(_title(name, group)) + shown)
         else:
-            absent.append(f"{worded(name).capitalize()}: {text(group, 'reason') or 'none'}.")
+            outcome = _OUTCOMES.get(text(group, "outcome"), "none")
+            absent.append(f"{worded(name).capitalize()}: {': '.join(filter(None, (outcome, _why(group))))}.")
     single: Group = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict)}
     shown = measure_tables(single, length) + joined(parts)
     none = small("No movement that is counted was recognised.") if absent else Markup("")
     return (small(_ERRORS) + shown if shown else none) + details(
         "What was looked for and not found", bullets(absent)
+    )
+
+
+def _why(group: Group) -> str:
+    """The reason of a movement, or of its sides."""
+    return text(group, "reason") or next(
+        filter(None, (text(subgroup(group, side), "reason") for side in ("right", "left"))), ""
     )
 
 
@@ -111,7 +128,7 @@ _CYCLE = (
 
 def gait(walking: Group, length: str) -> Markup:
     """HTML of a walk or a run: its figures, and curves over the gait cycle with the toe-off of each side."""
-    plain: Group = {name: leaf for name, leaf in walking.items() if name not in ("gait", "cycles")}
+    plain: Group = {name: leaf for name, leaf in walking.items() if name != "cycles"}
     stance = {side: value(subgroup(walking, words), "mean_stance") for side, (words, _) in _SIDES.items()}
     toe_off = {side: percent for side, percent in stance.items() if percent is not None}
     cycles = walking.get("cycles")
@@ -123,16 +140,21 @@ def gait(walking: Group, length: str) -> Markup:
 def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup:
     """HTML of measures by their groups: curves over a cycle as charts, both sides in one; the rest as figures and
     tables. Each group of the first level has a heading; below, groups that hold no others are the rows of one table, or
-    its columns where they are few. length: the unit of lengths, "m" or "au". level: of the heading that this stands
+    its columns where they are few. length: the unit of lengths, "m" or "units". level: of the heading that this stands
     under; 3 where the measures are one group's."""
     own = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict | Curves)}
     groups = {name: leaf for name, leaf in measures.items() if isinstance(leaf, dict | Curves)}
     flat = {name: leaf for name, leaf in groups.items() if level > 2 and _is_flat(leaf)}
     said = {name: leaf for name, leaf in own.items() if isinstance(leaf, Remark)}
-    hidden = {*said, "frames", "nan_share", *_repeated(own)}
+    running = text(own, "gait") == "running"
+    hidden = {*said, "frames", "nan_share", *_repeated(own), *FOR_FILES}
     return (
-        joined(small(f"{worded(name).capitalize()}: {leaf.text}.") for name, leaf in said.items())
-        + told(_told(leaf, length) for name, leaf in own.items() if name not in hidden)
+        joined(
+            small(f"{worded(name).capitalize()}: {leaf.text}.")
+            for name, leaf in said.items()
+            if name not in ("outcome", "gait")
+        )
+        + told(_told(leaf, length, running) for name, leaf in own.items() if name not in hidden)
         + _repetitions(own, length)
         + _rows(flat, length)
         + _basis(own)
@@ -204,14 +226,14 @@ def _repetitions(own: Mapping[str, Any], length: str) -> Markup:
     return table(("", *(named(leaf, length) for leaf, _ in columns)), rows)
 
 
-def _told(leaf: Any, length: str) -> Told:
+def _told(leaf: Any, length: str, running: bool) -> Told:
     """A figure that stands alone: its name, and it with its error and unit, in grey where it lies within that."""
-    words, unit, about = worded(_name(leaf)), unit_of(leaf, length), explained(_name(leaf))
+    words, unit, about = worded(_name(leaf)), unit_of(leaf, length), explained(_name(leaf), running)
     if len(_values(leaf) or ()) > _MANY:
         return Told(words, _both(leaf), about)
     both = f"{_both(leaf)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
     within = isinstance(leaf, Measure) and leaf.within_error is True
-    return Told(words, f"{both}, within its error" if within else both, about, within)
+    return Told(words, f"{both}, within its error" if within else both, about, within, _name(leaf) in _LARGE)
 
 
 def _rows(members: Mapping[str, Any], length: str) -> Markup:
@@ -248,7 +270,7 @@ def _each(leaf: Any) -> list[str]:
     if isinstance(leaf, Moments):
         return [f"{at_s:.2f}" for at_s in leaf.at_s]
     return [
-        _shown(one.value)
+        _unknown(one)
         if one.error is None
         else (
             f"{one.value:.{decimals(one.error)}f}"
@@ -258,6 +280,13 @@ def _each(leaf: Any) -> list[str]:
         + f" ± {_shown(one.bar)}"
         for one in (leaf if isinstance(leaf, list) else [leaf])
     ]
+
+
+def _unknown(one: Measure) -> str:
+    """A figure whose error is not known, or that has none: two digits, but whole degrees and counts."""
+    if one.unit in ("", "deg") or float(one.value).is_integer():
+        return _shown(one.value)
+    return without_error(one.value)
 
 
 def _both(leaf: Any) -> str:

@@ -19,7 +19,11 @@ from ..drawing.page import Cell, Link, box, bullets, details, small, table
 
 IN_THE_GAUGE = ("poses", "left and right", "view")  # what notices there are about, told beside it
 _MOST = 40  # notices of one kind
-_UNITS = {"m": "metres", "arbitrary": "arbitrary units (au): the source has no scale"}
+_UNITS = {"m": "metres", "arbitrary": "units of the source, which has no scale"}
+_HEADINGS = {
+    "camera": "Front is towards the camera, and right its left.",
+    "world": "Front and right are those of the file's world.",
+}
 _FILES = {
     "measures.csv": "the figures of movements and ranges of motion, for Excel or another spreadsheet",
     "cycles.csv": "the mean curves of angles over strides and repetitions, for Excel or another spreadsheet",
@@ -68,14 +72,14 @@ def gravity_words(facts: Facts) -> Markup:
     """How the camera stands and what up rests on."""
     if facts.up_of_world:
         return small(facts.up_words)
-    relative = "; back and right in LEVEL are relative to it" if facts.rectified.camera == "moving" else ""
+    relative = "; front and right are relative to it" if facts.rectified.camera == "moving" else ""
     error = facts.error_deg
     lines = [
         f"The camera {facts.camera_words}{relative}.",
         f"Up: {facts.up_words} {facts.rests_words}".rstrip(),
-        f"Heading of LEVEL: {facts.rectified.level_heading}.",
+        _HEADINGS.get(facts.rectified.level_heading, "Front and right are the person's own."),
         *(
-            [f"Expected error of a frame's whole rotation: {bound_in_words(error)}° (median)."]
+            [f"Expected error of a frame's whole rotation: {bound_in_words(error)}° in half of the frames."]
             if np.isfinite(error)
             else []
         ),
@@ -92,7 +96,7 @@ def up_table(facts: Facts, image: bool) -> Markup:
         own = [_rounded(angle, bound) for angle in (source.pitch_deg, source.roll_deg)]
         share = "not heard" if source.share is None else f"{100 * source.share:.0f} %"
         rows.append([SOURCES.get(name, name), *own, share, _rounded(source.pull_deg, 1.0)])
-    head = ("source of up", "camera's pitch (°)", "camera's roll (°)", "share", "moves up by (°)")
+    head = ("source of up", "camera's pitch (°)", "camera's roll (°)", "share", "turns the take's up by (°)")
     return table(head, rows) if len(rows) > 1 or image else Markup("")
 
 

@@ -107,8 +107,8 @@ def _wrists(take: Take) -> Markup:
     }.get(rectified.level_heading, "one for the take")
     return (
         small(
-            "From the pelvis, unfiltered. Before: in the axes before they were turned upright. After: in LEVEL, "
-            f"whose up is against gravity and whose heading is {heading}. Orange: right. Blue: left. "
+            "From the pelvis, unfiltered. Before: in the axes before they were turned upright. After: turned upright; "
+            f"directions on the floor are {heading}. Orange: right. Blue: left. "
             "The cross is the pelvis."
         )
         + charts(_ways(take))

@@ -96,7 +96,7 @@ def _angles(take: Take) -> list[Check]:
         return [("Joint angles", "care", basis)] if basis else []
     within = SD_90 * float(np.median(known))
     how = f", {ERRORS_OF_ANGLES[take.angle_errors]}" if take.angle_errors else ""
-    words = f"Known to within {within:.0f}° (90 %, median of all angles){how}."
+    words = f"Known to within {within:.0f}° (90 %) in most frames{how}."
     if within <= _TOLD:
         return [("Joint angles", "good", [words, *basis])]
     return [

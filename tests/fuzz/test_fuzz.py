@@ -1,4 +1,4 @@
-"""A short sample of damaged files for every reader; `python -m fuzz` reads as many as you like (docs/security.md)."""
+"""A short sample of damaged files for every reader; `python -m fuzz` reads as many as you like (CONTRIBUTING.md)."""
 
 import sys
 from random import Random

@@ -40,7 +40,7 @@ def evaluation() -> dict:
     }
 
 
-@pytest.mark.parametrize("name", ["docs/accuracy.md", *write.MARKED])
+@pytest.mark.parametrize("name", write.MARKED)
 def test_documents_say_what_was_measured(name):
     told = (ROOT / name).read_text(encoding="utf-8")
     assert told == write.pages(FIGURES, ERRORS)[name], (

@@ -174,10 +174,16 @@ def anchors(path: Path) -> frozenset[str]:
     return frozenset(re.sub(r"[^\w\- ]", "", title.lower()).strip().replace(" ", "-") for title in titles)
 
 
-def test_every_page_says_who_needs_it():
-    pages = [path for path in (ROOT / "docs").glob("*.md") if path.name != "README.md"]
-    first = {page.name: page.read_text(encoding="utf-8").split("\n\n")[1] for page in pages}
-    assert sorted(page for page, text in first.items() if not text.startswith("For whoever ")) == []
+def _guide() -> list[Path]:
+    """The ten pages for users, by the first table of the index."""
+    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8").partition("For developers:")[0]
+    return [ROOT / "docs" / page for page in re.findall(r"^\| \[(\w+\.md)\]", index, re.MULTILINE)]
+
+
+def test_every_page_of_the_guide_begins_with_a_block_that_runs():
+    assert len(_guide()) == 10
+    begins = re.compile(r"# .+\n\n(?:[^#`<|\n].*\n)+\n```(?:sh|python)\n")
+    assert [page.name for page in _guide() if not begins.match(page.read_text(encoding="utf-8"))] == []
 
 
 def test_every_angle_and_reason_is_explained():
@@ -219,14 +225,15 @@ def test_every_format_of_a_run_is_explained():
 
 def test_every_network_has_its_licence():
     """In a row by its name, with the words that are shown before a download."""
-    rows = re.findall(r"^\| `(\S+)` \| (.+?) \|", (ROOT / "docs/licences.md").read_text(), re.MULTILINE)
+    licences = (ROOT / "docs/video.md").read_text(encoding="utf-8").partition("## Licences")[2]
+    rows = re.findall(r"^\| `(\S+)` \| (.+?) \|", licences, re.MULTILINE)
     ours = {
         name: getattr(registry.load_all(group)[name], "licence", "MIT")
         for group in ("rectifiers", "lifters", "detectors", "person_detectors", "gravity_networks")
         for name, point in registry.registered(group).items()
         if point.value.startswith("pcnet3d.")
     }
-    assert sorted(name for name, _ in rows) == sorted(ours), "docs/licences.md has a row for each network"
+    assert sorted(name for name, _ in rows) == sorted(ours), "docs/video.md has a row for each network"
     told = dict(rows)
     assert sorted(name for name, words in ours.items() if words.split(",")[0] not in told[name]) == []
 

@@ -124,8 +124,8 @@ def test_the_notebooks_script_runs():
 
 
 def test_the_gallerys_commands(tmp_path):
-    """The page has each take, and the command line each command with its options."""
-    page = (ROOT / "docs/gallery.md").read_text(encoding="utf-8")
+    """The page has each example, and the command line each command with its options."""
+    page = (ROOT / "docs/start.md").read_text(encoding="utf-8")
     for name, words in commands(tmp_path / "out", tmp_path / "data").items():
         assert f"`{name}`" in page
         command = load_command(words[0])

@@ -36,7 +36,7 @@ def files(tmp_path_factory) -> Path:
     _two_people(folder, walk, camera)
     _motion_capture(folder)
     _finished(folder)
-    (folder / "manifest.csv").write_text(text_of("batch", "csv"))
+    (folder / "manifest.csv").write_text(text_of("visits", "csv"))
     for name in ("anna-1.npy", "anna-2.npy", "before.npy", "after.npy"):
         shutil.copy(folder / "X3D.npy", folder / name)
     shutil.copy(folder / "video.mp4", folder / "before.mp4")
@@ -68,7 +68,7 @@ def _motion_capture(folder: Path) -> None:
             for name, walk in walks.items()
         ],
     )
-    (folder / "split.json").write_text(text_of("data", "json"))
+    (folder / "split.json").write_text(text_of("training", "json"))
     (folder / "own.toml").write_text(text_of("training", "toml") + tiny())
     for name in ("FOLDER/01_walk.bvh", "lafan1/walk1_subject1.bvh", "lafan1/walk1_subject2.bvh"):
         (folder / name).parent.mkdir(exist_ok=True)

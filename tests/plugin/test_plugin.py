@@ -138,7 +138,7 @@ def test_the_template_is_no_part_of_our_package(fresh):
 
 @pytest.mark.parametrize("file", ["acme.py", "reach.py", "paths.py", "cardboard.py"])
 def test_the_page_shows_the_files_themselves(file):
-    page = (ROOT / "docs" / "plugins.md").read_text()
+    page = (ROOT / "docs" / "python.md").read_text()
     shown = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     assert (TEMPLATE / "src" / "pcnet3d_acme" / file).read_text() in shown
 

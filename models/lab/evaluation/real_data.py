@@ -1,4 +1,4 @@
-"""The real videos with truth, read: cameras, true joints, and three kinds of 2D keypoints (docs/data.md)."""
+"""The real videos with truth, read: cameras, true joints, and three kinds of 2D keypoints (docs/training.md)."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ def _of_take(levelled: Levelled, joints: np.ndarray | None = None) -> Answer:
 
 
 def simulated_look(up: np.ndarray, seed: int, clip: str) -> Look:
-    """What an image says about a true up (3,), as well as images of rooms and streets do (docs/camera.md); the same for
+    """What an image says about a true up (3,), as well as images of rooms and streets do (docs/up.md); the same for
     the same seed and clip."""
     rng = np.random.default_rng([seed, zlib.crc32(clip.encode()), 1])
     plane = tangent(up)

@@ -64,10 +64,10 @@ def batch(
         bool, typer.Option("--outside", help="Let paths of the manifest leave its folder.")
     ] = False,
 ) -> None:
-    """Run every take of a study, each for itself, and make one table of all.
+    """Run every take of a study and make one table of all of them.
 
-    What is done and unchanged is skipped, so the same command goes on where it was stopped. Exit code 2 when takes
-    failed; the others are done nevertheless.
+    Finished takes that have not changed are skipped, so the same command goes on after a stop. Exit code 2 when takes
+    failed; the others are done.
     """
     if dask and workers:
         raise InputError(

@@ -21,7 +21,7 @@ WEAK = 0.5  # r of the angles below which two takes are not of one motion
 # And below which they hardly are: of 81 pairs of cameras that saw one captured walk (lifted) one was, of 108 of their
 # lifts against the motion capture none, while two walks at cadences of five to four come to 0.73.
 UNUSUAL = 0.75
-# Of r: another shift that fits as well. All walks before two cameras have one (docs/compare.md), and in most the best
+# Of r: another shift that fits as well. All walks before two cameras have one (docs/visits.md), and in most the best
 # shift is wrong; of takes without such a one, of walks with turns, squats, lifts, it is wrong in one of fifty at most.
 AMBIGUOUS = 0.9
 _FINEST_S = 1 / 60  # step of the search

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any, NamedTuple
@@ -97,7 +98,7 @@ def other_cadence(side: Side, reference: Side) -> bool:
         return False
     values = [of.value for of in found if of]
     errors = [of.error for of in found if of and of.error is not None]
-    bound = SD_90 * np.hypot(*errors) if len(errors) == 2 else _OTHER_CADENCE * min(values)
+    bound = SD_90 * math.hypot(*errors) if len(errors) == 2 else _OTHER_CADENCE * min(values)
     return bool(abs(values[1] - values[0]) > bound)
 
 

@@ -256,7 +256,7 @@ def _motion(pair: Pair) -> Markup:
     """Of two runs of one motion."""
     if pair.accelerations is None:
         return Markup("")
-    unit = "m" if pair.reference.metric else "au"
+    unit = "m" if pair.reference.metric else "units"
     rows: list[list[Cell]] = [
         [spoken(joint), of["rmse"], _cell(of["r"])]
         for joint, of in sorted(pair.accelerations.agreement.items(), key=lambda one: one[0][1:])

@@ -63,8 +63,8 @@ def live(
 ) -> None:
     """Process a live camera or stream; on Ctrl-C run the full pipeline on the recording.
 
-    A frame's pose rests on what came before it; no frame is waited for. Images of a camera that come too fast are
-    dropped, those of a pipe or a file wait.
+    Each pose uses the frames up to its own, so there is no delay. Images of a camera that come too fast are dropped;
+    those of a pipe or a file wait.
     """
     shown = open_source(source)
     frames = not options.no_frames

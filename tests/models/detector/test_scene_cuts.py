@@ -18,3 +18,11 @@ def test_cuts_and_what_is_none(toys, frames):
     assert not a.is_cut_to(black)
     assert not black.shows
     assert a.shows
+
+
+def test_somebody_who_comes_near_while_images_are_missing_is_in_the_same_room(toys):
+    """A dark person over two fifths of the image."""
+    here = toys.scene((50, 50, 80, 150))
+    near = here.copy()
+    near[:, : int(0.4 * here.shape[1])] = 10
+    assert not Glance.at(here).is_cut_to(Glance.at(near))

@@ -5,6 +5,7 @@ import numpy as np
 from golden.measures import rows_of
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.answer import answer
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR
 
 KNEE = {"p05_deg": 8.0, "p95_deg": 68.0, "p05_error_deg": 7.3, "p95_error_deg": 7.3}
 RANGES = {
@@ -25,7 +26,7 @@ def take(unit: str = "m", **measures) -> Take:
 def test_a_walk_with_its_cadence_speed_and_knees():
     assert answer(take(walking=WALK)) == [
         "Walked 4 steps in 2.4 s, 98 ± 3 a minute, at 1.15 ± 0.082 m/s.",
-        "Knees 8 to 68 (right) and 10 to 80 (left) degrees, each within 12.",
+        "Knees 8 to 68 (right) and 10 to 80 (left) degrees, each end of the range ± 12.",
     ]
 
 
@@ -46,7 +47,9 @@ def test_arms_and_jumps():
     both = {side: {"count": 2, "peak_deg": [150.0, 160.0]} for side in ("right", "left")}
     one = {"right": {"count": 0}, "left": {"count": 1, "peak_deg": [150.0]}}
     jumps = {"count": 1, "height_by_flight_time_cm": [32.0], "height_by_flight_time_error_cm": [3.1]}
-    assert answer(take(arm_raises=both))[0] == "Raised both arms twice to between 150 and 160 degrees."
+    assert answer(take(arm_raises=both))[0] == (
+        "Raised both arms twice to between 150 and 160 (right) and between 150 and 160 (left) degrees."
+    )
     said = answer(take(arm_raises=one, jumps=jumps))[0]
     assert (
         said
@@ -76,17 +79,31 @@ def test_where_nothing_is_recognised_the_main_joints_are_told_and_why_steps_are_
         "r_elbow_flexion": {**KNEE, "beyond_anatomy_frames": 3},
         "trunk_lean_sagittal": {"p05_deg": -1.0, "p95_deg": 9.0},
     }
-    said = answer(take(walking={"reason": why}, range_of_motion=RANGES | beyond, knee_bends={"count": 0}))
-    assert said[0] == "No walking, knee bends, raised arms or jumps were recognised in 3.0 s."
-    assert said[1].startswith("Knees 8 to 68")
-    assert said[1].endswith("; trunk forward -1 to 9 degrees.")
-    assert "elbow" not in said[1]  # beyond what joints reach
-    assert said[2] == "Steps cannot be counted: the person faces along the camera's line of sight."
+    groups = {
+        "walking": {"outcome": CANNOT_BE_TOLD, "reason": why},
+        "knee_bends": {"outcome": NONE, "count": 0},
+        "jumps": {"outcome": NOT_LOOKED_FOR, "reason": "the camera moves"},
+        "sitting": {"outcome": NOT_LOOKED_FOR},
+    }
+    none, untold, not_looked_for, joints = answer(take(range_of_motion=RANGES | beyond, **groups))
+    assert none == "No knee bends in 3.0 s."
+    assert untold == f"Cannot be told: walking ({why})."
+    assert not_looked_for == "Not looked for: jumps (the camera moves), sitting."
+    assert joints.startswith("Knees 8 to 68")
+    assert joints.endswith("; trunk forward -1 to 9 degrees.")
+    assert "elbow" not in joints  # beyond what joints reach
+
+
+def test_a_figure_without_an_error_has_two_digits_and_says_so():
+    unknown = {name: value for name, value in WALK.items() if "error" not in name} | {
+        "walking_speed": 0.794488
+    }
+    assert answer(take(walking=unknown))[0].endswith("at about 0.79 m/s (error not known).")
 
 
 def test_a_zero_has_no_sign():
     ranges = {"trunk_lean_sagittal": {"p05_deg": -0.4, "p95_deg": -0.2}}
-    assert answer(take(range_of_motion=ranges))[1] == "Trunk forward 0 to 0 degrees."
+    assert answer(take(range_of_motion=ranges))[-1] == "Trunk forward 0 to 0 degrees."
 
 
 def test_without_measures_nothing_is_said():

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
 from pcnet3d.pipeline.core.take import Video
@@ -116,3 +118,39 @@ def test_a_take_loses_the_angles_of_what_was_not_seen(facing_camera, tmp_path):
     )
     assert any("feet are not in the image in the whole take" in event.text for event in take.notices)
     assert any(step.name == "unseen" for step in take.poses.history)
+
+
+def _leaving(rng, sinks_px_a_s=150.0):
+    """Keypoints of the built-in walker who sinks out of the image at the bottom, as a detector has them: what is beyond
+    the edge lies at it; and the second from which each foot is out."""
+    walk = walker()
+    times = walk.time_s
+    points = side_camera(walk).project(walk.world)
+    height = np.nanmax(points[..., 1]) + 40
+    points[..., 1] += np.clip(times - 2.0, 0, 2.2)[:, None] * sinks_px_a_s
+    gone = points[:, ANKLES, 1] > height - 1
+    beyond = points[..., 1] > height - 1
+    points += rng.normal(0, 1.0, points.shape)
+    points[..., 1] = np.where(beyond, height - 1 - rng.uniform(0.0, 5.0, beyond.shape), points[..., 1])
+    score = np.where(beyond, rng.uniform(0.3, 0.6, beyond.shape), 0.9)
+    size = (int(points[..., 0].max() + 200), round(height))
+    given = PoseSequence(points, H36M17, IMAGE, score, times, np.arange(len(times)))
+    return given, size, times, [times[~one][-1] for one in gone.T]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_feet_that_pile_up_at_the_edge_are_out_from_when_they_left(seed):
+    given, size, times, left_s = _leaving(np.random.default_rng(seed))
+    hidden, out = unseen(given, size, given.frame_index, times)
+    for joint, at in zip(ANKLES, left_s, strict=True):
+        assert abs(times[hidden[:, joint].argmax()] - at) <= 0.1
+        assert hidden[times > at + 0.2, joint].all()
+        assert not hidden[times < at - 0.2, joint].any()
+        np.testing.assert_array_equal(hidden[:, joint], out[:, joint])
+    (said,) = [one for one in not_seen(hidden, out, times) if one.values["part"] == "feet"]
+    assert said.code == "not-in-image"
+
+
+def test_who_only_stands_near_the_edge_is_in_the_image():
+    given, size, times, _ = _leaving(np.random.default_rng(0), sinks_px_a_s=0.0)
+    assert not unseen(given, size, given.frame_index, times)[0].any()

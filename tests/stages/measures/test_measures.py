@@ -264,7 +264,10 @@ def test_missing_joints_make_figures_absent_with_a_reason(without):
 def test_what_legs_or_arms_that_are_missing_would_show_is_not_said_to_be_absent(joint, without):
     """Floor and jumps of a walker without an ankle were "nobody walks" and a count of 0."""
     found = nested(measured(without(joint, slice(None))).measures)
-    assert found["jumps"] == {"reason": "fewer than 10 frames have the trunk, both arms and both legs"}
+    assert found["jumps"] == {
+        "outcome": "cannot-be-told",
+        "reason": "fewer than 10 frames have the trunk, both arms and both legs",
+    }
     if joint == "l_ankle":
         assert found["floor"] == {"reason": found["walking"]["reason"]}
     else:
@@ -358,7 +361,7 @@ def test_images_that_a_video_lacks_for_long_end_a_walk_and_are_named(walk):
 def test_a_take_that_is_not_levelled_has_no_steps(take):
     lying = replace(take.rectified, level_ok=False, level_reason="the person lies")
     walking = nested(STAGES[3](take.with_(rectified=lying)).measures)["walking"]
-    assert walking == {"reason": "the take is not levelled: the person lies"}
+    assert walking == {"outcome": "cannot-be-told", "reason": "the take is not levelled: the person lies"}
 
 
 def test_a_take_of_a_few_frames_has_reasons_only(walk):
@@ -706,10 +709,10 @@ def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
     )  # the camera goes with the person, or the floor moves
     on_belt = straight.poses.with_(joints=world)
     found = nested(measured(on_belt).measures)["walking"]
-    assert found["belt"] == "by the drift of the feet that stand"
+    assert found["belt"] == "its speed is that at which the standing foot drifts back"
     assert found["walking_speed"] == pytest.approx(straight.speed_mps, rel=0.05)
     told = nested(measured(on_belt, (*STAGES[:3], Measures(belt_speed=1.25))).measures)["walking"]
-    assert (told["belt"], told["belt_speed"]) == ("told", 1.25)
+    assert (told["belt"], told["belt_speed"]) == ("its speed was told", 1.25)
     assert told["walking_speed"] == pytest.approx(1.25, rel=0.03)
     nowhere = nested(measured(seen_from(straight, 90.0), (*STAGES[:3], Measures(belt_speed=1.25))).measures)[
         "walking"
@@ -766,7 +769,7 @@ def test_walking_speed_lengths_and_phases_where_the_place_is_known(walk, take):
 
 
 def test_jumps_with_their_height_and_none_in_a_walk(take):
-    assert nested(take.measures)["jumps"] == {"count": 0}
+    assert nested(take.measures)["jumps"] == {"outcome": "none", "count": 0}
     jumping = jumps.jumping()
     poses = jumping.with_(joints=jumping.joints + jumping.root[:, None], frame=Z_UP, root=None)
     found = nested(measured(poses).measures)["jumps"]

@@ -19,6 +19,7 @@ from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.drawing import page as page_module
 from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT, SLICES, Curve, over_time, ranges, sides
 from pcnet3d.stages.drawing.page import answer, page, table
+from pcnet3d.stages.drawing.words import spoken
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.angles import angle_table
 from pcnet3d.stages.report.measures import _percent
@@ -62,7 +63,7 @@ def test_it_has_every_part_and_a_chart_for_every_angle(content):
     ]  # fmt: skip
     titles = re.findall(r"<figcaption>(.*?)</figcaption>", content)
     for name in ANGLES:
-        words = name.removeprefix("r_").removeprefix("l_").replace("_", " ").capitalize()
+        words = spoken(name.removeprefix("r_").removeprefix("l_")).capitalize()
         assert f"{words} (°)" in titles
     assert {
         f"{when} (m)" for when in ("Before: x, right", "Before: y, down", "After: x, back", "After: z, up")
@@ -183,7 +184,7 @@ def test_front_and_right_are_said_only_where_the_heading_is_the_persons(walk_tak
     assert "the front is to the right" in report(walk_take)
     assert "front is" not in said
     assert "After: from the camera&#39;s left (m)" in said
-    assert "whose heading is the camera&#39;s: back is away from it, right to its left." in said
+    assert "directions on the floor are the camera&#39;s: back is away from it, right to its left." in said
     # What is said is so: in the camera's axes, x right, y down, z away.
     back, right, up = both[0].rectified.R_source_from_level.T
     assert up @ (0, -1, 0) > 0.9

@@ -39,7 +39,7 @@ def test_a_take_without_doubts_is_to_be_trusted(walk_take):
     said = trust(take, facts_of(take))
     assert "To be trusted:" in said
     assert "Known to within 2.7° (90 %)." in said
-    assert "Known to within 8° (90 %, median of all angles), as judged of the built-in lifter." in said
+    assert "Known to within 8° (90 %) in most frames, as judged of the built-in lifter." in said
     assert said.count('<dt class="good">') == 5
 
 

@@ -102,7 +102,7 @@ def test_the_command_writes_a_report(tmp_path, monkeypatch, clip):
 
 @pytest.mark.data
 def test_few_false_ones_and_few_missed_on_validation_subjects(data):
-    """Loose bounds on people that the constants were chosen by: docs/swaps.md has the figures."""
+    """Loose bounds on people that the constants were chosen by: docs/files.md has the figures."""
     clips = read_clips("val", data)[:4]
     tallies, _ = swap_evaluate.one_set(evaluation_sets.Question(), "val", clips)
     for tally in tallies.values():
