@@ -313,6 +313,8 @@ def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
     for statement in dict.fromkeys(chain.from_iterable(cases.values())):
         by_group = {name: [thinned(take) for take in of.get(statement, ())] for name, of in cases.items()}
         by_group = {name: takes for name, takes in by_group.items() if takes}
+        if len({take.person for takes in by_group.values() for take in takes}) < 2:  # nobody to fit them to
+            continue
         squares: Squares
         if statement in needs_gravity:
             squares = _of_angle([*chain.from_iterable(by_group.values())], needs_gravity[statement])[1]
