@@ -226,14 +226,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scaled-by-flights": ("warning", "",
         "The person's height was not given: metres come from how fast the body falls in {flights:~flight}, by which "
-        "the stature is {stature_m:.2f} ± {sd_m:.2f} m. Path, speed and lengths may be off by {percent:.0f} % "
-        "together (standard deviation); with --stature METRES they are surer."),
+        "the stature is {stature_m:.2f} ± {within_m:g} m. Path, speed and lengths are within {percent:g} % "
+        "together; with --stature METRES they are surer."),
     "not-placed": ("note", "place",
         "The place of the person is not known: {reason}."),
     "placed": ("note", "place",
         "The pelvis's path rests on the keypoints, in {placed} of {frames} frames{bridges}: each "
-        "frame is off by {sd:.2f} {unit} (standard deviation), mostly in depth, and the whole by "
-        "{size_percent:.0f} % for the body's size and {focal_percent:.0f} % of the depth for the focal "
+        "frame is within {within:g} {unit}, mostly in depth, and the whole within "
+        "{size_percent:g} % for the body's size and {focal_percent:g} % of the depth for the focal "
         "length{guess}{unjudged}."),
     "size-levelled": ("repair", "place",
         "The lifted body grew with its image, by {grown_percent:.0f} % in all, and was brought to one size."),
