@@ -17,8 +17,8 @@ from pcnet3d.models.lab.evaluation.foreign import KINDS, Answers, Simulated
 from pcnet3d.models.lab.evaluation.testbed import see, write_takes
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.signals.angles import ANGLES
 from refusals import refused
 
 
