@@ -5,15 +5,27 @@ import shutil
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+import rerun as rr
+import rerun.blueprint as rrb
 
 from pcnet3d.models.lab.bench.files import write_inputs
+from pcnet3d.models.gravity.live import LiveFrame
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.drawing.rerun_file import recording_file
+from pcnet3d.stages.study.live.recording import live_recording
+from pcnet3d.stages.study.live.source import Shot
 
-_KB = 1024
-_COMMAND = "from pcnet3d.pipeline import cli; import pcnet3d.pipeline.files.atomic as a; from collections import namedtuple; \
-a.shutil.disk_usage = lambda p: namedtuple('U', 'total used free')(1 << 40, 0, 1 << 40); cli.main()"
+_COMMAND = """
+from collections import namedtuple
+import pcnet3d.pipeline.files.atomic as atomic
+from pcnet3d.pipeline import cli
+usage = namedtuple("usage", "total used free")
+atomic.shutil.disk_usage = lambda place: usage(1 << 40, 0, 1 << 40)
+cli.main()
+"""
 _LIMIT_S = 120  # far more than any of these takes; a run that waits for ever is what is looked for
 
 
@@ -58,7 +70,6 @@ def test_a_run_ends_where_its_disk_becomes_full(small_disk, inputs, kilobytes):
         inputs, place, "run", "--poses", str(inputs.poses), "--keypoints", str(inputs.keypoints),
         "--fps", "30", "--also", "csv", "-o", str(place / "out"),
     )  # fmt: skip
-    print(done.stderr)
     assert done.returncode == 2, done.stderr
     assert "could not be" in done.stderr
     assert "Traceback" not in done.stderr
@@ -66,20 +77,38 @@ def test_a_run_ends_where_its_disk_becomes_full(small_disk, inputs, kilobytes):
 
 
 def test_a_recording_tells_a_full_disk_while_it_is_written(small_disk):
-    import numpy as np
-    import rerun as rr
-    import rerun.blueprint as rrb
+    written = []
+    with pytest.raises(InputError) as refusal:
+        _log_until_full(small_disk(256) / "a.rrd", written)
+    assert refusal.value.code == "cannot-write"
+    assert len(written) < 49  # told on the way, not at the end
 
-    path = small_disk(256) / "a.rrd"
-    with (
-        pytest.raises(InputError) as refusal,
-        recording_file(path, rrb.Blueprint(rrb.TimeSeriesView(origin="a"))) as file,
-    ):
+
+def _log_until_full(path, written):
+    with recording_file(path, rrb.Blueprint(rrb.TimeSeriesView(origin="a"))) as file:
         for block in range(50):
             frames = np.arange(block * 10_000, (block + 1) * 10_000)
             scalars = rr.Scalars.columns(scalars=np.random.default_rng(block).normal(size=len(frames)))
             file.stream.send_columns("a", [rr.TimeColumn("frame", sequence=frames)], scalars)
             file.stream.flush()
             file.check()
+            written.append(block)
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_live_ends_where_its_disk_becomes_full(small_disk, kept):
+    place, shown = small_disk(256), []
+    with pytest.raises(InputError) as refusal:
+        _live_until_full(place / "live.rrd", place / "video.ts" if kept else None, shown)
     assert refusal.value.code == "cannot-write"
-    assert block < 49  # told on the way, not at the end
+    assert len(shown) < 499
+
+
+def _live_until_full(path, video, shown):
+    rng = np.random.default_rng(0)
+    now = LiveFrame(np.eye(3), 1.0, np.array([0.0, -1.0, 0.0]), 1.0, 1.0)
+    with live_recording(path, COCO17, video, True) as recording:
+        for number in range(500):
+            image = rng.integers(0, 255, (120, 160, 3), dtype=np.uint8)
+            recording.log(Shot(number, number / 30, image), None, rng.normal(size=(17, 3)), now)
+            shown.append(number)
