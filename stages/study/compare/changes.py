@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any, NamedTuple
@@ -95,9 +96,9 @@ def other_cadence(side: Side, reference: Side) -> bool:
     found = [measure(subgroup(grouped(of.measures), "walking"), "cadence") for of in (side, reference)]
     if found[0] is None or found[1] is None:
         return False
-    values, errors = [of.value for of in found if of], [of.error for of in found if of]
-    known = None not in errors
-    bound = SD_90 * np.hypot(*errors) if known else _OTHER_CADENCE * min(values)
+    values = [of.value for of in found if of]
+    errors = [of.error for of in found if of and of.error is not None]
+    bound = SD_90 * math.hypot(*errors) if len(errors) == 2 else _OTHER_CADENCE * min(values)
     return bool(abs(values[1] - values[0]) > bound)
 
 

@@ -19,5 +19,7 @@ def test_landing_is_no_squat(lowest_s, count):
     knee = sum(90 * np.exp(-(((TIMES - low_s) / 0.25) ** 2)) for low_s in lowest_s)
     columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
     still = np.zeros(len(TIMES))
-    bends = nested(_knee_bends(_Columns(columns, TIMES, ()), Gait({"r": [], "l": []}, []), [jump], still))
+    bends = nested(
+        _knee_bends(_Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, []), [jump], still)
+    )
     assert (bends["count"], bends.get("squats", 0)) == (count, count)
