@@ -242,7 +242,7 @@ def _unstated(
         hz, power, at = _spectra(_filled(part, time_s[piece]), time_s[piece], 1 / rate(time_s))
         first = np.searchsorted(time_s[piece], at - _WINDOW_S / 2)
         stop = np.searchsorted(time_s[piece], at + _WINDOW_S / 2, side="right")
-        so_far = np.concatenate([np.zeros((1, seen.shape[1]), dtype=int), seen.cumsum(axis=0)])
+        so_far = np.concatenate([np.zeros((1, y.shape[1]), dtype=int), seen.cumsum(axis=0)])
         windows.append((hz, power, (so_far[stop] - so_far[first]) / np.maximum(stop - first, 1)[:, None]))
     if not windows:
         return none, 0.0

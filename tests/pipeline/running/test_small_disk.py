@@ -10,8 +10,8 @@ import pytest
 import rerun as rr
 import rerun.blueprint as rrb
 
-from pcnet3d.models.lab.bench.files import write_inputs
 from pcnet3d.models.gravity.live import LiveFrame
+from pcnet3d.models.lab.bench.files import write_inputs
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.drawing.rerun_file import recording_file
