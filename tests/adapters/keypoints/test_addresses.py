@@ -3,6 +3,7 @@
 import socket
 import threading
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
 
 import pytest
 
@@ -88,6 +89,6 @@ def test_a_name_that_looks_like_an_address_is_a_file(film, tmp_path, monkeypatch
     name = "concat:other.mp4"
     film(tmp_path / "whole.mp4", range(0, 400, 40)).rename(tmp_path / name)
     assert len(video.read(tmp_path / name)[0].time_s) == 10
-    with opened(name) as container:
+    with opened(Path(name)) as container:
         assert container.streams.video
     assert not asked
