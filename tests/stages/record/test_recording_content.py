@@ -360,7 +360,7 @@ def test_a_disk_without_room_is_told_before_the_work(make_take, tmp_path, monkey
 
 
 def test_a_recording_that_was_cut_off_is_told(make_take, tmp_path, monkeypatch):
-    monkeypatch.setattr("pcnet3d.stages.record.stage._END", b"another end")
+    monkeypatch.setattr("pcnet3d.stages.drawing.rerun_file._END", b"another end")
     with pytest.raises(InputError, match="could not be written to its end; is the disk full"):
         record(make_take(), tmp_path / "take.rrd")
     assert not list(tmp_path.iterdir())
