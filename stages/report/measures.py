@@ -62,13 +62,20 @@ _OUTCOMES = {CANNOT_BE_TOLD: "cannot be told", NOT_LOOKED_FOR: "not looked for"}
 _ERRORS = (
     "The true figure lies within ± in nine of ten cases; of one without ± the error is not known. "
     "A click on a figure says what it is. SD: standard deviation. "
-    "Grey: a difference that lies within its ±, which is its MDC90 too: beyond it lies one in ten of no difference."
+    "Grey: a difference within its ±, which is its MDC90: where nothing differs, nine in ten differences lie within it."
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
 _ELSEWHERE = ("range_of_motion", "symmetry", "paths", "off_keypoints")  # beside the angles and the speeds
 _RANGES = ("lowest", "highest", "full_range", "p05_p95")
 # What a reader of the page needs a textbook for: summary.json and measures.csv have it.
-FOR_FILES = ("sparc_up", "sparc_down", "log_dimensionless_jerk_up", "log_dimensionless_jerk_down", "places")
+FOR_FILES = (
+    "sparc_up",
+    "sparc_down",
+    "log_dimensionless_jerk_up",
+    "log_dimensionless_jerk_down",
+    "places",
+    "sd_reason",
+)
 _LARGE = ("walking_speed", "cadence", "mean_step_length")  # of a walk: the figures to be read first
 _FEW = 3  # members, which are a table's columns
 _MANY = 20  # a list of more is too long for a table
