@@ -35,7 +35,7 @@ _EXPLAINED = {
     "squats": "Knee bends in which the less bent knee reaches 70 degrees.",
     "duration": "From a tenth of the rise on the way there to a tenth on the way back, where no gap hides either.",
     "rise": "By how much the angle grows, where no gap hides where from or where to.",
-    "peak_mdc90": "Two peaks of one take that differ by less may be alike: where nothing differs, nine in ten differences are smaller.",
+    "peak_mdc90": "Two peaks of one take that differ by less may be alike: of equal peaks nine in ten differ by less.",
     "peak": "The largest angle; of a knee bend the less bent knee's.",
     "jump_height": "By how much the centre of mass rises after the feet have left the floor.",
     "height_by_flight_time": "By the time in the air alone, as of a jump mat; landing with bent legs makes it larger.",

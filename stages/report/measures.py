@@ -152,7 +152,7 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
     own = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict | Curves)}
     groups = {name: leaf for name, leaf in measures.items() if isinstance(leaf, dict | Curves)}
     flat = {name: leaf for name, leaf in groups.items() if level > 2 and _is_flat(leaf)}
-    said = {name: leaf for name, leaf in own.items() if isinstance(leaf, Remark)}
+    said = {name: leaf for name, leaf in own.items() if isinstance(leaf, Remark) and name not in FOR_FILES}
     running = text(own, "gait") == "running"
     hidden = {*said, "frames", "nan_share", *_repeated(own), *FOR_FILES}
     return (
@@ -247,7 +247,10 @@ def _rows(members: Mapping[str, Any], length: str) -> Markup:
     """A table with a row for each member and a column for each of their figures; of few members the other way round."""
     shown = {name: leaf for member in reversed([*members.values()]) for name, leaf in member.items()}
     order = dict.fromkeys(
-        name for member in members.values() for name in member if name != "nan_share" or value(member, name)
+        name
+        for member in members.values()
+        for name in member
+        if name not in FOR_FILES and (name != "nan_share" or value(member, name))
     )
     columns = [_whole([_cell_of(member, name) for member in members.values()]) for name in order]
     if not order:
