@@ -120,7 +120,7 @@ class Moments:
 
 @dataclass(frozen=True)
 class Curve:
-    """An angle over 0 to 100 % of a movement's cycles: (101,) mean and, of two cycles or more, standard deviation."""
+    """An angle over 0 to 100 % of a movement's cycles: (101,) mean and, of six cycles or more, standard deviation."""
 
     angle: str
     count: int
@@ -227,7 +227,7 @@ def moments(of: Mapping[str, Any], name: str) -> tuple[float, ...]:
 
 def nested(rows: Iterable[Row]) -> dict[str, Any]:
     """The rows as plain nested dicts, as summary.json has them: units end the keys, an error stands behind its figure,
-    numbered figures are lists."""
+    numbered figures are lists, None for a repetition that has none."""
     return _fields(grouped(rows))
 
 
@@ -249,9 +249,12 @@ def _fields(group: Mapping[str, Any]) -> dict[str, Any]:
 
 def _with_error(of: Measure | Sequence[Measure]) -> dict[str, Any]:
     if not isinstance(of, Measure):
-        one, errors = of[0], [each.error for each in of]
-        stated = {} if None in errors else {one.error_key: errors}
-        return {one.key: [each.value for each in of], **stated}
+        one, by = of[0], {each.number: each for each in of}
+        every = [by.get(number) for number in range(max(number or 0 for number in by) + 1)]
+        stated = (
+            {} if None in (each.error for each in of) else {one.error_key: [e and e.error for e in every]}
+        )
+        return {one.key: [each and each.value for each in every], **stated}
     stated = {} if of.error is None else {of.error_key: of.error}
     judged = {} if of.within_error is None else {of.within_error_key: of.within_error}
     return {of.key: of.value, **stated, **judged}

@@ -11,7 +11,7 @@ from ...pipeline.core.measures import Curve
 from ...pipeline.signals.angles import unwrapped
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .cycles import alike, normalised
-from .figures import figures
+from .figures import FEWEST_FOR_SD, figures
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,12 @@ class Columns:
         return self.columns.get(f"{angle}_sd_deg", np.full(len(self.times), np.nan))
 
     def cycles(self, angle: str, spans: np.ndarray) -> Curve | None:
-        """Mean and standard deviation of an angle over spans (N, 2) in seconds; None when none is whole."""
+        """Mean and, of six or more, standard deviation of an angle over spans (N, 2) in seconds; None when none is
+        whole."""
         curves = alike(
             normalised(unwrapped(self(angle)), self.times, spans, self.seams), ALL_ANGLES[angle].centre_deg
         )
         if not len(curves):
             return None
-        sd = figures(curves.std(axis=0, ddof=1)) if len(curves) > 1 else None
+        sd = figures(curves.std(axis=0, ddof=1)) if len(curves) >= FEWEST_FOR_SD else None
         return Curve(angle, len(curves), figures(curves.mean(axis=0)), sd)

@@ -30,6 +30,7 @@ from ...pipeline.core.measures import (
     within,
 )
 from ...pipeline.core.messages import spans_in_words
+from ...pipeline.core.notices import notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
@@ -73,10 +74,11 @@ _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 class Measures:
     """The stage. repeated: further angles whose repetitions are counted, such as "r_elbow_flexion". belt_speed: of a
     treadmill, in the take's unit of length a second (m/s); where it is not told, the feet that stand tell it, if the
-    pelvis path is known."""
+    pelvis path is known. unusable: whether figures are made of poses that are unusable too."""
 
     repeated: tuple[str, ...] = ()
     belt_speed: float | None = None
+    unusable: bool = False
 
     name: ClassVar[str] = "measures"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered", "kinematics")
@@ -100,6 +102,8 @@ class Measures:
             take.need("rectified"),
             take.need("kinematics"),
         )
+        if not self.unusable and verdict(take.judged) == "unusable":
+            return take.with_(measures=()).saying(notice("figures-withheld"))
         gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
         source = take.need("poses")
         asked = airborne(take), self.repeated, self.belt_speed

@@ -30,9 +30,7 @@ from .player import skeleton_player
 from .sections import files_beside, gravity_words, provenance, session_words, told_of, up_table
 from .trust import trust
 
-_ERRORS = (
-    "±, within a value, and 90 % mean one thing on this page: the truth lies so near in nine of ten cases."
-)
+_ERRORS = "±, within a value, and 90 % mean one thing on this page: nine in ten true values lie within it."
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,11 @@ from ....pipeline.core.layouts import H36M17, Layout
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ...drawing.palette import LEFT, RIGHT
+from ...drawing.rerun_file import RecordingFile, recording_file
 from ...drawing.rerun_log import log_looks, log_rows
 from .source import Shot
 
 if TYPE_CHECKING:
-    import rerun as rr
     import rerun.blueprint as rrb
     from av.container import OutputContainer
     from av.video.stream import VideoStream
@@ -40,30 +40,27 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
     to keep the images in as well. frames: False keeps every image out of both. InputError when it cannot be
     written."""
     import av
-    import rerun as rr
-    from rerun.error_utils import catch_and_log_exceptions
+    from av.error import FFmpegError
 
-    recording = rr.RecordingStream("pcnet3d")
     kept = os.devnull if video is None or not frames else str(video)
-    with catch_and_log_exceptions(strict=True), av.open(kept, "w", format="mpegts") as target:
-        try:
-            recording.save(path, default_blueprint=_blueprint())
-            yield LiveRecording(recording, layout, target if frames else None)
-        except RuntimeError as error:
-            raise InputError("cannot-write", f"The recording {path} could not be written: {error}.") from None
-        finally:
-            recording.flush()
-            recording.disconnect()
+    try:
+        with av.open(kept, "w", format="mpegts") as target, recording_file(path, _blueprint()) as file:
+            yield LiveRecording(file, layout, target if frames else None)
+    except FFmpegError as error:
+        raise InputError(
+            "cannot-write", f"The video {kept} could not be written: {error.strerror}."
+        ) from None
 
 
 class LiveRecording:
     """Entities as in `record`: video, video/keypoints, source, body; wrists/source, wrists/body; rotation."""
 
-    def __init__(self, recording: rr.RecordingStream, layout: Layout, target: OutputContainer | None) -> None:
+    def __init__(self, file: RecordingFile, layout: Layout, target: OutputContainer | None) -> None:
         """target: what the encoded images go into besides the recording; None without images."""
         import rerun as rr
 
-        self._recording, self._layout, self._target = recording, layout, target
+        recording = file.stream
+        self._file, self._recording, self._layout, self._target = file, recording, layout, target
         self._encoder: VideoStream | None = None
         log_looks(recording, "video/keypoints", layout, IMAGE, -3.0)
         log_looks(recording, "source", H36M17, _SOURCE, 0.024 * _SIZE)
@@ -81,6 +78,7 @@ class LiveRecording:
         """One image and what is known about it. joints: (17, 3), CAMERA axes."""
         import rerun as rr
 
+        self._file.check()
         recording = self._recording
         recording.set_time("frame", sequence=shot.number)
         recording.set_time("video_time", duration=shot.time_s)
