@@ -70,8 +70,8 @@ class LiveLifter:
     def _answer(self, pixels: np.ndarray, confidence: np.ndarray) -> np.ndarray:
         up = None if self._up is None else np.broadcast_to(self._up, (len(pixels), 3))
         x, R_camera_from_ray = features(pixels, confidence, self._size, self._focal, up)
-        # The features of rows further back serve the averages alone. Nothing of the network is kept from frame to frame:
-        # each new frame changes the averages, and with them what the network sees of HALF_WINDOW rows.
+        # Rows further back serve the averages of the features alone. Nothing is kept from frame to frame: each new
+        # frame changes these averages, and with them the network's input in the last HALF_WINDOW rows.
         answer = run(x[-self._reach - 1 :], self._model)[0][-1]
         return rotate(R_camera_from_ray[-1], answer.astype(np.float64))
 
