@@ -31,7 +31,7 @@ _PARTS = (
     ("2D network", Search, "look"),
     ("lifter", LiveLifter, "update"),
     ("rectifier", LiveRectifier, "update"),
-    ("recording, behind the pose", LiveRecording, "log"),
+    ("recording, beside it", LiveRecording, "_write"),
 )
 _FIRST = 30  # frames that are not counted: networks warm up, and the lifter's window fills
 
@@ -73,6 +73,7 @@ def measured_live(video: Path, detector: str, realtime: bool) -> tuple[dict[str,
         for shot in incoming.until(lambda: False):
             moment = watch.see(shot, incoming.dropped)
             recording.log(shot, moment.found, moment.joints, moment.live)
+        recording.close()
     return (
         {"from capture to pose": watch.latency.ms, **spent},
         len(watch.latency.ms),
