@@ -59,7 +59,9 @@ def live(
                 print(f"  {what}: {p50:.1f} ms (p50), {p95:.1f} ms (p95)")
 
 
-def measured_live(video: Path, detector: str, realtime: bool) -> tuple[dict[str, list[float]], int, int, float]:
+def measured_live(
+    video: Path, detector: str, realtime: bool
+) -> tuple[dict[str, list[float]], int, int, float]:
     """Milliseconds of every frame, from capture to pose and by part; frames, those that were dropped, seconds in all."""
     spent: dict[str, list[float]] = defaultdict(list)
     watch = Watch(Networks(load_detector(detector), "pcnet", None, ()))

@@ -51,7 +51,9 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
     with catch_and_log_exceptions(strict=True), av.open(kept, "w", format="mpegts") as target:
         try:
             recording.save(path, default_blueprint=_blueprint())
-            with ThreadPoolExecutor(1, "recording") as beside:  # it waits for what it was given, however the block ends
+            with ThreadPoolExecutor(
+                1, "recording"
+            ) as beside:  # it waits for what it was given, however the block ends
                 yield LiveRecording(recording, layout, target if frames else None, beside)
         except RuntimeError as error:
             raise InputError("cannot-write", f"The recording {path} could not be written: {error}.") from None

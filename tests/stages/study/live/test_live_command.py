@@ -325,7 +325,9 @@ def test_a_gravity_that_is_none_is_refused_before_anything_is_recorded(numbered_
     assert not any(tmp_path.iterdir())
 
 
-def test_a_file_in_the_place_of_a_pipe_loses_no_frame_and_its_video_is_kept(numbered_film, toy_detector, tmp_path):
+def test_a_file_in_the_place_of_a_pipe_loses_no_frame_and_its_video_is_kept(
+    numbered_film, toy_detector, tmp_path
+):
     output = tmp_path / "out"
     command = [
         "live",
