@@ -62,7 +62,7 @@ def live(
 def measured_live(
     video: Path, detector: str, realtime: bool
 ) -> tuple[dict[str, list[float]], int, int, float]:
-    """Milliseconds of every frame, from capture to pose and by part; frames, those that were dropped, seconds in all."""
+    """Milliseconds of every frame, from capture to pose and by part; frames, dropped ones, seconds in all."""
     spent: dict[str, list[float]] = defaultdict(list)
     watch = Watch(Networks(load_detector(detector), "pcnet", None, ()))
     incoming, start = Incoming(open_source(str(video), realtime)), time.perf_counter()

@@ -86,7 +86,7 @@ class LivePose:
 
 def _plain(values: np.ndarray | float, digits: int) -> Any:
     values = np.asarray(values, dtype=np.float64)
-    return np.where(np.isfinite(values), np.round(values, digits), None).tolist()
+    return np.where(np.isfinite(values), np.round(values, digits).astype(object), np.array(None)).tolist()
 
 
 def live_frames(

@@ -6,6 +6,7 @@ https://protocol.vmc.info/english.html: a bundle a frame; each bone's place and 
 from __future__ import annotations
 
 from collections import deque
+from typing import Any
 
 import numpy as np
 
@@ -68,7 +69,7 @@ class Performer:
                 _, above, turns = BONES[parent]
                 R_parent_from_world = transpose(R_world[turns])
                 R = R_parent_from_world @ R
-                point = rotate(R_parent_from_world, place[joint] - place[above])
+                point = rotate(R_parent_from_world, (place[joint] - place[above])[None])[0]
             if is_finite(R).all() and is_finite(point):
                 x, y, z, w = Rotation.from_matrix(R).as_quat()
                 out[bone] = point * (-1, 1, 1), np.array([x, -y, -z, w])
@@ -88,7 +89,7 @@ class Performer:
         return bundle.build().dgram
 
 
-def _message(address: str, *values: object):
+def _message(address: str, *values: str | float) -> Any:
     from pythonosc.osc_message_builder import OscMessageBuilder
 
     message = OscMessageBuilder(address)
