@@ -17,6 +17,7 @@ from ..pipeline.core.cores import cores
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.take import Video
+from ..pipeline.files.video_frames import opened
 from .kit.beginning import first_bytes
 
 if TYPE_CHECKING:
@@ -72,11 +73,10 @@ def read(path: Path) -> tuple[Video]:
             "format-unknown",
             f"Expected a video in {path} ({reads.removeprefix('video: ')}), got something else: {in_words(path)}.",
         )
-    import av
     from av.error import FFmpegError
 
     try:
-        with av.open(path, metadata_errors="ignore") as container:
+        with opened(path) as container:
             return (_described(container, path),)
     except FFmpegError as error:
         raise InputError(

@@ -32,7 +32,7 @@ from .common.splines import solved
 ERROR_S = 1.5  # over which a lifter's error is forgotten
 # A lifter blurs fast motion too: by how much true errors of its positions, velocities and accelerations (wrists and
 # ankles) are larger than those of the model, so that nine in ten lie within the 90 % bars.
-LIFTED = (1.5, 1.9, 1.3)
+LIFTED = (1.5, 2.0, 1.5)
 # The same of a lifter that states no error. What errs slowly is of any size there, so positions have no bars.
 LIFTED_UNSTATED = (np.nan, 2.2, 1.45)
 # Times the variance that a lifted path tells of its error, most of which changes as slowly as people move: where nobody
@@ -240,8 +240,10 @@ def _unstated(
         if not (np.isfinite(part).all(axis=-1).sum(axis=0) >= _FEWEST).all():
             part = np.where(np.isfinite(part).any(axis=0), part, 0.0)
         hz, power, at = _spectra(_filled(part, time_s[piece]), time_s[piece], 1 / rate(time_s))
-        near = (np.abs(time_s[piece] - at[:, None]) <= _WINDOW_S / 2).astype(float)
-        windows.append((hz, power, near @ seen / np.maximum(near.sum(axis=1, keepdims=True), 1)))
+        first = np.searchsorted(time_s[piece], at - _WINDOW_S / 2)
+        stop = np.searchsorted(time_s[piece], at + _WINDOW_S / 2, side="right")
+        so_far = np.concatenate([np.zeros((1, y.shape[1]), dtype=int), seen.cumsum(axis=0)])
+        windows.append((hz, power, (so_far[stop] - so_far[first]) / np.maximum(stop - first, 1)[:, None]))
     if not windows:
         return none, 0.0
     longest = max(len(hz) for hz, _, _ in windows)

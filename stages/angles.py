@@ -12,6 +12,8 @@ import numpy as np
 from ..models.angle_error.disagreement import by_disagreement
 from ..models.angle_error.joint_covariance import joint_covariance, turns_of
 from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
+from ..models.angle_error.neutral import STILL_DEG, less_neutral, moves_deg, neutral_deg
+from ..models.angle_error.off_keypoints import widened
 from ..models.angle_error.rates import angle_rates
 from ..models.angle_error.take_angles import AngleSeries, angle_series, in_reference
 from ..pipeline.core.errors import InputError
@@ -21,6 +23,7 @@ from ..pipeline.core.take import AngleErrors, Take
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
+from ..pipeline.signals.reprojection import residuals_of
 from .lift import Lift
 from .trajectories import Smoother
 
@@ -45,7 +48,7 @@ class Angles:
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered")
     gives: ClassVar[tuple[str, ...]] = ("kinematics", "filtered", "angle_errors")
     renews: ClassVar[tuple[str, ...]] = ("kinematics",)  # which hold: of `filtered` only the error changes
-    reads: ClassVar[tuple[str, ...]] = Lift.reads  # which lifts a second time
+    reads: ClassVar[tuple[str, ...]] = (*Lift.reads, "neutral_s")  # Lift, which lifts a second time
 
     def __post_init__(self) -> None:
         """InputError for a file that holds no such errors, before a run has begun."""
@@ -61,13 +64,20 @@ class Angles:
         basis: AngleErrors = "none" if noise is None else "file" if self.errors else "judged"
         if noise is None and poses.lifted and (by := _by_disagreement(take, series)) is not None:
             series, basis = by, "disagreement"
+        if basis != "none":
+            series = widened(series, residuals_of(take))
+        said: list[Notice] = []
+        if take.told.neutral_s is not None:
+            series, said = _from_neutral(series, times, take.told.neutral_s, basis == "judged")
+            start_s, end_s = take.told.neutral_s
+            filtered = filtered.noted("neutral", start_s=start_s, end_s=end_s)
         columns = _columns(series, times, breaks(poses), self.smoother == "auto", noise)
         own = rectified.level.covariance
         if noise is not None and turning is not None and own is not None:
             filtered = filtered.with_(covariance=joint_covariance(own, filtered.joints, turning, noise))
         kinematics = {**(take.kinematics or {}), **columns}
         take = take.with_(kinematics=kinematics, filtered=filtered, angle_errors=basis)
-        return take.saying(*_notices(columns), *self._known(poses, basis, noise))
+        return take.saying(*_notices(columns), *said, *self._known(poses, basis, noise))
 
     def _known(self, poses: PoseSequence, basis: AngleErrors, noise: JointNoise | None) -> Iterator[Notice]:
         """What is said of how the errors are known."""
@@ -125,6 +135,20 @@ def joint_angles(
     noise = errors_of(poses) if noise is None else noise
     series, times = angle_series(poses, rectified, filtered, noise)
     return _columns(series, times, breaks(poses), rates_by_error, noise)
+
+
+def _from_neutral(
+    series: dict[str, AngleSeries], times: np.ndarray, span_s: tuple[float, float], judged: bool
+) -> tuple[dict[str, AngleSeries], list[Notice]]:
+    """The angles less those of the person standing in a span, and what is to be said of that."""
+    neutral = neutral_deg(series, times, span_s)
+    begin_s, end_s = span_s
+    told: dict[str, Any] = {"begin_s": begin_s, "end_s": end_s}
+    said = [notice("angles-from-neutral", **told, neutral={name: deg for name, (deg, _) in neutral.items()})]
+    moved = moves_deg(series, times, span_s)
+    if moved > STILL_DEG:
+        said.append(notice("neutral-moves", **told, moved_deg=moved))
+    return less_neutral(series, neutral, judged), said
 
 
 def _by_disagreement(take: Take, series: dict[str, AngleSeries]) -> dict[str, AngleSeries] | None:

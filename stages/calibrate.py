@@ -15,7 +15,8 @@ from ..pipeline.core.measures import half_bar
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
-from ..pipeline.files.video_frames import shown_size
+from ..pipeline.files.video_frames import images_at, shown_size
+from ..pipeline.signals.flow import flow_notice, flow_of, pairs_of
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Calibrate:
         span = min(start for start, _ in spans), max(end for _, end in spans)
         keypoints = [take.keypoints for take in takes if take.keypoints is not None]
         found = self._found(told, video, keypoints, span)
-        seen = [take.with_(camera=found) for take in takes]
+        seen = [take.with_(camera=found).saying(*_belongs(take)) for take in takes]
         return [take.saying(*_notices(found, take.moving), *_motion(found.background, told)) for take in seen]
 
     def check_told(self, told: Told) -> None:
@@ -69,6 +70,16 @@ class Calibrate:
             intrinsics = read_camera(self.camera_file, self.camera_name, shown_size(video))
         camera = "static" if told.standing else told.camera
         return camera_of(video, people, span, told.focal_px, camera, intrinsics, self.gravity_network)
+
+
+def _belongs(take: Take) -> list[Notice]:
+    """Whether keypoints of a file are of this video; nothing of those that were detected in it."""
+    keypoints, video = take.keypoints, take.video
+    if keypoints is None or video is None or all(each["role"] != "keypoints" for each in take.inputs):
+        return []
+    pairs = pairs_of(*_span(video, keypoints), video.fps)
+    images = images_at(video, sorted({frame for pair in pairs for frame in pair}))
+    return [flow_notice(flow_of(images, pairs, keypoints))]
 
 
 def _span(video: Video, poses: PoseSequence) -> tuple[int, int]:

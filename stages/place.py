@@ -13,6 +13,7 @@ from ..models.place.path import FEWEST_FRAMES, SCALE_SD, PelvisPath, pelvis_path
 from ..pipeline.core.camera import Camera
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import scaled_covariance
+from ..pipeline.core.measures import half_bar
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
@@ -115,10 +116,10 @@ def _said(path: PelvisPath, camera: Camera, poses: PoseSequence, seen: np.ndarra
         placed=placed,
         frames=frames,
         bridges=bridges,
-        sd=float(np.median(own)),
+        within=half_bar(float(np.median(own))),
         unit="m" if poses.frame.unit == "m" else "units",
-        size_percent=100 * SCALE_SD,
-        focal_percent=100 * path.focal_sd,
+        size_percent=half_bar(100 * SCALE_SD),
+        focal_percent=half_bar(100 * path.focal_sd),
         guess=guess,
         unjudged=""
         if made_by_the_built_in(poses)

@@ -9,6 +9,7 @@ from ..models.place.airborne import Airborne, airborne, units_a_metre
 from ..pipeline.core.anthropometry import implied_stature
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import scaled_covariance
+from ..pipeline.core.measures import half_bar
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told
@@ -49,7 +50,9 @@ class Scale:
             return take.saying(notice("no-scale"))
         scaled, factor = _scaled(take, stature_m, sd)
         said: dict[str, Any] = {"flights": len(flown.flights), "factor": factor, "stature_m": stature_m}
-        return scaled.saying(notice("scaled-by-flights", **said, sd_m=sd * stature_m, percent=100 * sd))
+        return scaled.saying(
+            notice("scaled-by-flights", **said, within_m=half_bar(sd * stature_m), percent=half_bar(100 * sd))
+        )
 
 
 def _scaled(take: Take, stature_m: float, sd: float | None = None) -> tuple[Take, float]:

@@ -18,6 +18,7 @@ from ...pipeline.core.camera import Camera, pitch_roll_deg
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ...pipeline.core.take import Take
+from ..common.metrics import SD_90
 from .joint_noise import JointNoise
 
 
@@ -57,9 +58,11 @@ def turns(keypoints: PoseSequence, camera: Camera, rows: np.ndarray, rectified: 
     off = np.where(there[:, None], off[at], usual)
     ray = unit(np.concatenate([off, np.ones((len(off), 1))], axis=1))
     R = np.broadcast_to(rectified.R_source_from_level, (len(rows), 3, 3))
+    # A longer lens brings the ray nearer to the axis, and never past it.
+    share = camera.focal_sd_px / camera.focal_px
     return Turns(
         rotate(transpose(R), ray[:, None])[:, 0],
-        camera.focal_sd_px / camera.focal_px * np.linalg.norm(off, axis=1),
+        share / (1 + SD_90 * share) * np.linalg.norm(off, axis=1),
         np.radians(pitch_roll_deg(R[..., :, 2])[:, 0]),
     )
 

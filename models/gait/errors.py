@@ -23,6 +23,7 @@ from typing import Literal
 
 import numpy as np
 
+from ..common.metrics import SD_90
 from .events import Step
 
 ERROR_FILE = Path(__file__).with_name("gait_error.json")
@@ -165,7 +166,9 @@ def path_error(
     velocity = np.gradient(root, time_s, axis=0)[_inside(time_s, walks)]
     velocity = velocity[np.isfinite(velocity).all(axis=1)]
     along = ((velocity @ axis) ** 2).sum() / max((velocity**2).sum(), 1e-12)
-    return root_sd, float(np.hypot(scale_sd, focal_sd * along))
+    # The bar's end, for a lens that may be twice as long makes more of a speed than its slope says.
+    longer = np.sqrt(1 + along * ((1 + SD_90 * focal_sd) ** 2 - 1)) - 1
+    return root_sd, float(np.hypot(scale_sd, longer / SD_90))
 
 
 def _inside(time_s: np.ndarray, walks: Sequence[Sequence[Step]]) -> np.ndarray:

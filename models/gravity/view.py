@@ -9,7 +9,14 @@ from typing import Literal
 
 import numpy as np
 
-from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Background, Camera, Look
+from ...pipeline.core.camera import (
+    ASSUMED_FOCAL_SD,
+    PRIOR_FOCAL,
+    PRIOR_FOCAL_SPREAD,
+    Background,
+    Camera,
+    Look,
+)
 from ...pipeline.core.intrinsics import Intrinsics, undistorted, undistorted_image
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
@@ -177,7 +184,13 @@ def known_camera(size: tuple[int, int], told_px: float | None, file_px: float | 
     if file_px is not None:
         return Camera(size, file_px, file_px * FILE_SPREAD, "file")
     focal = PRIOR_FOCAL * max(size)
-    return Camera(size, focal, focal * PRIOR_FOCAL_SPREAD, "prior")
+    return Camera(size, focal, focal * ASSUMED_FOCAL_SD, "prior")
+
+
+def _prior_spread(known: Camera) -> float:
+    """Of the focal length's logarithm, before an image is looked at. What fits draw an unknown one to is narrower than
+    what is stated of it where no image tells it."""
+    return PRIOR_FOCAL_SPREAD if known.focal_source == "prior" else known.focal_sd_px / known.focal_px
 
 
 def _looked_at(
@@ -185,7 +198,7 @@ def _looked_at(
 ) -> Camera:
     """The camera with what images of one place say of it: by their lines; where these do not tell up, by a network,
     where there is one; else with the reason."""
-    frames, spread = sorted(images), known.focal_sd_px / known.focal_px
+    frames, spread = sorted(images), _prior_spread(known)
     pictures = [images[frame] for frame in frames]
     known_px = None if known.focal_source == "prior" else known.focal_px
     answer = up_from_images(
@@ -219,10 +232,7 @@ def _by_network(
 
     if network is None and not GEOCALIB.is_there:
         return known
-    known_px, spread = (
-        None if known.focal_source == "prior" else known.focal_px,
-        known.focal_sd_px / known.focal_px,
-    )
+    known_px, spread = None if known.focal_source == "prior" else known.focal_px, _prior_spread(known)
     answer = up_from_network(images, network or GEOCALIB.name, known_px, spread)
     look = Look(frame, answer.up, answer.in_camera, NETWORK_FAILURE, source="network")
     found = replace(known, looks=(look,), reason="")

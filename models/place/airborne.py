@@ -14,8 +14,7 @@ from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.signals.flights import GRAVITY, LIFTED, MEASURED, NEEDED, SCALE_SD, Flight, flights
-from .path import JOINTS, keypoint_rays
-from .reprojection import FEWEST
+from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
 
 BUILT_IN = "pcnet3d"  # lifter
 _FEWEST = 10  # frames

@@ -9,21 +9,16 @@ import numpy as np
 from ...pipeline.core.anthropometry import SEGMENTS, implied_stature
 from ...pipeline.core.camera import Camera
 from ...pipeline.core.frames import CAMERA, require
-from ...pipeline.core.intrinsics import undistorted
-from ...pipeline.core.layouts import H36M17, remap
+from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.filters import rate
-from ...pipeline.signals.visibility import unseen
-from .reprojection import placed
+from ...pipeline.signals.reprojection import JOINTS, keypoint_rays, placed
 from .smoothing import covariances, smoothed
 
-# Every estimator puts nose, head and spine elsewhere, the detector and the lifter too.
-JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "head"))
 FEWEST_FRAMES = 3  # a path is smoothed by its acceleration, and two have none
 # Of the distance: the body's size, as a stature gives it, moves the whole path to or from the camera.
 SCALE_SD = 0.037
-_UNKNOWN_CONFIDENCE = 0.7  # as for the lifter
 _JOLT = 0.2  # statures^2 / s^3, power spectral density of the pelvis's acceleration
 _LASTS_S = 1.0  # of the errors of joints: so much of a take counts as one independent frame
 _ROUNDS = 3  # of weighing frames by how far they are off the path
@@ -67,23 +62,6 @@ def pelvis_path(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) ->
     rays, trust = keypoint_rays(poses, keypoints, camera)
     focal_sd = camera.focal_sd_px / camera.focal_px
     return _path(poses.joints, rays, trust, poses.times, focal_sd)
-
-
-def keypoint_rays(
-    poses: PoseSequence, keypoints: PoseSequence, camera: Camera
-) -> tuple[np.ndarray, np.ndarray]:
-    """Rays (T, 17, 2) of H36M17 in the rows of the poses, x / z and y / z in CAMERA axes, NaN where nobody saw them,
-    and the relative trust (T, 17) in them. Arguments as of `pelvis_path`."""
-    hidden, _ = unseen(keypoints, camera.image_size, poses.frame_index, poses.times)
-    if camera.intrinsics is not None:  # afterwards, for the filmed image's border is not the ideal one's
-        keypoints = keypoints.with_(joints=undistorted(keypoints.joints, camera.intrinsics))
-    seen = remap(keypoints, H36M17)
-    rows = np.minimum(np.searchsorted(seen.frame_index, poses.frame_index), len(seen) - 1)
-    there = (seen.frame_index[rows] == poses.frame_index)[:, None] & ~hidden
-    rays = (seen.joints[rows] - np.array(camera.image_size) / 2) / camera.focal_px
-    confidence = seen.confidence[rows]
-    trust = np.where(np.isfinite(confidence), confidence, _UNKNOWN_CONFIDENCE) ** 2
-    return np.where(there[..., None], rays, np.nan), trust
 
 
 def _path(

@@ -45,10 +45,13 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "people-by-poses-alone": ("warning", "files",
         "People have no track numbers and no boxes in this file; they are told apart by their poses alone, so "
         "check that each is one person throughout."),
-    "keypoints-of-somebody-else": ("warning", "files",
+    "keypoints-of-somebody-else": ("suspicious", "files",
         "The limbs of person '{person}' in the poses lie otherwise in the image than those of person '{track}' in "
         "the keypoints, by {apart:.2f} of their spread ({most:g} at most of one person): somebody else's "
         "keypoints, or of other frames; what rests on both, as where the person is, is wrong then."),
+    "keypoints-not-of-poses": ("suspicious", "files",
+        "The poses are off the keypoints of their frames by {off_percent:.1f} % of the stature{how}: keypoints of "
+        "another recording or other frames, or poses that were changed."),
     "leap-between-people": ("warning", "files",
         "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be somebody else from there on."),
     "leap-after-gap": ("warning", "files",
@@ -68,6 +71,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "camera 54138969; if the script used another, the body is tilted."),
     "stature-assumed": ("warning", "files",
         "RTMW3D's file has no scale across the picture; a stature of {stature_m:g} m was assumed."),
+    "figures-withheld": ("warning", "poses",
+        "The poses are unusable, so no figures are made of them (--set measures.unusable=true makes them)."),
     # The clock
     "slow-motion-stated": ("warning", "clock",
         "The video was captured at {captured_fps:g} frames per second and is shown at {shown_fps:.4g}, as slow "
@@ -94,6 +99,21 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "moves-fast": ("warning", "clock",
         "At {fps:.4g} frames a second {found}, faster than people can move: if the video is a time lapse, or its "
             f"rate is told wrongly, give the rate at which the camera captured with --fps; {_DEPENDS}."),
+    "gait-against-rate": ("suspicious", "clock",
+        "At {fps:.4g} frames a second the legs {gait}, and pass each other every {step_s:.2f} s, {times:.1f} times "
+        "too {way} for steps of that length: give the rate at which the camera captured with --fps, about {fits:.2g} "
+            f"frames a second by the gait; {_DEPENDS}."),
+    "rows-lost": ("suspicious", "clock",
+        "At {count:~row} the whole body moves on by more than one frame's movement, {how}: frames may have been left "
+        "out of the file without a trace; write it with frame numbers or times, or give --fps."),
+    # Keypoints and video
+    "video-not-compared": ("note", "files",
+        "Whether the keypoints are of this video cannot be told: {reason}."),
+    "keypoints-move-as-video": ("note", "files",
+        "The keypoints move as the image beneath them (agreement {alike:.2f})."),
+    "keypoints-not-of-video": ("suspicious", "files",
+        "The keypoints do not move as the image beneath them (agreement {alike:.2f}; 0.45 and more is usual){how}. "
+        "Give the keypoints of this video, numbered by its frames."),
     # Detecting
     "detected": ("note", "files",
         "The 2D keypoints were detected in the video by {detector}."),
@@ -206,14 +226,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scaled-by-flights": ("warning", "",
         "The person's height was not given: metres come from how fast the body falls in {flights:~flight}, by which "
-        "the stature is {stature_m:.2f} ± {sd_m:.2f} m. Path, speed and lengths may be off by {percent:.0f} % "
-        "together (standard deviation); with --stature METRES they are surer."),
+        "the stature is {stature_m:.2f} ± {within_m:g} m. Path, speed and lengths are within {percent:g} % "
+        "together; with --stature METRES they are surer."),
     "not-placed": ("note", "place",
         "The place of the person is not known: {reason}."),
     "placed": ("note", "place",
         "The pelvis's path rests on the keypoints, in {placed} of {frames} frames{bridges}: each "
-        "frame is off by {sd:.2f} {unit} (standard deviation), mostly in depth, and the whole by "
-        "{size_percent:.0f} % for the body's size and {focal_percent:.0f} % of the depth for the focal "
+        "frame is within {within:g} {unit}, mostly in depth, and the whole within "
+        "{size_percent:g} % for the body's size and {focal_percent:g} % of the depth for the focal "
         "length{guess}{unjudged}."),
     "size-levelled": ("repair", "place",
         "The lifted body grew with its image, by {grown_percent:.0f} % in all, and was brought to one size."),
@@ -222,7 +242,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{lost} of {frames:~frame} {lost:?has/have} too few torso joints to rectify."),
     "not-levelled": ("warning", "up",
         "The take could not be levelled: {reason}."),
-    "nobody-upright": ("warning", "up",
+    "nobody-upright": ("suspicious", "up",
         "The trunk is more than {off_deg:.0f} degrees off up in {share_percent:.0f} % of the frames: the person "
         "lies or bends down, or the picture is turned. If it is, turn the video, or tell read.pitch and "
         "read.roll."),
@@ -272,6 +292,13 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "filter, and back."),
     "angles-left-out": ("note", "motion",
         "Angles left out, frames: {angles}: {reason}."),
+    "angles-from-neutral": ("note", "motion",
+        "All angles are from those of the person standing from {begin_s:g} to {end_s:g} s (--neutral), which are "
+        "subtracted; their errors are those of the difference. Limits of anatomy and the names of OpenSim do not hold "
+        "for them."),
+    "neutral-moves": ("warning", "motion",
+        "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s, which --neutral takes for "
+        "standing still; choose a second in which they stand."),
     "angle-errors-unknown": ("note", "motion",
         "The errors of the angles are not known: nobody says who made the poses, which may err as a lifter's do "
         "(-O made_by=measured, or estimated)."),
@@ -339,6 +366,18 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "flattened-depth": ("suspicious", "poses",
         "Bones shorten when they turn towards the camera as if depth were {factor:.1f} times too small; it is "
         "flattened."),
+    "depth-stretched": ("suspicious", "poses",
+        "Bones grow when they turn towards the camera as if depth were {times:.1f} times too large; it is stretched."),
+    "limbs-copied": ("suspicious", "poses",
+        "One {limb} is a copy of the other: nothing can be said of right and left."),
+    "repeats-itself": ("suspicious", "poses",
+        "{count} of {rows_read:~row} come again exactly: the clip is played more than once, so that counts and "
+        "cadences are of the loop."),
+    "only-noise": ("suspicious", "poses",
+        "Hands and feet jump to and fro from row to row and move no further: this is noise, or one pose."),
+    "no-quick-movement": ("suspicious", "poses",
+        "Nothing of the hands' and feet's movement is quicker than {hertz:g} Hz ({share_percent:.1f} % of it): the "
+        "poses were smoothed, and quick movements are lost or too small."),
     "bones": ("suspicious", "poses",
         "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), {worst} by {worst_percent:.0f} %."),
     "limbs-unlike": ("suspicious", "poses",

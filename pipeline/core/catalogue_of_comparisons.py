@@ -23,6 +23,14 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
         "{run} was seen by a moving camera: its heading is relative to that."),
     "run-lacks-angles": ("warning", "files",
         "{run} has no {angles}: only the other angles are compared; run it again to have all."),
+    "truth-lacks-joints": ("note", "files",
+        "The motion capture has no {joints}: the rest is compared, without {angles}."),
+    "truth-trunk-by-shoulders": ("note", "files",
+        "The motion capture has no thorax: in both, the trunk line goes from the middle of the hips to the middle of "
+        "the shoulders."),
+    "neutral-of-some": ("warning", "motion",
+        "The angles of {with_neutral} are from a neutral posture (--neutral), those of {without} are not: they differ "
+        "by that posture throughout."),
     "cutoffs-differ": ("warning", "motion",
         "The runs were low-passed at different cut-offs ({cutoffs} Hz)."),
     "rates-differ": ("warning", "clock",

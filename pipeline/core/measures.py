@@ -13,7 +13,15 @@ Side = Literal["", "right", "left"]
 SD_90 = 1.645  # standard deviations of a Gaussian to each side that hold nine in ten
 # What became of looking for a movement: the text of the remark `outcome`.
 SEEN, NONE, CANNOT_BE_TOLD, NOT_LOOKED_FOR = "seen", "none", "cannot-be-told", "not-looked-for"
-MOMENTS = ("start", "stop", "stride_start", "stride_stop", "landings", "toe_offs")  # names of all Moments
+MOMENTS = (
+    "start",
+    "stop",
+    "peak_at",
+    "stride_start",
+    "stride_stop",
+    "landings",
+    "toe_offs",
+)  # names of all Moments
 
 
 class Unit(NamedTuple):
@@ -31,6 +39,7 @@ UNITS = {
     "degps": Unit("_degps", "deg/s", "°/s"),
     "s": Unit("_s", "s", "s"),
     "cm": Unit("_cm", "cm", "cm"),
+    "px": Unit("_px", "px", "px"),
     "percent": Unit("_percent", "%", "%"),
     "spm": Unit("_spm", "1/min", "steps/min"),
     "length": Unit("", "{}", "{}"),
@@ -96,8 +105,8 @@ class Remark:
 
 @dataclass(frozen=True)
 class Moments:
-    """Seconds of the take's clock at which something happens. `start` and `stop` in a group are those of the
-    repetitions that its numbered figures are of."""
+    """Seconds of the take's clock at which something happens. `start`, `stop` and `peak_at` in a group are
+    those of the repetitions that its numbered figures are of."""
 
     name: str
     at_s: tuple[float, ...]
@@ -111,7 +120,7 @@ class Moments:
 
 @dataclass(frozen=True)
 class Curve:
-    """An angle over 0 to 100 % of a movement's cycles: (101,) mean and, of two cycles or more, standard deviation."""
+    """An angle over 0 to 100 % of a movement's cycles: (101,) mean and, of six cycles or more, standard deviation."""
 
     angle: str
     count: int
@@ -218,7 +227,7 @@ def moments(of: Mapping[str, Any], name: str) -> tuple[float, ...]:
 
 def nested(rows: Iterable[Row]) -> dict[str, Any]:
     """The rows as plain nested dicts, as summary.json has them: units end the keys, an error stands behind its figure,
-    numbered figures are lists."""
+    numbered figures are lists, None for a repetition that has none."""
     return _fields(grouped(rows))
 
 
@@ -240,9 +249,12 @@ def _fields(group: Mapping[str, Any]) -> dict[str, Any]:
 
 def _with_error(of: Measure | Sequence[Measure]) -> dict[str, Any]:
     if not isinstance(of, Measure):
-        one, errors = of[0], [each.error for each in of]
-        stated = {} if None in errors else {one.error_key: errors}
-        return {one.key: [each.value for each in of], **stated}
+        one, by = of[0], {each.number: each for each in of}
+        every = [by.get(number) for number in range(max(number or 0 for number in by) + 1)]
+        stated = (
+            {} if None in (each.error for each in of) else {one.error_key: [e and e.error for e in every]}
+        )
+        return {one.key: [each and each.value for each in every], **stated}
     stated = {} if of.error is None else {of.error_key: of.error}
     judged = {} if of.within_error is None else {of.within_error_key: of.within_error}
     return {of.key: of.value, **stated, **judged}

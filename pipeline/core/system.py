@@ -50,6 +50,11 @@ def peak_memory_bytes(of_children: bool = False) -> float:
     )
 
 
+def pipe_path(descriptor: int) -> str | None:
+    """A path at which the open end of a pipe is opened once more; None where the system has none, as Windows."""
+    return None if sys.platform == "win32" else f"/dev/fd/{descriptor}"
+
+
 def is_running(process: int) -> bool:
     """Whether there is a process of that number, anybody's."""
     if sys.platform == "win32":  # where os.kill would end it

@@ -70,9 +70,10 @@ class Told:
     focal length. gravity: which way things fall, in the camera's axes (x right, y down, z away), any length. pitch_deg,
     roll_deg: of the camera, positive when it looks down, and when the image's content turns counter-clockwise; both or
     neither, for an angle that nobody told is not 0. image_size: width and height in pixels, of a take without a video.
-    stature_m: the person's height. images: False keeps every image of the person out of the results. fps: frames a
-    second, instead of what a file says. person: who of several, by name, or "longest" or "largest". handedness: what is
-    done where left and right of poses are exchanged, and swaps, where limbs are for some frames.
+    stature_m: the person's height. neutral_s: from when to when they stand in a posture that all angles are from.
+    images: False keeps every image of the person out of the results. fps: frames a second, instead of what a file says.
+    person: who of several, by name, or "longest" or "largest". handedness: what is done where left and right of poses
+    are exchanged, and swaps, where limbs are for some frames.
 
     InputError for what cannot be, before a run has looked at the whole video in vain.
     """
@@ -84,6 +85,7 @@ class Told:
     roll_deg: float | None = None
     image_size: tuple[int, int] | None = None
     stature_m: float | None = None
+    neutral_s: tuple[float, float] | None = None
     images: bool = True
     fps: float | None = None
     person: str | None = None
@@ -196,6 +198,11 @@ class Take:
         background = None if self.camera is None else self.camera.background
         seen = background is not None and background.kind == "still"
         return self.told.standing or (seen and not self.told.moving)
+
+    @property
+    def judged(self) -> tuple[Notice, ...]:
+        """What its poses are judged by: the findings, and graver notices of what they were read with."""
+        return without_doubles((*(self.findings or ()), *grave(self.notices)))
 
     @property
     def said(self) -> tuple[Notice, ...]:

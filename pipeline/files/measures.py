@@ -1,12 +1,13 @@
-"""The columns of measures.csv and cycles.csv, and the rows of a take's measures read back from them."""
+"""The columns of measures.csv, and the rows of a take's measures read back from them."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
+import json
+from collections.abc import Iterator, Mapping
 from itertools import groupby
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..core import measures
 from ..core.errors import InputError
@@ -31,35 +32,21 @@ class Row(NamedTuple):
     text: str | None
 
 
-class Point(NamedTuple):
-    """One point of a movement's mean curve. movement: the keys that lead to it in summary.json, joined by dots. angle:
-    of pipeline.signals.foot_angles.ALL_ANGLES; side: "right", "left" or None. percent: of the repetition, or of a
-    stride
-    of that side. mean_deg, sd_deg: over the cycles, the second None for one. count: how many cycles these are."""
-
-    movement: str
-    angle: str
-    side: str | None
-    percent: int
-    mean_deg: float
-    sd_deg: float | None
-    count: int
-
-
 def read_measures(folder: Path) -> tuple[measures.Row, ...]:
-    """What `write_measures` and `write_cycles` (stages/export/measures.py) have
-    written in a run's folder, but that a figure lies within its error
-    is a remark; nothing where they have not. InputError for files that are not theirs."""
+    """What `write_measures` (stages/export/measures.py) has written in a run's folder, and the mean curves of its
+    summary.json, but that a figure lies within its error is a remark; nothing where it has not. InputError for files
+    that are not theirs."""
     if not (folder / "measures.csv").exists():
         return ()
     try:
         figures = [_read(row) for row in _lines(folder / "measures.csv", Row._fields)]
-        points = _lines(folder / "cycles.csv", Point._fields) if (folder / "cycles.csv").exists() else []
-        return (*_joined(figures), *_curves(points))
-    except (OSError, ValueError, KeyError) as error:
+        summary = folder / "summary.json"
+        said = json.loads(summary.read_text(encoding="utf-8")) if summary.exists() else {}
+        return (*_joined(figures), *_curves(said.get("measures") or {}))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
             "file-damaged",
-            f"Expected measures.csv and cycles.csv as a run writes them in {folder}: {error}; run the take again.",
+            f"Expected measures.csv and summary.json as a run writes them in {folder}: {error}; run the take again.",
         ) from None
 
 
@@ -102,12 +89,16 @@ def _joined(figures: list[Measure | Remark]) -> Iterator[measures.Row]:
             yield from rows
 
 
-def _curves(points: list[dict[str, str]]) -> Iterator[Curves]:
-    by_group: dict[str, list[Curve]] = {}
-    for (movement, angle), same in groupby(points, lambda point: (point["movement"], point["angle"])):
-        lines = list(same)
-        sd = tuple(float(line["sd_deg"]) for line in lines if line["sd_deg"])
-        mean = tuple(float(line["mean_deg"]) for line in lines)
-        by_group.setdefault(movement, []).append(Curve(angle, int(lines[0]["count"]), mean, sd or None))
-    for movement, curves in by_group.items():
-        yield Curves(tuple(curves), tuple(movement.split(".")))
+def _curves(measures: Mapping[str, Any], group: tuple[str, ...] = ()) -> Iterator[Curves]:
+    """Those of measures as summary.json has them."""
+    for name, of in measures.items():
+        if name == "cycles":
+            yield Curves(
+                tuple(
+                    Curve(angle, one["count"], tuple(one["mean_deg"]), tuple(one.get("sd_deg") or ()) or None)
+                    for angle, one in of.items()
+                ),
+                group,
+            )
+        elif isinstance(of, dict):
+            yield from _curves(of, (*group, name))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,8 @@ _WORDS = (
     ("upperleg", "lowerleg", "foot", "upperarm", "lowerarm", "hand"),  # Unity
     ("leg", "shin", "foot", "arm", "forearm", "hand"),  # SOMA
     ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"),  # SMPL and its kin
+    ("hjc", "kjc", "ajc", "sjc", "ejc", "wjc"),  # joint centres of gait laboratories
+    ("fep", "feo", "tio", "clo", "huo", "rao"),  # Vicon's Plug-in Gait: ends of its bones
 )
 _SIDES = ({"l": "left{}", "r": "right{}"}, {"l": "l{}", "r": "r{}"}, {"l": "{}l", "r": "{}r"})
 _NECKS = ("lowerneck", "neck", "neck01", "neck1", "neckbase")
@@ -179,30 +181,59 @@ def h36m17_named(joints: np.ndarray, names: list[str] | None) -> np.ndarray:
     return h36m17(points, joints[:, spine], forward, up)
 
 
+def h36m17_of_limbs(joints: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    """(T, 17, 3) from joints (T, J, 3), metres, by their names: the legs, and the arms where they are there. The pelvis
+    is mid-hips; all other joints are NaN. InputError without hips, knees and ankles."""
+    at = _by_plain_name(names)
+    for wanted in _limb_names():
+        found = {joint: at[name] for joint, name in wanted.items() if name in at}
+        if all(f"{side}_{joint}" in found for side in "lr" for joint in _LIMBS[:3]):
+            made = np.full((len(joints), len(H36M17), 3), np.nan)
+            for joint, i in found.items():
+                made[:, H36M17.index(joint)] = joints[:, i]
+            hips = (joints[:, found["l_hip"]] + joints[:, found["r_hip"]]) / 2
+            made[:, H36M17.index("pelvis")] = hips
+            return made
+    raise InputError(
+        "wrong-content",
+        f"Expected hips, knees and ankles under names in use, got {', '.join(names[:40])}.",
+    )
+
+
 def match(names: Sequence[str]) -> dict[str, int]:
     """Position of hips, knees, ankles, shoulders, elbows, wrists, "neck" and "head" in a list of names.
 
     A name's case, separators and a prefix that all names share do not matter. InputError when a joint is not found.
     """
-    plain = [re.sub(r"[^a-z0-9]", "", name.rpartition(":")[2].lower()) for name in names]
-    shared = len(os.path.commonprefix(plain))  # noqa: RUF071 (characters are meant, these are no paths)
-    at = {name[shared:]: i for i, name in reversed(list(enumerate(plain)))}
+    at = _by_plain_name(names)
     neck = next((name for name in _NECKS if name in at), None)
-    for words in _WORDS:
-        for sides in _SIDES:
-            wanted = {
-                f"{side}_{joint}": pattern.format(word)
-                for side, pattern in sides.items()
-                for joint, word in zip(_LIMBS, words, strict=True)
-            }
-            if neck and "head" in at and all(name in at for name in wanted.values()):
-                found = {joint: at[name] for joint, name in wanted.items()}
-                return found | {"neck": at[neck], "head": at["head"]}
+    for wanted in _limb_names():
+        if neck and "head" in at and all(name in at for name in wanted.values()):
+            found = {joint: at[name] for joint, name in wanted.items()}
+            return found | {"neck": at[neck], "head": at["head"]}
     raise InputError(
         "wrong-content",
         "Expected a skeleton with hips, knees, ankles, shoulders, elbows, wrists, neck and head under names in use, "
         f"got {', '.join(names[:40])}.",
     )
+
+
+def _by_plain_name(names: Sequence[str]) -> dict[str, int]:
+    """Position by a name's letters and digits alone, without a prefix that all share; the first of equal names."""
+    plain = [re.sub(r"[^a-z0-9]", "", name.rpartition(":")[2].lower()) for name in names]
+    shared = len(os.path.commonprefix(plain))  # noqa: RUF071 (characters are meant, these are no paths)
+    return {name[shared:]: i for i, name in reversed(list(enumerate(plain)))}
+
+
+def _limb_names() -> Iterator[dict[str, str]]:
+    """By joint of the limbs, with its side, the plain name that each program gives it."""
+    for words in _WORDS:
+        for sides in _SIDES:
+            yield {
+                f"{side}_{joint}": pattern.format(word)
+                for side, pattern in sides.items()
+                for joint, word in zip(_LIMBS, words, strict=True)
+            }
 
 
 def _nearest_axis(v: np.ndarray) -> np.ndarray:
@@ -235,10 +266,10 @@ def unit_by_legs(leg: float) -> str:
 
 
 def leg_length(joints: np.ndarray) -> float:
-    """Thigh and shank of joints (T, 17, 3), the median over frames and the mean of both sides."""
+    """Thigh and shank of joints (T, 17, 3), the median over the frames that have them and the mean of both sides."""
     sides = []
     for s in "lr":
         hip, knee, ankle = (joints[:, H36M17.index(f"{s}_{part}")] for part in ("hip", "knee", "ankle"))
         bones = (knee - hip, ankle - knee)
-        sides.append(sum(float(np.median(np.linalg.norm(bone, axis=-1))) for bone in bones))
+        sides.append(sum(float(np.nanmedian(np.linalg.norm(bone, axis=-1))) for bone in bones))
     return float(np.mean(sides))

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 _NEAR = 12  # frames that are decoded sooner than searched for
 _AHEAD = 2  # images that are decoded before they are asked for
 _BACK_S = 10.0  # before where a key frame should be, in a file that is searched without an index
+CONTAINERS = (
+    "mov,matroska,avi,asf,flv,mpeg,mpegts"  # FFmpeg's names of those that adapters/video.py recognises
+)
+_THIS_FILE = {"protocol_whitelist": "file", "format_whitelist": CONTAINERS}
 _NO_SEEKING = ("mpeg",)  # MPEG programme streams: behind a seek FFmpeg's stamps are one frame early
 
 
@@ -95,12 +100,19 @@ def _opened(video: Video) -> Iterator[_Film]:
         ) from None
 
 
+def opened(path: Path) -> InputContainer:
+    """A video file, to be closed by who asks. Nothing but this file is opened: no address, and no container that names
+    other files or addresses (playlists). av's FFmpegError where it is no such video."""
+    import av
+
+    # "file:" in front, or a name with a colon would be taken for an address.
+    return av.open(f"file:{path}", metadata_errors="ignore", options=_THIS_FILE)
+
+
 @contextmanager
 def _container(video: Video) -> Iterator[InputContainer]:
     """The file, newly opened, its first moving image decoded by as many threads as there are cores."""
-    import av
-
-    with av.open(str(video.path), metadata_errors="ignore") as container:
+    with opened(video.path) as container:
         stream = container.streams.video[0]
         stream.thread_type, stream.codec_context.thread_count = "AUTO", cores()
         yield container

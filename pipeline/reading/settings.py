@@ -81,6 +81,22 @@ def _date(value: Any) -> Any:
         ) from None
 
 
+def _neutral(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    try:
+        start, end = (
+            sum(60**i * float(x) for i, x in enumerate(reversed(t.split(":")))) for t in value.split("-")
+        )
+    except ValueError:
+        raise InputError(
+            "bad-value", f"Expected --neutral START-END, such as 0:00-0:02 or 0-2 (seconds), got '{value}'."
+        ) from None
+    if not start < end:
+        raise InputError("bad-value", f"Expected a --neutral that ends after it starts, got '{value}'.")
+    return start, end
+
+
 def _time_range(value: Any) -> Any:
     if not isinstance(value, str):
         return value
@@ -167,6 +183,12 @@ class RunOptions(BaseModel):
         float | None,
         _option(_PERSON, "Body height in metres; sets the scale."),
         Tells("stature_m"),
+    ] = None
+    neutral: Annotated[
+        tuple[float, float] | None,
+        BeforeValidator(_neutral),
+        typer.Option(hidden=True),  # `run --help` has 22 options at most; the page of angles tells this one
+        Tells("neutral_s"),
     ] = None
     camera: Annotated[
         str | None,

@@ -18,6 +18,7 @@ from ..files.digest import sha256
 from ..files.video_frames import shown_size
 from ..plugins.options import call
 from ..signals.findings import findings_of
+from ..signals.shapes import copied, keypoints_unlike, repeated, rows_lost
 from ..signals.swap_repair import treated
 from .choose import RANKS, choose_person, misfit, same_person
 from .clock import (
@@ -174,7 +175,6 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     poses, keypoints = _numbered(files, poses, keypoints)
     lead = _lead(poses, keypoints)
     check_numbers(lead, video, path, None if options.first_frame is not None else lowest)
-    strange = _misfit(files, poses, keypoints)
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
     doubts = clock.doubts()  # before the keypoints' times stand in for another file's
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
@@ -184,6 +184,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         clock = replace(clock, other=lead if keypoints.time_s is None else keypoints)
         keypoints = keypoints.with_(time_s=clock.seconds(keypoints.frame_index, options.keypoints))
     poses = None if poses is None else lead
+    strange = _misfit(files, poses, keypoints)
     source = _source(files, lead) if poses is not None else None
     told = []
     if (asked := options.time_range) is not None:
@@ -207,6 +208,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
                 *doubts,
                 *_doubts(lead, keypoints),
                 *strange,
+                *_of_no_recording(poses, keypoints),
                 *_coverage(lead, video),
                 *swapped,
             )
@@ -253,7 +255,18 @@ def _misfit(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     """A notice where the keypoints show somebody else than the poses."""
     if poses is None or keypoints is None:
         return []
-    return misfit(poses, keypoints, shown_size(files.video) if files.video else files.options.image_size)
+    size = shown_size(files.video) if files.video else files.options.image_size
+    found = misfit(poses, keypoints, size)
+    if found or size is None or poses.frame.family != "camera" or poses.time_s is None:
+        return found
+    return keypoints_unlike(poses, keypoints, size, files.options.focal)
+
+
+def _of_no_recording(poses: PoseSequence | None, keypoints: PoseSequence | None) -> list[Notice]:
+    """What no recording gives; of poses the findings tell most of it."""
+    if poses is not None:
+        return rows_lost(poses)
+    return [] if keypoints is None else [*copied(keypoints), *repeated(keypoints), *rows_lost(keypoints)]
 
 
 def _session(options: RunOptions) -> Session:

@@ -50,8 +50,8 @@ def point_to(folder: Path) -> None:
 def trust(take: Take) -> tuple[int, str]:
     """How far a finished take can be trusted, as an exit code and in words: 4 unusable or not levelled, 3 suspicious, 0
     neither. Its poses are judged as by `pcnet3d inspect`."""
-    findings = take.findings or ()
-    code, words = EXIT_CODES[verdict(findings)], [] if take.findings is None else [verdict_words(findings)]
+    judged = take.judged
+    code, words = EXIT_CODES[verdict(judged)], [] if take.findings is None else [verdict_words(judged)]
     if take.rectified is not None:
         levelled, bound = take.rectified.level_ok, take.rectified.up_bound_deg[take.rectified.turned]
         code = code if levelled else EXIT_CODES["unusable"]

@@ -21,6 +21,7 @@ from .checks import (
     movement,
     upside_down,
 )
+from .shapes import shape_findings
 from .swap_repair import settled, told, wrong_rows
 from .swaps import Swap, find_swaps
 
@@ -34,6 +35,7 @@ _SIDES = 1.4  # a right limb bone over the left one; monocular lifts of sound ta
 _PLANE = 0.03  # thickness of a body over its trunk
 _STILL, _MOVING = 1e-3, 0.02  # movement along an axis over the trunk
 _DEPTH = 1.5  # how many times too small depth is
+_STRETCHED = 0.75  # the same of depth that is too large; lifts have 0.87 to 1.26
 _ENOUGH_ROWS = 10
 _LIMBS = tuple(bone for bone in H36M17.bones if bone[1].endswith(("knee", "ankle", "elbow", "wrist")))
 _AXES = "xyz"
@@ -149,6 +151,7 @@ def pose_findings(poses: PoseSequence) -> list[Notice]:
         *upside_down(poses),
         *_leaps(poses),
         *_seams(poses),
+        *shape_findings(poses),
     ]
 
 
@@ -179,6 +182,8 @@ def _depth(poses: PoseSequence) -> list[Notice]:
     factor = depth_factor(poses)
     if factor > _DEPTH:
         return [notice("flattened-depth", factor=factor)]
+    if factor < _STRETCHED:
+        return [notice("depth-stretched", times=float(1 / factor))]
     return []
 
 

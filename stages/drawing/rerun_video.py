@@ -17,7 +17,7 @@ from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Video
-from ...pipeline.files.video_frames import frames_from
+from ...pipeline.files.video_frames import frames_from, opened
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -129,11 +129,10 @@ def _starts(video: Video) -> list[int] | None:
 
 def _packets(video: Video) -> Iterator[Packet]:
     """The packets of the video's images, in the order they are stored in."""
-    import av
     from av.error import FFmpegError
 
     try:
-        with av.open(str(video.path), metadata_errors="ignore") as source:
+        with opened(video.path) as source:
             yield from (packet for packet in source.demux(video=0) if packet.size)
     except FFmpegError as error:
         raise _unreadable(video, error) from None
@@ -200,12 +199,11 @@ def transcoded(video: Video) -> Iterator[Part]:
 
 def _upright(video: Video) -> Iterator[VideoFrame]:
     """The frames as they are shown, in yuv420p, each at the time that `video.time_s` gives it."""
-    import av
     from av.error import FFmpegError
     from av.filter import Graph
 
     try:
-        with av.open(str(video.path), metadata_errors="ignore") as source:
+        with opened(video.path) as source:
             stream = source.streams.video[0]
             graph = Graph()
             graph.threads = cores()

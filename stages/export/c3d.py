@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 from textwrap import wrap
+from typing import Any
 
 import numpy as np
 
 from ...pipeline.core.frames import LEVEL
+from ...pipeline.core.measures import grouped, moments, subgroup
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
@@ -24,8 +26,9 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
 
     The number of the first frame says when it begins, counted from 1 at 0 s of the take; returns a note where that is
     no number that the file can hold. The group PCNET3D holds the provenance; POINT X_SCREEN and Y_SCREEN say which axes
-    to draw to the right and up. More frames than the file can number are not written, nor is a single one, which has no
-    rate for the file to state, and a warning says so. InputError as `markers` raises it.
+    to draw to the right and up; EVENT holds the feet's contacts. More frames than the file can number are not written,
+    nor is a single one, which has no rate for the file to state, and a warning says so. InputError as `markers` raises
+    it.
     """
     check_c3d()
     import ezc3d
@@ -53,6 +56,7 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
     }
     file.add_parameter("POINT", "X_SCREEN", ["-X"])
     file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
+    _add_events(file, take, 0.0 if numbered else begin_s)
     lines = [part for name, text in provenance(take).items() for part in _wrapped(f"{name}: {text}")]
     file.add_parameter(C3D_GROUP, "PROVENANCE", lines[:_MOST])
     with whole_file(path) as partial:
@@ -60,6 +64,26 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
     if numbered:
         return ()
     return (notice("c3d-begins", file=path.name, begin_s=begin_s),)
+
+
+def _add_events(file: Any, take: Take, from_s: float) -> None:
+    """The group EVENT: initial contacts and toe-offs of the walks by the names that gait programs look for, at minutes
+    and seconds after from_s, in order; none where nobody walks. As many as a parameter can hold (C3D's user guide, "The
+    EVENT group")."""
+    walking = subgroup(grouped(take.measures or ()), "walking")
+    found = [
+        (at_s - from_s, side, label)
+        for side in ("right", "left")
+        for name, label in (("landings", "Foot Strike"), ("toe_offs", "Foot Off"))
+        for at_s in moments(subgroup(walking, side), name)
+    ]
+    if not found:
+        return
+    times, sides, labels = zip(*sorted(found)[:_MOST], strict=True)
+    file.add_parameter("EVENT", "USED", [len(times)])
+    file.add_parameter("EVENT", "CONTEXTS", [side.capitalize() for side in sides])
+    file.add_parameter("EVENT", "LABELS", list(labels))
+    file.add_parameter("EVENT", "TIMES", np.array([np.floor_divide(times, 60), np.mod(times, 60)]))
 
 
 def _wrapped(line: str) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import LEVEL, Frame
 from ...pipeline.core.layouts import with_feet
+from ...pipeline.core.measures import grouped, subgroup, value
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import rotate
 from ...pipeline.core.take import Take
@@ -34,7 +35,8 @@ class Markers:
 def markers(take: Take, frame: Frame) -> Markers:
     """The take's filtered joints in metres, in the axes of a frame of LEVEL's family, at one rate as by `evenly`.
 
-    The pelvis is the origin, or moves along its path where that is known. InputError for a take without a scale or
+    The pelvis is the origin, or moves along its path where that is known: over the floor, whose height is 0, where the
+    measures have found it. InputError for a take without a scale or
     without a filtered skeleton.
     """
     found = evenly(take, frame)
@@ -43,7 +45,18 @@ def markers(take: Take, frame: Frame) -> Markers:
             "needs-input",
             "TRC and C3D hold metres, and the source has no scale; give the person's height (--stature METRES).",
         )
-    return found if found.root is None else replace(found, joints=found.joints + found.root[:, None])
+    if found.root is None:
+        return found
+    root = over_the_floor(take, found.root, frame)
+    return replace(found, joints=found.joints + root[:, None], root=root)
+
+
+def over_the_floor(take: Take, root: np.ndarray, frame: Frame) -> np.ndarray:
+    """The pelvis path (N, 3), in the axes of a frame of LEVEL's family, from the height of the floor; as it is where
+    the measures have not found that."""
+    floor = value(subgroup(grouped(take.measures or ()), "floor"), "floor_height")
+    up = rotate(frame.basis @ LEVEL.basis.T, np.array([[0.0, 0.0, 1.0]]))[0]
+    return root - (floor or 0.0) * up
 
 
 def evenly(take: Take, frame: Frame) -> Markers:

@@ -1,5 +1,5 @@
-"""measures.csv and measures.parquet: the take's figures as one tidy table, a row for each; and cycles.csv: its curves
-over repetitions and strides."""
+"""measures.csv and measures.parquet: the take's figures as one tidy table, a row for each; and strides.csv: every
+stride and repetition."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from ...pipeline.core.measures import (
 )
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.files.measures import Point, Row
+from ...pipeline.files.measures import Row
+from ..measures.strides import columns_of, stride_rows
 from .provenance import provenance
 
 
@@ -30,9 +31,11 @@ def write_measures(take: Take, path: Path) -> None:
     _write(path, Row._fields, rows(take))
 
 
-def write_cycles(take: Take, path: Path) -> None:
-    """cycles.csv: the same with Point's fields, 101 lines a curve."""
-    _write(path, Point._fields, curve_points(take))
+def write_strides(take: Take, path: Path) -> None:
+    """strides.csv: the same with the columns of `stride_rows` (stages/measures/strides.py), 101 lines a stride or
+    repetition."""
+    lines = (tuple("" if value != value else value for value in row.values()) for row in stride_rows(take))
+    _write(path, tuple(columns_of(take)), lines)
 
 
 def write_measures_parquet(take: Take, path: Path) -> None:
@@ -59,16 +62,6 @@ def rows(take: Take) -> Iterator[Row]:
     yield from _rows(grouped(take.measures or ()), (), length)
 
 
-def curve_points(take: Take) -> Iterator[Point]:
-    """The curves of the take's movements over their cycles, in the order of summary.json."""
-    for row in take.measures or ():
-        for curve in row.of if isinstance(row, Curves) else ():
-            sds = curve.sd_deg or [None] * len(curve.mean_deg)
-            for percent, (mean, sd) in enumerate(zip(curve.mean_deg, sds, strict=True)):
-                place = ".".join(row.group), curve.angle, curve.side or None
-                yield Point(*place, percent, mean, sd, curve.count)
-
-
 def _write(path: Path, names: tuple[str, ...], lines: Iterator[tuple[Any, ...]]) -> None:
     with whole_file(path) as partial, open(partial, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -77,7 +70,7 @@ def _write(path: Path, names: tuple[str, ...], lines: Iterator[tuple[Any, ...]])
 
 
 def _rows(group: Group, above: tuple[str, ...], length: str) -> Iterator[Row]:
-    starts, stops = moments(group, "start"), moments(group, "stop")
+    starts, stops = (moments(group, end) or moments(group, f"stride_{end}") for end in ("start", "stop"))
     for name, leaf in group.items():
         if isinstance(leaf, dict):
             yield from _rows(leaf, (*above, name), length)

@@ -17,7 +17,7 @@ from ...pipeline.core.rotations import from_columns, rotate, unit, zxy_deg
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.signals.angles import FINE, trunk_axes
-from .markers import OPENSIM, markers
+from .markers import OPENSIM, markers, over_the_floor
 from .provenance import provenance
 
 # Our angles that a coordinate of OpenSim's Rajagopal 2016 model measures the same way, and its sign.
@@ -71,7 +71,8 @@ def write_mot(take: Take, path: Path) -> None:
     Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. The pelvis turns
     with the hip line and the line from pelvis to thorax, which the hips' angles are against too; it has no rotation in
     frames in which the angles of these lines against gravity have no value. Where the source knows where the person is,
-    in metres, its origin moves: pelvis_tx, ty and tz, forward, up and right. InputError when the take has no angles.
+    in metres, its origin moves: pelvis_tx, ty and tz, forward, up and right, over the
+    floor where that is known. InputError when the take has no angles.
     """
     poses = take.need("poses")
     columns = take.kinematics or {}
@@ -130,7 +131,7 @@ def _pelvis(take: Take) -> dict[str, np.ndarray]:
     turns[turned] = np.unwrap(turns[turned], axis=0, period=360)
     coordinates: dict[str, np.ndarray] = dict(zip(_TURNS, turns.T, strict=True))
     if path.root is not None and path.frame.unit == "m":
-        hips = rotate(R_ground_from_level, path.root)
+        hips = over_the_floor(take, rotate(R_ground_from_level, path.root), OPENSIM)
         origin = hips - rotate(R_ground_from_pelvis, _HIPS_IN_PELVIS[None])[:, 0]
         coordinates |= {f"pelvis_t{axis}": origin[:, i] for i, axis in enumerate("xyz")}
     return coordinates

@@ -1,4 +1,4 @@
-"""The files of a run: poses.npz, kinematics.parquet, measures.csv, cycles.csv and summary.json (design.md section 7),
+"""The files of a run: poses.npz, kinematics.parquet, measures.csv, strides.csv and summary.json (design.md section 7),
 and others on request."""
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
 from ..drawing.facts import Source, facts_of
-from .measures import write_cycles, write_measures
+from .measures import write_measures, write_strides
 from .tables import write_parquet
 
 # What runs write by themselves (design.md section 7), `live` included.
 RUN_FILES = (
-    POSES, KINEMATICS, "measures.csv", "cycles.csv", SUMMARY, REPORT, RECORDING, KEYPOINTS, "live.rrd",
+    POSES, KINEMATICS, "measures.csv", "strides.csv", SUMMARY, REPORT, RECORDING, KEYPOINTS, "live.rrd",
     "video.ts",
 )  # fmt: skip
 
@@ -84,7 +84,7 @@ class Export:
         write_parquet(take, self.folder / KINEMATICS)
         if take.measures is not None:
             write_measures(take, self.folder / "measures.csv")
-            write_cycles(take, self.folder / "cycles.csv")
+            write_strides(take, self.folder / "strides.csv")
         for writer in self._writers().values():
             take = take.saying(*(writer.write(take, self.folder / writer.file) or ()))
         text = json.dumps(summary(take), indent=1, allow_nan=False, default=str)

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 
 from ...models.common.metrics import SD_90
-from ...pipeline.core.measures import Measure, Moments
+from ...pipeline.core.measures import Measure, Moments, Remark
 from .cycles import symmetry_index
 
-_FEWEST = 3  # values for a standard deviation
+_FEWEST = 3  # values for a standard error by their spread
+# Values for a standard deviation that is stated: of six it is off by a third (one standard error, 1 / sqrt(2 (n - 1))).
+FEWEST_FOR_SD = 6
 _FRAME = float(
     np.sqrt(2 / 12)
 )  # of a frame: standard deviation of a duration between two frames (uniform errors)
@@ -31,8 +33,9 @@ def basis(values: np.ndarray) -> list[Measure]:
 
 def spread(
     name: str, unit: str, values: np.ndarray, resolution: float = 0.0, shared: float = 0.0
-) -> list[Measure]:
-    """Mean of (N,) with its standard error, and the standard deviation of three values or more; nothing of none.
+) -> list[Measure | Remark]:
+    """Mean of (N,) with its standard error, and the standard deviation of six values or more, or that they are fewer;
+    nothing of none.
 
     resolution: the standard deviation with which one value is known, independent of the next; shared: the one that all
     values have in common, NaN where unknown. The values' own is left out where it is not larger than the resolution:
@@ -48,7 +51,17 @@ def spread(
     error = float(np.hypot(own, shared) if known else 0.0) or float("nan")  # none is known to be 0
     digits = error if np.isfinite(error) else resolution
     mean = Measure(f"mean_{name}", rounded(values.mean(), digits), unit, stated(error))
-    return [mean, *([Measure(f"sd_{name}", figure_of_error(sd), unit)] if sd > resolution else [])]
+    return [mean, *deviation(name, unit, values, resolution)]
+
+
+def deviation(name: str, unit: str, values: np.ndarray, resolution: float) -> list[Measure | Remark]:
+    """The standard deviation of (N,) finite values where it is larger than the resolution; the reason for none where
+    there are two or more, but fewer than six. Nothing of one, and where the measurement makes it."""
+    if len(values) < FEWEST_FOR_SD:
+        words = f"a standard deviation takes {FEWEST_FOR_SD} values"
+        return [Remark("sd_reason", words)] if len(values) > 1 else []
+    sd = float(values.std(ddof=1))
+    return [Measure(f"sd_{name}", figure_of_error(sd), unit)] if sd > resolution else []
 
 
 def with_error(name: str, unit: str, value: float, error: float) -> Measure:

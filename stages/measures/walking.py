@@ -36,7 +36,8 @@ from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import transpose
 from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, rate
-from .figures import basis, figure_of_error, moments, symmetry, with_error
+from .figures import basis, deviation, moments, symmetry, with_error
+from .strides import peaks
 
 FEWEST = 10  # frames
 _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
@@ -112,6 +113,7 @@ def walking(
             Measure("strides", len(spans[side])),
             *said(values, ("step_time_s", "stance_time_s", *phases), side),
             *said(lengths, ("step_length",), side, share),
+            *peaks(columns, filtered.times, [s for s in strides if s.side == side], breaks(filtered)),
             moments("stride_start", spans[side][:, 0]),
             moments("stride_stop", spans[side][:, 1]),
             moments("landings", contact_times(gait.walks, side)),
@@ -225,11 +227,11 @@ class _Means:
         names: Sequence[str],
         side: str | None = None,
         share: float = 0.0,
-    ) -> list[Measure]:
-        """`mean_<name>` (walking_speed by its own name), its error, and the standard deviation of three values or more
-        where that is larger than one value's error. side: of one side only. share: of the mean, what may be wrong
+    ) -> list[Row]:
+        """`mean_<name>` (walking_speed by its own name), its error, and `deviation`, where that is larger than one
+        value's error. side: of one side only. share: of the mean, what may be wrong
         in all values alike."""
-        result = []
+        result: list[Row] = []
         for name in names:
             if name not in values:
                 continue
@@ -244,9 +246,7 @@ class _Means:
                 result.append(with_error(plain, unit, mean, error))
                 continue
             result.append(with_error(f"mean_{plain}", unit, mean, error))
-            sd = float(found.std(ddof=1)) if len(found) >= 3 else 0.0
-            if sd > self.single(name):
-                result.append(Measure(f"sd_{plain}", figure_of_error(sd), unit))
+            result += deviation(plain, unit, found, self.single(name))
         return result
 
 

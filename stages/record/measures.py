@@ -13,7 +13,9 @@ _LONG = 8  # a list of more is in summary.json and measures.csv only
 def measures_markdown(measures: Iterable[Row], length: str) -> str:
     """A heading for each group, a table for its members, a line for each figure of its own; keys as they are, since
     they carry the units but that of lengths, which is `length`. Curves over a cycle are left out."""
-    lines = [f"Unit of length: {length}. Curves over a cycle are in summary.json and cycles.csv."]
+    lines = [
+        f"Unit of length: {length}. Curves over a cycle are in summary.json, those of each stride in strides.csv."
+    ]
     for name, group in nested(measures).items():
         lines += ["", f"#### {_spoken(name)}", *_group(group)]
     return "\n".join(lines) + "\n"
@@ -31,7 +33,7 @@ def _table(members: Mapping[str, Mapping[str, Any]]) -> list[str]:
             key
             for member in members.values()
             for key, value in member.items()
-            if not isinstance(value, Mapping) and _short(value)
+            if not isinstance(value, Mapping) and not _is_of_strides(member, key) and _short(value)
         )
     )
     if not keys:
@@ -41,6 +43,11 @@ def _table(members: Mapping[str, Mapping[str, Any]]) -> list[str]:
         for name, member in members.items()
     ]
     return ["", f"| | {' | '.join(map(_spoken, keys))} |", "|---" * (len(keys) + 1) + "|", *rows]
+
+
+def _is_of_strides(member: Mapping[str, Any], key: str) -> bool:
+    """Whether it is a list of figures of each stride, whose mean stands beside it."""
+    return isinstance(member[key], list) and (f"mean_{key}" in member or "_error_" in key)
 
 
 def _short(value: Any) -> bool:

@@ -15,7 +15,9 @@ from ...pipeline.core.rotations import angle_deg, is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
+from ...pipeline.signals.reprojection import LIMBS, residuals_of
 from ..drawing.facts import length_unit, shared_up, voted
+from ..drawing.rerun_file import recording_file
 from ..drawing.rerun_log import log_axes, log_curves, log_notices, log_skeleton, log_video
 from ..drawing.rerun_video import on_clock, viewable
 from .angles import log_angles
@@ -25,7 +27,7 @@ from .measures import measures_markdown
 from .prints import foot_prints
 from .summary import summary_markdown
 from .up import log_up
-from .views import blueprint
+from .views import OFF_KEYPOINTS, blueprint
 from .walk import log_person, log_room
 
 if TYPE_CHECKING:
@@ -36,8 +38,9 @@ _WRISTS = {
     "l_wrist": ((0, 114, 178), (86, 180, 233), (0, 158, 115)),
     "r_wrist": ((213, 94, 0), (230, 159, 0), (204, 121, 167)),
 }
+# Arms and legs, right and left.
+_LIMBS = ((213, 94, 0), (0, 114, 178), (230, 159, 0), (86, 180, 233))
 _FRAME_BYTES, _FIXED_BYTES = 2048, 1 << 20  # of a recording without its video; 10,000 frames take 13 MB
-_END = b"RRF2FOOT"  # of the .rrd format, and 4 bytes after it
 _UP, _BOUND, _ERROR = (110, 140, 255), (150, 150, 150), (213, 94, 0)
 
 
@@ -67,7 +70,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt and up (the
     votes as the camera's pitch and roll, and on the unit sphere); camera (the frame whose straight lines tell up, with
     them and the horizon); angles/<angle> with the ends of its 90 % band;
-    events; summary; measures.
+    off_keypoints (how far each limb is from its keypoints); events; summary; measures.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
@@ -75,8 +78,6 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     InputError without poses, rectified poses or time stamps, or when the video cannot be read.
     """
     import rerun as rr
-    from rerun.error_utils import catch_and_log_exceptions
-    from rerun_bindings import flush_and_cleanup_orphaned_recordings
 
     poses = take.poses
     if poses is None or take.rectified is None:
@@ -90,49 +91,33 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     prints = foot_prints(take)
 
     path = Path(path)
-    # Where the SDK cannot write even the beginning, it waits forever.
     needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.span_bytes if take.video else 0)
     require_space(path.parent, needed, "The recording")
-    # As rr.init does: else the SDK keeps threads and memory of every earlier take's recording.
-    flush_and_cleanup_orphaned_recordings()
-    recording = rr.RecordingStream("pcnet3d")
-    with whole_file(path) as partial, catch_and_log_exceptions(strict=True):
-        try:
-            recording.save(partial, default_blueprint=blueprint(take, prints, size))
-            recording.send_recording_name(take.name)
-            if take.video and parts:
-                log_video(recording, parts, on_clock(take.video, poses), take.video.span[0])
-            shown = gaps_marked(take)
-            _log_poses(recording, shown, size)
-            _log_rotation(recording, shown, size)
-            del shown
-            log_room(recording, take, prints, size)
-            log_angles(recording, angles_with_gaps_marked(take))
-            log_camera(recording, take)
-            log_notices(recording, take.notices, poses)
-            texts = {"summary": summary_markdown(take)}
-            if take.measures:
-                texts["measures"] = measures_markdown(take.measures, poses.frame.unit)
-            for entity, text in texts.items():
-                document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
-                recording.log(entity, document, static=True)
-            recording.flush()
-        except RuntimeError as error:
-            raise InputError("cannot-write", f"The recording {path} could not be written: {error}.") from None
-        finally:
-            recording.disconnect()
-        _require_end(partial, path)
+    with (
+        whole_file(path) as partial,
+        recording_file(partial, blueprint(take, prints, size), path) as file,
+    ):
+        recording = file.stream
+        recording.send_recording_name(take.name)
+        if take.video and parts:
+            log_video(recording, parts, on_clock(take.video, poses), take.video.span[0])
+        file.check()
+        shown = gaps_marked(take)
+        _log_poses(recording, shown, size)
+        _log_rotation(recording, shown, size)
+        del shown
+        file.check()
+        log_room(recording, take, prints, size)
+        log_angles(recording, angles_with_gaps_marked(take))
+        log_camera(recording, take)
+        log_notices(recording, take.notices, poses)
+        texts = {"summary": summary_markdown(take)}
+        if take.measures:
+            texts["measures"] = measures_markdown(take.measures, poses.frame.unit)
+        for entity, text in texts.items():
+            document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
+            recording.log(entity, document, static=True)
     return notices
-
-
-def _require_end(partial: Path, path: Path) -> None:
-    """InputError when the recording's end is missing; the SDK only logs that the disk became full."""
-    with open(partial, "rb") as file:
-        file.seek(max(partial.stat().st_size - len(_END) - 4, 0))
-        if not file.read().startswith(_END):
-            raise InputError(
-                "cannot-write", f"The recording {path} could not be written to its end; is the disk full?"
-            )
 
 
 def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
@@ -149,6 +134,14 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
         for wrist, colours in _WRISTS.items():
             names = [f"{wrist} {axis} ({unit})" for axis in "xyz"]
             log_curves(recording, f"wrists/{entity}/{wrist}", skeleton, skeleton.joint(wrist), names, colours)
+
+
+def _log_off_keypoints(recording: rr.RecordingStream, take: Take) -> None:
+    if (residuals := residuals_of(take)) is None:
+        return
+    values = 100 * np.stack([residuals.limb(limb) for limb in LIMBS], axis=-1)
+    names = [f"{limb.replace('_', ' ')} (% of stature)" for limb in LIMBS]
+    log_curves(recording, OFF_KEYPOINTS, take.need("poses"), values, names, _LIMBS)
 
 
 def _log_rotation(recording: rr.RecordingStream, take: Take, size: float) -> None:

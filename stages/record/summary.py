@@ -18,7 +18,7 @@ def summary_markdown(take: Take) -> str:
     lines = [
         f"### {take.title}",
         *_told("#### ⚠ Warnings", facts.warnings, "**"),
-        *([] if take.findings is None else [f"**Verdict: {verdict_words(take.findings)}.**"]),
+        *([] if take.findings is None else [f"**Verdict: {verdict_words(take.judged)}.**"]),
         "#### Rectification",
         f"- method: {facts.rectified.method}",
         f"- levelled: {'yes' if facts.rectified.level_ok else f'**no: {facts.rectified.level_reason}**'}",

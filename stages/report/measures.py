@@ -55,6 +55,7 @@ _WORDS = {
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
     "count_reason": "there may be more",
+    "peak_at": "peak at",
     "peak_mdc90": "MDC90 from peak to peak",
     "nan_share": "share without a value",
 }  # fmt: skip
@@ -62,13 +63,20 @@ _OUTCOMES = {CANNOT_BE_TOLD: "cannot be told", NOT_LOOKED_FOR: "not looked for"}
 _ERRORS = (
     "The true figure lies within ± in nine of ten cases; of one without ± the error is not known. "
     "A click on a figure says what it is. SD: standard deviation. "
-    "Grey: a difference that lies within its ±, which is its MDC90 too: beyond it lies one in ten of no difference."
+    "Grey: a difference within its ±, which is its MDC90: where nothing differs, nine in ten differences lie within it."
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
-_ELSEWHERE = ("range_of_motion", "symmetry", "paths")  # beside the angles and the speeds
+_ELSEWHERE = ("range_of_motion", "symmetry", "paths", "off_keypoints")  # beside the angles and the speeds
 _RANGES = ("lowest", "highest", "full_range", "p05_p95")
 # What a reader of the page needs a textbook for: summary.json and measures.csv have it.
-FOR_FILES = ("sparc_up", "sparc_down", "log_dimensionless_jerk_up", "log_dimensionless_jerk_down", "places")
+FOR_FILES = (
+    "sparc_up",
+    "sparc_down",
+    "log_dimensionless_jerk_up",
+    "log_dimensionless_jerk_down",
+    "places",
+    "sd_reason",
+)
 _LARGE = ("walking_speed", "cadence", "mean_step_length")  # of a walk: the figures to be read first
 _FEW = 3  # members, which are a table's columns
 _MANY = 20  # a list of more is too long for a table
@@ -106,6 +114,8 @@ def _why(group: Group) -> str:
 
 def _found(group: Group) -> bool:
     """Whether there is more in it than a count of nothing, or a reason."""
+    if (holds := subgroup(group, "holds")) and _found(holds):
+        return True
     for name in ("steps", "count"):
         if name in group:
             return bool(value(group, name))
@@ -145,7 +155,7 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
     own = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict | Curves)}
     groups = {name: leaf for name, leaf in measures.items() if isinstance(leaf, dict | Curves)}
     flat = {name: leaf for name, leaf in groups.items() if level > 2 and _is_flat(leaf)}
-    said = {name: leaf for name, leaf in own.items() if isinstance(leaf, Remark)}
+    said = {name: leaf for name, leaf in own.items() if isinstance(leaf, Remark) and name not in FOR_FILES}
     running = text(own, "gait") == "running"
     hidden = {*said, "frames", "nan_share", *_repeated(own), *FOR_FILES}
     return (
@@ -240,7 +250,10 @@ def _rows(members: Mapping[str, Any], length: str) -> Markup:
     """A table with a row for each member and a column for each of their figures; of few members the other way round."""
     shown = {name: leaf for member in reversed([*members.values()]) for name, leaf in member.items()}
     order = dict.fromkeys(
-        name for member in members.values() for name in member if name != "nan_share" or value(member, name)
+        name
+        for member in members.values()
+        for name in member
+        if name not in FOR_FILES and (name != "nan_share" or value(member, name))
     )
     columns = [_whole([_cell_of(member, name) for member in members.values()]) for name in order]
     if not order:

@@ -26,7 +26,7 @@ _HEADINGS = {
 }
 _FILES = {
     "measures.csv": "the figures of movements and ranges of motion, for Excel or another spreadsheet",
-    "cycles.csv": "the mean curves of angles over strides and repetitions, for Excel or another spreadsheet",
+    "strides.csv": "every stride and repetition: all angles with their errors at each per cent of it, and events",
     "kinematics.csv": "angles, paths, speeds and accelerations of every frame, for Excel or another spreadsheet",
     "kinematics.parquet": "angles, paths, speeds and accelerations of every frame, for Python, R or MATLAB",
     "poses.npz": "joints of every frame before and after, for Python",

@@ -30,9 +30,7 @@ from .player import skeleton_player
 from .sections import files_beside, gravity_words, provenance, session_words, told_of, up_table
 from .trust import trust
 
-_ERRORS = (
-    "±, within a value, and 90 % mean one thing on this page: the truth lies so near in nine of ten cases."
-)
+_ERRORS = "±, within a value, and 90 % mean one thing on this page: nine in ten true values lie within it."
 
 
 @dataclass(frozen=True)
@@ -73,7 +71,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         ("Key frames", skeleton_player(take) + _key_frames(take)),
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("What happened", happened(take.measures or (), length_unit(take.poses))),
-        ("Joint angles over time", angle_charts(take)),
+        ("Joint angles over time", angle_charts(take) + _off_keypoints(measures, length_unit(take.poses))),
         ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, length_unit(take.poses))),
         ("Wrist paths before and after", _wrists(take)),
         ("Which way is up", _gravity(take, facts)),
@@ -86,6 +84,18 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
 def _path_lengths(measures: Group, length: str) -> Markup:
     paths: Group = {name: path for name, path in subgroup(measures, "paths").items() if name != "reason"}
     return details("Lengths of the paths", measure_tables(paths, length, level=3) if paths else Markup(""))
+
+
+def _off_keypoints(measures: Group, length: str) -> Markup:
+    limbs: Group = {
+        name: limb for name, limb in subgroup(measures, "off_keypoints").items() if isinstance(limb, dict)
+    }
+    words = small(
+        "How far the bones' images are from those of the keypoints: in pixels, and in per cent of the body's height "
+        "there. Start and stop: where a limb contradicts its keypoints; the errors of its angles are larger then."
+    )
+    shown = words + measure_tables(limbs, length, level=3) if limbs else Markup("")
+    return details("Limbs against their keypoints", shown)
 
 
 def _key_frames(take: Take) -> Markup:

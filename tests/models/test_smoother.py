@@ -1,6 +1,7 @@
 """A smoother that knows the error of what it smooths: paths in closed form, and bars that hold what they say."""
 
 import time
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -322,3 +323,15 @@ def test_a_minute_takes_a_fraction_of_a_second():
     start = time.process_time()
     known_noise(seen, time_s, same(time_s, 0.03, 17))
     assert time.process_time() - start < 1  # 0.2 s on a free core
+
+
+def test_memory_of_unstated_errors_grows_with_the_length_not_its_square():
+    def peak_bytes(rows):
+        path = np.random.default_rng(0).normal(size=(rows, 1, 3)).cumsum(axis=0)
+        tracemalloc.start()
+        known_noise(path, np.arange(rows) / 30)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return peak
+
+    assert peak_bytes(80_000) < 6 * peak_bytes(20_000)

@@ -38,6 +38,7 @@ def test_what_is_not_run():
     assert {f"{block.page}: {block.reason}" for block in BLOCKS if block.reason} == {
         "README: installs packages from the network",
         "python: needs the template installed; tests/plugin does that and runs it",
+        "research: needs the project's own data, and minutes",
         "start: installs packages from the network",
         "start: opens a window",
         "training: needs a machine on which nothing is installed",

@@ -12,11 +12,11 @@ from typer.main import get_command
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 FILES = [
-    "cycles.csv",
     "kinematics.parquet",
     "measures.csv",
     "poses.npz",
     "report.html",
+    "strides.csv",
     "summary.json",
     "take.rrd",
 ]

@@ -29,7 +29,7 @@ from scipy.spatial.transform import Rotation
 
 KEPT = {
     "poses.npz", "keypoints.npz", "testbed.npz", "kinematics.parquet", "study.parquet", "summary.json", "compare.json",
-    "batch.json", "said.json", "measures.csv", "cycles.csv", "changes.csv",
+    "batch.json", "said.json", "measures.csv", "strides.csv", "changes.csv",
 }  # fmt: skip
 # Last words of keys that differ from one time to the next with the same version, and why.
 NOT_COMPARED = {"seconds": "how long a take of a batch took", "stamp": "made of an input file's own time too"}

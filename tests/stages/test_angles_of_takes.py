@@ -15,7 +15,7 @@ from pcnet3d.models.angle_error.joint_noise import (
 )
 from pcnet3d.models.angle_error.take_angles import smoothed, take_angles
 from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of, read_pairs
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take, Told
 from pcnet3d.pipeline.core.canonical import R_world_from_body
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate, transpose
@@ -258,3 +258,19 @@ def test_another_frame_is_refused(camera_poses):
     rectified = rectify(camera_poses, "geometric", gravity=(0, 1, 0))
     with pytest.raises(InputError):
         joint_angles(camera_poses, rectified, rectified.body)
+
+
+def test_angles_from_a_neutral_are_0_in_it_and_every_file_says_so(walk, camera_poses):
+    rectified = rectify(camera_poses, "geometric")
+    take = Take("t", poses=camera_poses, rectified=rectified, filtered=smooth(rectified.level)[0])
+    plain, take = Angles()(take), Angles()(take.with_(told=Told(neutral_s=(0.0, 0.5))))
+    inside = camera_poses.times <= 0.5
+    for name in ("r_knee_flexion", "trunk_lean_sagittal"):
+        values = take.kinematics[f"{name}_deg"]
+        assert abs(np.median(values[inside])) < 1e-9
+        apart = plain.kinematics[f"{name}_deg"] - values
+        np.testing.assert_allclose(apart, apart[0])
+    assert take.filtered.history[-1].name == "neutral"
+    codes = [said.code for said in take.notices]
+    assert "angles-from-neutral" in codes
+    assert "neutral-moves" in codes  # who walks does not stand

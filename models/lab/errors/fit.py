@@ -7,7 +7,7 @@ judge.py, so that neither long takes nor large errors decide.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -55,12 +55,14 @@ def with_bars(take: Stated, squares: Squares, found: np.ndarray) -> Stated:
     return replace(take, half=np.sqrt(squares(take) @ found))
 
 
-def held_out(takes: Sequence[Stated], squares: Squares) -> list[Stated]:
-    """Each person's takes with the bars that all the others' ask for."""
-    out = []
+def held_out(by_group: Mapping[str, Sequence[Stated]], squares: Squares) -> dict[str, list[Stated]]:
+    """Each person's takes with the bars that those of all the others ask for, of all groups together; by group."""
+    takes = [take for group in by_group.values() for take in group]
+    out: dict[str, list[Stated]] = {name: [] for name in by_group}
     for person in sorted({take.person for take in takes}):
         found = fitted([take for take in takes if take.person != person], squares)
-        out += [with_bars(take, squares, found) for take in takes if take.person == person]
+        for name, group in by_group.items():
+            out[name] += [with_bars(take, squares, found) for take in group if take.person == person]
     return out
 
 

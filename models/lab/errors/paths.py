@@ -28,7 +28,7 @@ def paths(finished: Finished) -> Iterator[Stated]:
     rows = take.need("poses").frame_index
     camera = take.need("camera")
     if camera.focal_source != "told":
-        off = np.array([camera.focal_px / truth.focal_px - 1])
+        off = np.array([1 - truth.focal_px / camera.focal_px])
         half = np.array([SD_90 * camera.focal_sd_px / camera.focal_px])
         yield Stated("focal length, %", truth.subject, 100 * off, 100 * half)
     poses = take.need("poses")

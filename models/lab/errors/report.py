@@ -29,7 +29,7 @@ from ..evaluation.sets import Question
 from ..evaluation.tables import Page, Table
 from ..mocap.clips import data_folder
 from . import judge
-from .fit import fitted
+from .fit import Squares, fitted, held_out, thinned
 from .judge import Stated
 from .movements import movements
 from .paths import paths
@@ -81,6 +81,13 @@ PAGE = Page(
             ["angle", "found, deg"],
             {"found less true, deg": "{bias:+.1f}", "inside": "{inside:.0%}"},
             "Bodies alone, wild cameras; tenths of the cases.",
+        ),
+        Table(
+            "Of strangers",
+            "strangers/*/*",
+            ["statement", "configuration"],
+            {"inside": "{inside:.0%}"},
+            "What --fit fits, each person by bars that were fitted to all the others.",
         ),
     ],
 )
@@ -152,7 +159,7 @@ def tables(
         row | ({"set": "val"} if known[row["configuration"]].real else {})  # whoever else is judged
         for row in judged(cases, str(question.people))
     ]
-    results: dict[str, Any] = {**question.heading(), "statements": {}, "sizes": {}}
+    results: dict[str, Any] = {**question.heading(), "statements": {}, "sizes": {}, "strangers": {}}
     for row in rows:
         results["statements"].setdefault(row["statement"], {})[row["configuration"]] = row
     for angle, size, figures in by_size(next(iter(cases.values()), {})):
@@ -167,6 +174,10 @@ def tables(
             noise = replace(refitted(own, read_noise(begun or NOISE_FILE)), lifter=of)
             with whole_file(output / "joint_noise.json") as partial:
                 partial.write_text(noise.as_json(), encoding="utf-8")
+            results["strangers"] = {
+                statement: {name: {"inside": share} for name, share in shares.items()}
+                for statement, shares in of_strangers(own).items()
+            }
     return results
 
 
@@ -251,37 +262,71 @@ def _pooled(cases: Cases, statement: str) -> list[Stated]:
 def _angle(
     takes: Sequence[Stated], needs_gravity: bool
 ) -> tuple[float, float, tuple[list[float], list[float]]]:
+    knots, squares = _of_angle(takes, needs_gravity)
+    share, *rest = np.sqrt(fitted(takes, squares)).tolist()
+    tilt, at_knots = (rest[0], rest[1:]) if needs_gravity else (0.0, rest)
+    return round(share, 3), round(tilt, 3), (knots.tolist(), [round(each, 2) for each in at_knots])
+
+
+def _of_angle(takes: Sequence[Stated], needs_gravity: bool) -> tuple[np.ndarray, Squares]:
+    """The found angles at which the part that goes with them is fitted, and what all parts are of: the joints'
+    noise, up's error where gravity matters, and that one."""
     found = np.concatenate([take.known["found"] for take in takes])
     knots = np.unique(5 * np.round(np.quantile(found, _KNOTS) / 5))
+
     parts = ("noise", "tilt") if needs_gravity else ("noise",)
 
     def squares(take: Stated) -> np.ndarray:
         known = np.stack([take.known[part] for part in parts], axis=1)
         return SD_90**2 * np.concatenate([known**2, _hats(take.known["found"], knots)], axis=1)
 
-    sd = np.sqrt(fitted(takes, squares)).tolist()
-    share, tilt, at_knots = sd[0], sd[1] if needs_gravity else 0.0, sd[len(parts) :]
-    return round(share, 3), round(tilt, 3), (knots.tolist(), [round(each, 2) for each in at_knots])
+    return knots, squares
 
 
 def _turn(takes: Sequence[Stated], known: tuple[float, float, float]) -> tuple[float, float, float]:
     if not takes:  # of a lifter that states no error of joints
         return known
 
-    def squares(take: Stated) -> np.ndarray:
-        return np.stack([take.known[name] for name in ("own", "by focal", "by pitch")], axis=1)
-
-    own, focal, pitch = np.sqrt(fitted(takes, squares))
+    own, focal, pitch = np.sqrt(fitted(takes, _of_turn))
     return round(float(own), 3), round(float(focal), 3), round(float(pitch), 4)
 
 
 def _rate(takes: Sequence[Stated]) -> tuple[float, float, float]:
-    def squares(take: Stated) -> np.ndarray:
-        model, rate = take.known["model"], take.known["rate"]
-        return SD_90**2 * np.stack([model**2, rate**2, np.ones(len(rate))], axis=1)
-
-    share, of_rate, least = np.sqrt(fitted(takes, squares))
+    share, of_rate, least = np.sqrt(fitted(takes, _of_rate))
     return round(float(share), 3), round(float(of_rate), 3), round(float(least), 2)
+
+
+def _of_turn(take: Stated) -> np.ndarray:
+    return np.stack([take.known[name] for name in ("own", "by focal", "by pitch")], axis=1)
+
+
+def _of_rate(take: Stated) -> np.ndarray:
+    model, rate = take.known["model"], take.known["rate"]
+    return SD_90**2 * np.stack([model**2, rate**2, np.ones(len(rate))], axis=1)
+
+
+def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
+    """{statement: {configuration: share inside}} of what is fitted in these configurations, each person by bars that
+    were fitted to all the others."""
+    needs_gravity = {of_both(name): ANGLES[name].needs_gravity for name in ANGLES}
+    out: dict[str, dict[str, float]] = {}
+    for statement in dict.fromkeys(chain.from_iterable(cases.values())):
+        by_group = {name: [thinned(take) for take in of.get(statement, ())] for name, of in cases.items()}
+        by_group = {name: takes for name, takes in by_group.items() if takes}
+        if len({take.person for takes in by_group.values() for take in takes}) < 2:  # nobody to fit them to
+            continue
+        squares: Squares
+        if statement in needs_gravity:
+            squares = _of_angle([*chain.from_iterable(by_group.values())], needs_gravity[statement])[1]
+        elif statement.removeprefix("rate of ") in needs_gravity:
+            squares = _of_rate
+        elif statement in ("joints in depth", "joints across"):
+            squares = _of_turn
+        else:
+            continue
+        found = held_out(by_group, squares)
+        out[statement] = {name: round(judge.inside(takes).inside, 3) for name, takes in found.items()}
+    return out
 
 
 def _hats(values: np.ndarray, knots: np.ndarray) -> np.ndarray:

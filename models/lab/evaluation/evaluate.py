@@ -244,6 +244,11 @@ jumps = _report(
     "Judge flights, jump heights and contact times of lifted takes, with their stated errors.",
     bed=(None, "typical"),
 )  # fmt: skip
+repetitions = _report(
+    "repetitions", "repetitions", ("lifter", "seed", "flip", "bed"),
+    "Judge counts, beginnings and ends of repeated movements, on labelled takes, captured and lifted.",
+    bed=(None, "typical"),
+)  # fmt: skip
 real_take = _report(
     "real-take", "real_take", ("rectifier", "lifter", "flip"),
     "Judge the way from the video to upright joints and angles, on real videos of four cameras with truth.",

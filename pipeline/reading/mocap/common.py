@@ -22,9 +22,7 @@ _LIMBS = tuple(
     for side in "lr"
     for a, b in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 )
-_UPRIGHT = H36M17.indices(
-    ("head", *(f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle")))
-)
+_LEGS = tuple(f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle"))
 _MIN_VOTES = 20  # bent knees, before they say anything
 _BACKWARD = 0.2  # share of knees bent forward at or below which left and right are not what the file says
 _LIMB_SPREAD = 0.15  # of optical capture it is below 0.01, of markerless capture up to 0.1
@@ -88,15 +86,23 @@ def z_up(joints: np.ndarray, up: Literal["y", "z"]) -> np.ndarray:
 
 
 def require_plausible(joints: np.ndarray) -> None:
-    """InputError when joints (T, 17, 3), metres, are not those of a person whose limbs keep their length."""
+    """InputError when joints (T, 17, 3), metres, lack one, or are not those of a person whose limbs keep their
+    length."""
     if len(joints) == 0 or not np.isfinite(joints).all():
         raise InputError("nothing-usable", "expected frames with all joints, got none, or NaN among them.")
+    require_a_person(joints)
+
+
+def require_a_person(joints: np.ndarray) -> None:
+    """InputError when the limbs of joints (T, 17, 3), metres, are not a person's or change their length; what is NaN
+    is not judged."""
     leg = leg_length(joints)
     if not LEG_M[0] * 0.5 <= leg <= LEG_M[1] * 1.1:
         raise InputError("wrong-axes", f"expected metres, got legs {leg:.4g} long; say the unit with --unit.")
     for start, end in _LIMBS:
         length = _distance(joints, H36M17.index(start), H36M17.index(end))
-        if length.std() > _LIMB_SPREAD * length.mean():
+        length = length[np.isfinite(length)]
+        if len(length) and length.std() > _LIMB_SPREAD * length.mean():
             raise InputError(
                 "wrong-content", f"the bone from {start} to {end} changes its length by more than 15 %."
             )
@@ -116,12 +122,13 @@ def require_plausible(joints: np.ndarray) -> None:
 
 def upright_share(joints: np.ndarray) -> float:
     """Share of frames of joints (T, 17, 3), +Z up, whose head is above both feet by half a leg; of those that know the
-    head and both legs, NaN where none does."""
-    joints = joints[np.isfinite(joints[:, _UPRIGHT]).all(axis=(1, 2))]
+    head and both legs, NaN where none does. Where no frame has the head, the middle of the hips stands for it."""
+    top = "head" if np.isfinite(joints[:, H36M17.index("head")]).any() else "pelvis"
+    joints = joints[np.isfinite(joints[:, H36M17.indices((top, *_LEGS))]).all(axis=(1, 2))]
     if not len(joints):
         return float("nan")
-    head, feet = joints[:, H36M17.index("head"), 2], joints[:, H36M17.indices(("l_ankle", "r_ankle")), 2]
-    return float((head > feet.max(axis=1) + leg_length(joints) / 2).mean())
+    highest, feet = joints[:, H36M17.index(top), 2], joints[:, H36M17.indices(("l_ankle", "r_ankle")), 2]
+    return float((highest > feet.max(axis=1) + leg_length(joints) / 2).mean())
 
 
 def read_text(path: Path) -> str:

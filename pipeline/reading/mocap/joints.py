@@ -12,16 +12,17 @@ import numpy as np
 
 from ...core.errors import InputError
 from ...files.arrays import keys, load, load_all
-from ...files.skeletons import UNITS, h36m17_named
+from ...files.skeletons import UNITS, h36m17_named, h36m17_of_limbs
 from .clip import Clip
-from .common import Found, How, label, require_plausible, z_up
+from .common import Found, How, label, require_a_person, require_plausible, z_up
 
 PATTERN = "**/*.[nN][pP][zZ]"
 _RATES = ("fps", "mocap_framerate", "mocap_frame_rate")
 
 
-def read(path: Path, folder: Path, how: How) -> Found:
-    """One clip; metres and +Z up, as AMASS has it, unless `how` says otherwise. InputError for anything else."""
+def read(path: Path, folder: Path, how: How, parts: bool = False) -> Found:
+    """One clip; metres and +Z up, as AMASS has it, unless `how` says otherwise. parts: whether limbs alone will do, the
+    rest being NaN. InputError for anything else."""
     held = keys(path)
     if "joints" not in held:
         raise InputError(
@@ -38,8 +39,14 @@ def read(path: Path, folder: Path, how: How) -> Found:
     fps = how.fps or next(iter(rates), None)
     if not fps or fps <= 0:
         raise InputError("needs-rate", f"expected the frame rate in {', '.join(_RATES)}; say it with --fps.")
-    joints = h36m17_named(joints * UNITS[how.unit or "m"], names)
-    joints = z_up(joints, how.up or "z").astype(np.float32)
-    require_plausible(joints)
+    joints *= UNITS[how.unit or "m"]
+    try:
+        whole, require = h36m17_named(joints, names), require_plausible
+    except InputError:
+        if not parts or names is None or len(names) != joints.shape[1]:
+            raise
+        whole, require = h36m17_of_limbs(joints, names), require_a_person
+    joints = z_up(whole, how.up or "z").astype(np.float32)
+    require(joints)
     subject, name = label(path, folder, how.subject)
     return Found(Clip(name, subject, "joints", fps, joints))

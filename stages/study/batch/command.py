@@ -28,11 +28,13 @@ from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
 from .page import as_page
 from .pool import connected, on_cluster, on_this_machine
-from .study import CHANGE, Change, changes, doubts, rates_within, write_table
+from .repeatability import COLUMNS, Repeatability, as_lines, repeatability
+from .study import CHANGE, Change, believed, changes, doubts, rates_within, write_table
 from .take import Job, Outcome
 
 STATUS = "batch.json"
 TABLE, PAGE, CHANGES = "study.parquet", "study.html", "changes.csv"
+REPEATED = "repeatability.csv"
 
 _LOCK = "batch.lock"
 _SECONDS = 1.0  # between two writings of the status
@@ -57,6 +59,12 @@ def batch(
         typer.Option(
             "--set",
             help="OPTION=VALUE of `run`, or STAGE.KEY=VALUE, for every take that has no other; repeatable.",
+        ),
+    ] = None,
+    primary: Annotated[
+        str | None,
+        typer.Option(
+            help="The measure, as in changes.csv, that is tested without correction; the others are corrected."
         ),
     ] = None,
     device: OnDevice = "auto",
@@ -92,7 +100,8 @@ def batch(
         coming = on_cluster(in_turn, client) if dask else on_this_machine(in_turn, workers or cores())
         outcomes = _run(jobs, output, coming, failed_before)
         rows = study_rows(entries, outcomes)
-        _write(output, rows, changes(rows))
+        repeated = repeatability(believed(rows))
+        _write(output, rows, changes(rows, primary), repeated)
     failed = [outcome for outcome in outcomes if outcome.state == "failed"]
     kept = sum(outcome.state == "kept" for outcome in outcomes)
     strangers = {path.name for path in (output / "takes").iterdir() if path.name[0] != "."} - {
@@ -110,6 +119,8 @@ def batch(
         f"{output}: {how_many(len(outcomes) - len(failed), 'take')} done ({kept} of them before), {len(failed)} failed"
     )
     done = [row for row in rows if row["state"] == "done"]
+    if repeated:
+        print("\n".join(as_lines(repeated)))
     if done:
         found = ", ".join(f"{len(doubtful)} {what}" for what, doubtful in doubts(done).items())
         print(f"of {how_many(len(done), 'run')}: {found or 'no doubts about poses or levelling'}")
@@ -218,12 +229,15 @@ def study_rows(entries: Sequence[Entry], outcomes: Sequence[Outcome]) -> list[di
     return rows
 
 
-def _write(output: Path, rows: Sequence[dict[str, Any]], changed: Sequence[Change]) -> None:
+def _write(
+    output: Path, rows: Sequence[dict[str, Any]], changed: Sequence[Change], repeated: Sequence[Repeatability]
+) -> None:
     with whole_file(output / TABLE) as partial:
         write_table(rows, partial)
-    with whole_file(output / CHANGES) as partial, open(partial, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(CHANGE)
-        writer.writerows([getattr(change, name) for name in CHANGE] for change in changed)
+    for name, columns, lines in ((CHANGES, CHANGE, changed), (REPEATED, COLUMNS, repeated)):
+        with whole_file(output / name) as partial, open(partial, "w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(columns)
+            writer.writerows([getattr(line, column) for column in columns] for line in lines)
     with whole_file(output / PAGE) as partial:
         partial.write_text(as_page(f"Study {output.name}", rows, changed), encoding="utf-8")

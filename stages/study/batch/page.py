@@ -18,6 +18,7 @@ from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
 from ...drawing.skeletons import body_views, skeletons
 from ...drawing.words import ERRORS_OF_ANGLES, spoken
+from .repeatability import FEWEST_SUBJECTS
 from .study import Change, doubts, name_of, place, rates_within
 
 _RANGE = "range_of_motion.{}.p05_p95"
@@ -99,15 +100,22 @@ def _conclusion(rows: Rows, done: Rows, changed: Sequence[Change]) -> Iterator[s
     trusted = f"{len(doubtful)} of them with doubts" if doubtful else "no doubts about poses or levelling"
     yield f"{how_many(len(names), 'take')}{of}{f'; {trusted}' if done else ''}."
     for (factor, earlier, later), changes in _by_step(changed).items():
-        beyond = [change for change in changes if change.of_the_mean]
+        judged = [change for change in changes if change.differs is not None]
+        beyond = [change for change in judged if change.differs]
         beyond.sort(key=lambda change: -abs(change.bias) / change.sd)
         step = (
             f"From {factor} {earlier} to {later}, {how_many(max(change.n for change in changes), 'subject')}"
         )
-        counts = f"{len(beyond) or 'none'} of {how_many(len(changes), 'measure')} changed on average"
+        if not judged:
+            yield f"{step}: too few to say whether anything changed on average; it takes {FEWEST_SUBJECTS}."
+            continue
+        counts = f"{len(beyond) or 'none'} of {how_many(len(judged), 'measure')} changed on average"
         told = ", ".join(f"{_named(change.of)} {change.bias:+.3g}" for change in beyond[:_MOST_TOLD])
         more = f" and {len(beyond) - _MOST_TOLD} more" if len(beyond) > _MOST_TOLD else ""
-        chance = "95 % interval of the mean without 0; of twenty that do not change one does by chance"
+        chance = (
+            "of those that are said to, one in twenty did not: Benjamini & Hochberg 1995; a primary outcome "
+            "(--primary) is tested without this correction"
+        )
         yield f"{step}: {counts} ({chance}){f': {told}{more}' if told else ''}."
 
 

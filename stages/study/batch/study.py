@@ -25,13 +25,15 @@ from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.names import POSES
+from ....pipeline.plugins.options import did_you_mean
 from ...drawing.facts import facts_of
 from ...drawing.skeletons import key_rows
 from ..rates import is_lifted, rates_apart
+from .repeatability import FEWEST_SUBJECTS
 
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 
-_LIMIT = 1.96
+_LIMIT, _CHANCE = 1.96, 0.05
 # Of the steps in which figures are stated: standard deviation of the difference of two (uniform errors).
 _ROUNDED = float(np.sqrt(2 / 12))
 _BASIS = (
@@ -210,7 +212,10 @@ class Change:
     mean_lower, mean_upper: 95 % confidence interval of the bias (Student's t). lower, upper: 95 % limits of agreement,
     between which the change of a single subject lies. mdc90: the minimal detectable change of one subject's single
     take, from wherever both were filmed, by the takes' stated errors (repeatability.difference_sd; their median); None
-    where they state none.
+    where they state none. p: that the mean differs from 0 (Student's t, paired). primary: whether it is the outcome
+    that was declared beforehand. differs: whether the subjects changed on average, of six subjects or more, None of
+    fewer: the primary outcome by p <= 0.05, the others by p as Benjamini & Hochberg (1995) correct it, among those of
+    one step.
     """
 
     factor: str
@@ -225,11 +230,14 @@ class Change:
     lower: float
     upper: float
     mdc90: float | None = None
+    p: float = float("nan")
+    primary: bool = False
+    differs: bool | None = None
 
     @property
     def measure(self) -> str:
         """As summary.json has it: its groups and its key."""
-        return printable(".".join((*self.of.group, self.of.key)))
+        return _key(self.of)
 
     @property
     def of_the_mean(self) -> bool:
@@ -240,29 +248,56 @@ class Change:
 CHANGE = tuple("measure" if field.name == "of" else field.name for field in fields(Change))  # of changes.csv
 
 
-def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
+def changes(rows: Sequence[Mapping[str, Any]], primary: str | None = None) -> list[Change]:
     """Every visit against the first one, and every condition, in the order in which the manifest names them, whatever
     became of the takes that name them first. One without any take to compare is left out.
 
     A subject's takes of one visit and condition are averaged, then compared within each condition (or visit, for
     conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
     Takes that could not be levelled or have unusable poses have no say, nor have takes of several people: nothing says
-    which of them is the subject, or who is who at the next visit.
+    which of them is the subject, or who is who at the next visit. primary: the measure, as in changes.csv, that is
+    tested without correction. InputError for one that no take has.
     """
-    done = _believed(rows)
+    done = believed(rows)
     measures = {key: of for row in done for key, of in row["measures"].items()}
+    names = [_key(of) for of in measures.values()]
+    if primary is not None and primary not in names:
+        raise InputError(
+            "name-unknown", f"No take has the measure '{primary}' (--primary); {did_you_mean(primary, names)}"
+        )
     result = []
     for factor, other in (("visit", "condition"), ("condition", "visit")):
         usable = {row[factor] for row in done}
         levels = [level for level in dict.fromkeys(row[factor] for row in rows) if level and level in usable]
         for later in levels[1:]:
+            step_changes = []
             for key, measure in measures.items():
                 off = _differences(done, key, factor, other, levels[0], later)
                 if len(off) >= 2:
                     step = _step(row["measures"][key].value for row in done if key in row["measures"])
                     change = _change(factor, levels[0], later, measure, off, _ROUNDED * step)
-                    result.append(replace(change, mdc90=_mdc90(done, key)))
+                    step_changes.append(replace(change, mdc90=_mdc90(done, key)))
+            result += _judged(step_changes, primary)
     return result
+
+
+def _judged(found: Sequence[Change], primary: str | None) -> list[Change]:
+    """The changes of one step, each with whether it differs from none."""
+    from scipy.stats import false_discovery_control
+
+    found = [replace(change, primary=change.measure == primary) for change in found]
+    enough = [change.n >= FEWEST_SUBJECTS for change in found]
+    tested = [change.p for change, many in zip(found, enough, strict=True) if many and not change.primary]
+    corrected = iter(false_discovery_control(tested) if tested else ())
+    judged = []
+    for change, many in zip(found, enough, strict=True):
+        p = change.p if change.primary or not many else float(next(corrected))
+        judged.append(replace(change, differs=p <= _CHANCE if many else None))
+    return judged
+
+
+def _key(of: Measure) -> str:
+    return printable(".".join((*of.group, of.key)))
 
 
 def _mdc90(rows: Sequence[Mapping[str, Any]], key: str) -> float | None:
@@ -280,7 +315,7 @@ def _mdc90(rows: Sequence[Mapping[str, Any]], key: str) -> float | None:
     return half_bar(usual) if np.isfinite(usual) else None
 
 
-def _believed(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+def believed(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Those of subjects that have a say in changes."""
     people = Counter(row["name"] for row in rows if row.get("person"))
     return [
@@ -300,8 +335,9 @@ def _change(factor: str, earlier: str, later: str, of: Measure, off: np.ndarray,
 
     bias, sd = float(off.mean()), max(float(off.std(ddof=1)), rounding)
     margin = float(student_t.ppf(0.975, len(off) - 1)) * sd / np.sqrt(len(off))
+    p = float(2 * student_t.sf(abs(bias) / (sd / np.sqrt(len(off))), len(off) - 1)) if sd > 0 else 1.0
     limits = (bias - margin, bias + margin, bias - _LIMIT * sd, bias + _LIMIT * sd)
-    return Change(factor, earlier, later, of, len(off), bias, sd, *limits)
+    return Change(factor, earlier, later, of, len(off), bias, sd, *limits, p=p)
 
 
 def _step(values: Iterable[float]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,8 +43,8 @@ class Alignment:
 
 def stamped(side: Side, reference: Side, shift_s: float) -> Alignment:
     """By the time stamps and what is to be added to the side's. InputError when they do not overlap."""
-    times = reference.time_s - shift_s
-    r, common = _score(_angles(side, side.time_s), _angles(reference, side.time_s + shift_s))
+    times, names = reference.time_s - shift_s, _of_both(side, reference)
+    r, common = _score(_angles(side, side.time_s, names), _angles(reference, side.time_s + shift_s, names))
     inside = ((side.time_s >= times[0]) & (side.time_s <= times[-1])).sum()
     if inside < 3 or not common:
         raise InputError("files-apart", _apart(side, reference, shift_s, 0.0))
@@ -64,7 +65,8 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     reach = max(1, int(np.ceil(search_s / step)))  # a peak has neighbours
     times = np.arange(side.time_s[0], side.time_s[-1] + 1e-9, step)
     around = times[0] + offset_s + step * np.arange(-reach, len(times) + reach)
-    own, other = _angles(side, times), _angles(reference, around)
+    names = _of_both(side, reference)
+    own, other = _angles(side, times, names), _angles(reference, around, names)
     known = np.isfinite(own).any(axis=0) & np.isfinite(other).any(axis=0)
     if not known.any():
         raise InputError("files-apart", _apart(side, reference, offset_s, search_s))
@@ -82,7 +84,7 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     chosen = float(min(shifts[as_good], key=lambda shift_s: abs(shift_s - offset_s)))
 
     def loss(shift_s: float) -> float:
-        return -_score(own, _angles(reference, times + shift_s)[:, known])[0]
+        return -_score(own, _angles(reference, times + shift_s, names)[:, known])[0]
 
     best: Any = minimize_scalar(
         loss, bounds=(chosen - step, chosen + step), method="bounded", options={"xatol": 1e-4}
@@ -113,9 +115,18 @@ def size_ratio(side: np.ndarray, reference: np.ndarray) -> float:
     return float(np.sqrt((reference[both] ** 2).sum() / max(float((side[both] ** 2).sum()), 1e-12)))
 
 
-def _angles(side: Side, time_s: np.ndarray) -> np.ndarray:
-    """(N, 8) degrees at times (N,) of the side's clock."""
-    return np.stack([side.at(name, time_s) for name in _ANGLES], axis=1)
+def _of_both(side: Side, reference: Side) -> list[str]:
+    """Those of _ANGLES that both sides know anywhere; all of them where there is none, so that they have no common
+    time."""
+    both = [
+        name for name in _ANGLES if all(np.isfinite(each.angles[name]).any() for each in (side, reference))
+    ]
+    return both or list(_ANGLES)
+
+
+def _angles(side: Side, time_s: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    """(N, K) degrees of these angles at times (N,) of the side's clock."""
+    return np.stack([side.at(name, time_s) for name in names], axis=1)
 
 
 def _score(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:

@@ -33,9 +33,9 @@ from .cycles import cycles
 from .figures import agreement, joint_agreement, view_spread
 from .page import as_page
 from .recording import COLOURS, write_recording
-from .side import Side, load_side, named_apart, one_clock, told_apart, truth_side, unrectified
+from .side import Side, load_side, named_apart, one_clock, told_apart, truth_side, unrectified, with_trunk_of
 from .truth import Up, read_truth
-from .wrists import wrists
+from .wrists import has_wrists, wrists
 
 Align = Literal["auto", "stamps", "correlate", "cycles"]
 _MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack a second or two of each other
@@ -97,6 +97,7 @@ def compare(
         sides = [truth_side(poses, about, cutoffs.pop()), *sides]
         entry = {"role": "motion capture", "file": truth.name, "sha256": sha256(truth)}
         sides[0] = replace(sides[0], sources=(entry,))
+        sides[1:] = [with_trunk_of(side, sides[0]) for side in sides[1:]]
     with computing_on(device) as where:
         found = compared(sides, align, offset, search)
     words = "\n".join([*as_text(found), *(f"warning: {each.text}" for each in found.notices)])
@@ -137,6 +138,10 @@ def compared(
         )
     reference, *others = sides
     notices = [each for side in sides for each in side.notices]
+    from_neutral = [side.name for side in sides if side.run and side.run.told.neutral_s is not None]
+    if 0 < len(from_neutral) < len(sides):
+        without = ", ".join(side.name for side in sides if side.name not in from_neutral)
+        notices.append(notice("neutral-of-some", with_neutral=", ".join(from_neutral), without=without))
     cutoffs = {side.cutoff_hz for side in sides}
     if len(cutoffs) > 1:
         notices.append(notice("cutoffs-differ", cutoffs=", ".join(map(str, cutoffs))))
@@ -239,7 +244,7 @@ def _pair(side: Side, reference: Side, how: Alignment | None) -> Pair:
         scale=scale,
         joints_mm=float(1000 * np.nanmean(off)) if metres else None,
         joints=joint_agreement(level, joints, reference.metric),
-        wrists=wrists(side, joints) if truth else None,
+        wrists=wrists(side, joints) if truth and has_wrists(joints) else None,
         accelerations=None if truth else accelerations(side, reference, times, factor),
     )
 

@@ -28,7 +28,8 @@ _WIDE = 2.6  # the reference's line, so that it is seen where both run together
 def thumbnails(pair: Pair) -> Markup:
     """Both skeletons at the same moments, one over the other, each turned to face the reader."""
     mine, other = (_facing(joints) for joints in (pair.level, pair.reference.joints_at(pair.times)))
-    known = is_finite(other).mean(axis=1, keepdims=True) > 0.5
+    there = is_finite(other)
+    known = there.mean(axis=1, keepdims=True) > 0.5 * there.any(axis=0).mean()  # of what it has in any frame
     shown = []
     for row in key_rows(np.where(known[..., None], mine, np.nan)):
         words = f"{pair.side.name} over {pair.reference.name} at {pair.times[row]:.2f} s"

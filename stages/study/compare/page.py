@@ -30,7 +30,7 @@ from .figures import JointAgreement
 from .wrists import AXES, WRISTS, wrist_charts
 
 _ERRORS = (
-    "±, within the errors, and 90 % mean one thing on this page: the truth lies so near in nine of ten cases. "
+    "±, within the errors, and 90 % mean one thing on this page: nine in ten true values lie within it. "
     "Of the figures that are said to differ, a tenth does by chance at most (Benjamini & Hochberg 1995)."
 )
 LOWER_BOUND = (

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ....pipeline.files.atomic import whole_file
+from ...drawing.rerun_file import recording_file
 from ...drawing.rerun_log import log_curves, log_skeleton
 from .comparison import Comparison, Pair
 from .side import as_poses
@@ -52,9 +53,8 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
         rrb.TimePanel(state="collapsed", timeline="video_time"),
         collapse_panels=True,
     )
-    recording = rr.RecordingStream("pcnet3d")
-    with whole_file(path) as partial:
-        recording.save(partial, default_blueprint=blueprint)
+    with whole_file(path) as partial, recording_file(partial, blueprint, path) as file:
+        recording = file.stream
         recording.send_recording_name(" and ".join(side.name for side, *_ in sides))
         for i, (side, joints, shift, colour) in enumerate(sides):
             times = clock.time_s + clock_shift - shift
@@ -68,8 +68,6 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
         recording.log(
             "summary", rr.TextDocument(f"```\n{words}\n```", media_type=rr.MediaType.MARKDOWN), static=True
         )
-        recording.flush()
-        recording.disconnect()
 
 
 def _shift(pair: Pair) -> float:

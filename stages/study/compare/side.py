@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....models.angle_error.take_angles import smoothed, take_angles
+from ....models.angle_error.take_angles import AngleSeries, smoothed, take_angles
 from ....models.common.metrics import relative
 from ....models.gravity.levelling import level_frame
 from ....pipeline.core.canonical import R_world_from_body
@@ -23,12 +23,13 @@ from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Session, Take
 from ....pipeline.files.finished import read_run
-from ....pipeline.signals.angles import ANGLES, near, unwrapped
+from ....pipeline.signals.angles import ANGLES, angles, near, unwrapped
 from ....pipeline.signals.filters import breaks, resample
 from ...trajectories import cannot_be_told
 from ..methods import methods
 
 TRUTH = "motion capture"
+_SHOULDERS = ("r_shoulder", "l_shoulder")
 LEAST_S = 1.0  # of motion that both sides know, for them to be compared moment by moment
 
 
@@ -146,8 +147,8 @@ def truth_side(poses: PoseSequence, about: str, cutoff_hz: float | None) -> Side
     """Motion capture in a Z-up world, its joints low-passed as those of the runs that it is compared with."""
     joints = relative(poses.joints.astype(np.float64))
     filtered = joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz)
-    R = R_world_from_body(joints)
-    series = take_angles(joints, filtered, R, lifted=False)
+    R = _facing(joints)
+    series = take_angles(_trunk_by_shoulders(joints), _trunk_by_shoulders(filtered), R, lifted=False)
     R_world_from_level, _ = level_frame(R, np.array([0.0, 0.0, 1.0]), poses.times)
     return Side(
         name=TRUTH,
@@ -160,7 +161,59 @@ def truth_side(poses: PoseSequence, about: str, cutoff_hz: float | None) -> Side
         sd={name: angle.sd_deg for name, angle in series.items()},
         metric=True,
         cutoff_hz=cutoff_hz,
+        notices=tuple(_lacking(joints, series)),
     )
+
+
+def with_trunk_of(side: Side, truth: Side) -> Side:
+    """The side of a run with a trunk line that ends between the shoulders, where that of motion capture does so for
+    lack of a thorax; as it is where motion capture has one, or the run no filtered joints."""
+    if _has(truth.level, "thorax") or not _has(truth.level, *_SHOULDERS):
+        return side
+    run = side.run
+    if run is None or run.filtered is None:
+        return side
+    filtered = run.filtered.joints.astype(np.float64)
+    values = angles(
+        rotate(transpose(R_world_from_body(filtered)), _trunk_by_shoulders(filtered, always=True))
+    )
+    known = {name: np.isfinite(of) for name, of in side.angles.items()}  # withheld stays withheld
+    return replace(side, angles={name: np.where(known[name], values[name], np.nan) for name in side.angles})
+
+
+def _facing(joints: np.ndarray) -> np.ndarray:
+    """R_world_from_body (T, 3, 3); of joints (T, 17, 3) that never have shoulders, by the hips alone."""
+    if not _has(joints, *_SHOULDERS):
+        joints = joints.copy()
+        joints[:, H36M17.indices(_SHOULDERS)] = joints[:, H36M17.indices(("r_hip", "l_hip"))]
+    return R_world_from_body(joints)
+
+
+def _trunk_by_shoulders(joints: np.ndarray, always: bool = False) -> np.ndarray:
+    """joints (T, 17, 3) with a thorax between the shoulders: where no frame has a thorax, or always."""
+    if _has(joints, "thorax") and not always:
+        return joints
+    joints = joints.copy()
+    joints[:, H36M17.index("thorax")] = joints[:, H36M17.indices(_SHOULDERS)].mean(axis=1)
+    return joints
+
+
+def _has(joints: np.ndarray, *names: str) -> bool:
+    """Whether any frame of joints (T, 17, 3) has all of these."""
+    return bool(np.isfinite(joints[:, H36M17.indices(names)]).all(axis=(1, 2)).any())
+
+
+def _lacking(joints: np.ndarray, series: Mapping[str, AngleSeries]) -> Iterator[Notice]:
+    """What motion capture of part of the joints does not have, and how its trunk is then defined."""
+    joints_without = [name for name in H36M17.joints if not _has(joints, name)]
+    if not joints_without:
+        return
+    without = [name for name, angle in series.items() if not np.isfinite(angle.value_deg).any()]
+    yield notice(
+        "truth-lacks-joints", joints=", ".join(joints_without), angles=", ".join(without) or "no angle"
+    )
+    if "thorax" in joints_without and _has(joints, *_SHOULDERS):
+        yield notice("truth-trunk-by-shoulders")
 
 
 def named_apart(sides: Sequence[Side]) -> list[Side]:

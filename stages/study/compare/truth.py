@@ -15,7 +15,7 @@ from ....pipeline.core.pose import PoseSequence
 from ....pipeline.files.arrays import keys
 from ....pipeline.files.bvh import parse
 from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_trc
-from ....pipeline.files.skeletons import UNITS, h36m17_named
+from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs
 from ....pipeline.plugins.options import call, did_you_mean
 from ....pipeline.reading.find import adapters, recognises
 from ....pipeline.reading.mocap import bvh as mocap_bvh
@@ -32,7 +32,8 @@ def read_truth(
     fps: float | None = None,
 ) -> PoseSequence:
     """One person of a TRC, C3D, BVH or .npz file, or of one that an adapter reads in a world (TotalCapture's
-    gt_skel_gbl_pos.txt): H36M17, metres, Z-up world, with time stamps from the file's own beginning.
+    gt_skel_gbl_pos.txt): H36M17, metres, Z-up world, with time stamps from the file's own beginning. Joints that a TRC,
+    C3D or .npz file lacks are NaN; it has to have hips, knees and ankles.
 
     clip: which of a .npz file of several. up, unit, fps: of files that do not say it, or say it wrong. InputError when
     the file is not what it should be, has no joints of these names or does not stand upright, and for what is said of a
@@ -59,13 +60,14 @@ def read_truth(
     share = upright_share(poses.joints)
     if np.isnan(share):
         raise InputError(
-            "nothing-usable", f"{path}: expected frames with the head and both legs, which tell up; got none."
+            "nothing-usable",
+            f"{path}: expected frames with both legs, and the head where the file has it; got none.",
         )
     if share < 0.5:
         raise InputError(
             "wrong-axes",
-            f"{path}: only in {100 * share:.0f} % of the frames is the head above the feet; say which axis is up with "
-            "--up.",
+            f"{path}: only in {100 * share:.0f} % of the frames is the head, or are the hips, above the feet; "
+            "say which axis is up with --up.",
         )
     return poses
 
@@ -76,10 +78,11 @@ def _of_markers(found: Markers, up: Up | None, unit: str | None, fps: float | No
         raise InputError(
             "needs-input", f"expected a unit of {', '.join(UNITS)}, got '{unit}'; say it with --unit."
         )
-    bodies = {}
-    for subject, points in by_subject(found).items():
-        with suppress(InputError):
-            bodies[subject] = h36m17_named(points.points * UNITS[unit], points.names)
+    bodies: dict[str, np.ndarray] = {}
+    for body in (h36m17_named, h36m17_of_limbs):
+        for subject, points in by_subject(found).items():
+            with suppress(InputError):
+                bodies.setdefault(subject, body(points.points * UNITS[unit], points.names))
     if len(bodies) > 1:
         raise InputError(
             "choose-person",
@@ -88,8 +91,8 @@ def _of_markers(found: Markers, up: Up | None, unit: str | None, fps: float | No
     if not bodies:
         raise InputError(
             "wrong-content",
-            "expected points at the joint centres (hips, knees, ankles, shoulders, elbows, wrists, neck and head, "
-            f"under names in use), got {', '.join(found.names[:30])}; markers on the skin must be turned "
+            "expected points at the joint centres (hips, knees and ankles at least, under names in use), "
+            f"got {', '.join(found.names[:30])}; markers on the skin must be turned "
             "into joint centres first.",
         )
     (joints,) = bodies.values()
@@ -109,7 +112,7 @@ def _npz(path: Path, name: str | None, how: How) -> PoseSequence:
     if not several:
         if name is not None:
             raise InputError("option-conflict", "a clip is chosen from a file of several; this holds one.")
-        clip = mocap_joints.read(path, path.parent, how).clip
+        clip = mocap_joints.read(path, path.parent, how, parts=True).clip
     else:
         _refuse(how, "a file of several clips is in metres with +Z up and says its frame rate")
         clips = {clip.name: clip for clip in read_mocap(path)}

@@ -74,6 +74,12 @@ def wrists(side: Side, truth: np.ndarray) -> Wrists:
     return Wrists(side.time_s, paths, size, agreement)
 
 
+def has_wrists(truth: np.ndarray) -> bool:
+    """Whether any frame of motion capture (T, 17, 3) has both wrists, and the shoulders, by which BODY is turned."""
+    needed = H36M17.indices((*WRISTS, "r_shoulder", "l_shoulder"))
+    return bool(np.isfinite(truth[:, needed]).all(axis=(1, 2)).any())
+
+
 def _ways(run: Take) -> dict[str, np.ndarray]:
     """Joints (T, 17, 3) in BODY by method: the lifter's own axes, each rectifier per frame, and the take's one up."""
     poses, rectified = run.need("poses"), run.need("rectified")

@@ -17,6 +17,7 @@ from ....pipeline.files.names import RECORDING
 from ...drawing.charts import Curve, over_time
 from ...drawing.page import answer, box, charts, figure, page
 from ...drawing.palette import as_hex
+from ...drawing.rerun_file import recording_file
 from ...drawing.rerun_log import time_columns
 from .align import Alignment, Signal
 
@@ -194,11 +195,10 @@ def write_recording(
     import rerun as rr
     from rerun.chunk import RrdReader
 
-    recording = rr.RecordingStream("pcnet3d")
     times = run.need("poses").times
     clock = time_columns(run.need("poses").frame_index, times)
-    with whole_file(path) as partial:
-        recording.save(partial, default_blueprint=_blueprint(folder, axes))
+    with whole_file(path) as partial, recording_file(partial, _blueprint(folder, axes), path) as file:
+        recording = file.stream
         if len(axes) > len(results):
             replaced = ["/imu/summary", *(f"/imu/{result.segment}/**" for result in results)]
             before = RrdReader(folder / "imu" / IMU_RECORDING).stream()
@@ -219,8 +219,6 @@ def write_recording(
                 values = np.column_stack([imu[:, i], video[:, i]])
                 columns = rr.Scalars.columns(scalars=values.reshape(-1))
                 recording.send_columns(entity, clock, columns.partition(np.full(len(values), 2)))
-        recording.flush()
-        recording.disconnect()
 
 
 def _blueprint(folder: Path, axes: Mapping[str, Sequence[str]]) -> rrb.Blueprint:

@@ -21,11 +21,11 @@ from ....pipeline.core.layouts import H36M17, Layout
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ...drawing.palette import LEFT, RIGHT
+from ...drawing.rerun_file import RecordingFile, recording_file
 from ...drawing.rerun_log import log_looks, log_rows
 from .source import Shot
 
 if TYPE_CHECKING:
-    import rerun as rr
     import rerun.blueprint as rrb
     from av.container import OutputContainer
     from av.video.stream import VideoStream
@@ -43,23 +43,21 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
     to keep the images in as well. frames: False keeps every image out of both. InputError when it cannot be
     written."""
     import av
-    import rerun as rr
-    from rerun.error_utils import catch_and_log_exceptions
+    from av.error import FFmpegError
 
-    recording = rr.RecordingStream("pcnet3d")
     kept = os.devnull if video is None or not frames else str(video)
-    with catch_and_log_exceptions(strict=True), av.open(kept, "w", format="mpegts") as target:
-        try:
-            recording.save(path, default_blueprint=_blueprint())
-            with ThreadPoolExecutor(
-                1, "recording"
-            ) as beside:  # it waits for what it was given, however the block ends
-                yield LiveRecording(recording, layout, target if frames else None, beside)
-        except RuntimeError as error:
-            raise InputError("cannot-write", f"The recording {path} could not be written: {error}.") from None
-        finally:
-            recording.flush()
-            recording.disconnect()
+    # The thread ends, with all that it was given, before the files are closed.
+    try:
+        with (
+            av.open(kept, "w", format="mpegts") as target,
+            recording_file(path, _blueprint()) as file,
+            ThreadPoolExecutor(1, "recording") as beside,
+        ):
+            yield LiveRecording(file, layout, target if frames else None, beside)
+    except FFmpegError as error:
+        raise InputError(
+            "cannot-write", f"The video {kept} could not be written: {error.strerror}."
+        ) from None
 
 
 class LiveRecording:
@@ -67,7 +65,7 @@ class LiveRecording:
 
     def __init__(
         self,
-        recording: rr.RecordingStream,
+        file: RecordingFile,
         layout: Layout,
         target: OutputContainer | None,
         beside: ThreadPoolExecutor,
@@ -76,7 +74,8 @@ class LiveRecording:
         writes, for encoding an image takes about as long as finding the pose in the next one."""
         import rerun as rr
 
-        self._recording, self._layout, self._target = recording, layout, target
+        recording = file.stream
+        self._file, self._recording, self._layout, self._target = file, recording, layout, target
         self._beside, self._pending = beside, deque[Future[None]]()
         self._encoder: VideoStream | None = None
         log_looks(recording, "video/keypoints", layout, IMAGE, -3.0)
@@ -107,6 +106,7 @@ class LiveRecording:
     def _write(self, shot: Shot, found: Found | None, joints: np.ndarray, live: LiveFrame) -> None:
         import rerun as rr
 
+        self._file.check()
         recording = self._recording
         recording.set_time("frame", sequence=shot.number)
         recording.set_time("video_time", duration=shot.time_s)

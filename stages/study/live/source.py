@@ -19,10 +19,12 @@ import numpy as np
 from ....pipeline.core.cores import cores
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.take import Video
-from ....pipeline.files.video_frames import images_from
+from ....pipeline.files.video_frames import CONTAINERS, images_from
 from ....pipeline.reading.take import read_video
 
 _PROTOCOLS = ("rtsp", "rtsps", "rtmp", "rtp", "srt", "udp", "tcp", "http", "https")
+# FFmpeg's names of what else comes as a stream. A playlist (HLS, DASH) is none of them: it names further addresses.
+_STREAMS = "rtsp,rtp,sdp,mpjpeg,mjpeg,h264,hevc,m4v,mpegvideo,ogg,nut,yuv4mpegpipe"
 _ASK_S = 0.1
 _NEEDED = "tls,crypto"  # what those are built on; no playlist from elsewhere may name files of this machine
 
@@ -111,7 +113,10 @@ def _stream(source: str | FileIO, name: str, protocols: str) -> Iterator[Shot]:
 
     try:
         with av.open(
-            source, "r", metadata_errors="ignore", options={"protocol_whitelist": protocols}
+            source,
+            "r",
+            metadata_errors="ignore",
+            options={"protocol_whitelist": protocols, "format_whitelist": f"{CONTAINERS},{_STREAMS}"},
         ) as container:
             if not container.streams.video:
                 raise InputError(

@@ -5,6 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.angle_error.joint_covariance import Turns, joint_covariance, levers, turns
 from pcnet3d.models.angle_error.joint_noise import JointNoise
+from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import H36M17
@@ -61,9 +62,11 @@ def rectified() -> Rectified:
 
 
 def test_the_focal_length_turns_whom_it_shows_beside_the_axis_by_its_share_of_the_angle():
-    np.testing.assert_allclose(seen_at(500.0).focal, 0.2 * 0.5)  # missed frames too: where the others are
+    share = 0.2 / (1 + SD_90 * 0.2)
+    np.testing.assert_allclose(seen_at(500.0).focal, share * 0.5)  # missed frames too: where the others are
     np.testing.assert_allclose(seen_at(0.0).focal, 0.0, atol=1e-12)
     np.testing.assert_allclose(seen_at(500.0, focal_sd_px=0.0).focal, 0.0)
+    np.testing.assert_array_less(SD_90 * seen_at(500.0, focal_sd_px=5000.0).focal, 0.5)  # not past the axis
     np.testing.assert_allclose(np.abs(seen_at(0.0).pitch), np.radians(30))
 
 

@@ -8,9 +8,10 @@ from pcnet3d.models.gait.errors import (
     OF_SIDES,
     OF_STYLE,
     depth_of_steps,
+    path_error,
     shipped_errors,
 )
-from pcnet3d.models.gait.events import Stance, walks
+from pcnet3d.models.gait.events import Stance, Step, walks
 from pcnet3d.models.gait.gait import Gait, find_gait, length_values, over_belt, time_values
 
 FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16
@@ -173,3 +174,13 @@ def test_a_body_that_stands_has_no_walk():
     gait = find_gait(body, np.arange(90) / 30)
     assert gait.walks == []
     assert gait.kind == "none"
+
+
+@pytest.mark.parametrize(("towards", "share"), [(1.0, 0.75), (0.0, 0.0)])
+def test_speed_towards_the_camera_has_the_whole_error_of_the_focal_length(towards, share):
+    time_s = np.linspace(0, 2, 61)
+    axis, across = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    root = 5 * axis + np.outer(time_s, towards * axis + (1 - towards) * across)
+    covariance = np.broadcast_to(np.eye(3), (61, 3, 3))
+    walk = [[Step("right", 0.0, 1.0), Step("left", 1.0, 2.0)]]
+    assert path_error(root, covariance, axis, 0.0, 0.75, time_s, walk)[1] == pytest.approx(share, abs=1e-9)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.gravity import Seen, TakeUp, direction
 from pcnet3d.models.gravity.fusion import fused_up
 from pcnet3d.models.gravity.images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
@@ -10,7 +11,7 @@ from pcnet3d.models.gravity.moving import with_looks
 from pcnet3d.models.gravity.view import known_camera, moving_camera, static_camera
 from pcnet3d.models.lab.synthetic.rooms import no_lines, room, street
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.core.camera import Look
+from pcnet3d.pipeline.core.camera import ASSUMED_FOCAL_SD, Look
 from pcnet3d.pipeline.core.rotations import angle_deg
 from refusals import refused
 
@@ -91,7 +92,7 @@ def test_who_says_the_focal_length():
         assert (known.focal_px, known.focal_source) == (focal_px, source)
     known = known_camera(size, None, None)
     assert (known.focal_px, known.focal_source) == (0.8 * 1920, "prior")
-    assert known.focal_sd_px / known.focal_px == pytest.approx(0.22)
+    assert known.focal_sd_px / known.focal_px == pytest.approx(ASSUMED_FOCAL_SD)
 
 
 def test_a_camera_keeps_the_lines_of_its_first_image(streets):
@@ -226,3 +227,10 @@ def test_a_moving_and_a_static_camera_say_the_same_about_a_contradiction():
     _, image = look(0.0, ups(np.array(10.0)))
     (static,) = fused_up([direction("frames", bodies[0], 6.0)], (), image).notices
     assert moving == static
+
+
+def test_nine_in_ten_lenses_lie_within_the_bar_of_an_assumed_focal_length():
+    known = known_camera((1920, 1080), None, None)
+    lenses = 1920 * np.geomspace(0.65, 2.0, 1001)
+    within = np.abs(lenses - known.focal_px) <= SD_90 * known.focal_sd_px
+    assert within.mean() == pytest.approx(0.9, abs=0.01)

@@ -60,7 +60,8 @@ def test_filled_keypoints_are_a_counted_repair(per_frame, facing_camera, take):
     pixels = take.keypoints.joints.copy()
     pixels[5:9, take.keypoints.layout.index("l_wrist")] = np.nan
     taken = take.with_(keypoints=take.keypoints.with_(joints=pixels))
-    (event,) = (e for e in Lift(per_frame(ZERO, facing_camera))(taken).notices if "on a line" in e.text)
+    notices = Lift(per_frame(ZERO, facing_camera))(taken).notices
+    (event,) = (each for each in notices if each.code == "joints-on-a-line")
     assert event.weight == "repair"
     assert event.text.startswith("4 missing keypoints")
 

@@ -62,7 +62,7 @@ def run(joints, tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(
-    ("change", "code"), [(_as_it_is, 0), (_repeated, 3), (_flat, 4), (_lying, 0), (_short, 4)]
+    ("change", "code"), [(_as_it_is, 0), (_repeated, 3), (_flat, 4), (_lying, 3), (_short, 4)]
 )
 def test_strict_tells_by_the_exit_code_and_without_it_the_result_does(run, change, code, monkeypatch):
     ended, last, out = run(change, "--strict", "--set=read.handedness=ignore")

@@ -67,12 +67,20 @@ def test_slow_motion_and_time_lapse_are_noticed_by_the_movement(unit):
 
     assert not doubts(1)
     assert not doubts(0.6)
-    assert not doubts(1.8)
+    assert not doubts(1.3)
     for slow in (1 / 4, 1 / 8, 1 / 16):
-        assert "slower than people usually move" in doubts(slow)[0].text
+        assert doubts(slow)[0].code in ("moves-slowly", "gait-against-rate")
         assert "--fps" in doubts(slow)[0].text
     for fast in (4, 8, 100):
-        assert "faster than people can move" in doubts(fast)[0].text
+        assert doubts(fast)[0].code in ("moves-fast", "gait-against-rate")
+
+
+@pytest.mark.parametrize(("told", "way"), [(2.0, "quickly"), (0.4, "slowly")])
+def test_a_walk_at_twice_or_two_fifths_of_its_rate_is_told_with_the_rate_that_fits(told, way):
+    (said,) = pace_doubts(walking(told))
+    assert said.code == "gait-against-rate"
+    assert said.values["way"] == way
+    assert said.values["fits"] == pytest.approx(30, rel=0.35)
 
 
 def test_who_hardly_moves_is_not_in_slow_motion(facing_camera):

@@ -159,6 +159,40 @@ def test_c3d_read_again_is_on_the_clock_of_the_take(facing_camera, tmp_path, beg
     np.testing.assert_allclose(poses.times, take.poses.times, atol=1e-5)
 
 
+WALK = {
+    "walking": {
+        "right": {"landings_s": [0.5, 1.5], "toe_offs_s": [1.1]},
+        "left": {"landings_s": [1.0], "toe_offs_s": [62.5]},
+    },
+    "floor": {"floor_height": -1.2},
+}
+
+
+def test_c3d_has_the_events_of_a_walk(take, tmp_path):
+    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    write_c3d(take.with_(measures=rows_of(WALK)), tmp_path / "markers.c3d")
+    event = {name: of["value"] for name, of in ezc3d.c3d(str(tmp_path / "markers.c3d"))["parameters"]["EVENT"].items()
+             if name != "__METADATA__"}  # fmt: skip
+    assert event["USED"][0] == 5
+    assert event["CONTEXTS"] == ["Right", "Left", "Right", "Right", "Left"]
+    assert event["LABELS"] == ["Foot Strike", "Foot Strike", "Foot Off", "Foot Strike", "Foot Off"]
+    np.testing.assert_allclose(event["TIMES"], [[0, 0, 0, 0, 1], [0.5, 1.0, 1.1, 1.5, 2.5]], atol=1e-6)
+
+
+def test_c3d_of_a_take_without_a_walk_has_no_events(take, tmp_path):
+    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    write_c3d(take, tmp_path / "markers.c3d")
+    assert "EVENT" not in ezc3d.c3d(str(tmp_path / "markers.c3d"))["parameters"]
+
+
+def test_the_floor_is_at_0_where_it_is_known(facing_camera, tmp_path):
+    take = made(facing_camera, walks=True)
+    before, names, *_ = read_trc(exported(take, tmp_path / "a", "trc") / "markers.trc")
+    after, *_ = read_trc(exported(take.with_(measures=rows_of(WALK)), tmp_path / "b", "trc") / "markers.trc")
+    shift = (after - before)[:, names.index("pelvis")]
+    np.testing.assert_allclose(shift, np.broadcast_to([0, 1.2, 0], shift.shape), atol=2e-6)
+
+
 @pytest.mark.parametrize("begin_s", [-1.0, 3000.0])
 def test_c3d_that_cannot_number_its_first_frame_says_when_it_is(facing_camera, tmp_path, begin_s):
     pytest.importorskip("ezc3d", reason="the extra c3d is not installed")

@@ -100,7 +100,7 @@ def test_unit_is_arbitrary_where_the_source_has_no_scale(make_take, read_rrd, tm
     poses = unknown.pop("poses")
     record(take.with_(poses=poses, rectified=replace(take.rectified, **unknown)), tmp_path / "take.rrd")
     recording = read_rrd(tmp_path / "take.rrd")
-    assert recording.static("wrists/level/l_wrist", "SeriesLines:names")[0] == "l_wrist x (au)"
+    assert recording.static("wrists/level/l_wrist", "SeriesLines:names")[0] == "l_wrist x (units)"
     assert "Wrists after: back, right, up (arbitrary units)" in recording.blueprint(NAME)
 
 
@@ -360,7 +360,7 @@ def test_a_disk_without_room_is_told_before_the_work(make_take, tmp_path, monkey
 
 
 def test_a_recording_that_was_cut_off_is_told(make_take, tmp_path, monkeypatch):
-    monkeypatch.setattr("pcnet3d.stages.record.stage._END", b"another end")
+    monkeypatch.setattr("pcnet3d.stages.drawing.rerun_file._END", b"another end")
     with pytest.raises(InputError, match="could not be written to its end; is the disk full"):
         record(make_take(), tmp_path / "take.rrd")
     assert not list(tmp_path.iterdir())

@@ -6,6 +6,7 @@ import pytest
 from pcnet3d.models.lab.errors import judge
 from pcnet3d.models.lab.errors.fit import fitted, held_out, with_bars
 from pcnet3d.models.lab.errors.judge import Stated
+from pcnet3d.models.lab.errors.report import of_strangers
 
 
 def stated(person: str, error: np.ndarray, half: float | np.ndarray = 1.0, **known: np.ndarray) -> Stated:
@@ -70,7 +71,7 @@ def test_fitted_bars_hold_at_every_size_and_on_people_left_out():
 
     weights = fitted(takes, squares)
     assert np.sqrt(weights) / 1.645 == pytest.approx([1.5, 2.0], rel=0.25)
-    assert judge.inside(held_out(takes, squares)).inside == pytest.approx(0.9, abs=0.03)
+    assert judge.inside(held_out({"all": takes}, squares)["all"]).inside == pytest.approx(0.9, abs=0.03)
     assert all(b[3].inside > 0.8 for b in judge.bins([with_bars(t, squares, weights) for t in takes], "x"))
 
 
@@ -87,3 +88,16 @@ def test_a_fit_is_the_same_in_every_unit():
     assert (found > 0).all()
     small = [stated(take.person, 1e-3 * take.error, **take.known) for take in takes]
     np.testing.assert_allclose(fitted(small, squares), 1e-6 * found, rtol=0.02)
+
+
+def test_of_strangers_each_person_has_the_bars_of_all_the_others_and_of_one_person_there_are_none():
+    def rate(person: str, size: float) -> judge.Stated:
+        error = size * np.random.default_rng(0).normal(size=250)
+        known = {"rate": np.zeros(250), "model": np.ones(250)}
+        return judge.Stated("rate of knee_flexion", person, error, np.ones(250), known)
+
+    calm, wild = rate("a", 1.0), rate("b", 100.0)
+    found = of_strangers({"one": {calm.statement: [calm]}, "other": {wild.statement: [wild]}})[calm.statement]
+    assert found["one"] == 1.0  # by the bars of the wild one
+    assert found["other"] < 0.1
+    assert of_strangers({"one": {calm.statement: [calm]}}) == {}

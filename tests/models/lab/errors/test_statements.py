@@ -205,7 +205,7 @@ def test_a_focal_length_that_nobody_told_is_judged(exact):
     guessed = replace(exact, take=exact.take.with_(camera=replace(camera, focal_source="prior")))
     one = next(one for one in paths(guessed) if one.statement == "focal length, %")
     assert "focal length, %" not in told
-    assert one.error == pytest.approx([10.0])
+    assert one.error == pytest.approx([100 * (1 - 1 / 1.1)])
     assert share(one) == 0
 
 

@@ -17,12 +17,12 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.angle_error.repeatability import shipped
 from pcnet3d.models.common.metrics import SD_90
-from pcnet3d.pipeline import InputError, load_recipe
+from pcnet3d.pipeline import H36M17, InputError, load_recipe
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.files.measures import read_measures
-from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
+from pcnet3d.pipeline.reading.mocap.clip import Clip, read_mocap, write_mocap
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
@@ -91,6 +91,38 @@ def test_cycles_are_cut_at_the_same_moments(cameras, sides):
         assert cycle["upper_deg"] >= -0.1
     cut = spans(sides[0].measures)["arm raises", "r_shoulder_elevation"]
     assert (cut[:, 1] > cut[:, 0]).all()
+
+
+@pytest.mark.parametrize("lacks", ["head", "arms"])
+def test_motion_capture_of_part_of_the_joints_is_compared_in_what_both_have(
+    runs, against_truth, tmp_path, lacks
+):
+    clip = read_mocap(runs / "truth.npz")[0]
+    parts = (
+        ("hip", "knee", "ankle")
+        if lacks == "arms"
+        else ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+    )
+    names = [f"{side}_{part}" for side in "rl" for part in parts]
+    np.savez(
+        tmp_path / "x.npz", joints=clip.joints[:, H36M17.indices(names)], joint_names=names, fps=clip.fps
+    )
+    compare([runs / "side"], truth=tmp_path / "x.npz", output=tmp_path / "out")
+    found = json.loads((tmp_path / "out/compare.json").read_text())
+    pair, whole = found["pairs"]["side"], against_truth["pairs"]["side"]
+    assert pair["alignment"]["shift_s"] == pytest.approx(whole["alignment"]["shift_s"], abs=0.02)
+    codes = [each["code"] for each in found["notices"]]
+    assert "truth-lacks-joints" in codes
+    assert ("truth-trunk-by-shoulders" in codes) == (lacks == "head")
+    legs = {f"{side}_{name}" for side in "rl" for name in ("knee_flexion", "hip_abduction")} | {
+        "pelvis_obliquity"
+    }
+    assert set(pair["angles"]) == (set(whole["angles"]) if lacks == "head" else legs)
+    for name in legs:
+        assert pair["angles"][name]["rmse_deg"] == pytest.approx(whole["angles"][name]["rmse_deg"], abs=0.3)
+    if lacks == "head":  # one trunk line in both, so no bias by definition
+        assert abs(pair["angles"]["r_hip_flexion"]["bias_deg"]) < 3
+    assert (pair["wrists"] is None) == (lacks == "arms")
 
 
 def test_motion_capture_of_another_clock_and_rate(against_truth):
@@ -169,7 +201,7 @@ def test_the_page_of_two_runs_begins_with_what_came_of_it(cameras, runs):
     assert len(rows) == len(OF_BOTH)
     titles = [re.findall(r"<figcaption>([^<]+)</figcaption>", row) for row in rows]
     assert ["Right knee flexion (°)", "Left knee flexion (°)", "Knee flexion: difference (°)"] in titles
-    assert ["Trunk lean sagittal (°)", "Trunk lean sagittal: difference (°)"] in titles
+    assert ["Trunk lean forward (°)", "Trunk lean forward: difference (°)"] in titles
     motion = shown["Wrist paths and accelerations"]
     assert motion.count('class="plane"') == 3
     assert motion.index("Right wrist acceleration (m/s²)") < motion.index("Left wrist acceleration (m/s²)")

@@ -161,3 +161,37 @@ def test_a_file_that_does_not_say_its_rate_is_told_it(walk, tmp_path):
     poses = read_truth(tmp_path / "rtmpose_body_3d_xyz.npy", fps=30.0)
     np.testing.assert_allclose(poses.times, walk.time_s, atol=1e-6)
     np.testing.assert_allclose(poses.joint("l_knee"), walk.joint("l_knee"), atol=1e-3)
+
+
+LEGS = ["r_hip", "r_knee", "r_ankle", "l_hip", "l_knee", "l_ankle"]
+
+
+@pytest.mark.parametrize("pattern", ["{}JC", "{}_JC"])
+def test_a_lower_limb_laboratorys_joint_centres_are_read_and_the_rest_is_missing(walk, tmp_path, pattern):
+    short = {"hip": "H", "knee": "K", "ankle": "A"}
+    names = [pattern.format(name[0].upper() + short[name[2:]]) for name in LEGS]
+    points = 1000 * walk.world[:, H36M17.indices(LEGS)] @ R_Y_UP_FROM_Z_UP.T
+    (tmp_path / "x.trc").write_text(trc(["LASI", *names], np.concatenate([points[:, :1], points], axis=1)))
+    poses = read_truth(tmp_path / "x.trc")
+    there = np.isfinite(poses.joints).all(axis=(0, 2))
+    assert {joint for joint, known in zip(H36M17.joints, there, strict=True) if known} == {"pelvis", *LEGS}
+    np.testing.assert_allclose(poses.joint("r_knee")[:, 2], walk.joint("r_knee")[:, 2], atol=1e-4)
+
+
+def test_half_a_leg_is_too_little(walk, tmp_path):
+    points = 1000 * walk.world[:, H36M17.indices(LEGS[:-1])] @ R_Y_UP_FROM_Z_UP.T
+    (tmp_path / "x.trc").write_text(trc(LEGS[:-1], points))
+    with refused("wrong-content"):
+        read_truth(tmp_path / "x.trc")
+
+
+def test_limbs_in_a_numpy_file_with_names(walk, tmp_path):
+    np.savez(tmp_path / "x.npz", joints=walk.world[:, H36M17.indices(LEGS)], joint_names=LEGS, fps=30.0)
+    assert np.isnan(read_truth(tmp_path / "x.npz").joint("head")).all()
+
+
+@pytest.mark.data
+def test_the_real_takes_truth_of_twelve_joints_is_read(data):
+    poses = read_truth(data / "real/pose2sim/truth.npz")
+    assert np.isfinite(poses.joint("r_wrist")).all()
+    assert np.isnan(poses.joint("thorax")).all()

@@ -1,0 +1,163 @@
+"""Whether keypoints are of this video: the image at each joint has to move as the joint's keypoint does.
+
+The optical flow between two frames (Kroeger et al., Fast Optical Flow using Dense Inverse Search, ECCV 2016) is read at
+the keypoints and held against their own movement, for the keypoints as they are numbered and for other ones: some rows
+earlier or later, backwards, mirrored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..core.notices import Notice, notice
+from ..core.pose import PoseSequence
+from ..core.rotations import is_finite
+
+_SIDE = 480  # pixels of the longer side of what is looked at
+_STEP_S = 0.07  # between the two images of a pair
+_PAIRS, _BURST = 32, 4  # pairs looked at, in runs of so many frames
+_JOINTS = tuple(
+    f"{side}_{part}" for side in "lr" for part in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
+)
+_SCORE = 0.3  # of a keypoint that was seen
+_MOST_LAG = 10  # rows
+_FEWEST = 60  # movements of a joint
+_MOVES = 1.5  # pixels of _SIDE: the root mean square of keypoints' movements below which nothing can be told
+# Of eight real and rendered films with their own keypoints (MoveNet's; walk_crop, the demo, four cameras of Pose2Sim's
+# take, the walker) movements are alike by 0.45 and more, and no shift betters that by more than 0.02; of other
+# recordings, mirrored and reversed ones by 0.34 at most, and a shift of two rows costs 0.05 to 0.26.
+_ALIKE = 0.36
+_BETTER = 0.04
+_OTHER_WAY = 0.15
+
+
+@dataclass(frozen=True)
+class Flow:
+    """How alike the movements of keypoints and image are, from 1 to -1. joints: movements compared. moved: root mean
+    square of the keypoints', pixels of an image whose longer side has 480. alike: as they are numbered; best: at the
+    shift of `lag` rows that is best; mirrored: of keypoints that are mirrored; backwards: of ones that run
+    backwards."""
+
+    joints: int
+    moved: float
+    alike: float
+    best: float
+    lag: int
+    mirrored: float
+    backwards: float
+
+
+def pairs_of(first: int, last: int, fps: float) -> list[tuple[int, int]]:
+    """The pairs of video frames to look at, in short bursts, so that few frames have to be decoded."""
+    step = max(1, round(_STEP_S * fps))
+    starts = np.linspace(first, max(last - step - _BURST, first), _PAIRS // _BURST).round().astype(int)
+    found = sorted({int(start + i) for start in starts for i in range(_BURST)})
+    return [(start, start + step) for start in found if start + step <= last]
+
+
+def flow_of(
+    images: Mapping[int, np.ndarray], pairs: list[tuple[int, int]], keypoints: PoseSequence
+) -> Flow | None:
+    """images: {video frame: (H, W, 3) uint8 RGB}; keypoints: in pixels of them. None where too few joints are seen."""
+    import cv2
+
+    names = [name for name in _JOINTS if name in keypoints.layout]
+    track = _Track(keypoints, np.array(keypoints.layout.indices(names)))
+    pairs = [(a, b) for a, b in pairs if a in images and b in images]
+    if not pairs:
+        return None
+    height, width = images[pairs[0][0]].shape[:2]
+    scale = _SIDE / max(height, width)
+    size = (max(round(width * scale), 16), max(round(height * scale), 16))
+    grey = {
+        frame: cv2.resize(cv2.cvtColor(images[frame], cv2.COLOR_RGB2GRAY), size, interpolation=cv2.INTER_AREA)
+        for frame in {frame for pair in pairs for frame in pair}
+    }
+    search = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
+    fields = [search.calc(grey[a], grey[b], np.zeros((*size[::-1], 2), np.float32)) for a, b in pairs]
+
+    def compared(change: str, lag: int = 0) -> tuple[float, int, float]:
+        both = [
+            _moved(track, field, a, b, scale, width, change, lag)
+            for field, (a, b) in zip(fields, pairs, strict=True)
+        ]
+        seen, moved = (np.concatenate(each) for each in zip(*both, strict=True))
+        together = float((seen * moved).sum())
+        spread = float(np.sqrt((seen**2).sum() * (moved**2).sum()))
+        rms = float(np.sqrt((moved**2).sum(-1).mean())) if len(moved) else 0.0
+        return together / spread if spread > 0 else 0.0, len(moved), rms
+
+    alike, joints, rms = compared("")
+    if joints < _FEWEST:
+        return None
+    lags = {lag: compared("", lag)[0] for lag in range(-_MOST_LAG, _MOST_LAG + 1)}
+    lag = max(lags, key=lambda each: (lags[each], -abs(each)))
+    return Flow(joints, rms, alike, lags[lag], lag, compared("mirrored")[0], compared("backwards")[0])
+
+
+@dataclass(frozen=True, eq=False)
+class _Track:
+    keypoints: PoseSequence
+    columns: np.ndarray
+
+    def at(self, frame: int) -> np.ndarray | None:
+        """(J, 2) pixels, NaN where not seen; None where there is no such row."""
+        row = int(np.searchsorted(self.keypoints.frame_index, frame))
+        if row >= len(self.keypoints) or self.keypoints.frame_index[row] != frame:
+            return None
+        points = self.keypoints.joints[row, self.columns].astype(np.float64)
+        score = self.keypoints.confidence[row, self.columns]
+        return np.where((score < _SCORE)[:, None], np.nan, points)
+
+
+def _moved(
+    track: _Track, field: np.ndarray, first: int, second: int, scale: float, width: int, change: str, lag: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 2) movements of the image and of the keypoints."""
+    if change == "backwards":
+        ends = int(track.keypoints.frame_index[0] + track.keypoints.frame_index[-1])
+        first, second = ends - first, ends - second
+    start, end = track.at(first + lag), track.at(second + lag)
+    if start is None or end is None:
+        return np.zeros((0, 2)), np.zeros((0, 2))
+    if change == "mirrored":
+        start, end = ((width - 1, 0) - points * (1, -1) for points in (start, end))
+    start, end = start * scale, end * scale
+    column, row = np.round(np.nan_to_num(start, nan=-1)).astype(int).T
+    inside = (
+        is_finite(start) & is_finite(end)
+        & (column >= 0) & (column < field.shape[1]) & (row >= 0) & (row < field.shape[0])
+    )  # fmt: skip
+    return field[row[inside], column[inside]].astype(np.float64), (end - start)[inside]
+
+
+def flow_notice(flow: Flow | None) -> Notice:
+    """What is said of keypoints and their video: that they contradict each other, and how; that they agree; or that
+    nothing can be told."""
+    if flow is None:
+        return notice("video-not-compared", reason="too few joints are seen in it")
+    alike: dict[str, Any] = {"alike": flow.alike}
+    if flow.moved < _MOVES:
+        return notice("video-not-compared", reason="the person hardly moves in it")
+    turned = {"mirrored": flow.mirrored, "run backwards": flow.backwards}
+    way = max(turned, key=turned.__getitem__)
+    if turned[way] > max(flow.alike + _OTHER_WAY, _ALIKE):
+        return notice(
+            "keypoints-not-of-video",
+            **alike,
+            how=f": as of a video that is {way}"
+            if way == "mirrored"
+            else ": as of a video that runs backwards",
+        )
+    if flow.best > max(flow.alike + _BETTER, _ALIKE) and abs(flow.lag) > 1:
+        way = "later" if flow.lag > 0 else "earlier"
+        return notice("keypoints-not-of-video", **alike, how=f": they fit {abs(flow.lag)} frames {way}")
+    if flow.alike < _ALIKE:
+        return notice(
+            "keypoints-not-of-video", **alike, how=": they may be of another recording, or of another rate"
+        )
+    return notice("keypoints-move-as-video", **alike)

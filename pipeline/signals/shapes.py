@@ -1,0 +1,215 @@
+"""Poses and keypoints that no recording gives: copied limbs, loops, noise alone, movement without any quick part; and
+poses that keypoints of the same frames contradict.
+
+Rates of false alarms are of 148 lifts of the test bed's validation takes and five files of lifters (tests/accidents).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
+from ..core.layouts import H36M17
+from ..core.notices import Notice, notice
+from ..core.pose import PoseSequence
+from ..core.rotations import is_finite
+from .reprojection import residuals
+
+_ENOUGH = 30  # rows
+_LIMBS = (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"))
+_ENDS = ("r_ankle", "l_ankle", "r_wrist", "l_wrist")
+_SAME = 0.01  # of a trunk: distance, in nine rows of ten, between a limb and the other side's; lifts have 0.09 and more
+_MOVES = 0.05  # of a trunk, that both move at least
+_AGAIN = 0.3  # of the rows that another row, not beside it, repeats to the digit; no recording has any
+_QUICK_HZ = 6.0
+# Of the movement of hands and feet faster than this, as a share of all, and in lengths of a trunk: lifts have 0.0105
+# and 0.0042 at least, smoothed ones 0.005 and 0.001.
+_QUICK = (0.006, 0.0015)
+_COMPUTED = 1e-4  # share of quick movement below which motion was computed, not recorded: nothing smoothed it
+_NOISE = 0.5  # autocorrelation from row to row; lifts have 0.95 and more, noise has 0
+_ROWS = 600  # that are compared with keypoints
+_LAGS = range(-8, 9)
+# Of statures: how far poses are off their own keypoints. 142 lifts of noisy keypoints have 0.012 to 0.062.
+_OFF = 0.065
+_LATE = (
+    1.06  # times as far off as at another shift of two rows and more; one of 142 lifts has 1.056, others 1.02
+)
+# Rows that were lost: at a regular row movements are longer than the mean of those beside them by this logarithm, and
+# in so large a share longer than three in four others. Of 140 noisy takes none has more than 0.26; where every fifth
+# row is lost it is 0.37 to 1.0.
+_LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
+# Once: times the movement before and after, in their direction; of 120 takes one has more than 1.6.
+_LEAP, _ALONG, _FEW_LEAPS = 3.0, 0.6, 2
+_SEEN = 0.3  # score of a keypoint that was seen
+
+
+def shape_findings(poses: PoseSequence) -> list[Notice]:
+    """Of 3D poses (T, 17, 3), H36M17 relative to the pelvis."""
+    return [*copied(poses), *repeated(poses), *_movement(poses)]
+
+
+def copied(points: PoseSequence) -> list[Notice]:
+    """A notice where a limb is a copy of the other side's. points: 2D or 3D, any layout with the limbs."""
+    if len(points) < _ENOUGH:
+        return []
+    at = points.joints.astype(np.float64)
+    trunk = _size(points)
+    found = []
+    for limb in _LIMBS:
+        if not all(f"{side}_{part}" in points.layout for side in "rl" for part in limb):
+            continue
+        right, left = (at[:, points.layout.indices([f"{side}_{part}" for part in limb])] for side in "rl")
+        right, left = (each[:, 1:] - each[:, :1] for each in (right, left))
+        apart, moves = (
+            np.linalg.norm(right - left, axis=-1),
+            np.linalg.norm(np.nanstd(right, axis=0), axis=-1),
+        )
+        if (
+            np.isfinite(apart).any()
+            and np.nanpercentile(apart, 90) < _SAME * trunk
+            and moves.max() > _MOVES * trunk
+        ):
+            found.append(notice("limbs-copied", limb="leg" if "hip" in limb else "arm"))
+    return found
+
+
+def repeated(points: PoseSequence) -> list[Notice]:
+    """A notice where many rows come again, as of a clip in a loop. points: as those of `copied`."""
+    rows = points.joints[np.asarray(is_finite(points.joints)).mean(axis=1) > 0.5]
+    if len(rows) < _ENOUGH:
+        return []
+    _, which = np.unique(rows.reshape(len(rows), -1), axis=0, return_inverse=True)
+    which = which.ravel()
+    first = np.full(which.max() + 1, -1)
+    again = 0
+    for row, number in enumerate(which):
+        again += first[number] >= 0 and row - first[number] > 5
+        first[number] = row
+    if again < _AGAIN * len(rows):
+        return []
+    return [notice("repeats-itself", count=int(again), rows_read=len(rows))]
+
+
+def _movement(poses: PoseSequence) -> list[Notice]:
+    """Of lifts alone: captured joints of people who stand are smoother."""
+    if len(poses) < 2 * _ENOUGH or poses.made_by.kind == "measured" or not np.isfinite(fps := _rate(poses)):
+        return []
+    ends = poses.joints[:, H36M17.indices(_ENDS)].astype(np.float64) / max(_size(poses), 1e-12)
+    ends = ends[np.isfinite(ends).all(axis=(1, 2))]
+    ends = ends[
+        np.append((np.diff(ends, axis=0) != 0).any(axis=(1, 2)), True)
+    ]  # frozen rows are told elsewhere
+    if len(ends) < _ENOUGH:
+        return []
+    moved = ends - ends.mean(axis=0)
+    all_of_it = float((moved**2).mean())
+    if all_of_it < 1e-10:
+        return []
+    if 1 - (np.diff(ends, axis=0) ** 2).mean() / 2 / all_of_it < _NOISE:
+        return [notice("only-noise")]
+    power = np.abs(np.fft.rfft(moved * np.hanning(len(moved))[:, None, None], axis=0)) ** 2
+    power = power.sum(axis=(1, 2))
+    quick = float(power[np.fft.rfftfreq(len(moved), 1 / fps) > _QUICK_HZ].sum())
+    share, size = np.sqrt(quick / power.sum()), np.sqrt(quick) / len(moved)
+    if fps < 3 * _QUICK_HZ or not _COMPUTED < share < _QUICK[0] or size > _QUICK[1]:
+        return []
+    return [notice("no-quick-movement", hertz=_QUICK_HZ, share_percent=float(100 * share))]
+
+
+def _rate(poses: PoseSequence) -> float:
+    return poses.fps if poses.time_s is not None and len(poses) > 1 else float("nan")
+
+
+def _size(points: PoseSequence) -> float:
+    """Median length of the trunk."""
+    names = (("l_shoulder", "r_shoulder"), ("l_hip", "r_hip"))
+    if not all(name in points.layout for pair in names for name in pair):
+        return float("nan")
+    top, bottom = (
+        points.joints[:, points.layout.indices(pair)].astype(np.float64).mean(axis=1) for pair in names
+    )
+    length = np.linalg.norm(top - bottom, axis=-1)
+    return float(np.nanmedian(length)) if np.isfinite(length).any() else float("nan")
+
+
+def keypoints_unlike(
+    poses: PoseSequence, keypoints: PoseSequence, image_size: tuple[int, int], focal_px: float | None
+) -> list[Notice]:
+    """A notice where poses in CAMERA axes do not fall onto the keypoints of their frames, or do better at another
+    shift. InputError for poses in other axes or without times."""
+    focal = focal_px or PRIOR_FOCAL * max(image_size)
+    camera = Camera(image_size, focal, focal * PRIOR_FOCAL_SPREAD, "told" if focal_px else "prior")
+    poses = poses.rows(0, min(len(poses), _ROWS))
+    off: dict[int, float] = {}
+    first = max(-_LAGS.start, 0)
+    shifted = keypoints.with_(frame_index=keypoints.frame_index + first)
+    for lag in _LAGS:
+        at = poses.with_(frame_index=poses.frame_index + first + lag)
+        whole = residuals(at, shifted, camera).whole()
+        if np.isfinite(whole).sum() >= _ENOUGH:
+            off[lag] = float(np.nanmedian(whole))
+    if 0 not in off:
+        return []
+    best = min(off, key=lambda lag: (off[lag], abs(lag)))
+    values: dict[str, Any] = {"off_percent": 100 * off[0]}
+    if abs(best) > 1 and off[0] > _LATE * off[best]:
+        way = "later" if best > 0 else "earlier"
+        return [
+            notice(
+                "keypoints-not-of-poses",
+                **values,
+                how=f"; {abs(best)} frames {way} they fit within {100 * off[best]:.1f} %",
+            )
+        ]
+    if off[0] > _OFF:
+        return [notice("keypoints-not-of-poses", **values, how="")]
+    return []
+
+
+def rows_lost(points: PoseSequence) -> list[Notice]:
+    """A notice where the whole body moves by more than one frame's movement at every so many-th row, or once by that of
+    several and on as before: rows were left out, and neither numbers nor times tell it. points: as of `copied`."""
+    known = (np.diff(points.frame_index) == 1).all() and not points.seams
+    rows = points.joints.astype(np.float64)
+    if points.frame.dims == 2 and points.confidence is not None:
+        rows = np.where((points.confidence < _SEEN)[..., None], np.nan, rows)
+    if not known or len(rows) < _ENOUGH:
+        return []
+    moved = np.diff(rows.reshape(len(rows), -1), axis=0)
+    moved = np.where(np.isfinite(moved), moved, 0.0)
+    length = np.linalg.norm(moved, axis=1)
+    if every := _period(length):
+        fps = points.fps if points.time_s is not None else float("nan")
+        how = f"at every {every}th row" + (
+            f", as of {fps * every / (every + 1):.3g} frames a second" if fps == fps else ""
+        )
+        return [notice("rows-lost", count=len(moved) // every, how=how)]
+    beside, at = (moved[:-2] + moved[2:]) / 2, moved[1:-1]
+    alike = (at * beside).sum(axis=1)
+    square = np.maximum((beside**2).sum(axis=1), 1e-12)
+    cosine = alike / np.maximum(np.sqrt(square) * length[1:-1], 1e-12)
+    found = np.flatnonzero(
+        (alike / square > _LEAP) & (cosine > _ALONG) & (np.sqrt(square) > np.median(length) / 2)
+    )
+    if not 0 < len(found) <= _FEW_LEAPS:
+        return []
+    how = f"by that of {float((alike / square)[found].max()):.0f} frames at row {int(found[0]) + 2}"
+    return [notice("rows-lost", count=len(found), how=how)]
+
+
+def _period(length: np.ndarray) -> int:
+    """At every how many-th row movements (T,) are longer than those before and after; 0 where at none."""
+    long = np.log(np.maximum(length, 1e-9))
+    long = long[1:-1] - (long[:-2] + long[2:]) / 2
+    found: dict[int, float] = {}
+    for every in range(2, 11):
+        for first in range(every):
+            own, others = long[first::every], np.delete(long, np.s_[first::every])
+            if len(own) < _FEWEST_OWN:
+                continue
+            longer = float(np.median(own) - np.median(others))
+            if (own > np.percentile(others, 75)).mean() >= _ABOVE and longer > _LONGER:
+                found[every] = max(longer, found.get(every, 0.0))
+    return min((every for every in found if found[every] > 0.8 * max(found.values())), default=0)

@@ -1,0 +1,42 @@
+"""How far the limbs are off the keypoints that they were lifted from, or that came beside them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...models.angle_error.off_keypoints import agrees, steady
+from ...pipeline.core.measures import Measure, Remark, Row, side_of, within
+from ...pipeline.signals.filters import BRIDGED_S
+from ...pipeline.signals.reprojection import LIMBS, Residuals
+from .figures import figure, moments
+
+
+def off_keypoints(residuals: Residuals | None, time_s: np.ndarray) -> list[Row]:
+    """The group `off_keypoints`: of each limb the median and the 95th percentile of its residual
+    (signals/reprojection.py), in pixels and in per cent of the stature, and from when to when it contradicts the
+    keypoints, beyond what agrees with them for longer than BRIDGED_S; why there is nothing else. time_s: (T,)."""
+    if residuals is None:
+        return [Remark("reason", "there are no keypoints beside poses in a camera's axes")]
+    rows: list[Row] = []
+    for limb in LIMBS:
+        share, px = residuals.limb(limb), residuals.limb_px(limb)
+        known = np.isfinite(share)
+        if not known.any():
+            rows += within(limb, [Remark("reason", "its keypoints were not seen")], side_of(limb))
+            continue
+        own: list[Row] = [
+            Measure(f"{name}_{what}", figure(np.percentile(values[known], percentile)), unit)
+            for what, unit, values in (("in_image", "px", px), ("of_stature", "percent", 100 * share))
+            for name, percentile in (("median", 50), ("p95", 95))
+        ]
+        spans = _spans(steady(share) > agrees(residuals), time_s)
+        if spans:
+            own += [moments("start", (a for a, _ in spans)), moments("stop", (b for _, b in spans))]
+        rows += within(limb, own, side_of(limb))
+    return rows
+
+
+def _spans(off: np.ndarray, time_s: np.ndarray) -> list[tuple[float, float]]:
+    edges = np.flatnonzero(np.diff(np.r_[False, off, False].astype(int)))
+    pairs = ((float(time_s[a]), float(time_s[b - 1])) for a, b in edges.reshape(-1, 2))
+    return [(a, b) for a, b in pairs if b - a >= BRIDGED_S]

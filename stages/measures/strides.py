@@ -1,0 +1,147 @@
+"""Every stride and repetition by itself: all angles with their errors at each per cent of it, events, and the peaks of
+gait that papers report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...models.angle_error.repeatability import middle_sd
+from ...models.gait.events import Stride
+from ...pipeline.core.measures import Measure, Row, Side, grouped, moments, subgroup
+from ...pipeline.core.take import Take
+from ...pipeline.signals.angles import near, unwrapped
+from ...pipeline.signals.filters import breaks, resample
+from ...pipeline.signals.foot_angles import ALL_ANGLES
+from .cycles import POINTS
+from .figures import spread, with_error
+
+_OTHER: dict[str, Side] = {"right": "left", "left": "right"}
+
+
+class Cycle(NamedTuple):
+    """One stride or repetition. movement: the group of its measures, joined by dots. number: which, from 0 on."""
+
+    movement: str
+    side: Side
+    number: int
+    start_s: float
+    stop_s: float
+
+
+def cycles_of(measures: Sequence[Row]) -> Iterator[Cycle]:
+    """All strides and repetitions that the measures of a take have found, in the order of summary.json."""
+    groups = grouped(measures)
+    named = {"knee_bends": ("", subgroup(groups, "knee_bends"))}
+    for side in _OTHER:
+        named[f"arm_raises.{side}"] = (side, subgroup(groups, "arm_raises", side))
+    for name in subgroup(groups, "repetitions"):
+        named[f"repetitions.{name}"] = ("", subgroup(groups, "repetitions", name))
+    for side in _OTHER:
+        named[f"walking.{side}"] = (side, subgroup(groups, "walking", side))
+    for movement, (side, group) in named.items():
+        of = "stride_" if movement.startswith("walking") else ""
+        spans = zip(moments(group, f"{of}start"), moments(group, f"{of}stop"), strict=True)
+        for number, (start_s, stop_s) in enumerate(spans):
+            yield Cycle(movement, side, number, start_s, stop_s)  # type: ignore[arg-type]
+
+
+def columns_of(take: Take) -> list[str]:
+    """The columns of `stride_rows`."""
+    own = [f"{name}{end}" for name in _angles(take) for end in ("_deg", "_sd_deg")]
+    return ["movement", "side", "number", "percent", "time_s", "event", *own]
+
+
+def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
+    """A row for each stride or repetition and each per cent of it, 0 to 100: the time of the take, the event that is
+    nearest to it, and every angle and its standard deviation in degrees, linear between frames; NaN where it is
+    missing. An angle goes on through the end of its range within one cycle."""
+    if take.measures is None or take.filtered is None:
+        return
+    times, seams, columns = take.filtered.times, breaks(take.filtered), take.need("kinematics")
+    walking = subgroup(grouped(take.measures), "walking")
+    for cycle in cycles_of(take.measures):
+        at_s = np.linspace(cycle.start_s, cycle.stop_s, POINTS)
+        events = _events(walking, cycle) if cycle.movement.startswith("walking") else {}
+        values: dict[str, np.ndarray] = {}
+        for name in _angles(take):
+            curve = resample(unwrapped(columns[f"{name}_deg"]), times, at_s, seams)
+            values[f"{name}_deg"] = _within_range(curve, ALL_ANGLES[name].centre_deg)
+            values[f"{name}_sd_deg"] = resample(columns[f"{name}_sd_deg"], times, at_s, seams)
+        for percent in range(POINTS):
+            yield {
+                "movement": cycle.movement,
+                "side": cycle.side,
+                "number": cycle.number,
+                "percent": percent,
+                "time_s": float(at_s[percent]),
+                "event": events.get(percent, ""),
+                **{column: float(of[percent]) for column, of in values.items()},
+            }
+
+
+def peaks(
+    columns: Mapping[str, np.ndarray], times: np.ndarray, strides: Sequence[Stride], seams: Sequence[int] = ()
+) -> list[Row]:
+    """Of the strides of one side, in order, what gait papers report, each stride with its stated error and then the
+    mean, whose error holds what all strides have wrong alike. Degrees (Benedetti et al., Clin Biomech 13(3), 1998: K1,
+    K2, K5, H3).
+
+    knee_at_contact: knee flexion at initial contact. knee_loading_peak: its highest in the first half of stance.
+    knee_swing_peak: its highest in swing. hip_lowest: the lowest hip flexion of the stride, which is the largest hip
+    extension where it is negative. columns: (T,) with angles at times (T,). A stride in which the angle is missing
+    there has none.
+    """
+    result: list[Row] = []
+    for name, (part, sign, span) in _PEAKS.items():
+        values, errors, numbers = [], [], []
+        for number, stride in enumerate(strides):
+            angle = f"{stride.side}_{part}"
+            begin_s, end_s = span(stride)
+            if f"{angle}_deg" not in columns or not np.isfinite([begin_s, end_s]).all():
+                continue
+            at_s = np.linspace(begin_s, end_s, POINTS) if end_s > begin_s else np.array([begin_s])
+            both = [resample(columns[f"{angle}{end}"], times, at_s, seams) for end in ("_deg", "_sd_deg")]
+            if np.isfinite(both[0]).all():
+                at = int(np.argmax(sign * both[0]))
+                values.append(float(both[0][at]))
+                errors.append(float(both[1][at]))
+                numbers.append(number)
+        known = bool(np.isfinite(errors).all())
+        for value, error, number in zip(values, errors, numbers, strict=True):
+            one = with_error(name, "deg", value, error)
+            result.append(Measure(name, one.value, "deg", one.error if known else None, number=number))
+        result += spread(name, "deg", np.array(values), shared=middle_sd(np.array(errors)))
+    return result
+
+
+_PEAKS = {
+    "knee_at_contact": ("knee_flexion", 1, lambda s: (s.start_s, s.start_s)),
+    "knee_loading_peak": ("knee_flexion", 1, lambda s: (s.start_s, (s.start_s + s.off_s) / 2)),
+    "knee_swing_peak": ("knee_flexion", 1, lambda s: (s.off_s, s.stop_s)),
+    "hip_lowest": ("hip_flexion", -1, lambda s: (s.start_s, s.stop_s)),
+}
+
+
+def _angles(take: Take) -> list[str]:
+    return [name for name in ALL_ANGLES if f"{name}_deg" in take.need("kinematics")]
+
+
+def _events(walking: Mapping[str, Any], cycle: Cycle) -> dict[int, str]:
+    """By the nearest per cent of a stride: initial contacts and toe-offs of its own foot and of the other."""
+    found = {}
+    for prefix, side in (("other ", _OTHER[cycle.side]), ("", cycle.side)):
+        for name, words in (("toe_offs", "toe-off"), ("landings", "initial contact")):
+            for at_s in moments(subgroup(walking, side), name):
+                percent = 100 * (at_s - cycle.start_s) / (cycle.stop_s - cycle.start_s)
+                if -0.5 <= percent <= 100.5:
+                    found[round(percent)] = f"{prefix}{words}"
+    return found
+
+
+def _within_range(curve_deg: np.ndarray, centre_deg: float) -> np.ndarray:
+    """A curve (101,) moved by whole turns, so that it begins within 180 degrees of centre_deg."""
+    known = curve_deg[np.isfinite(curve_deg)]
+    return curve_deg + near(known[0], centre_deg) - known[0] if len(known) else curve_deg

@@ -1,0 +1,105 @@
+"""What users do to their files by accident, and honest takes: `PYTHONPATH=tests python -m accidents FOLDER`.
+
+Every edit is run through reading and all stages but those that write, and is refused, told by one of the codes that
+it must get, or changes no stated figure by more than its 90 % error. Honest takes must get none of the notices that
+these edits get. Finished ones are kept in FOLDER, so that a broken run goes on. The exit code is 1 where less than 95 %
+of the edits that change a figure are refused or told, or more than 2 % of the honest takes get such a notice.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from collections import Counter
+from pathlib import Path
+
+from accidents.edits import edits
+from accidents.judge import Outcome, codes_of, judged, shares
+from accidents.material import bases, honest, run
+
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.core.take import Take
+
+# Notices that were made for these accidents, which an honest take must not get.
+NEW = {
+    "gait-against-rate", "rows-lost", "keypoints-not-of-poses", "keypoints-not-of-video", "depth-stretched",
+    "no-quick-movement", "limbs-copied", "repeats-itself", "only-noise", "focal-against-size",
+}  # fmt: skip
+
+
+def main() -> int:
+    """Run what is asked for, print the table and both shares."""
+    parser = argparse.ArgumentParser(prog="python -m accidents", description=__doc__)
+    parser.add_argument("folder", type=Path, help="where finished ones are kept")
+    parser.add_argument("--only", default="", help="edits and takes whose name has this pattern")
+    parser.add_argument("--honest", type=int, default=300, help="how many honest takes")
+    parser.add_argument("--every", type=int, default=1, help="only every so many-th edit")
+    given = parser.parse_args()
+    outcomes = _edits(given)
+    for each in outcomes:
+        print(f"{each.ended:22} {each.edit:60} {', '.join(each.codes)} | {', '.join(each.changed[:4])}")
+    kinds: dict[str, Counter[str]] = {}
+    for each in outcomes:
+        kinds.setdefault(each.edit.split(": ")[1], Counter())[each.ended.split(":")[0]] += 1
+    print(
+        "\n| what was done | refused | told | fine or unchanged | changed without a word |\n|---|---|---|---|---|"
+    )
+    for kind, of in kinds.items():
+        print(
+            f"| {kind} | {of['refused']} | {of['told']} | {of['fine'] + of['unchanged']} | {of['changed unsaid']} |"
+        )
+    alarms, takes = _honest(given)
+    for name, codes in alarms.items():
+        print(f"false alarm: {name}: {', '.join(codes)}")
+    told, asked = shares(outcomes)
+    print(
+        f"{len(outcomes)} edits; of {asked} that change a stated figure or are refused "
+        f"{told} are refused or told: {told / max(asked, 1):.1%}"
+    )
+    print(f"of {takes} honest takes {len(alarms)} get a new notice: {len(alarms) / max(takes, 1):.1%}")
+    return int(told < 0.95 * asked or len(alarms) > 0.02 * takes)
+
+
+def _kept(path: Path) -> dict[str, dict]:
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    return {row["edit"]: row for row in map(json.loads, lines)}
+
+
+def _edits(given: argparse.Namespace) -> list[Outcome]:
+    given.folder.mkdir(parents=True, exist_ok=True)
+    path, before = given.folder / "edits.jsonl", dict[str, Take]()
+    done, all_bases, outcomes = _kept(path), bases(given.folder), []
+    for edit in list(edits())[:: given.every]:
+        if not re.search(given.only, str(edit)):
+            continue
+        if str(edit) not in done:
+            done[str(edit)] = judged(edit, all_bases, before, given.folder / "run").fields()
+            with path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(done[str(edit)]) + "\n")
+        outcomes.append(Outcome(**done[str(edit)]))
+    return outcomes
+
+
+def _honest(given: argparse.Namespace) -> tuple[dict[str, list[str]], int]:
+    path = given.folder / "honest.jsonl"
+    done, count = _kept(path), 0
+    alarms = {}
+    for name, take in honest(given.honest):
+        if name not in done:
+            try:
+                codes = sorted(codes_of(run(take, given.folder / "run")))
+            except InputError as error:
+                codes = [f"refused {error.code}"]
+            done[name] = {"edit": name, "codes": codes}
+            with path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(done[name]) + "\n")
+        count += 1
+        if found := NEW.intersection(done[name]["codes"]):
+            alarms[name] = sorted(found)
+    return alarms, count
+
+
+if __name__ == "__main__":
+    sys.exit(main())

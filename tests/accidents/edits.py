@@ -1,0 +1,315 @@
+"""What users do to their files by accident: {name: (what is done, the codes of which one has to tell it)}."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+
+from pcnet3d.pipeline.core.layouts import COCO17, H36M17
+
+from .material import Given
+
+Bases = dict[str, Given]
+CLOCK = (
+    "moves-fast", "moves-slowly", "gait-against-rate", "rows-lost", "falls-fast", "falls-slowly",
+    "fps-contradicts",
+)  # fmt: skip
+TOGETHER = (
+    "keypoints-of-somebody-else", "keypoints-not-of-poses", "keypoints-not-of-video", "keypoints-shifted",
+)  # fmt: skip
+SHAPE = (
+    "flattened-depth", "depth-stretched", "bones", "flat", "stature", "no-quick-movement", "limbs-copied",
+    "limbs-unlike", "left-and-right", "mirrored", "legs-against-arms",
+)  # fmt: skip
+SIDES = ("mirrored", "legs-against-arms", "left-and-right", "sides-doubtful", *TOGETHER)
+UP = ("nobody-upright", "upside-down", "picture-upside-down", "not-levelled")
+PEOPLE = ("leaps", "leap-between-people", "leap-after-gap", "strays-removed", "people-by-poses-alone")
+
+
+@dataclass(frozen=True)
+class Edit:
+    """base, name; codes: one of which has to be told, unless it is refused; empty where all is fine, and then figures
+    may change, for the take is another one."""
+
+    base: str
+    name: str
+    make: Callable[[Given, Bases], Given]
+    codes: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return f"{self.base}: {self.name}"
+
+
+def edits() -> Iterator[Edit]:
+    """All of them."""
+    lifted = (
+        "walker",
+        "walk_crop",
+        "07_03",
+        "08_04",
+        "accad-m1_run",
+        "accad-m1_lift-box",
+        "tennis-jangel_Derecha_0",
+    )
+    for base in lifted:
+        for name, (make, codes) in LIFTED.items():
+            yield Edit(base, name, make, codes)
+    for base in ("walker poses", "walk_crop poses", "07_03 poses", "accad-m1_lift-box poses"):
+        for name, (make, codes) in POSES.items():
+            yield Edit(base, name, make, codes)
+    for base in ("walker", "walk_crop"):
+        for name, (make, codes) in FILMED.items():
+            yield Edit(base, name, make, codes)
+
+
+def _rows(given: Given, rows: np.ndarray) -> Given:
+    """These rows as if they followed one another, their numbers lost."""
+    return given.with_(
+        frames=np.arange(len(rows)),
+        points=None if given.points is None else given.points[rows],
+        poses=None if given.poses is None else given.poses[rows],
+        video=None,
+    )
+
+
+def _every(step: int, of: int) -> Callable[[Given, Bases], Given]:
+    return lambda given, _: _rows(given, np.flatnonzero(np.arange(len(given.frames)) % step < of))
+
+
+def _rate(fps: float) -> Callable[[Given, Bases], Given]:
+    return lambda given, _: given.with_(words=given.words | {"fps": fps}, video=None)
+
+
+def _points(change: Callable[[np.ndarray, np.ndarray], np.ndarray], video: bool = False) -> Any:
+    """change: of pixels (T, 17, 2) by the image's size."""
+
+    def make(given: Given, bases: Bases) -> Given:
+        assert given.points is not None
+        moved = change(given.points[..., :2].copy(), given.size)
+        points = np.concatenate([moved, given.points[..., 2:]], axis=-1)
+        return given.with_(points=points, video=given.video if video else None)
+
+    return make
+
+
+def _poses(change: Callable[[np.ndarray], np.ndarray], alone: bool = False) -> Any:
+    """change: of joints (T, 17, 3)."""
+
+    def make(given: Given, bases: Bases) -> Given:
+        assert given.poses is not None
+        return given.with_(poses=change(given.poses.copy()), points=None if alone else given.points)
+
+    return make
+
+
+def _told(**words: Any) -> Callable[[Given, Bases], Given]:
+    return lambda given, _: given.with_(words=given.words | words)
+
+
+def _focal(factor: float) -> Callable[[Given, Bases], Given]:
+    def make(given: Given, _: Bases) -> Given:
+        focal = given.words.get("focal", 1.0 * max(given.words["image_size"]))
+        return given.with_(words=given.words | {"focal": factor * focal})
+
+    return make
+
+
+def _size(x: float, y: float) -> Callable[[Given, Bases], Given]:
+    def make(given: Given, _: Bases) -> Given:
+        assert given.points is not None
+        size = tuple(int(side) for side in given.size * (x, y))
+        return given.with_(
+            points=given.points * (x, y, 1), words=given.words | {"image_size": size}, video=None
+        )
+
+    return make
+
+
+def _turned(given: Given, _: Bases) -> Given:
+    assert given.points is not None
+    width, height = given.words["image_size"]
+    x, y, score = np.moveaxis(given.points, -1, 0)
+    points = np.stack([height - y, x, score], axis=-1)
+    return given.with_(points=points, words=given.words | {"image_size": (height, width)}, video=None)
+
+
+def _two(given: Given, bases: Bases) -> Given:
+    """The second half is another person's, to the side."""
+    assert given.points is not None
+    middle = len(given.points) // 2
+    points = given.points.copy()
+    points[middle:, :, 0] = 0.6 * points[middle:, :, 0] + 0.4 * given.size[0] * (
+        points[middle, 5, 0] < given.size[0] / 2
+    )
+    points[middle:, :, 1] *= 0.6
+    return given.with_(points=points, video=None)
+
+
+def _of_other(given: Given, bases: Bases) -> Given:
+    """Keypoints of another recording."""
+    other = bases["08_04"].points
+    assert other is not None
+    assert given.points is not None
+    points = np.resize(other, given.points.shape)
+    scale = np.ptp(given.points[..., 1]) / max(np.ptp(points[..., 1]), 1.0)
+    points[..., :2] = (points[..., :2] - points[..., :2].mean(axis=(0, 1))) * scale + given.points[
+        ..., :2
+    ].mean(axis=(0, 1))
+    return given.with_(points=points)
+
+
+def _late(rows: int) -> Callable[[Given, Bases], Given]:
+    def make(given: Given, _: Bases) -> Given:
+        assert given.points is not None
+        kept = slice(max(rows, 0), None)
+        points = np.roll(given.points, rows, axis=0)[kept]
+        poses = None if given.poses is None else given.poses[kept]
+        return given.with_(points=points, frames=given.frames[kept], poses=poses)
+
+    return make
+
+
+def _slowed(times: float) -> Callable[[Given, Bases], Given]:
+    def make(given: Given, _: Bases) -> Given:
+        assert given.points is not None
+        return given.with_(points=given.points[(np.arange(len(given.points)) / times).astype(int)])
+
+    return make
+
+
+def _copied(layout: Any) -> Callable[..., np.ndarray]:
+    to, of = (layout.indices([f"{side}_{part}" for part in ("knee", "ankle")]) for side in "rl")
+    hips = layout.indices(["r_hip", "l_hip"])
+
+    def change(points: np.ndarray, *_: Any) -> np.ndarray:
+        points[:, to] = points[:, of] + (points[:, hips[:1]] - points[:, hips[1:]])
+        return points
+
+    return change
+
+
+def _followed(points: np.ndarray, size: np.ndarray) -> np.ndarray:
+    middle = points[:, [11, 12]].mean(axis=1, keepdims=True)
+    return points - middle + size / 2
+
+
+def _zoomed(points: np.ndarray, size: np.ndarray) -> np.ndarray:
+    grown = 1.01 ** np.arange(len(points))[:, None, None]
+    return (points - size / 2) * grown / grown.mean() + size / 2
+
+
+def _smooth(frames: int) -> Callable[..., np.ndarray]:
+    return lambda points, *_: uniform_filter1d(points, frames, axis=0, mode="nearest")
+
+
+def _mirror_names(points: np.ndarray, size: np.ndarray) -> np.ndarray:
+    swapped = [
+        COCO17.index({"l": "r_", "r": "l_"}[n[0]] + n[2:] if n[1] == "_" else n) for n in COCO17.joints
+    ]
+    return points[:, swapped]
+
+
+def _swap_h36m(joints: np.ndarray) -> np.ndarray:
+    swapped = [
+        H36M17.index({"l": "r_", "r": "l_"}[n[0]] + n[2:] if n[1] == "_" else n) for n in H36M17.joints
+    ]
+    return joints[:, swapped]
+
+
+def _hole(given: Given, _: Bases) -> Given:
+    words = {name: value for name, value in given.words.items() if name != "fps"}
+    return given.with_(points=None, time_s=given.frames / 30 + 3600.0 * (given.frames > 40), words=words)
+
+
+def _less(share: float) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda joints: joints.mean(axis=0) + share * (joints - joints.mean(axis=0))
+
+
+LIFTED: dict[str, tuple[Any, tuple[str, ...]]] = {
+    "60 frames a second told of 30": (_rate(60.0), CLOCK),
+    "15 told of 30": (_rate(15.0), CLOCK),
+    "every second frame kept, numbers lost": (_every(2, 1), CLOCK),
+    "every fifth frame dropped, numbers lost": (_every(5, 4), CLOCK),
+    "ten in a row dropped, numbers lost": (
+        lambda given, _: _rows(given, np.delete(np.arange(len(given.frames)), slice(30, 40))),
+        (*CLOCK, *PEOPLE),
+    ),
+    "in a loop, three times": (
+        lambda given, _: _rows(given, np.tile(np.arange(len(given.frames)), 3)),
+        ("repeats-itself", *PEOPLE),
+    ),
+    "backwards": (lambda given, _: _rows(given, np.arange(len(given.frames))[::-1]), ("walks-backwards",)),
+    "shuffled": (
+        lambda given, _: _rows(given, np.random.default_rng(0).permutation(len(given.frames))),
+        (*PEOPLE, *CLOCK, *SHAPE),
+    ),
+    "mirrored": (_points(lambda xy, size: np.stack([size[0] - xy[..., 0], xy[..., 1]], axis=-1)), SIDES),
+    "left and right exchanged": (_points(_mirror_names), SIDES),
+    "image 1.33 times as wide": (_size(1.33, 1.0), (*SHAPE, "image-stretched")),
+    "image 1.33 times as high": (_size(1.0, 1.33), (*SHAPE, "image-stretched")),
+    "on its side": (_turned, UP),
+    "upside down": (_points(lambda xy, size: size - xy), UP),
+    "two people of one ID": (_two, (*PEOPLE, *SHAPE)),
+    "camera that follows": (_points(_followed), ("camera-may-follow",)),
+    "camera that zooms 1 % a frame": (_points(_zoomed), ("camera-may-follow",)),
+    "smoothed over 31 frames": (_points(_smooth(31)), SHAPE),
+    "right leg a copy of the left": (_points(_copied(COCO17)), SHAPE),
+    "shares of the image as pixels": (_points(lambda xy, size: xy / size), (*SHAPE, *TOGETHER)),
+    "focal length told 2.2 times too long": (_focal(2.2), ("focal-against-size", "focal-against-lines")),
+    "height told in centimetres": (_told(stature=175.0), ("stature",)),
+    "trimmed": (lambda given, _: _rows(given, np.arange(10, len(given.frames) - 3)), ()),
+    "half of the pixels": (_size(0.5, 0.5), ()),
+}
+POSES: dict[str, tuple[Any, tuple[str, ...]]] = {
+    "depth of 30 %": (_poses(lambda joints: joints * (1, 1, 0.3)), (*SHAPE, *TOGETHER)),
+    "depth of 60 %": (_poses(lambda joints: joints * (1, 1, 0.6), True), SHAPE),
+    "depth of 200 %": (_poses(lambda joints: joints * (1, 1, 2.0), True), SHAPE),
+    "half of the movement": (_poses(_less(0.5)), (*SHAPE, *TOGETHER)),
+    "a tenth of the movement": (_poses(_less(0.1)), (*SHAPE, *TOGETHER)),
+    "half of the movement, alone": (_poses(_less(0.5), True), SHAPE),
+    "smoothed over 15 frames": (_poses(_smooth(15), True), SHAPE),
+    "smoothed over 31 frames": (_poses(_smooth(31), True), SHAPE),
+    "right leg a copy of the left": (_poses(_copied(H36M17), True), SHAPE),
+    "mirrored": (_poses(lambda joints: joints * (-1, 1, 1), True), SIDES),
+    "depth turned over": (_poses(lambda joints: joints * (1, 1, -1), True), SIDES),
+    "up turned over": (_poses(lambda joints: joints * (1, -1, 1), True), (*UP, *SIDES)),
+    "left and right exchanged": (_poses(_swap_h36m, True), SIDES),
+    "one pose and 3 mm of noise": (
+        _poses(lambda j: j[:1] + np.random.default_rng(0).normal(0, 0.003, j.shape), True), ("only-noise",)
+    ),
+    "metres told as millimetres": (lambda given, _: given.with_(unit="mm", points=None), ("stature", *SHAPE)),
+    "z up told as a camera's": (
+        _poses(lambda joints: np.stack([joints[..., 0], joints[..., 2], -joints[..., 1]], -1), True), (*UP, *SIDES)
+    ),
+    "a hole of an hour": (
+        _hole,
+        ("images-lacking-long",),
+    ),
+    "2 rows late": (_late(2), TOGETHER),
+    "5 rows late": (_late(5), TOGETHER),
+    "60 frames a second told of 30": (_rate(60.0), CLOCK),
+    "in a loop, three times": (
+        lambda given, _: _rows(given.with_(points=None), np.tile(np.arange(len(given.frames)), 3)),
+        ("repeats-itself", *PEOPLE),
+    ),
+}  # fmt: skip
+FILMED: dict[str, tuple[Any, tuple[str, ...]]] = {
+    "keypoints of another recording": (_of_other, TOGETHER),
+    "keypoints of the mirrored video": (
+        _points(lambda xy, size: np.stack([size[0] - xy[..., 0], xy[..., 1]], axis=-1), True),
+        (*TOGETHER, *SIDES),
+    ),
+    "keypoints of the video backwards": (
+        lambda given, _: given.with_(points=None if given.points is None else given.points[::-1]),
+        TOGETHER,
+    ),
+    "keypoints of the video slowed by 4": (_slowed(4.0), (*TOGETHER, *CLOCK)),
+    "keypoints of the video slowed by 2": (_slowed(2.0), (*TOGETHER, *CLOCK)),
+    "keypoints 2 rows late": (_late(2), TOGETHER),
+    "keypoints 3 rows late": (_late(3), TOGETHER),
+    "keypoints 5 rows early": (_late(-5), TOGETHER),
+}

@@ -1,0 +1,50 @@
+"""A tenth of the accidents; `python -m accidents` tries all, and honest takes."""
+
+from pathlib import Path
+
+import pytest
+from accidents.edits import edits
+from accidents.judge import judged
+from accidents.material import bases
+
+from pcnet3d.pipeline.core.take import Take
+
+pytestmark = pytest.mark.data
+# What is neither refused nor told so far, though a figure changes (the command prints the whole table).
+TENTH = [edit for edit in edits() if edit.codes][::10]
+
+
+@pytest.fixture(scope="module")
+def all_bases(tmp_path_factory: pytest.TempPathFactory):
+    return bases(tmp_path_factory.mktemp("accidents"))
+
+
+@pytest.fixture(scope="module")
+def before() -> dict[str, Take]:
+    return {}
+
+
+def test_most_of_a_tenth_are_refused_told_or_harmless(all_bases, before, tmp_path: Path):
+    outcomes = [judged(edit, all_bases, before, tmp_path) for edit in TENTH]
+    unsaid = [each.edit for each in outcomes if each.changed and not (each.refused or each.told)]
+    assert len(unsaid) <= 0.2 * len(outcomes), unsaid
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "walk_crop: keypoints of another recording",
+        "walk_crop: keypoints of the mirrored video",
+        "walk_crop: keypoints of the video backwards",
+        "walk_crop: keypoints 3 rows late",
+        "07_03: every fifth frame dropped, numbers lost",
+        "07_03: 60 frames a second told of 30",
+        "07_03 poses: 5 rows late",
+        "07_03 poses: right leg a copy of the left",
+        "07_03 poses: depth of 200 %",
+    ],
+)
+def test_it_is_told(name, all_bases, before, tmp_path):
+    (edit,) = (edit for edit in edits() if str(edit) == name)
+    outcome = judged(edit, all_bases, before, tmp_path)
+    assert outcome.refused or outcome.told, outcome

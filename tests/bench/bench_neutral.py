@@ -1,0 +1,95 @@
+"""What subtracting a standing posture does to lifted angles: `python tests/bench/bench_neutral.py [SECONDS]`.
+
+Validation clips in which the person stands still for a second, each seen by two typical cameras: by angle the root mean
+square error before and after, and the share of differences inside the stated 90 %, each person with one weight.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections import defaultdict
+
+import numpy as np
+
+from pcnet3d.models.angle_error.joint_noise import shipped_noise
+from pcnet3d.models.angle_error.neutral import less_neutral, neutral_deg
+from pcnet3d.models.angle_error.take_angles import AngleSeries
+from pcnet3d.models.common.metrics import SD_90
+from pcnet3d.models.lab.evaluation.testbed import see
+from pcnet3d.models.lab.mocap.clips import read_clips
+from pcnet3d.models.lab.synthetic.cameras import TYPICAL
+from pcnet3d.models.lifter.builtin import lift
+from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence, Take
+from pcnet3d.pipeline.core.anthropometry import implied_stature
+from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.signals.angles import ANGLES, near, of_both
+from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.scale import scale
+from pcnet3d.stages.trajectories import Trajectories
+
+STAGES = (Rectify(), Trajectories(), Angles())
+JUDGED = MadeBy("estimated", shipped_noise().lifter)
+WINDOW = 30  # frames
+STANDS = [f"{side}_{part}" for side in "rl" for part in ("knee_flexion", "hip_flexion", "thigh_sagittal")]
+
+
+def series(take: Take) -> dict[str, AngleSeries]:
+    of = Pipeline(STAGES)(take).need("kinematics")
+    return {
+        name: AngleSeries(of[f"{name}_deg"], of[f"{name}_sd_deg"], of[f"{name}_reason"], of[f"{name}_sd_deg"])
+        for name in ANGLES
+    }
+
+
+def standing(true: dict[str, AngleSeries]) -> int | None:
+    """The first row of a second in which legs and trunk are within 30 degrees of straight and move by less than 6."""
+    values = np.stack([true[name].value_deg for name in (*STANDS, "trunk_lean_sagittal")])
+    for row in range(0, values.shape[1] - WINDOW, 5):
+        part = values[:, row : row + WINDOW]
+        if np.isfinite(part).all() and np.abs(part).max() < 30 and np.ptp(part, axis=1).max() < 6:
+            return row
+    return None
+
+
+def main(seconds: float) -> None:
+    clips, begun = [clip for clip in read_clips("val") if len(clip) >= 3 * WINDOW], time.time()
+    np.random.default_rng(0).shuffle(clips)
+    found: dict[str, dict[str, list[tuple[float, float, float]]]] = defaultdict(lambda: defaultdict(list))
+    for clip in clips:
+        if time.time() - begun > seconds:
+            break
+        time_s = np.arange(len(clip)) / clip.fps
+        true = series(Take(clip.name, poses=PoseSequence(clip.joints, H36M17, Z_UP, time_s=time_s)))
+        if (row := standing(true)) is None:
+            continue
+        span_s = (time_s[row], time_s[row + WINDOW - 1])
+        true_less = less_neutral(true, neutral_deg(true, time_s, span_s), judged=False)
+        for seed in range(2):
+            seen = see(clip, seed, views=TYPICAL)
+            camera = Camera(seen.image_size, seen.focal_px, 0.02 * seen.focal_px, "told")
+            lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
+            poses = scale(lifted, implied_stature(clip.joints))[0].with_(made_by=JUDGED)
+            got = series(Take(clip.name, keypoints=seen.keypoints, camera=camera, poses=poses))
+            less = less_neutral(got, neutral_deg(got, time_s, span_s), judged=True)
+            outside = (time_s < span_s[0]) | (time_s > span_s[1])
+            for name in ANGLES:
+                off = near(less[name].value_deg - true_less[name].value_deg, 0.0)
+                before = near(got[name].value_deg - true[name].value_deg, 0.0)
+                known = outside & np.isfinite(off) & np.isfinite(less[name].sd_deg)
+                if known.sum() >= 10:
+                    inside = (np.abs(off) <= SD_90 * less[name].sd_deg)[known].mean()
+                    one = (before[known] ** 2).mean(), (off[known] ** 2).mean(), inside
+                    found[of_both(name)][clip.subject].append(one)
+    for name, people in found.items():
+        each = np.mean([np.mean(takes, axis=0) for takes in people.values()], axis=0)
+        before, after = np.sqrt(each[:2])
+        print(
+            f"{name:24s} {before:5.1f} {after:5.1f} degrees, inside {100 * each[2]:.0f} % ({len(people)} people)"
+        )
+
+
+if __name__ == "__main__":
+    main(float(sys.argv[1]) if len(sys.argv) > 1 else 200)

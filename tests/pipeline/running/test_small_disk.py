@@ -1,0 +1,114 @@
+"""A disk that becomes full, wherever that is, ends a run with a sentence; never with a wait."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import rerun as rr
+import rerun.blueprint as rrb
+
+from pcnet3d.models.gravity.live import LiveFrame
+from pcnet3d.models.lab.bench.files import write_inputs
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.stages.drawing.rerun_file import recording_file
+from pcnet3d.stages.study.live.recording import live_recording
+from pcnet3d.stages.study.live.source import Shot
+
+_COMMAND = """
+from collections import namedtuple
+import pcnet3d.pipeline.files.atomic as atomic
+from pcnet3d.pipeline import cli
+usage = namedtuple("usage", "total used free")
+atomic.shutil.disk_usage = lambda place: usage(1 << 40, 0, 1 << 40)
+cli.main()
+"""
+_LIMIT_S = 120  # far more than any of these takes; a run that waits for ever is what is looked for
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """Mounts a file system of so many KB; skips where that is not allowed."""
+    mounted = []
+
+    def mount(kilobytes):
+        place = tmp_path / f"disk{kilobytes}"
+        place.mkdir()
+        if sys.platform != "linux" or os.geteuid() != 0 or shutil.which("mount") is None:
+            pytest.skip("only root mounts a file system")
+        order = ["mount", "-t", "tmpfs", "-o", f"size={kilobytes}k", "tmpfs", str(place)]
+        if subprocess.run(order, check=False, capture_output=True).returncode:
+            pytest.skip("a file system cannot be mounted here")
+        mounted.append(place)
+        return place
+
+    yield mount
+    for place in mounted:
+        subprocess.run(["umount", str(place)], check=True)
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory):
+    return write_inputs(tmp_path_factory.mktemp("inputs"), 2000)
+
+
+def _run(inputs, place, *arguments):
+    """pcnet3d, told that there is room, so that the disk becomes full in the middle of the work."""
+    return subprocess.run(
+        [sys.executable, "-c", _COMMAND, *arguments],
+        capture_output=True, text=True, timeout=_LIMIT_S, check=False, cwd=place,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("kilobytes", [64, 512, 1500, 3000, 5000, 6500])
+def test_a_run_ends_where_its_disk_becomes_full(small_disk, inputs, kilobytes):
+    place = small_disk(kilobytes)
+    done = _run(
+        inputs, place, "run", "--poses", str(inputs.poses), "--keypoints", str(inputs.keypoints),
+        "--fps", "30", "--also", "csv", "-o", str(place / "out"),
+    )  # fmt: skip
+    assert done.returncode == 2, done.stderr
+    assert "could not be" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (place / "out").exists()
+
+
+def test_a_recording_tells_a_full_disk_while_it_is_written(small_disk):
+    written = []
+    with pytest.raises(InputError) as refusal:
+        _log_until_full(small_disk(256) / "a.rrd", written)
+    assert refusal.value.code == "cannot-write"
+    assert len(written) < 49  # told on the way, not at the end
+
+
+def _log_until_full(path, written):
+    with recording_file(path, rrb.Blueprint(rrb.TimeSeriesView(origin="a"))) as file:
+        for block in range(50):
+            frames = np.arange(block * 10_000, (block + 1) * 10_000)
+            scalars = rr.Scalars.columns(scalars=np.random.default_rng(block).normal(size=len(frames)))
+            file.stream.send_columns("a", [rr.TimeColumn("frame", sequence=frames)], scalars)
+            file.stream.flush()
+            file.check()
+            written.append(block)
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_live_ends_where_its_disk_becomes_full(small_disk, kept):
+    place, shown = small_disk(256), []
+    with pytest.raises(InputError) as refusal:
+        _live_until_full(place / "live.rrd", place / "video.ts" if kept else None, shown)
+    assert refusal.value.code == "cannot-write"
+    assert len(shown) < 499
+
+
+def _live_until_full(path, video, shown):
+    rng = np.random.default_rng(0)
+    now = LiveFrame(np.eye(3), 1.0, np.array([0.0, -1.0, 0.0]), 1.0, 1.0)
+    with live_recording(path, COCO17, video, True) as recording:
+        for number in range(500):
+            image = rng.integers(0, 255, (120, 160, 3), dtype=np.uint8)
+            recording.log(Shot(number, number / 30, image), None, rng.normal(size=(17, 3)), now)
+            shown.append(number)

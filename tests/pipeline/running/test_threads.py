@@ -1,0 +1,26 @@
+"""Many threads of one process run at once."""
+
+import threading
+
+from pcnet3d.models.lab.bench.files import write_inputs
+from pcnet3d.pipeline import run_files
+
+
+def test_sixteen_threads_run_at_once(tmp_path):
+    options = write_inputs(tmp_path, 200)
+    failures = []
+
+    def run(number):
+        try:
+            run_files(options, tmp_path / f"out{number}")
+        except BaseException as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=run, args=(number,), daemon=True) for number in range(16)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(timeout=300)
+    assert not any(thread.is_alive() for thread in threads)
+    assert not failures
+    assert len(list(tmp_path.glob("out*/take.rrd"))) == 16

@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline.core.frames import IMAGE
+from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.pipeline.core.pose import PoseSequence
+from pcnet3d.pipeline.signals.flow import flow_notice, flow_of, pairs_of
+
+FRAMES, SIDE = 60, 240
+
+
+@pytest.fixture(scope="module")
+def film():
+    """{frame: image} of blobs that swing about, and where they are (T, 17, 2)."""
+    rng = np.random.default_rng(0)
+    t = np.arange(FRAMES)[:, None]
+    home = np.stack(np.meshgrid(np.linspace(40, 200, 5), np.linspace(40, 200, 4)), -1).reshape(-1, 2)[:17]
+    phase, rate = rng.uniform(0, 6, (2, 17)), rng.uniform(0.25, 0.45, (2, 17))
+    moved = np.stack([12 * np.sin(rate[i] * t + phase[i]) for i in range(2)], axis=-1)
+    at = home + moved
+    y, x = np.mgrid[:SIDE, :SIDE]
+    texture = rng.uniform(0, 120, (17, 9, 9))
+    images = {}
+    for frame in range(FRAMES):
+        image = np.full((SIDE, SIDE), 90.0)
+        for joint in range(17):
+            far = np.hypot(x - at[frame, joint, 0], y - at[frame, joint, 1])
+            image += (130 + texture[joint, 0, 0]) * np.exp(-((far / 7) ** 2)) * (1 if joint % 2 else -0.6)
+        images[frame] = np.repeat(np.clip(image, 0, 255).astype(np.uint8)[..., None], 3, axis=2)
+    return images, at
+
+
+def said(film, points):
+    images, _ = film
+    keypoints = PoseSequence(points, COCO17, IMAGE, frame_index=np.arange(len(points)))
+    return flow_notice(flow_of(images, pairs_of(0, FRAMES - 1, 30.0), keypoints))
+
+
+def test_keypoints_of_the_video_move_as_it_does(film):
+    assert said(film, film[1]).code == "keypoints-move-as-video"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda at: at[::-1],
+        lambda at: np.stack([SIDE - 1 - at[..., 0], at[..., 1]], -1),
+        lambda at: np.roll(at, 3, axis=0),
+        lambda at: at[np.arange(FRAMES) // 2],
+    ],
+)
+def test_those_of_another_are_told(film, change):
+    assert said(film, change(film[1])).code == "keypoints-not-of-video"
+
+
+def test_of_a_person_who_stands_still_nothing_is_told(film):
+    assert said(film, np.repeat(film[1][:1], FRAMES, axis=0)).code == "video-not-compared"

@@ -1,0 +1,70 @@
+"""Poses against keypoints: known answers on the walker."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import aimed, camera_poses
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence
+from pcnet3d.pipeline.core.anthropometry import implied_stature
+from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.signals.reprojection import LIMBS, residuals
+
+SIZE, FOCAL = (1280, 720), 900.0
+LENS = Camera(SIZE, FOCAL, 0.0, "told")
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """The walker's body (PoseSequence) and its exact keypoints."""
+    walk = walker(seconds=3)
+    camera = aimed(walk.root.mean(axis=0), 6, heading_deg=60, pitch_deg=10, roll_deg=3)
+    body, points = camera_poses(walk, camera), camera.points(walk.world)
+    pixels = FOCAL * points[..., :2] / points[..., 2:] + np.array(SIZE) / 2
+    keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=body.time_s, frame_index=body.frame_index)
+    return body, keypoints
+
+
+def moved(body, joint, by) -> PoseSequence:
+    joints = body.joints.copy()
+    joints[:, H36M17.index(joint)] += by
+    return body.with_(joints=joints)
+
+
+def test_exact_poses_are_on_their_keypoints(scene):
+    found = residuals(*scene, LENS)
+    assert np.nanmax(found.whole()) < 0.002
+    assert all(np.nanmax(found.limb(limb)) < 0.003 for limb in LIMBS)
+
+
+def test_a_wrist_that_is_off_is_off_in_its_limb_alone_and_by_as_much(scene):
+    body, keypoints = scene
+    stature = implied_stature(body.joints)
+    found = residuals(moved(body, "r_wrist", [0, 0.1 * stature, 0]), keypoints, LENS)
+    assert np.nanmedian(found.limb("r_arm")) == pytest.approx(0.1 / np.sqrt(2), rel=0.1)
+    assert np.nanmax(found.limb("l_arm")) < 0.01
+    wrist = H36M17.index("r_wrist")
+    assert (found.px[:, wrist, 1] > 20).all()  # y down: the joint's image is below its keypoint
+
+
+def test_residuals_do_not_depend_on_the_unit_of_the_poses(scene):
+    body, keypoints = scene
+    one = residuals(moved(body, "r_knee", 0.05), keypoints, LENS)
+    mm = moved(body, "r_knee", 0.05)
+    other = residuals(mm.with_(joints=1000 * mm.joints), keypoints, LENS)
+    assert np.allclose(one.statures, other.statures, atol=1e-4, equal_nan=True)
+
+
+def test_a_joint_without_a_keypoint_has_no_residual(scene):
+    body, keypoints = scene
+    pixels = keypoints.joints.copy()
+    pixels[:, H36M17.index("l_ankle")] = np.nan
+    found = residuals(body, keypoints.with_(joints=pixels), LENS)
+    assert np.isnan(found.limb("l_leg")).all()
+    assert np.isfinite(found.whole()).all()
+
+
+def test_a_shift_in_time_shows_in_the_whole_body(scene):
+    body, keypoints = scene
+    late = keypoints.with_(joints=np.roll(keypoints.joints, 5, axis=0))
+    assert np.median(residuals(body, late, LENS).whole()) > 0.02

@@ -1,0 +1,60 @@
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline.core.frames import CAMERA
+from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.pipeline.core.pose import PoseSequence
+from pcnet3d.pipeline.signals.shapes import rows_lost, shape_findings
+
+
+@pytest.fixture(scope="module")
+def joints():
+    """Of an estimator: the walker with some jitter."""
+    walk = walker(seconds=8.0)
+    return walk.world - walk.root[:, None] + np.random.default_rng(0).normal(0, 0.006, walk.world.shape)
+
+
+def poses(joints):
+    rows = np.arange(len(joints))
+    return PoseSequence(joints, H36M17, CAMERA.with_(origin="pelvis"), time_s=rows / 30, frame_index=rows)
+
+
+def codes(joints):
+    return {each.code for each in (*shape_findings(poses(joints)), *rows_lost(poses(joints)))}
+
+
+def test_a_walk_has_none_of_these(joints):
+    assert not codes(joints)
+
+
+def test_a_copied_leg_is_told(joints):
+    copied = joints.copy()
+    hips = H36M17.index("r_hip"), H36M17.index("l_hip")
+    for part in ("knee", "ankle"):
+        left = joints[:, H36M17.index(f"l_{part}")] - joints[:, hips[1]]
+        copied[:, H36M17.index(f"r_{part}")] = joints[:, hips[0]] + left
+    assert codes(copied) == {"limbs-copied"}
+
+
+def test_a_loop_is_told(joints):
+    assert "repeats-itself" in codes(np.tile(joints[:60], (3, 1, 1)))
+
+
+def test_noise_about_one_pose_is_told(joints):
+    assert "only-noise" in codes(joints[:1] + np.random.default_rng(1).normal(0, 0.003, joints.shape))
+
+
+def test_smoothed_poses_are_told(joints):
+    from scipy.ndimage import uniform_filter1d
+
+    assert "no-quick-movement" in codes(uniform_filter1d(joints, 15, axis=0))
+
+
+def test_rows_that_are_lost_regularly_or_at_once_are_told(joints):
+    walk = walker(seconds=8.0)
+    quiet = (walk.world - walk.root[:, None])[:120]
+    (said,) = rows_lost(poses(np.delete(quiet, np.s_[4::5], axis=0)))
+    assert "24" in said.values["how"]
+    (said,) = rows_lost(poses(np.delete(walk.world[:120], slice(50, 55), axis=0)))
+    assert "row 50" in said.values["how"]
