@@ -1,5 +1,13 @@
 """Steps of a pipeline: one file each; a stage is also a plain function on a pose sequence."""
 
+from typing import TYPE_CHECKING
+
+from ..pipeline.core.faces import lazily
 from .rectify import rectify, rectify_together
 
-__all__ = ["rectify", "rectify_together"]
+if TYPE_CHECKING:
+    from .study.live.frames import LivePose, live_frames
+
+__all__ = ["LivePose", "live_frames", "rectify", "rectify_together"]
+
+__getattr__ = lazily(__name__, {"study.live.frames": ("LivePose", "live_frames")})

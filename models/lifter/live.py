@@ -39,7 +39,8 @@ class LiveLifter:
         self._layout, self._model, self._up = layout, model, up
         self._size = np.asarray(image_size, dtype=float)
         self._focal = np.asarray(ASSUMED_FOCAL * self._size.max() if focal_px is None else focal_px)
-        window = network(model).reach + HALF_WINDOW + 1  # at up to 45 frames a second no answer rests on more
+        self._reach = network(model).reach
+        window = self._reach + HALF_WINDOW + 1  # at up to 45 frames a second no answer rests on more
         self._pixels = np.full((window, len(H36M17), 2), np.nan)
         self._confidence = np.full((window, len(H36M17)), np.nan)
         self._time_s = np.full(window, np.nan)
@@ -69,7 +70,10 @@ class LiveLifter:
     def _answer(self, pixels: np.ndarray, confidence: np.ndarray) -> np.ndarray:
         up = None if self._up is None else np.broadcast_to(self._up, (len(pixels), 3))
         x, R_camera_from_ray = features(pixels, confidence, self._size, self._focal, up)
-        return rotate(R_camera_from_ray[-1], run(x, self._model)[0][-1].astype(np.float64))
+        # Rows further back serve the averages of the features alone. Nothing is kept from frame to frame: each new
+        # frame changes these averages, and with them the network's input in the last HALF_WINDOW rows.
+        answer = run(x[-self._reach - 1 :], self._model)[0][-1]
+        return rotate(R_camera_from_ray[-1], answer.astype(np.float64))
 
     def _push(self, xy: np.ndarray | float, score: np.ndarray | float, time_s: float) -> None:
         for kept, new in (self._pixels, xy), (self._confidence, score), (self._time_s, time_s):

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from ..core.messages import is_quiet, is_verbose, on_terminal, say, say_all
 from ..core.take import Take
@@ -15,6 +15,12 @@ from .people import PersonRun
 
 _SECONDS_A_LINE = 20.0
 Item = TypeVar("Item")
+
+
+class Done(Protocol):
+    """Told how many are done, and more words for the line."""
+
+    def __call__(self, count: int, more: str = "", /) -> None: ...
 
 
 @contextmanager
@@ -46,9 +52,9 @@ def each(items: Iterable[Item], what: str, total: int) -> Iterator[Item]:
 
 
 @contextmanager
-def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
-    """A callback (how many of the total are done): a bar with rate and time left on a terminal, elsewhere a line now
-    and then."""
+def counted(what: str, total: int) -> Iterator[Done]:
+    """A callback (how many of the total are done, more words): a bar with rate and time left on a terminal, elsewhere a
+    line now and then."""
     if is_quiet() or not on_terminal():
         yield _lines(what, total)
         return
@@ -67,18 +73,18 @@ def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
     with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=show) as bar:
         task = bar.add_task(what, total=total, rate="")
 
-        def done(count: int) -> None:
+        def done(count: int, more: str = "") -> None:
             speed = bar.tasks[task].speed
-            bar.update(task, completed=count, rate=f"{speed:.1f}/s" if speed else "")
+            bar.update(task, completed=count, rate=f"{speed:.1f}/s{more}" if speed else "")
 
         yield done
 
 
-def _lines(what: str, total: int | None) -> Callable[[int], None]:
+def _lines(what: str, total: int | None) -> Done:
     start = said = time.monotonic()
     first: int | None = None
 
-    def done(count: int) -> None:
+    def done(count: int, more: str = "") -> None:
         nonlocal said, first
         first = count if first is None else first
         now = time.monotonic()
@@ -88,13 +94,13 @@ def _lines(what: str, total: int | None) -> Callable[[int], None]:
         words = f"{count}, {rate:.1f}/s"
         if total is not None:
             words = f"{count} of {total}, {rate:.1f}/s, {(total - count) / rate / 60:.0f} min left"
-        say(what, words)
+        say(what, words + more)
 
     return done
 
 
 @contextmanager
-def now_and_then(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
+def now_and_then(what: str, total: int | None) -> Iterator[Done]:
     """As `counted`; where nobody knows the total, a line now and then."""
     if total is not None:
         with counted(what, total) as done:

@@ -112,7 +112,7 @@ def armature(take: Take) -> Armature:
             "nothing-usable", "Expected two frames or more, to animate a skeleton; the take has one."
         )
     at = dict(zip(found.names, np.moveaxis(found.joints, 1, 0), strict=True))
-    R_world = _rotations(at)
+    R_world = bone_rotations(at)
     rows = np.flatnonzero(is_finite(R_world["pelvis"]).all(axis=-1))
     if not len(rows):
         raise InputError(
@@ -170,7 +170,7 @@ def _skeleton(offsets: dict[str, np.ndarray]) -> Skeleton:
     return Skeleton(tuple(names), parents, np.stack([offsets[name] for name in names]))
 
 
-def _rotations(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def bone_rotations(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """R_world_from_joint (N, 3, 3) by joint, the identity in the T-pose, NaN where unknown. at: (N, 3) by joint, in
     ANIMATION."""
     left_hip, left_shoulder = (unit(at[f"l_{part}"] - at[f"r_{part}"]) for part in ("hip", "shoulder"))

@@ -1,5 +1,5 @@
-"""`pcnet3d bench`: how fast rectifiers, whole runs from files and from a video, studies and the lifter's training
-are on this machine."""
+"""`pcnet3d bench`: how fast rectifiers, whole runs from files and from a video, live, studies and the lifter's
+training are on this machine."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import typer
 
 from .batch import batch
 from .files import files
+from .live import live
 from .pipeline import pipeline
 from .rectify import rectify
 from .training import training
@@ -15,5 +16,6 @@ bench = typer.Typer(help="Measure speed and memory on this machine.", no_args_is
 bench.command()(rectify)
 bench.command()(files)
 bench.command()(pipeline)
+bench.command()(live)
 bench.command()(batch)
 bench.command()(training)

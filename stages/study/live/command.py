@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
-from contextlib import nullcontext
-from dataclasses import dataclass, field
+import sys
+from contextlib import nullcontext, redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -13,11 +12,7 @@ import numpy as np
 import typer
 
 from ....models.detector.load import load_detector
-from ....models.detector.protocols import Detector, Found
-from ....models.detector.video import Search
-from ....models.gravity import Evidence, fuse, told_up
-from ....models.gravity.live import LiveRectifier
-from ....models.lifter.live import LiveLifter
+from ....models.gravity import told_up
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say, show
@@ -37,13 +32,14 @@ from ....pipeline.running.recipe import Recipe
 from ....pipeline.running.run import check_plan, inputs_of, run_into
 from ...detect import Detect
 from ...rectify import Rectify
+from .frames import LivePose, Networks, Watch
 from .recording import live_recording
 from .source import Incoming, Source, open_source
+from .streams import Send, streaming
 
 LIVE = "live.rrd"
 _VIDEO = "video.ts"
 _KNOWN = ("detector", "person_detector", "person_kind", "looks")  # of the options of detect
-_LOST = 30  # frames without the person who is shown, after which another may be
 
 
 @offering(
@@ -59,14 +55,38 @@ def live(
     web: Annotated[
         bool, typer.Option("--web", help="Show it meanwhile in a browser on this machine.")
     ] = False,
+    stream: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS",
+            help="Send every pose while it runs: - for JSON lines on standard output, udp://HOST:PORT for the same as "
+            "datagrams, osc://HOST:PORT for VMC receivers.",
+        ),
+    ] = None,
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Play a video file at its own speed, as a camera.")
+    ] = False,
     force: Force = False,
 ) -> None:
     """Process a live camera or stream; on Ctrl-C run the full pipeline on the recording.
 
-    Each pose uses the frames up to its own, so there is no delay. Images of a camera that come too fast are dropped;
-    those of a pipe or a file wait.
+    Each pose uses the frames up to its own, so there is no delay. Images that come too fast are dropped and counted;
+    those of a file wait, unless --realtime is given.
     """
-    shown = open_source(source)
+    with streaming(stream) as send, redirect_stdout(sys.stderr) if stream == "-" else nullcontext():
+        _live(options, open_source(source, realtime), source, output, view or web, web, force, send)
+
+
+def _live(
+    options: RunOptions,
+    shown: Source,
+    source: str,
+    output: Path,
+    view: bool,
+    web: bool,
+    force: bool,
+    send: Send,
+) -> None:
     frames = not options.no_frames
     asked = planned(options.with_(video=Path(source)))  # of a run with the source for its video
     detect = _detect(asked)
@@ -76,16 +96,17 @@ def live(
         recorded = _recorded(options, folder / KEYPOINTS, video)
         _check_end(recorded)
         networks = _networks(asked, detect, options.told)
-        watching = following(folder / LIVE, web) if view or web else nullcontext()
+        watching = following(folder / LIVE, web) if view else nullcontext()
         with watching:
-            seen = _watch(shown, networks, folder, frames)
+            seen = _watch(shown, networks, folder, frames, send)
         say("live", seen.words)
         take = fault = None
         try:
             if seen.person is None:
                 raise InputError(
                     "nothing-usable",
-                    f"Nobody was found in {seen.words} of {shown.name} by {networks.detector.method}.",
+                    f"Nobody was found in {how_many(int(seen.summary['frames']), 'frame')} of {shown.name} by "
+                    f"{networks.detector.method}.",
                 )
             size = seen.size if video is None else None  # a video has its own; that of ours is even
             recorded = recorded.with_(person=seen.person, image_size=size)
@@ -102,7 +123,7 @@ def live(
         except Exception as error:  # nothing of ours may cost a recording that cannot be made again
             fault = error
             say("warning", "recorded, but not processed as a take: a fault of this program, below.")
-        add_to_summary(folder, device=where.summary())
+        add_to_summary(folder, device=where.summary(), live=seen.summary)
     show_files(output)
     if fault is not None:
         raise fault
@@ -156,101 +177,65 @@ def _check_end(recorded: RunOptions) -> None:
         ) from None
 
 
-@dataclass(frozen=True, eq=False)
-class _Networks:
-    """told: what the user tells about up, which nothing contradicts while the camera runs: the run at the end does."""
-
-    detector: Detector
-    rectifier: str
-    focal_px: float | None
-    told: Sequence[Evidence]
-
-    def for_camera(self, image_size: tuple[int, int]) -> tuple[LiveLifter, LiveRectifier]:
-        """Of a camera, or of another one behind a cut."""
-        return self.for_person(image_size), LiveRectifier(self.rectifier, self.told)
-
-    def for_person(self, image_size: tuple[int, int]) -> LiveLifter:
-        """Of another person: the lift of one rests on no keypoints of another. It may rest on an up that is told."""
-        up = fuse(self.told).up if self.told else None
-        return LiveLifter(self.detector.layout, image_size, self.focal_px, up=up)
-
-
-def _networks(recipe: Recipe, detect: Detect, told: Told) -> _Networks:
+def _networks(recipe: Recipe, detect: Detect, told: Told) -> Networks:
     """Those that a run by the recipe would use."""
     options = {entry.use: entry.options for entry in recipe.stages}
     rectify = Rectify(**options.get("rectify", {}))
     looks = 1 if detect.looks is None else detect.looks  # one is quickest
     detector = load_detector(detect.detector, detect.person_detector, detect.person_kind, looks)
-    return _Networks(detector, rectify.rectifier, told.focal_px, told_up(told))
+    return Networks(detector, rectify.rectifier, told.focal_px, told_up(told))
 
 
 @dataclass(frozen=True)
 class _Seen:
-    """What was watched: in words, the image's width and height, and, if anybody was there, who was shown most."""
+    """What was watched: in words, the image's width and height, if anybody was there, who was shown most, and the
+    entry `live` of summary.json."""
 
     words: str
     size: tuple[int, int]
     person: str | None
+    summary: dict[str, float]
 
 
-def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _Seen:
-    """Every image of a source until it ends or Ctrl-C: LIVE, the video unless it is a file, and KEYPOINTS."""
-    detector = networks.detector
-    search, person = Search(detector), _Followed()
-    estimators, size = None, (0, 0)
-    incoming = Incoming(shown)
+def _watch(shown: Source, networks: Networks, folder: Path, frames: bool, send: Send) -> _Seen:
+    """Every image of a source until it ends or Ctrl-C: poses sent, LIVE, the video unless it is a file, KEYPOINTS."""
+    watch, incoming = Watch(networks), Incoming(shown)
     own_video = folder / _VIDEO if shown.video is None and frames else None
     total = None if shown.video is None else len(shown.video.time_s)
     with (
-        live_recording(folder / LIVE, detector.layout, own_video, frames) as recording,
+        live_recording(folder / LIVE, networks.detector.layout, own_video, frames) as recording,
         interruptible() as asked,
         now_and_then("live", total) as count,
     ):
         for shot in incoming.until(asked):
-            cuts, before = len(search.cuts), person.name
-            found = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.image))
-            if estimators is None or len(search.cuts) > cuts:
-                size = shot.image.shape[1::-1]
-                estimators = networks.for_camera(size)
-            elif before not in (None, person.name):
-                estimators = networks.for_person(size), estimators[1]
-            lifter, rectifier = estimators
-            missing = np.full((len(detector.layout), 2), np.nan)
-            xy, score = (missing, missing[:, 0]) if found is None else (found.xy, found.score)
-            joints = lifter.update(xy, score, shot.time_s)
-            recording.log(shot, found, joints, rectifier.update(joints, shot.time_s))
-            count(search.seen)
+            moment = watch.see(shot, incoming.dropped)
+            send(moment.pose)  # before anything is written
+            recording.log(shot, moment.found, moment.joints, moment.live)
+            count(watch.search.seen, _state(moment.pose))
         recording.close()
     if incoming.broke is not None:
         say("warning", f"{incoming.broke} What came before is kept.")
-    words = how_many(search.seen, "frame")
+    search, shown_as = watch.search, watch.person.shown
+    words = how_many(len(watch.latency.ms), "frame")
     if not shown.waits:
         words += f", {incoming.dropped} dropped to keep up"
-    if not person.shown:
-        return _Seen(words, size, None)
+    summary = {"frames": len(watch.latency.ms), "dropped": incoming.dropped, **watch.latency.summary()}
+    said = words + (_latency(*watch.latency.summary().values()) if watch.latency.ms else "")
+    if not shown_as:
+        return _Seen(said, watch.size, None, summary)
     everybody = search.detections(total or search.seen, search.seen)
     everybody.save(folder / KEYPOINTS)
-    most = str(person.shown.most_common(1)[0][0])
+    most = str(shown_as.most_common(1)[0][0])
     if (people := len(np.unique(everybody.person))) > 1:
-        words += f"; of {people} people person {most}, who was shown most, is taken"
-    return _Seen(words, size, most)
+        said += f"; of {people} people person {most}, who was shown most, is taken"
+    return _Seen(said, watch.size, most, summary)
 
 
-@dataclass
-class _Followed:
-    """Who is shown: the first who came, until not seen for _LOST frames; then the largest."""
+def _state(pose: LivePose) -> str:
+    """Words for the line that says how it goes."""
+    dropped = f", {pose.dropped} dropped" if pose.dropped else ""
+    return _latency(pose.latency_p50_ms, pose.latency_p95_ms) + dropped
 
-    name: int | None = None
-    last: int = 0
-    shown: Counter[int] = field(default_factory=Counter)
 
-    def choose(self, number: int, people: Sequence[tuple[int, Found]]) -> Found | None:
-        """The one of a frame's people, by their names."""
-        named = dict(people)
-        if self.name not in named and (self.name is None or number - self.last > _LOST) and named:
-            self.name = max(named, key=lambda name: float(np.prod(named[name].box[2:] - named[name].box[:2])))
-        if self.name is None or self.name not in named:
-            return None
-        self.last = number
-        self.shown[self.name] += 1
-        return named[self.name]
+def _latency(p50_ms: float, p95_ms: float) -> str:
+    return f", latency {p50_ms:.0f} ms (p50), {p95_ms:.0f} ms (p95)"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 
 _SIZE = 0.85  # half a person's height in the lifter's unit
 _TICK = Fraction(1, 90_000)
+_BEHIND = 2  # images: enough for an uneven encoder; more would be memory and no gain
 _SOURCE = CAMERA.with_(origin="pelvis", unit="arbitrary")
 _BODY = BODY.with_(unit="arbitrary")
 
@@ -43,9 +46,14 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
     from av.error import FFmpegError
 
     kept = os.devnull if video is None or not frames else str(video)
+    # The thread ends, with all that it was given, before the files are closed.
     try:
-        with av.open(kept, "w", format="mpegts") as target, recording_file(path, _blueprint()) as file:
-            yield LiveRecording(file, layout, target if frames else None)
+        with (
+            av.open(kept, "w", format="mpegts") as target,
+            recording_file(path, _blueprint()) as file,
+            ThreadPoolExecutor(1, "recording") as beside,
+        ):
+            yield LiveRecording(file, layout, target if frames else None, beside)
     except FFmpegError as error:
         raise InputError(
             "cannot-write", f"The video {kept} could not be written: {error.strerror}."
@@ -55,12 +63,20 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
 class LiveRecording:
     """Entities as in `record`: video, video/keypoints, source, body; wrists/source, wrists/body; rotation."""
 
-    def __init__(self, file: RecordingFile, layout: Layout, target: OutputContainer | None) -> None:
-        """target: what the encoded images go into besides the recording; None without images."""
+    def __init__(
+        self,
+        file: RecordingFile,
+        layout: Layout,
+        target: OutputContainer | None,
+        beside: ThreadPoolExecutor,
+    ) -> None:
+        """target: what the encoded images go into besides the recording; None without images. beside: a thread that
+        writes, for encoding an image takes about as long as finding the pose in the next one."""
         import rerun as rr
 
         recording = file.stream
         self._file, self._recording, self._layout, self._target = file, recording, layout, target
+        self._beside, self._pending = beside, deque[Future[None]]()
         self._encoder: VideoStream | None = None
         log_looks(recording, "video/keypoints", layout, IMAGE, -3.0)
         log_looks(recording, "source", H36M17, _SOURCE, 0.024 * _SIZE)
@@ -75,7 +91,19 @@ class LiveRecording:
             recording.log(f"rotation/{name}", rr.SeriesLines(names=[words]), static=True)
 
     def log(self, shot: Shot, found: Found | None, joints: np.ndarray, live: LiveFrame) -> None:
-        """One image and what is known about it. joints: (17, 3), CAMERA axes."""
+        """One image and what is known about it, written meanwhile; where the thread is _BEHIND images behind, that is
+        waited for. joints: (17, 3), CAMERA axes."""
+        self._pending.append(self._beside.submit(self._strictly, shot, found, joints, live))
+        while len(self._pending) > _BEHIND:
+            self._pending.popleft().result()
+
+    def _strictly(self, shot: Shot, found: Found | None, joints: np.ndarray, live: LiveFrame) -> None:
+        from rerun.error_utils import catch_and_log_exceptions
+
+        with catch_and_log_exceptions(strict=True):  # which is of one thread
+            self._write(shot, found, joints, live)
+
+    def _write(self, shot: Shot, found: Found | None, joints: np.ndarray, live: LiveFrame) -> None:
         import rerun as rr
 
         self._file.check()
@@ -106,7 +134,9 @@ class LiveRecording:
         recording.log("rotation/bound", rr.Scalars(live.up_bound_deg))
 
     def close(self) -> None:
-        """The last images out of the encoder."""
+        """The last images, also those in the encoder."""
+        while self._pending:
+            self._pending.popleft().result()
         if self._target is not None and self._encoder is not None:
             self._target.mux(self._encoder.encode(None))
 

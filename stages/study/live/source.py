@@ -1,13 +1,15 @@
-"""Where live images come from: a camera, a stream, a pipe, or a file that is played as fast as it can be followed."""
+"""Where live images come from: a camera, a stream, a pipe, or a file, which waits or is played in real time."""
 
 from __future__ import annotations
 
+import os
+import stat
 import sys
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from io import FileIO
 from pathlib import Path
 from typing import Any
@@ -30,17 +32,19 @@ _NEEDED = "tls,crypto"  # what those are built on; no playlist from elsewhere ma
 @dataclass(frozen=True, eq=False)
 class Shot:
     """number: from 0, of the images that were not dropped; of a file its frame number. time_s: from the first one.
-    image: (H, W, 3) uint8 RGB, upright."""
+    image: (H, W, 3) uint8 RGB, upright. came_s: when the image was there, by time.perf_counter; of one that waits, when
+    it was taken."""
 
     number: int
     time_s: float
     image: np.ndarray
+    came_s: float = field(default_factory=time.perf_counter)
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """name: in words. video: the file, where it is one. waits: whether images wait for who takes them; those of a
-    camera do not."""
+    """name: in words. video: the file, where it is one. waits: whether images wait for who takes them: those of a file
+    do, unless it is played in real time."""
 
     name: str
     shots: Iterator[Shot]
@@ -48,17 +52,44 @@ class Source:
     waits: bool
 
 
-def open_source(source: str) -> Source:
-    """A camera by its number or device, a URL, "-" for a pipe into stdin, or a video file.
+def open_source(source: str, realtime: bool = False) -> Source:
+    """A camera by its number or device, a URL, "-" for a pipe into stdin, or a video file. realtime: a file is played
+    at its own speed, and its images do not wait.
 
-    InputError when it cannot be opened, or later when it breaks.
+    InputError when it cannot be opened, or later when it breaks; for another source in real time, which it is anyhow.
     """
+    opened = _opened(source)
+    if not realtime:
+        return opened
+    if not opened.waits:
+        raise InputError(
+            "option-conflict",
+            f"Expected a video file to play in real time, got a {opened.name}, which sets its own pace; leave "
+            "--realtime out.",
+        )
+    return replace(opened, shots=_paced(opened.shots), waits=False)
+
+
+def _paced(shots: Iterator[Shot]) -> Iterator[Shot]:
+    """Each image at its time from the first one on."""
+    start: float | None = None
+    for shot in shots:
+        now = time.perf_counter()
+        start = now - shot.time_s if start is None else start
+        time.sleep(max(start + shot.time_s - now, 0.0))
+        yield replace(shot, came_s=time.perf_counter())
+
+
+def _opened(source: str) -> Source:
     if source.isdigit() or Path(source).is_char_device():
         return Source(f"camera {source}", _camera(source), None, waits=False)
     if source == "-":
         # Unbuffered: what is in the pipe is taken, and nothing more is waited for.
         pipe = open(sys.stdin.fileno(), "rb", buffering=0, closefd=False)  # noqa: SIM115 (stdin stays open)
-        return Source("pipe", _stream(pipe, "the pipe", "pipe"), None, waits=True)
+        is_file = stat.S_ISREG(
+            os.fstat(pipe.fileno()).st_mode
+        )  # by `< FILE`, which has all of its images at once
+        return Source("pipe", _stream(pipe, "the pipe", "pipe"), None, waits=is_file)
     protocol, colon, _ = source.partition("://")
     if colon:
         if protocol not in _PROTOCOLS:
@@ -141,8 +172,9 @@ def _camera(source: str) -> Iterator[Shot]:
 
 
 class Incoming:
-    """A source's shots, read in a thread of their own and numbered anew: each of a source that waits, else always the
-    newest. dropped: how many came while nobody asked. broke: what ended a source that had given images before."""
+    """A source's shots, read in a thread of their own: each of a source that waits, else always the newest, numbered
+    anew unless they are of a video file. dropped: how many came while nobody asked. broke: what ended a source that had
+    given images before."""
 
     def __init__(self, source: Source) -> None:
         self.dropped = 0
@@ -152,6 +184,7 @@ class Incoming:
         self._error: BaseException | None = None
         self._news = threading.Condition()
         self._ended = False
+        self._given = 0
 
     def until(self, stop: Callable[[], bool]) -> Iterator[Shot]:
         """Shots as they come, until the source ends or `stop` says so, which is asked several times a second.
@@ -159,23 +192,35 @@ class Incoming:
         InputError when the source gives nothing; one that breaks later has ended, for what came before is not lost.
         """
         threading.Thread(target=self._read, daemon=True).start()
-        number = 0
+        try:
+            yield from self._shots(stop)
+        finally:  # also where nobody asks for more
+            self._end()
+        if self._error is not None:
+            if not (self._given and isinstance(self._error, InputError)):
+                raise self._error
+            self.broke = self._error
+
+    def _shots(self, stop: Callable[[], bool]) -> Iterator[Shot]:
         while True:
             with self._news:
                 while not (self._slot or self._ended or stop()):
                     self._news.wait(_ASK_S)
                 if stop() or not self._slot:
-                    self._ended = True
-                    self._news.notify_all()
-                    if number and isinstance(self._error, InputError):
-                        self.broke = self._error
-                    elif self._error is not None:
-                        raise self._error
                     return
                 shot = self._slot.pop()
                 self._news.notify_all()
-            yield shot if self._source.waits else replace(shot, number=number)
-            number += 1
+            if self._source.waits:
+                shot = replace(shot, came_s=time.perf_counter())
+            elif self._source.video is None:
+                shot = replace(shot, number=self._given)
+            self._given += 1
+            yield shot
+
+    def _end(self) -> None:
+        with self._news:
+            self._ended = True
+            self._news.notify_all()
 
     def _read(self) -> None:
         try:
@@ -190,6 +235,4 @@ class Incoming:
                     self._news.notify_all()
         except BaseException as error:
             self._error = error
-        with self._news:
-            self._ended = True
-            self._news.notify_all()
+        self._end()

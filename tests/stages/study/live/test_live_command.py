@@ -133,7 +133,7 @@ def camera(monkeypatch, numbered_film):
                 yield replace(shot, image=change(shot.image))
 
         came = Source("camera", shots(), None, waits=True)
-        monkeypatch.setattr("pcnet3d.stages.study.live.command.open_source", lambda source: came)
+        monkeypatch.setattr("pcnet3d.stages.study.live.command.open_source", lambda *_: came)
 
     shows(lambda image: image)
     return shows
@@ -250,12 +250,14 @@ def test_the_lift_of_one_person_rests_on_nobody_else(numbered_film, joints_px, t
 
     toy = SimpleNamespace(method="toy@1", layout=COCO17, people=people)
     monkeypatch.setattr("pcnet3d.stages.study.live.command.load_detector", lambda *_: toy)
-    monkeypatch.setattr("pcnet3d.stages.study.live.command.LiveLifter", Spy)
+    monkeypatch.setattr("pcnet3d.stages.study.live.frames.LiveLifter", Spy)
     live(source=str(numbered_film), output=tmp_path / "out", settings=GEOMETRIC)
     first, second = seen
     assert len(first) == 51
     np.testing.assert_allclose(second, moved[:9].max(axis=(1, 2)), rtol=1e-5)
-    assert "60 frames; of 2 people person 0, who was shown most, is taken" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "60 frames, latency" in said
+    assert "; of 2 people person 0, who was shown most, is taken" in said
 
 
 def kept(folder) -> bool:
@@ -323,7 +325,9 @@ def test_a_gravity_that_is_none_is_refused_before_anything_is_recorded(numbered_
     assert not any(tmp_path.iterdir())
 
 
-def test_a_pipe_loses_no_frame_and_its_video_is_kept(numbered_film, toy_detector, tmp_path):
+def test_a_file_in_the_place_of_a_pipe_loses_no_frame_and_its_video_is_kept(
+    numbered_film, toy_detector, tmp_path
+):
     output = tmp_path / "out"
     command = [
         "live",
@@ -354,8 +358,11 @@ def test_ctrl_c_ends_the_take_and_it_is_processed(numbered_film, toy_detector, t
     with subprocess.Popen([*PCNET3D, *command], stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdin is not None
         assert process.stderr is not None
-        process.stdin.write(numbered_film.read_bytes())  # and no end
-        process.stdin.flush()
+        sent = numbered_film.read_bytes()
+        for part in range(0, len(sent), -(-len(sent) // 60)):  # as a camera would, and no end
+            process.stdin.write(sent[part : part + -(-len(sent) // 60)])
+            process.stdin.flush()
+            time.sleep(0.05)
         until = time.monotonic() + 60
         while not any(tmp_path.glob(".out.partial-*/live.rrd")) and time.monotonic() < until:
             time.sleep(0.1)
@@ -406,7 +413,7 @@ def test_a_camera_that_is_pulled_out_ends_the_take_and_it_is_processed(
         raise InputError("bad-value", "The camera is gone.")
 
     came = Source("camera", camera(), None, waits=True)
-    monkeypatch.setattr("pcnet3d.stages.study.live.command.open_source", lambda source: came)
+    monkeypatch.setattr("pcnet3d.stages.study.live.command.open_source", lambda *_: came)
     live(source="0", output=tmp_path / "out", detector=str(toy_detector), settings=GEOMETRIC)
     assert "warning: The camera is gone. What came before is kept." in capsys.readouterr().err
     frames, _ = logged(tmp_path / "out" / "live.rrd", "body/joints", "Points3D:positions")
@@ -421,8 +428,9 @@ def test_a_pipe_whose_time_starts_again_ends_the_take_and_it_is_processed(
     """It once threw the recording away."""
     output = tmp_path / "out"
     command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--set", *GEOMETRIC]
-    twice = numbered_film.read_bytes() * 2
-    ended = subprocess.run([*PCNET3D, *command], input=twice, capture_output=True)
+    (tmp_path / "twice.ts").write_bytes(numbered_film.read_bytes() * 2)
+    with (tmp_path / "twice.ts").open("rb") as twice:
+        ended = subprocess.run([*PCNET3D, *command], stdin=twice, capture_output=True)
     assert ended.returncode == 0, ended.stderr
     said = " ".join(ended.stderr.decode().split())
     assert "each image later than the one before" in said

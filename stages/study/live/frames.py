@@ -1,0 +1,254 @@
+"""Live images become poses one by one: the person is found, followed, lifted and rectified by the frames so far."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....models.detector.load import load_detector
+from ....models.detector.protocols import Detector, Found
+from ....models.detector.video import Search
+from ....models.gravity import Evidence, fuse, told_up
+from ....models.gravity.levelling import camera_frame
+from ....models.gravity.live import LiveFrame, LiveRectifier
+from ....models.lifter.live import LiveLifter
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.rotations import rotate, transpose
+from ....pipeline.core.take import Told
+from .source import Incoming, Shot, open_source
+
+_LOST = 30  # frames without the person who is shown, after which another may be
+_LATEST = 300  # frames that the running percentiles of the latency are of: 10 s
+
+
+@dataclass(frozen=True, eq=False)
+class LivePose:
+    """One frame of `live_frames`, by what was known at its time. NaN where something is missing or unknown.
+
+    frame: its number, of a video file the file's, else counted from 0 without the dropped ones. time_s: of its capture,
+    from the first image. captured_s: the same in seconds since 1970, by this machine's clock. person: the number that
+    the person goes by; None, and all joints NaN, in a frame without the person.
+    body, level: (17, 3) joints, H36M17, from the pelvis, in BODY and LEVEL: x back, y right, z up, the unit about the
+    metres of a person 1.7 m tall. In BODY the person always faces -x, in LEVEL only where the person faces the camera.
+    R_camera_from_body, R_camera_from_level: (3, 3). error_deg: expected error of R_camera_from_body. up: (3,) unit, in
+    CAMERA. up_bound_deg: it is off by no more in 90 % of takes. Both rest on all frames so far, so LEVEL settles in the
+    first seconds.
+    latency_ms: from the capture until this pose was there; latency_p50_ms, latency_p95_ms: of the last 300 frames.
+    dropped: images so far that came too fast and were left out.
+    """
+
+    frame: int
+    time_s: float
+    captured_s: float
+    person: int | None
+    body: np.ndarray
+    level: np.ndarray
+    R_camera_from_body: np.ndarray
+    R_camera_from_level: np.ndarray
+    error_deg: float
+    up: np.ndarray
+    up_bound_deg: float
+    latency_ms: float
+    latency_p50_ms: float
+    latency_p95_ms: float
+    dropped: int
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values for JSON by the same names; joints by name, None for NaN. Four decimals of
+        places are 0.1 mm of a person 1.7 m tall, finer than any lifter."""
+        joints = {
+            name: dict(zip(H36M17.joints, _plain(getattr(self, name), 4), strict=True))
+            for name in ("body", "level")
+        }
+        return {
+            "frame": self.frame,
+            "time_s": round(self.time_s, 6),
+            "captured_s": round(self.captured_s, 6),
+            "person": self.person,
+            **joints,
+            "R_camera_from_body": _plain(self.R_camera_from_body, 5),
+            "R_camera_from_level": _plain(self.R_camera_from_level, 5),
+            "error_deg": _plain(self.error_deg, 2),
+            "up": _plain(self.up, 5),
+            "up_bound_deg": _plain(self.up_bound_deg, 2),
+            "latency_ms": _plain(self.latency_ms, 2),
+            "latency_p50_ms": _plain(self.latency_p50_ms, 2),
+            "latency_p95_ms": _plain(self.latency_p95_ms, 2),
+            "dropped": self.dropped,
+        }
+
+
+def _plain(values: np.ndarray | float, digits: int) -> Any:
+    values = np.asarray(values, dtype=np.float64)
+    return np.where(np.isfinite(values), np.round(values, digits).astype(object), np.array(None)).tolist()
+
+
+def live_frames(
+    source: str | Path,
+    detector: str | Path | Detector = "movenet",
+    *,
+    person_detector: str | Path | None = None,
+    focal_px: float | None = None,
+    gravity: tuple[float, float, float] | None = None,
+    rectifier: str = "pcnet",
+    realtime: bool = False,
+) -> Iterator[LivePose]:
+    """The poses of one person from a live source, each as soon as it is there; nothing is written.
+
+    source: a camera's number or device, a URL, "-" for a pipe into stdin, or a video file. detector, person_detector:
+    names of `pcnet3d list models`, .onnx files, or a Detector of your own. focal_px: the camera's focal length.
+    gravity: which way things fall in CAMERA (x right, y down, z away), any length, if you know it. rectifier: as of
+    load_rectifier. realtime: play a video file at its own speed. The person who came first is followed. Images that
+    come while one is worked on are dropped, except the newest; those of a file wait, unless it is played in real time.
+
+    InputError for a source, a network or a value that cannot be used, and at the end for a source that broke.
+    """
+    shown = open_source(str(source), realtime)
+    found = load_detector(detector, person_detector) if isinstance(detector, str | Path) else detector
+    told = Told(focal_px=focal_px, gravity=gravity)
+    watch = Watch(Networks(found, rectifier, focal_px, told_up(told)))
+    incoming = Incoming(shown)
+    for shot in incoming.until(lambda: False):
+        yield watch.see(shot, incoming.dropped).pose
+    if incoming.broke is not None:
+        raise incoming.broke
+
+
+@dataclass(frozen=True, eq=False)
+class Networks:
+    """told: what the user tells about up, which nothing contradicts while the camera runs: the run at the end does."""
+
+    detector: Detector
+    rectifier: str
+    focal_px: float | None
+    told: Sequence[Evidence]
+
+    def for_camera(self, image_size: tuple[int, int]) -> tuple[LiveLifter, LiveRectifier]:
+        """Of a camera, or of another one behind a cut."""
+        return self.for_person(image_size), LiveRectifier(self.rectifier, self.told)
+
+    def for_person(self, image_size: tuple[int, int]) -> LiveLifter:
+        """Of another person: the lift of one rests on no keypoints of another. It may rest on an up that is told."""
+        up = fuse(self.told).up if self.told else None
+        return LiveLifter(self.detector.layout, image_size, self.focal_px, up=up)
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """One image and all that is known about it. joints: (17, 3) in CAMERA from the pelvis."""
+
+    shot: Shot
+    found: Found | None
+    joints: np.ndarray
+    live: LiveFrame
+    pose: LivePose
+
+
+class Watch:
+    """One person followed through the images of a source.
+
+    search: everybody who was found. size: the image's width and height. person: who is followed. latency: from capture
+    to pose.
+    """
+
+    def __init__(self, networks: Networks) -> None:
+        self.search = Search(networks.detector)
+        self.size = (0, 0)
+        self.person = Followed()
+        self.latency = Latency()
+        self._networks = networks
+        self._estimators: tuple[LiveLifter, LiveRectifier] | None = None
+
+    def see(self, shot: Shot, dropped: int) -> Moment:
+        """The next image. dropped: how many were, so far."""
+        search, person, networks = self.search, self.person, self._networks
+        cuts, before = len(search.cuts), person.name
+        found = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.image))
+        if self._estimators is None or len(search.cuts) > cuts:
+            height, width = shot.image.shape[:2]
+            self.size = width, height
+            self._estimators = networks.for_camera(self.size)
+        elif before not in (None, person.name):
+            self._estimators = networks.for_person(self.size), self._estimators[1]
+        lifter, rectifier = self._estimators
+        missing = np.full((len(networks.detector.layout), 2), np.nan)
+        xy, score = (missing, missing[:, 0]) if found is None else (found.xy, found.score)
+        joints = lifter.update(xy, score, shot.time_s)
+        live = rectifier.update(joints, shot.time_s)
+        R_camera_from_level = camera_frame(live.up)
+        body, level = (rotate(transpose(R), joints) for R in (live.R_camera_from_body, R_camera_from_level))
+        now_s = time.perf_counter()
+        self.latency.add(1000 * (now_s - shot.came_s))
+        p50, p95 = self.latency.latest()
+        pose = LivePose(
+            frame=shot.number,
+            time_s=shot.time_s,
+            captured_s=time.time() - (now_s - shot.came_s),
+            person=None if found is None else person.name,
+            body=body,
+            level=level,
+            R_camera_from_body=live.R_camera_from_body,
+            R_camera_from_level=R_camera_from_level,
+            error_deg=live.error_deg,
+            up=live.up,
+            up_bound_deg=live.up_bound_deg,
+            latency_ms=self.latency.ms[-1],
+            latency_p50_ms=p50,
+            latency_p95_ms=p95,
+            dropped=dropped,
+        )
+        return Moment(shot, found, joints, live, pose)
+
+
+@dataclass
+class Latency:
+    """ms: of every frame so far."""
+
+    ms: list[float] = field(default_factory=list)
+    _latest: deque[float] = field(default_factory=lambda: deque(maxlen=_LATEST))
+
+    def add(self, ms: float) -> None:
+        self.ms.append(ms)
+        self._latest.append(ms)
+
+    def latest(self) -> tuple[float, float]:
+        """p50 and p95 of the last frames."""
+        return _percentiles(self._latest)
+
+    def summary(self) -> dict[str, float]:
+        """p50 and p95 of all frames, as summary.json has them; empty without a frame."""
+        if not self.ms:
+            return {}
+        p50, p95 = _percentiles(self.ms)
+        return {"latency_p50_ms": round(p50, 2), "latency_p95_ms": round(p95, 2)}
+
+
+def _percentiles(ms: Sequence[float]) -> tuple[float, float]:
+    p50, p95 = np.percentile(ms, (50, 95))
+    return float(p50), float(p95)
+
+
+@dataclass
+class Followed:
+    """Who is shown: the first who came, until not seen for _LOST frames; then the largest."""
+
+    name: int | None = None
+    last: int = 0
+    shown: Counter[int] = field(default_factory=Counter)
+
+    def choose(self, number: int, people: Sequence[tuple[int, Found]]) -> Found | None:
+        """The one of a frame's people, by their names."""
+        named = dict(people)
+        if self.name not in named and (self.name is None or number - self.last > _LOST) and named:
+            self.name = max(named, key=lambda name: float(np.prod(named[name].box[2:] - named[name].box[:2])))
+        if self.name is None or self.name not in named:
+            return None
+        self.last = number
+        self.shown[self.name] += 1
+        return named[self.name]

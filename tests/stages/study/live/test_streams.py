@@ -1,0 +1,231 @@
+"""Poses that live sends: JSON lines, datagrams, OSC messages; receivers that are gone; addresses that cannot be."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import H36M17, InputError, rotate
+from pcnet3d.stages import LivePose, live_frames
+from pcnet3d.stages.study.live import streams
+from pcnet3d.stages.study.live.command import live
+from pcnet3d.stages.study.live.source import Incoming, Shot, Source, open_source
+from refusals import refused
+
+PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
+GEOMETRIC = ["rectify.rectifier=geometric"]
+
+
+@pytest.fixture(scope="module")
+def poses(numbered_film, toy_detector) -> list[LivePose]:
+    return list(live_frames(numbered_film, toy_detector, rectifier="geometric"))
+
+
+def test_every_frame_of_a_file_has_its_pose(poses):
+    assert [pose.frame for pose in poses] == list(range(60))
+    assert {pose.dropped for pose in poses} == {0}
+    for pose in poses[1:]:
+        in_camera = rotate(pose.R_camera_from_body, pose.body)
+        np.testing.assert_allclose(rotate(pose.R_camera_from_level, pose.level), in_camera, atol=1e-6)
+        np.testing.assert_allclose(pose.R_camera_from_level[:, 2], pose.up, atol=1e-6)
+        np.testing.assert_allclose(pose.R_camera_from_body[:, 2], pose.up, atol=1e-6)
+        np.testing.assert_allclose(pose.body[:, 2], pose.level[:, 2], atol=1e-6)  # one up
+    assert all(0 < pose.latency_ms < np.inf for pose in poses)
+    assert all(abs(pose.captured_s - time.time()) < 600 for pose in poses)
+
+
+def test_what_is_missing_is_null_in_json(poses):
+    nobody = replace(poses[5], person=None, body=np.full((17, 3), np.nan), error_deg=float("nan"))
+    sent = json.loads(streams.as_json(nobody))
+    assert sent["error_deg"] is None
+    assert sent["body"]["r_wrist"] == [None, None, None]
+    assert list(sent["level"]) == list(H36M17.joints)
+
+
+def command(film, toy, folder, *more: str) -> list[str]:
+    return [
+        *PCNET3D,
+        "live",
+        str(film),
+        "--detector",
+        str(toy),
+        "-o",
+        str(folder),
+        "--set",
+        *GEOMETRIC,
+        *more,
+    ]
+
+
+def test_standard_output_has_a_line_a_frame_and_nothing_else(numbered_film, toy_detector, poses, tmp_path):
+    ended = subprocess.run(
+        command(numbered_film, toy_detector, tmp_path / "out", "--stream", "-"), capture_output=True
+    )
+    assert ended.returncode == 0, ended.stderr
+    sent = [json.loads(line) for line in ended.stdout.splitlines()]
+    assert [each["frame"] for each in sent] == list(range(60))
+    np.testing.assert_allclose(
+        sent[-1]["body"]["r_wrist"], poses[-1].body[H36M17.index("r_wrist")], atol=1e-3
+    )
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())["live"]
+    assert (summary["frames"], summary["dropped"]) == (60, 0)
+    assert 0 < summary["latency_p50_ms"] <= summary["latency_p95_ms"]
+
+
+@pytest.mark.parametrize("reads", [0, 1])
+def test_a_reader_that_ends_leaves_the_recording_whole(numbered_film, toy_detector, tmp_path, reads):
+    output = tmp_path / "out"
+    with subprocess.Popen(
+        command(numbered_film, toy_detector, output, "--stream", "-"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        for _ in range(reads):
+            process.stdout.readline()
+        process.stdout.close()
+        said = process.stderr.read().decode()
+    assert process.returncode == 0, said
+    assert "Traceback" not in said
+    assert said.count("standard output is closed") == 1
+    with np.load(output / "poses.npz") as kept:
+        assert kept["frame_index"].tolist() == list(range(60))
+
+
+def test_a_reader_that_never_reads_stops_nothing(numbered_film, toy_detector, tmp_path, monkeypatch):
+    """A pipe holds some 25 lines, and no more than that and the waiting ones may be kept."""
+    monkeypatch.setattr(streams, "_END_S", 0.1)
+    with subprocess.Popen(
+        command(numbered_film, toy_detector, tmp_path / "out", "--stream", "-"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    ) as process:
+        assert process.wait(timeout=120) == 0
+    assert (tmp_path / "out" / "take.rrd").exists()
+
+
+def test_datagrams_are_the_same_objects(numbered_film, toy_detector, tmp_path):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.bind(("127.0.0.1", 0))
+        receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
+        receiver.settimeout(5)
+        address = f"udp://127.0.0.1:{receiver.getsockname()[1]}"
+        told = {"detector": str(toy_detector), "settings": GEOMETRIC, "stream": address}
+        live(source=str(numbered_film), output=tmp_path / "out", **told)
+        first = json.loads(receiver.recv(65535))
+    assert first["frame"] == 0
+    assert list(first["body"]) == list(H36M17.joints)
+
+
+def test_a_receiver_that_is_gone_is_told_of_once(numbered_film, toy_detector, tmp_path, capsys):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.bind(("127.0.0.1", 0))
+        address = f"udp://127.0.0.1:{receiver.getsockname()[1]}"
+    told = {"detector": str(toy_detector), "settings": GEOMETRIC, "stream": address}
+    live(source=str(numbered_film), output=tmp_path / "out", **told)
+    assert capsys.readouterr().err.count("cannot be reached") == 1
+    assert (tmp_path / "out" / "take.rrd").exists()
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["udp://", "udp://127.0.0.1", "udp://127.0.0.1:0", "udp://127.0.0.1:99999", "tcp://127.0.0.1:5", "there",
+     "udp://127.0.0.1:5/there", "udp://me@127.0.0.1:5"],
+)  # fmt: skip
+def test_an_address_that_cannot_be_is_refused_before_the_camera_opens(address, tmp_path, monkeypatch):
+    monkeypatch.setattr("pcnet3d.stages.study.live.command.open_source", None)
+    with refused("bad-value"):
+        live(source="0", output=tmp_path / "out", stream=address)
+    assert not any(tmp_path.iterdir())
+
+
+def test_osc_without_its_package_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pythonosc", None)
+    with refused("needs-package"):
+        live(source="0", output=tmp_path / "out", stream="osc://127.0.0.1:39539")
+
+
+def test_bones_against_their_parents_lead_to_the_joints(poses):
+    """Placed and turned one upon another, in Unity's axes, they end where the joints are."""
+    from scipy.spatial.transform import Rotation
+
+    from pcnet3d.stages.study.live.vmc import BONES, Performer
+
+    performer = Performer()
+    for pose in poses:
+        bones = performer.bones(pose)
+    assert list(bones) == list(BONES)
+    unity = pose.level[:, [1, 2, 0]] * (1, 1, -1)  # x right, y up, z front
+    at: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    for bone, (parent, joint, _) in BONES.items():
+        point, turn = bones[bone]
+        R = Rotation.from_quat(turn).as_matrix()
+        above, R_above = at.get(parent, (np.zeros(3), np.eye(3)))
+        at[bone] = above + R_above @ point, R_above @ R
+        expected = unity[H36M17.index(joint)] + bones["Hips"][0]
+        np.testing.assert_allclose(at[bone][0], expected, atol=1e-6)
+    for side, out in (("Left", -1), ("Right", 1)):  # in the T-pose an arm points out and a leg down
+        own = {"LowerArm": ("wrist", "elbow", (out, 0, 0)), "UpperArm": ("elbow", "shoulder", (out, 0, 0)),
+               "UpperLeg": ("knee", "hip", (0, -1, 0)), "LowerLeg": ("ankle", "knee", (0, -1, 0))}  # fmt: skip
+        for bone, (end, start, rest) in own.items():
+            limb = [unity[H36M17.index(f"{side[0].lower()}_{joint}")] for joint in (end, start)]
+            along = (limb[0] - limb[1]) / np.linalg.norm(limb[0] - limb[1])
+            np.testing.assert_allclose(at[f"{side}{bone}"][1] @ rest, along, atol=1e-6)
+
+
+def test_a_receiver_of_osc_reads_the_bundle(poses):
+    pytest.importorskip("pythonosc")
+    from pythonosc.osc_bundle import OscBundle
+
+    from pcnet3d.stages.study.live.vmc import BONES, Performer
+
+    messages = list(OscBundle(Performer().bundle(poses[-1])))
+    assert [each.address for each in messages[:3]] == ["/VMC/Ext/OK", "/VMC/Ext/T", "/VMC/Ext/Root/Pos"]
+    bones = {each.params[0]: each.params[1:] for each in messages[3:]}
+    assert {each.address for each in messages[3:]} == {"/VMC/Ext/Bone/Pos"}
+    assert list(bones) == list(BONES)
+    for place_and_turn in bones.values():
+        assert len(place_and_turn) == 7
+        assert np.linalg.norm(place_and_turn[3:]) == pytest.approx(1, abs=1e-5)
+
+
+def test_a_file_in_real_time_keeps_its_frame_numbers_and_drops_what_comes_too_fast(numbered_film):
+    incoming, numbers = Incoming(open_source(str(numbered_film), realtime=True)), []
+    start = time.perf_counter()
+    for shot in incoming.until(lambda: False):
+        assert shot.number == round(shot.time_s * 30)
+        assert time.perf_counter() - start > shot.time_s - 0.1
+        numbers.append(shot.number)
+        time.sleep(0.1)
+    assert incoming.dropped > 20
+    assert len(numbers) + incoming.dropped == 60
+
+
+def test_a_slow_worker_gets_the_newest_image():
+    """Lag stays under two frames: the one that is worked on, and the newest."""
+
+    def camera():
+        for number in range(40):
+            time.sleep(0.01)
+            yield Shot(number, number / 100, np.zeros((2, 2, 3), np.uint8))
+
+    waited = []
+    for shot in Incoming(Source("pipe", camera(), None, waits=False)).until(lambda: False):
+        waited.append(time.perf_counter() - shot.came_s)
+        time.sleep(0.05)
+    assert np.median(waited) < 0.05  # less than the work on one
+
+
+def test_real_time_is_of_files(tmp_path):
+    with refused("option-conflict"):
+        open_source("0", realtime=True)
+    with pytest.raises(InputError):
+        next(live_frames(tmp_path / "none.mp4"))
