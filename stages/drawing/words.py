@@ -27,7 +27,7 @@ _PLAINLY = {
 
 
 def errors_of_angles(how: AngleErrors | None) -> str:
-    """A sentence on where the errors of a take's angles and the figures made from them come from; empty without angles."""
+    """A sentence: the source of the errors of a take's angles and what is made from them; empty without angles."""
     words = "Errors of angles, and of ranges, repetitions and symmetry with them"
     return "" if how is None else f"{words}: {ERRORS_OF_ANGLES[how]}."
 

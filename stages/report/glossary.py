@@ -38,7 +38,7 @@ _EXPLAINED = {
     "peak_mdc90": "Equal peaks of one take differ by less than this in nine of ten cases.",
     "peak": "The largest angle; in a knee bend that of the less bent knee.",
     "jump_height": "By how much the centre of mass rises after the feet have left the floor.",
-    "height_by_flight_time": "From the time in the air alone, as on a jump mat; landing with bent legs makes it larger.",
+    "height_by_flight_time": "From the time in the air alone, as on a jump mat: landing with bent legs makes it high.",
     "contact_time": "How long the feet are on the floor before a jump that follows another within a second.",
     "take_off_feet": "On how many feet the person takes off.",
     "landing_feet": "On how many feet the person lands.",

@@ -101,7 +101,7 @@ def _off_keypoints(measures: Group, length: str) -> Markup:
 def _key_frames(take: Take) -> Markup:
     figures = key_figures(take)
     words = (
-        "Frames where something happened, and between them frames chosen for their posture. Beside each the same instant turned "
+        "Moments of events, and between them frames chosen for their posture. Beside each the same instant turned "
         "upright and facing you, and seen from its right side. Orange is the person's right, blue the left."
     )
     return small(words) + charts(figures) if figures else Markup("")
