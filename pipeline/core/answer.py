@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from .measures import (
     CANNOT_BE_TOLD,
@@ -26,7 +26,7 @@ _MOST = 4  # depths that are told one by one
 _SIDES = ("right", "left")
 _MOVEMENTS = {
     "walking": "walking", "knee_bends": "knee bends", "arm_raises": "raised arms", "jumps": "jumps",
-    "sitting": "sitting",
+    "punches": "punches", "kicks": "kicks", "sitting": "sitting",
 }  # fmt: skip
 _TIMES = ("never", "once", "twice")
 # What is told of the joints: where movements were recognised, and where none were.
@@ -49,9 +49,11 @@ def answer(take: Take) -> list[str]:
     poses = take.need("poses")
     metric = poses.frame.unit == "m"
     walking, bends = subgroup(measures, "walking"), subgroup(measures, "knee_bends")
-    legs = [*_walked(walking, metric), *_bent(bends)]
-    arms = _raised(subgroup(measures, "arm_raises"))
+    limbs = subgroup(measures, "off_keypoints")
+    legs = [*_walked(walking, metric), *_bent(bends, limbs)]
+    arms = _raised(subgroup(measures, "arm_raises"), limbs)
     done = [*legs, *arms, *_jumped(subgroup(measures, "jumps"))]
+    done += [*_struck(measures, "punches", "punched"), *_struck(measures, "kicks", "kicked")]
     shown = (*(_MOVED if legs or not arms else ()), *(_RAISED if arms else ())) if done else _ALL
     joints = [words for name in shown if (words := _range(subgroup(measures, "range_of_motion"), name))]
     seconds = poses.times[-1] - poses.times[0]
@@ -63,17 +65,22 @@ def answer(take: Take) -> list[str]:
 def _not_seen(measures: Group, seconds: float) -> list[str]:
     """A sentence on what was not there, one on what cannot be told, one on what was not looked for, where there is
     any."""
-    by: dict[str, list[str]] = {NONE: [], CANNOT_BE_TOLD: [], NOT_LOOKED_FOR: []}
+    by: dict[str, dict[str, list[str]]] = {NONE: {}, CANNOT_BE_TOLD: {}, NOT_LOOKED_FOR: {}}
     for name, words in _MOVEMENTS.items():
         group = subgroup(measures, name)
         if (code := text(group, "outcome")) not in by:
             continue
         why = [text(group, "reason"), *(text(subgroup(group, side), "reason") for side in _SIDES)]
-        reason = next(filter(None, why), "")
-        by[code].append(words if code == NONE or not reason else f"{words} ({reason})")
-    sentences = [f"no {_and(by[NONE], 'or')} in {seconds:.1f} s"] if by[NONE] else []
-    sentences += [f"cannot be told: {', '.join(by[CANNOT_BE_TOLD])}"] if by[CANNOT_BE_TOLD] else []
-    return sentences + ([f"not looked for: {', '.join(by[NOT_LOOKED_FOR])}"] if by[NOT_LOOKED_FOR] else [])
+        reason = "" if code == NONE else next(filter(None, why), "")
+        by[code].setdefault(reason, []).append(words)
+    said = {code: [_because(words, why) for why, words in of.items()] for code, of in by.items()}
+    sentences = [f"no {_and(by[NONE][''], 'or')} in {seconds:.1f} s"] if by[NONE] else []
+    sentences += [f"cannot be told: {', '.join(said[CANNOT_BE_TOLD])}"] if by[CANNOT_BE_TOLD] else []
+    return sentences + ([f"not looked for: {', '.join(said[NOT_LOOKED_FOR])}"] if by[NOT_LOOKED_FOR] else [])
+
+
+def _because(words: Sequence[str], reason: str) -> str:
+    return f"{_and(words)} ({reason})" if reason else ", ".join(words)
 
 
 def _walked(walking: Group, metric: bool) -> list[str]:
@@ -91,46 +98,87 @@ def _walked(walking: Group, metric: bool) -> list[str]:
     return [words]
 
 
-def _bent(bends: Group) -> list[str]:
+def _bent(bends: Group, limbs: Group) -> list[str]:
     count, squats = _count(bends), _count(bends, "squats")
-    if not count:
-        return []
-    if squats == count:
-        return [f"squatted {_counted([bends])}"]
-    among = f", {how_many(squats, 'squat')} among them" if squats else ""
-    return [f"bent the knees {_counted([bends])}{among}"]
+    among = f", {how_many(squats, 'squat')} among them" if 0 < squats < count else ""
+    did = "squatted" if squats == count else "bent the knees"
+    legs = [subgroup(limbs, leg) for leg in ("r_leg", "l_leg")]
+    return [
+        *([f"{did} {_counted([(bends, legs)])}{among}"] if count else []),
+        *_held("held the knees bent", bends),
+    ]
 
 
-def _raised(arms: Group) -> list[str]:
-    sides = {side: subgroup(arms, side) for side in _SIDES}
-    right, left = ((_count(of), text(of, "count_reason")) for of in sides.values())
+def _raised(arms: Group, limbs: Group) -> list[str]:
+    sides = {side: (subgroup(arms, side), [subgroup(limbs, f"{side[0]}_arm")]) for side in _SIDES}
+    right, left = ((_count(of), text(of, "count_reason")) for of, _ in sides.values())
+    held = [words for side, (of, _) in sides.items() for words in _held(f"held the {side} arm up", of)]
     if right == left and right[0]:
-        return [f"raised both arms {_counted(sides.values())}"]
-    return [f"raised the {side} arm {_counted([of])}" for side, of in sides.items() if _count(of)]
+        return [f"raised both arms {_counted(list(sides.values()))}", *held]
+    raised = (f"raised the {side} arm {_counted([arm])}" for side, arm in sides.items() if _count(arm[0]))
+    return [*raised, *held]
 
 
-def _counted(groups: Iterable[Group]) -> str:
-    """Such as "3 times to 102 ± 7 degrees"; and when there may have been more that nobody saw. groups: of one count."""
-    groups = list(groups)
-    often, unseen = _often(_count(groups[0])), text(groups[0], "count_reason")
-    return f"{f'at least {often} ({unseen})' if unseen else often}{_peaks(groups)}"
+def _held(what: str, of: Group) -> list[str]:
+    """Such as "held the knees bent once for 5.4 s"."""
+    holds = subgroup(of, "holds")
+    count, longest = _count(holds), value(holds, "longest")
+    if not count or longest is None:
+        return []
+    return [f"{what} {_often(count)}, {'for' if count == 1 else 'at most for'} {longest:.1f} s"]
 
 
-def _peaks(groups: Sequence[Group]) -> str:
+def _struck(measures: Group, movement: str, did: str) -> list[str]:
+    """Such as "punched 5 times with the right arm and at least twice with the left (why there may be more)"."""
+    limb = "arm" if movement == "punches" else "leg"
+    parts = []
+    for side in _SIDES:
+        of = subgroup(measures, movement, side)
+        if count := _count(of):
+            unseen = text(of, "count_reason")
+            parts.append(
+                f"{'at least ' * bool(unseen)}{_often(count)} with the {side} {limb}{f' ({unseen})' * bool(unseen)}"
+            )
+    return [f"{did} {_and(parts)}"] if parts else []
+
+
+# A movement, and the groups of the limbs that make it in `off_keypoints`.
+_Moved = tuple[Group, Sequence[Group]]
+
+
+def _counted(moved: Sequence[_Moved]) -> str:
+    """Such as "3 times to 102 ± 7 degrees"; and when there may have been more that nobody saw. moved: of one count."""
+    often, unseen = _often(_count(moved[0][0])), text(moved[0][0], "count_reason")
+    return f"{f'at least {often} ({unseen})' if unseen else often}{_peaks(moved)}"
+
+
+def _peaks(moved: Sequence[_Moved]) -> str:
     """Such as " to 102 degrees (± 7)", " to between 98 and 104 degrees (± 7)"; of both arms each side's own, and the
-    largest error."""
-    found = [(of, numbered(of, "peak")) for of in groups]
-    parts, errors = [], []
-    for _, peaks in found:
+    largest error. Without peaks whose limbs contradict their keypoints, which are counted behind."""
+    parts, errors, left_out = [], [], 0
+    for of, limbs in moved:
+        every = numbered(of, "peak")
+        peaks = [peak for peak, agrees in zip(every, _agree(of, limbs), strict=False) if agrees]
+        left_out += len(every) - len(peaks)
         if not peaks:
             continue
-        values, side = [round(peak.value) for peak in peaks], f" ({peaks[0].side})" if len(found) > 1 else ""
+        values, side = [round(peak.value) for peak in peaks], f" ({peaks[0].side})" if len(moved) > 1 else ""
         low, high = min(values), max(values)
         parts.append((f"{low}" if low == high else f"between {low} and {high}") + side)
         errors += [peak.bar for peak in peaks if peak.bar is not None]
+    against = f" ({how_many(left_out, 'angle')} left out: off the keypoints)" if left_out else ""
     if not parts:
-        return ""
-    return f" to {' and '.join(parts)} degrees{f' (± {max(errors):.0f})' if errors else ''}"
+        return against
+    return f" to {' and '.join(parts)} degrees{f' (± {max(errors):.0f})' if errors else ''}{against}"
+
+
+def _agree(of: Group, limbs: Sequence[Group]) -> list[bool]:
+    """Of each peak of a movement, whether all limbs agree with their keypoints then."""
+    at_s, peaks = moments(of, "peak_at"), numbered(of, "peak")
+    spans = [
+        span for limb in limbs for span in zip(moments(limb, "start"), moments(limb, "stop"), strict=True)
+    ]
+    return [not any(a <= at <= b for a, b in spans) for at in at_s] or [True] * len(peaks)
 
 
 def _jumped(jumps: Group) -> list[str]:

@@ -13,7 +13,15 @@ Side = Literal["", "right", "left"]
 SD_90 = 1.645  # standard deviations of a Gaussian to each side that hold nine in ten
 # What became of looking for a movement: the text of the remark `outcome`.
 SEEN, NONE, CANNOT_BE_TOLD, NOT_LOOKED_FOR = "seen", "none", "cannot-be-told", "not-looked-for"
-MOMENTS = ("start", "stop", "stride_start", "stride_stop", "landings", "toe_offs")  # names of all Moments
+MOMENTS = (
+    "start",
+    "stop",
+    "peak_at",
+    "stride_start",
+    "stride_stop",
+    "landings",
+    "toe_offs",
+)  # names of all Moments
 
 
 class Unit(NamedTuple):
@@ -97,8 +105,8 @@ class Remark:
 
 @dataclass(frozen=True)
 class Moments:
-    """Seconds of the take's clock at which something happens. `start` and `stop` in a group are those of the
-    repetitions that its numbered figures are of."""
+    """Seconds of the take's clock at which something happens. `start`, `stop` and `peak_at` in a group are
+    those of the repetitions that its numbered figures are of."""
 
     name: str
     at_s: tuple[float, ...]

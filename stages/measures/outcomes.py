@@ -6,16 +6,29 @@ from collections.abc import Sequence
 
 from ...pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, SEEN, Measure, Remark, Row
 
+# Seconds of the briefest movement that the program recognises: of knee bends, raised arms, punches and kicks the
+# briefest of the labelled takes (models/lab/evaluation/movements.json), three steps at 120 a minute (Perry & Burnfield
+# 2010) and a flight of 0.2 s with a landing of 0.3 s beside it.
+_LEAST_S = {
+    "walking": 1.5, "knee_bends": 0.8, "arm_raises": 1.6, "jumps": 0.5, "punches": 0.28, "kicks": 0.6,
+}  # fmt: skip
 
-def with_outcome(rows: Sequence[Row], looked: bool = True) -> list[Row]:
-    """The rows of a movement with the remark `outcome` in front of them, a code of pipeline/core/measures.py. looked:
-    False where something is lacking without which nobody can look for it.
 
-    A count of 0 says that there was none, unless its `reason` says where one may be hidden.
+def with_outcome(movement: str, rows: Sequence[Row], lasts_s: float, looked: bool = True) -> list[Row]:
+    """The rows of a movement with the remark `outcome` in front of them, a code of pipeline/core/measures.py. lasts_s:
+    the take's length, in one shorter than the movement a count of 0 does not say that there was none. looked: False
+    where something is lacking without which nobody can look for it.
+
+    A count of 0 says that there was none, unless its `reason` says where one may be hidden. A hold is seen too.
     """
+    rows = list(rows)
     counts = [row for row in rows if isinstance(row, Measure) and row.name in ("count", "steps")]
+    seen = any(row.value for row in counts)
+    if looked and not seen and lasts_s < _LEAST_S[movement]:
+        rows = [row for row in rows if not (isinstance(row, Remark) and row.name == "reason")]
+        rows.append(Remark("reason", f"{lasts_s:.2g} s is too short"))
     hidden = any(isinstance(row, Remark) and row.name == "reason" for row in rows)
-    if any(row.value for row in counts):
+    if seen:
         code = SEEN
     elif not looked:
         code = NOT_LOOKED_FOR

@@ -3,16 +3,16 @@ and what it rests on."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
-from ...models.angle_error.repeatability import Between, difference_sd, ends, judged, middle_sd, range_sd
+from ...models.angle_error.repeatability import ends, judged, middle_sd, range_sd
 from ...models.gait.gait import Gait, separation
-from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
+from ...models.gait.of_take import SIDES, body_joints, gait_of
 from ...models.place.airborne import Airborne, airborne
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import (
@@ -22,11 +22,11 @@ from ...pipeline.core.measures import (
     Remark,
     Row,
     grouped,
-    half_bar,
     measure,
     numbered,
     side_of,
     subgroup,
+    text,
     within,
 )
 from ...pipeline.core.messages import spans_in_words
@@ -34,30 +34,26 @@ from ...pipeline.core.notices import notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
-from ...pipeline.signals.angles import ANGLES, MIDLINE, continuous, of_both, unwrapped
-from ...pipeline.signals.filters import breaks, rate
+from ...pipeline.signals.angles import ANGLES, MIDLINE, continuous, of_both
+from ...pipeline.signals.filters import breaks
 from ...pipeline.signals.flights import Flight
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ...pipeline.signals.reprojection import residuals_of
-from .cycles import Repetition, alike, hiding, near_ends_s, normalised, repetitions
+from .columns import Columns
+from .cycles import Repetition
 from .figures import (
-    FEWEST_FOR_SD,
     basis,
     figure,
     figure_of_error,
-    figures,
-    middle,
-    moments,
     rounded,
-    spread,
     symmetry,
-    time_resolution,
     with_error,
 )
 from .floor import floor
 from .jumps import absorbs, jumping, jumps
 from .off_keypoints import off_keypoints
 from .outcomes import never_looked_for, with_outcome
+from .repeats import repeats
 from .smoothness import path_length
 from .strikes import strikes
 from .walking import FEWEST, doubts, walking
@@ -70,13 +66,6 @@ _SQUAT = 70.0
 _STAYS = (
     0.4  # legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing
 )
-_HALF = 0.5  # and both by this part of the largest change in the take
-# Of the briefest repetition, for nobody repeats a movement to the frame: a gap that leaves room for a briefer one hides
-# none. Of 63 series of lifted squats and raises this tells the seven that a gap made one short, and no other.
-_AS_LONG = 0.8
-# At the top of a movement: longer, and it is a posture that somebody holds. Squats of the labelled takes stay 0.3 to
-# 1.5 s below, arms with a box over the head 3.5.
-_HOLD_S = 3.0
 _IN_BENDS = ("r_knee_flexion", "l_knee_flexion", "r_hip_flexion", "l_hip_flexion", "trunk_lean_sagittal")
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
@@ -156,7 +145,7 @@ def measures(
         an arm goes up and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35
         (knees), 50 (arms) or 20 degrees at least, by half of the largest change in the take, and by more than noise
         makes: twice the standard deviation of a difference of two values. Means are of those that no gap cuts.
-        holds: those that stay at the top for over 3 s, which no count or mean has.
+        holds: those that stay at the top for over 3 s, which no count or mean has; absent where there are none.
         count_reason: when one more may have been where the angle is missing; `reason` where none was seen.
     walking: steps and strides between the feet's initial contacts (models/gait), in walks of three steps or more
         and runs of two, without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the
@@ -176,66 +165,42 @@ def measures(
     middle one of all repetitions. Cycles are curves of 101 points over 0 to 100 % of a repetition or stride, mean and
     standard deviation over those in which no frame is missing.
     """
-    take = _Columns(kinematics, filtered.times, breaks(filtered), judged(source))
+    take = Columns(kinematics, filtered.times, breaks(filtered), judged(source))
     body = body_joints(filtered, rectified)
     named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in kinematics]
     ranges = [row for name in named for row in within(name, _range(take, name), side_of(name))]
     on_demand = [
         row
         for name in repeated
-        for row in within(name, _repeats(take, name, take(name), take.sd(name), _ANY, [name]), side_of(name))
+        for row in within(name, repeats(take, name, take(name), take.sd(name), _ANY, [name]), side_of(name))
     ]
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
+    lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
+    movements = {
+        "knee_bends": _knee_bends(take, gait, jumped, apart, "steps" in grouped(walk)),
+        "arm_raises": _arm_raises(take),
+        **strikes(filtered, rectified, source.lifted),
+        "walking": walk,
+    }
     return (
         *within("range_of_motion", ranges),
         *within("symmetry", _symmetry(take, ranges, named)),
-        *within("knee_bends", with_outcome(_knee_bends(take, gait, jumped, apart))),
-        *within("arm_raises", with_outcome(_arm_raises(take))),
-        *strikes(filtered, rectified),
+        *(row for name, of in movements.items() for row in within(name, with_outcome(name, of, lasts_s))),
         *within("repetitions", on_demand),
-        *within("walking", with_outcome(walk)),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
-        *within("jumps", with_outcome(jumps(flights, jumped, rectified), flights.looked)),
+        *within("jumps", with_outcome("jumps", jumps(flights, jumped, rectified), lasts_s, flights.looked)),
         *within("sitting", never_looked_for()),
         *within("paths", _paths(take, rectified)),
     )
 
 
-@dataclass(frozen=True)
-class _Columns:
-    """The take's columns (T,) and its clock; an angle is NaN throughout where it is not among them. judged: whether the
-    errors of its differences are known (repeatability.judged)."""
-
-    columns: dict[str, np.ndarray]
-    times: np.ndarray
-    seams: tuple[int, ...]
-    judged: bool
-
-    def difference_sd(self, figure: str, errors: tuple[float, float], between: Between) -> float:
-        """Of two figures, whose errors are independent where nothing is known of their difference."""
-        return difference_sd(figure, errors, between) if self.judged else float(np.hypot(*errors))
-
-    def __call__(self, angle: str) -> np.ndarray:
-        return self.columns.get(f"{angle}_deg", np.full(len(self.times), np.nan))
-
-    def sd(self, angle: str) -> np.ndarray:
-        return self.columns.get(f"{angle}_sd_deg", np.full(len(self.times), np.nan))
-
-    def cycles(self, angle: str, spans: np.ndarray) -> Curve | None:
-        """Mean and, of six or more, standard deviation of an angle over spans (N, 2) in seconds; None when none is
-        whole."""
-        curves = alike(
-            normalised(unwrapped(self(angle)), self.times, spans, self.seams), ALL_ANGLES[angle].centre_deg
-        )
-        if not len(curves):
-            return None
-        sd = figures(curves.std(axis=0, ddof=1)) if len(curves) >= FEWEST_FOR_SD else None
-        return Curve(angle, len(curves), figures(curves.mean(axis=0)), sd)
-
-
-def _knee_bends(take: _Columns, gait: Gait, jumped: Sequence[Flight], apart: np.ndarray) -> list[Row]:
-    """apart: (T,) how far the ankles are apart, in lengths of a leg."""
+def _knee_bends(
+    take: Columns, gait: Gait, jumped: Sequence[Flight], apart: np.ndarray, steps_told: bool = True
+) -> list[Row]:
+    """apart: (T,) how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted:
+    a bend in which the feet seem to move may be one in place then."""
+    feet_move: list[tuple[float, float]] = []
 
     def in_place(bend: Repetition) -> bool:
         walks = any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps)
@@ -243,29 +208,35 @@ def _knee_bends(take: _Columns, gait: Gait, jumped: Sequence[Flight], apart: np.
             return False
         meanwhile = apart[(take.times >= bend.start_s) & (take.times <= bend.stop_s)]
         meanwhile = meanwhile[np.isfinite(meanwhile)]
-        return not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
+        stays = not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
+        if not stays and (span := (bend.start_s, bend.stop_s)) not in feet_move:
+            feet_move.append(span)
+        return stays
 
     right, left = take("r_knee_flexion"), take("l_knee_flexion")
     sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
-    bends = _repeats(take, "knee_flexion", np.minimum(right, left), sd, _BEND, _IN_BENDS, in_place)
+    bends = repeats(take, "knee_flexion", np.minimum(right, left), sd, _BEND, _IN_BENDS, in_place)
     if peaks := numbered(grouped(bends), "peak"):
         bends.append(Measure("squats", sum(peak.value >= _SQUAT for peak in peaks)))
+    elif feet_move and not steps_told and not text(grouped(bends), "reason"):
+        when = spans_in_words(feet_move)
+        bends.append(Remark("reason", f"whether the feet stay while the knees bend from {when} is not seen"))
     return bends
 
 
-def _arm_raises(take: _Columns) -> list[Row]:
+def _arm_raises(take: Columns) -> list[Row]:
     rows: list[Row] = []
     curves: list[Curve] = []
     for words, side in SIDES.items():
         angle = f"{side}_shoulder_elevation"
         shown = [f"{side}_{part}" for part in _IN_RAISES]
-        arm = _repeats(take, angle, take(angle), take.sd(angle), _RAISE, shown)
+        arm = repeats(take, angle, take(angle), take.sd(angle), _RAISE, shown)
         curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
         rows += within(words, [row for row in arm if not isinstance(row, Curves)], side_of(angle))
     return [*rows, *([Curves(tuple(curves))] if curves else [])]
 
 
-def _range(take: _Columns, name: str) -> list[Row]:
+def _range(take: Columns, name: str) -> list[Row]:
     values = continuous(take(name), ALL_ANGLES[name].centre_deg)
     known = values[np.isfinite(values)]
     if len(known) < FEWEST:
@@ -290,7 +261,7 @@ def _range(take: _Columns, name: str) -> list[Row]:
     ]
 
 
-def _symmetry(take: _Columns, ranges: Sequence[Row], angles: Sequence[str]) -> list[Row]:
+def _symmetry(take: Columns, ranges: Sequence[Row], angles: Sequence[str]) -> list[Row]:
     """Of the rows of the ranges of these angles."""
     formula = (
         "100 (right - left) / ((right + left) / 2) of the ranges between the 5th and 95th percentile; "
@@ -319,96 +290,7 @@ def _symmetry(take: _Columns, ranges: Sequence[Row], angles: Sequence[str]) -> l
     return result
 
 
-def _repeats(
-    take: _Columns,
-    angle: str,
-    driver: np.ndarray,
-    sd: np.ndarray,
-    least: float,
-    shown: Iterable[str],
-    counts: Callable[[Repetition], bool] = lambda one: True,
-) -> list[Row]:
-    """Of the values (T,) of an angle that drives a movement, with their standard deviations (T,), and of those shown
-    over the cycles of repetitions that count."""
-    if np.isfinite(driver).sum() < FEWEST:
-        return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
-    whole = float(np.nanmax(driver) - np.nanmin(driver))
-    usual = middle_sd(sd)
-    plain = max(least, _HALF * whole)
-    least = max(plain, NOISE * usual if np.isfinite(usual) else 0.0)
-    every = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
-    holds = [one for one in every if one.held_s > _HOLD_S]
-    found = [one for one in every if one.held_s <= _HOLD_S]
-    if not every and least > plain and any(map(counts, repetitions(driver, take.times, plain, take.seams))):
-        noise = f"changes by {whole:.0f} degrees, which its error may make (less than {least:.0f})"
-        return [Measure("count", 0), Remark("reason", f"the angle {noise}"), *basis(driver)]
-    whole_ones = [one for one in found if one.whole]
-    briefest_s = _AS_LONG * min((one.stop_s - one.start_s for one in whole_ones or found), default=0.0)
-    gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)
-    unseen = "count_reason" if found else "reason"
-    said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
-    result: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
-    if not found:
-        return result
-    result += [
-        moments("start", (one.start_s for one in found)),
-        moments("stop", (one.stop_s for one in found)),
-        *_peaks(take, angle, found, sd),
-    ]
-    if not whole_ones:
-        return result
-    spans = np.array([(one.start_s, one.stop_s) for one in whole_ones])
-    # Of a height above the valley, as of the whole rise. What a lifter has wrong of the posture in which a repetition
-    # begins it has wrong of the same one at its end and in the next, so that all are too long, or all too short.
-    height_sd = np.sqrt(2) * usual
-    ends_s = float(np.mean([near_ends_s(driver, take.times, one, height_sd) for one in whole_ones]))
-    durations_s, frames_s = spans[:, 1] - spans[:, 0], time_resolution(rate(take.times))
-    rises = np.array([one.rise for one in whole_ones])
-    curves = (take.cycles(name, spans) for name in shown)
-    return [
-        *result,
-        *spread("duration", "s", durations_s, frames_s, shared=ends_s),
-        *spread("rise", "deg", rises, shared=height_sd),
-        *_smoothness(whole_ones),
-        Curves(tuple(curve for curve in curves if curve)),
-    ]
-
-
-def _holds(held: Sequence[Repetition]) -> list[Row]:
-    """Postures that are held: no repetitions of a movement, and in none of its means."""
-    if not held:
-        return []
-    times: list[Row] = [
-        moments("start", (one.start_s for one in held)),
-        moments("stop", (one.stop_s for one in held)),
-    ]
-    longest = max(one.held_s for one in held)
-    return within("holds", [Measure("count", len(held)), *times, Measure("longest", figure(longest), "s")])
-
-
-def _peaks(take: _Columns, angle: str, found: Sequence[Repetition], sd: np.ndarray) -> list[Measure]:
-    """With their errors, if all have one, and then the minimal detectable change from one to another."""
-    errors = [float(sd[np.searchsorted(take.times, one.peak_s)]) for one in found]
-    peaks = [with_error("peak", "deg", one.peak, error) for one, error in zip(found, errors, strict=True)]
-    known = bool(np.isfinite(errors).all())
-    usual = middle_sd(np.array(errors))
-    mdc90 = half_bar(take.difference_sd(f"peak.{of_both(angle)}", (usual, usual), "repetitions"))
-    return [
-        *(replace(one, number=i, error=one.error if known else None) for i, one in enumerate(peaks)),
-        *([Measure("peak_mdc90", mdc90, "deg")] if known and len(peaks) > 1 else []),
-    ]
-
-
-def _smoothness(found: list[Repetition]) -> list[Measure]:
-    result: list[Measure] = []
-    for way in ("up", "down"):
-        for i, name in enumerate(("sparc", "log_dimensionless_jerk")):
-            values = np.array([getattr(one, way)[i] for one in found])
-            result += middle(f"{name}_{way}", values[np.isfinite(values)])
-    return result
-
-
-def _paths(take: _Columns, rectified: Rectified) -> list[Row]:
+def _paths(take: Columns, rectified: Rectified) -> list[Row]:
     if rectified.camera == "moving":
         why = "the camera moves, and its turning about the vertical would be part of the way"
         return [Remark("reason", why)]

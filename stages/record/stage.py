@@ -15,6 +15,7 @@ from ...pipeline.core.rotations import angle_deg, is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
+from ...pipeline.signals.reprojection import LIMBS, residuals_of
 from ..drawing.facts import length_unit, shared_up, voted
 from ..drawing.rerun_file import recording_file
 from ..drawing.rerun_log import log_axes, log_curves, log_notices, log_skeleton, log_video
@@ -26,7 +27,7 @@ from .measures import measures_markdown
 from .prints import foot_prints
 from .summary import summary_markdown
 from .up import log_up
-from .views import blueprint
+from .views import OFF_KEYPOINTS, blueprint
 from .walk import log_person, log_room
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ _WRISTS = {
     "l_wrist": ((0, 114, 178), (86, 180, 233), (0, 158, 115)),
     "r_wrist": ((213, 94, 0), (230, 159, 0), (204, 121, 167)),
 }
+# Arms and legs, right and left.
+_LIMBS = ((213, 94, 0), (0, 114, 178), (230, 159, 0), (86, 180, 233))
 _FRAME_BYTES, _FIXED_BYTES = 2048, 1 << 20  # of a recording without its video; 10,000 frames take 13 MB
 _UP, _BOUND, _ERROR = (110, 140, 255), (150, 150, 150), (213, 94, 0)
 
@@ -67,7 +70,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt and up (the
     votes as the camera's pitch and roll, and on the unit sphere); camera (the frame whose straight lines tell up, with
     them and the horizon); angles/<angle> with the ends of its 90 % band;
-    events; summary; measures.
+    off_keypoints (how far each limb is from its keypoints); events; summary; measures.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
@@ -131,6 +134,14 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
         for wrist, colours in _WRISTS.items():
             names = [f"{wrist} {axis} ({unit})" for axis in "xyz"]
             log_curves(recording, f"wrists/{entity}/{wrist}", skeleton, skeleton.joint(wrist), names, colours)
+
+
+def _log_off_keypoints(recording: rr.RecordingStream, take: Take) -> None:
+    if (residuals := residuals_of(take)) is None:
+        return
+    values = 100 * np.stack([residuals.limb(limb) for limb in LIMBS], axis=-1)
+    names = [f"{limb.replace('_', ' ')} (% of stature)" for limb in LIMBS]
+    log_curves(recording, OFF_KEYPOINTS, take.need("poses"), values, names, _LIMBS)
 
 
 def _log_rotation(recording: rr.RecordingStream, take: Take, size: float) -> None:

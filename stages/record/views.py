@@ -9,6 +9,7 @@ import numpy as np
 
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
+from ...pipeline.signals.reprojection import residuals_of
 from ..drawing.facts import OWN_WAYS, voted, ways_of_level
 from .angles import angle_views, angled
 from .camera import camera_view, looked
@@ -19,6 +20,7 @@ from .walk import floor, walk_view, walked
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
+OFF_KEYPOINTS = "off_keypoints"  # entity: how far each limb is from its keypoints
 # Where the eye stands, in sizes of the person from the pelvis and in the reference axes of a frame's family.
 _EYES = {
     "camera": (0.5, -0.4, -2.4),  # near the camera itself
@@ -80,6 +82,11 @@ def blueprint(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Bluep
                 rrb.Tabs(
                     _curves("rotation", "Rotation (deg)"),
                     *([_tilt()] if votes else []),
+                    *(
+                        [_curves(OFF_KEYPOINTS, "Limbs off keypoints (% of stature)")]
+                        if residuals_of(take)
+                        else []
+                    ),
                     active_tab=0,
                 ),
                 rrb.Tabs(*words, active_tab=0),

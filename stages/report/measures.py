@@ -55,6 +55,7 @@ _WORDS = {
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
     "count_reason": "there may be more",
+    "peak_at": "peak at",
     "peak_mdc90": "MDC90 from peak to peak",
     "nan_share": "share without a value",
 }  # fmt: skip
@@ -113,6 +114,8 @@ def _why(group: Group) -> str:
 
 def _found(group: Group) -> bool:
     """Whether there is more in it than a count of nothing, or a reason."""
+    if (holds := subgroup(group, "holds")) and _found(holds):
+        return True
     for name in ("steps", "count"):
         if name in group:
             return bool(value(group, name))

@@ -16,7 +16,7 @@ from pcnet3d.pipeline.core.measures import (
 from pcnet3d.stages.study.batch.study import place
 
 _LENGTHS = {"_length": "length", "_width": "length", "_height": "length", "_speed": "speed"}
-_MOMENTS = ("start_s", "stop_s", "stride_start_s", "stride_stop_s", "landings_s", "toe_offs_s")
+_MOMENTS = ("start_s", "stop_s", "peak_at_s", "stride_start_s", "stride_stop_s", "landings_s", "toe_offs_s")
 _SIDES = {"right": "right", "left": "left"}
 
 

@@ -57,6 +57,20 @@ def test_arms_and_jumps():
     )
 
 
+def test_an_angle_whose_limb_contradicts_its_keypoints_is_no_part_of_the_sentence():
+    raised = {"count": 3, "peak_deg": [98.0, 144.0, 101.0], "peak_at_s": [0.5, 1.5, 2.5]}
+    arms = {"arm_raises": {"right": raised, "left": {"count": 0}}}
+    off = {"r_arm": {"start_s": [1.2], "stop_s": [1.6]}, "l_arm": {"start_s": [0.4], "stop_s": [2.6]}}
+    assert answer(take(**arms, off_keypoints=off))[0] == (
+        "Raised the right arm 3 times to between 98 and 101 degrees (1 angle left out: off the keypoints)."
+    )
+    once = {"count": 1, "squats": 1, "peak_deg": [102.0], "peak_at_s": [1.4]}
+    leg = {"l_leg": {"start_s": [1.2], "stop_s": [1.6]}}
+    assert answer(take(knee_bends=once, off_keypoints=leg))[0] == (
+        "Squatted once (1 angle left out: off the keypoints)."
+    )
+
+
 def test_what_may_have_been_while_nobody_saw_is_not_said_to_be_absent():
     unseen = {"count_reason": "not seen from 3.60 to 4.50 s"}
     squats = {"count": 3, "squats": 3, "peak_deg": [102.0, 95.0, 98.0], **unseen}

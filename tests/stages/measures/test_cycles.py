@@ -28,9 +28,9 @@ def stroke(seconds, fps):
 def test_each_wave_is_a_repetition_with_its_times():
     found = repetitions(WAVES, TIME, 40)
     assert len(found) == 5
-    tenth = np.arccos(0.8) / np.pi  # 50 - 50 cos(pi t) = 10
+    begins, tenth = np.arccos(0.86) / np.pi, np.arccos(0.8) / np.pi  # 50 - 50 cos(pi t) = 7, 10
     for i, one in enumerate(found):
-        assert one.start_s == pytest.approx(2 * i + tenth, abs=2e-3)
+        assert one.start_s == pytest.approx(2 * i + begins, abs=2e-3)
         assert one.peak_s == pytest.approx(2 * i + 1)
         assert one.stop_s == pytest.approx(2 * i + 2 - tenth, abs=2e-3)
         assert (one.peak, one.rise) == (pytest.approx(100), pytest.approx(100, abs=0.5))
@@ -38,7 +38,9 @@ def test_each_wave_is_a_repetition_with_its_times():
 
 def test_the_same_backwards():
     there, back = repetitions(WAVES, TIME, 40), repetitions(WAVES[::-1], TIME, 40)[::-1]
-    np.testing.assert_allclose([10 - one.stop_s for one in back], [one.start_s for one in there])
+    np.testing.assert_allclose([10 - one.peak_s for one in back], [one.peak_s for one in there])
+    # Backwards too it begins lower than it ends.
+    np.testing.assert_allclose(sorted(one.start_s for one in back), [one.start_s for one in there], atol=2e-3)
     np.testing.assert_allclose([one.down for one in back], [one.up for one in there], atol=1e-6)
 
 
@@ -48,8 +50,9 @@ def test_who_begins_and_ends_on_a_seat_sits_down_once_less_than_they_rise():
 
 def test_a_repetition_that_begins_and_ends_higher_is_as_much_shorter():
     one = repetitions(WAVES, TIME, 40)[2]
-    tenth, fifth = (np.arccos(1 - 2 * share) / np.pi for share in (0.1, 0.2))
-    assert near_ends_s(WAVES, TIME, one, 10) == pytest.approx(2 * (fifth - tenth), abs=3e-3)
+    begins, higher, tenth, fifth = (np.arccos(1 - 2 * share) / np.pi for share in (0.07, 0.17, 0.1, 0.2))
+    shorter_s = higher - begins + fifth - tenth
+    assert near_ends_s(WAVES, TIME, one, 10) == pytest.approx(shorter_s, abs=3e-3)
     assert np.isnan(near_ends_s(WAVES, TIME, one, np.nan))
 
 

@@ -1,12 +1,14 @@
-"""A knee bend that takes up a landing is no squat; one before a jump, or long after it, is."""
+"""Outcomes of movements: a knee bend that takes up a landing is no squat, and what cannot be seen is not absent."""
 
 import numpy as np
 import pytest
 
 from pcnet3d.models.gait.gait import Gait
-from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, nested
 from pcnet3d.pipeline.signals.flights import Flight
-from pcnet3d.stages.measures.stage import _Columns, _knee_bends
+from pcnet3d.stages.measures.columns import Columns
+from pcnet3d.stages.measures.outcomes import with_outcome
+from pcnet3d.stages.measures.stage import _knee_bends
 
 TIMES = np.arange(0, 6, 1 / 30)
 
@@ -20,6 +22,26 @@ def test_landing_is_no_squat(lowest_s, count):
     columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
     still = np.zeros(len(TIMES))
     bends = nested(
-        _knee_bends(_Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, []), [jump], still)
+        _knee_bends(Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, []), [jump], still)
     )
     assert (bends["count"], bends.get("squats", 0)) == (count, count)
+
+
+@pytest.mark.parametrize(("steps_told", "outcome"), [(True, NONE), (False, CANNOT_BE_TOLD)])
+def test_a_bend_with_feet_that_seem_to_move_is_none_only_where_steps_are_seen(steps_told, outcome):
+    """Somebody faces the camera, so that how far the feet are apart is depth, as in steps that cannot be counted."""
+    columns = {f"{side}_knee_flexion_deg": 70 * np.exp(-(((TIMES - 3) / 0.4) ** 2)) for side in "rl"}
+    apart = np.where(TIMES < 3, 0.0, 0.5)
+    bends = _knee_bends(
+        Columns(columns, TIMES, (), False), Gait({"r": [], "l": []}, []), [], apart, steps_told
+    )
+    assert nested(with_outcome("knee_bends", bends, 6.0))["outcome"] == outcome
+
+
+@pytest.mark.parametrize(("lasts_s", "outcome"), [(0.2, CANNOT_BE_TOLD), (3.0, NONE)])
+@pytest.mark.parametrize("movement", ["walking", "knee_bends", "arm_raises", "jumps", "punches", "kicks"])
+def test_what_a_take_is_too_short_for_is_not_said_to_be_absent(movement, lasts_s, outcome):
+    if (movement, lasts_s) == ("punches", 0.2):
+        lasts_s = 0.1
+    assert nested(with_outcome(movement, [Measure("count", 0)], lasts_s))["outcome"] == outcome
+    assert nested(with_outcome(movement, [Measure("count", 1)], lasts_s))["outcome"] == SEEN

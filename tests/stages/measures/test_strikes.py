@@ -1,17 +1,34 @@
 """Punches and kicks, holds, and where a repetition begins: known answers of made-up limbs and signals."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from golden.measures import rows_of
 from pcnet3d.models.angle_error.off_keypoints import agrees, steady, widened
 from pcnet3d.models.angle_error.take_angles import AngleSeries
 from pcnet3d.models.lab.evaluation.repetitions import Judged, judge
+from pcnet3d.pipeline import CAMERA, PoseSequence, Take
+from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.layouts import H36M17
-from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, nested, within
 from pcnet3d.pipeline.signals.reprojection import Residuals
+from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.cycles import repetitions
-from pcnet3d.stages.measures.stage import _BEND, _Columns, _repeats
-from pcnet3d.stages.measures.strikes import _kicks, _Limb, _punches
+from pcnet3d.stages.measures.outcomes import with_outcome
+from pcnet3d.stages.measures.repeats import repeats
+from pcnet3d.stages.measures.stage import _BEND
+from pcnet3d.stages.measures.strikes import _kicks, _Limb, _punches, _trimmed, strikes
+from pcnet3d.stages.report.measures import happened
+
+# A person who stands: hips, knees, ankles, arms that hang.
+BODY = np.zeros((17, 3))
+for side, across in (("r", 0.2), ("l", -0.2)):
+    heights = {"hip": 0.0, "knee": -0.45, "ankle": -0.9, "shoulder": 0.5, "elbow": 0.2, "wrist": -0.05}
+    for part, height in heights.items():
+        BODY[H36M17.index(f"{side}_{part}")] = across, 0.0, height
+BODY[H36M17.index("thorax"), 2] = 0.5
 
 TIMES = np.arange(0, 12, 1 / 30)
 
@@ -30,18 +47,65 @@ def test_what_moves_before_a_rise_is_no_part_of_it():
 
 def test_a_hold_is_no_repetition():
     held = 10 + 100 * np.clip(np.minimum(TIMES - 2, 9 - TIMES), 0, 1)
-    columns = _Columns({"x_deg": held}, TIMES, (), False)
-    found = nested(_repeats(columns, "knee_flexion", held, np.full(len(TIMES), np.nan), _BEND, []))
+    columns = Columns({"x_deg": held}, TIMES, (), False)
+    found = nested(repeats(columns, "knee_flexion", held, np.full(len(TIMES), np.nan), _BEND, []))
     assert found["count"] == 0
     assert found["holds"]["count"] == 1
     assert found["holds"]["start_s"][0] == pytest.approx(2.1, abs=0.05)
     assert found["holds"]["longest_s"] == pytest.approx(5.4, abs=0.2)
 
 
+def test_a_take_with_only_a_hold_says_so():
+    held = 10 + 100 * np.clip(np.minimum(TIMES - 2, 9 - TIMES), 0, 1)
+    columns = Columns({"x_deg": held}, TIMES, (), False)
+    rows = repeats(columns, "knee_flexion", held, np.full(len(TIMES), np.nan), _BEND, [])
+    bends = with_outcome("knee_bends", rows, 12.0)
+    assert nested(bends)["outcome"] == SEEN
+    poses = PoseSequence(np.zeros((31, 17, 3)), H36M17, CAMERA, time_s=np.arange(31) / 10)
+    said = answer(Take("take", poses=poses, measures=tuple(within("knee_bends", bends))))
+    assert said == ["Held the knees bent once, for 5.4 s."]
+    page = happened(within("knee_bends", bends), "m")
+    assert "holds" in page.lower()
+    assert "not found" not in page
+
+
+def test_without_a_punch_lifted_poses_do_not_say_that_there_was_none():
+    """The lifter shows one labelled punch in seven, and nearly every kick."""
+    level = PoseSequence(
+        np.random.default_rng(0).normal(size=(60, 17, 3)) * 0.001 + BODY, H36M17, CAMERA, time_s=TIMES[:60]
+    )
+    rectified = SimpleNamespace(level_ok=True, level_reason="")
+    for lifted, punches in ((True, CANNOT_BE_TOLD), (False, NONE)):
+        found = strikes(level, rectified, lifted)
+        assert nested(with_outcome("punches", found["punches"], 2.0))["outcome"] == punches
+        assert nested(with_outcome("kicks", found["kicks"], 2.0))["outcome"] == NONE
+
+
+def test_a_guard_that_rises_slowly_is_no_part_of_the_punch():
+    """The arm opens a little from 2 s on and shoots out at 6 s: the punch lasts under a second."""
+    reach = 0.4 + 0.05 * np.clip((TIMES - 2) / 3, 0, 1) + bump(6, 0.12, 0.5)
+    (one,) = repetitions(reach, TIMES, 0.25)
+    limb = _Limb(reach, np.zeros_like(TIMES), np.full(len(TIMES), 6.0), 0.6, reach)
+    punch = _trimmed(limb, TIMES, one)
+    assert 5.6 < punch.start_s < 6 < punch.stop_s < 6.4
+
+
+def test_punches_and_kicks_are_told_by_side():
+    right, left = {"count": 5, "count_reason": "lifted poses show few of them"}, {"count": 1}
+    measures = rows_of(
+        {"punches": {"right": right, "left": left}, "kicks": {"right": {"count": 2}, "left": {"count": 0}}}
+    )
+    poses = PoseSequence(np.zeros((31, 17, 3)), H36M17, CAMERA, time_s=np.arange(31) / 10)
+    assert answer(Take("take", poses=poses, measures=measures))[0] == (
+        "Punched at least 5 times with the right arm (lifted poses show few of them) and once with the left arm; "
+        "kicked twice with the right leg."
+    )
+
+
 def test_a_slow_reach_is_no_punch_and_a_slow_leg_no_kick():
     reach = np.full(30, 0.9)
     for speed, counts in ((1.0, False), (6.0, True)):
-        limb = _Limb(reach, np.zeros(30), np.full(30, speed), 0.6)
+        limb = _Limb(reach, np.zeros(30), np.full(30, speed), 0.6, reach)
         assert _punches(limb, slice(0, 30), 15) is counts
         assert _kicks(limb, slice(0, 30), 15) is counts
 

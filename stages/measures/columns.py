@@ -1,0 +1,46 @@
+"""A take's columns, as the measures read them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...models.angle_error.repeatability import Between, difference_sd
+from ...pipeline.core.measures import Curve
+from ...pipeline.signals.angles import unwrapped
+from ...pipeline.signals.foot_angles import ALL_ANGLES
+from .cycles import alike, normalised
+from .figures import FEWEST_FOR_SD, figures
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The take's columns (T,) and its clock; an angle is NaN throughout where it is not among them. judged: whether the
+    errors of its differences are known (repeatability.judged)."""
+
+    columns: dict[str, np.ndarray]
+    times: np.ndarray
+    seams: tuple[int, ...]
+    judged: bool
+
+    def difference_sd(self, figure: str, errors: tuple[float, float], between: Between) -> float:
+        """Of two figures, whose errors are independent where nothing is known of their difference."""
+        return difference_sd(figure, errors, between) if self.judged else float(np.hypot(*errors))
+
+    def __call__(self, angle: str) -> np.ndarray:
+        return self.columns.get(f"{angle}_deg", np.full(len(self.times), np.nan))
+
+    def sd(self, angle: str) -> np.ndarray:
+        return self.columns.get(f"{angle}_sd_deg", np.full(len(self.times), np.nan))
+
+    def cycles(self, angle: str, spans: np.ndarray) -> Curve | None:
+        """Mean and, of six or more, standard deviation of an angle over spans (N, 2) in seconds; None when none is
+        whole."""
+        curves = alike(
+            normalised(unwrapped(self(angle)), self.times, spans, self.seams), ALL_ANGLES[angle].centre_deg
+        )
+        if not len(curves):
+            return None
+        sd = figures(curves.std(axis=0, ddof=1)) if len(curves) >= FEWEST_FOR_SD else None
+        return Curve(angle, len(curves), figures(curves.mean(axis=0)), sd)

@@ -1,0 +1,117 @@
+"""Repetitions of an angle as rows: how many, from when to when, how high, how smooth, and postures that are held."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...models.angle_error.repeatability import middle_sd
+from ...models.gait.of_take import NOISE
+from ...pipeline.core.measures import Curves, Measure, Remark, Row, half_bar, within
+from ...pipeline.core.messages import spans_in_words
+from ...pipeline.signals.angles import of_both
+from ...pipeline.signals.filters import rate
+from .columns import Columns
+from .cycles import Repetition, hiding, near_ends_s, repetitions
+from .figures import basis, figure, middle, moments, spread, time_resolution, with_error
+from .walking import FEWEST
+
+_HALF = 0.5  # a repetition rises by this part of the largest change in the take
+# Of the briefest repetition, for nobody repeats a movement to the frame: a gap that leaves room for a briefer one hides
+# none. Of 63 series of lifted squats and raises this tells the seven that a gap made one short, and no other.
+_AS_LONG = 0.8
+# At the top of a movement: longer, and it is a posture that somebody holds. Squats of the labelled takes stay 0.3 to
+# 1.5 s below, arms with a box over the head 3.5.
+_HOLD_S = 3.0
+
+
+def repeats(
+    take: Columns,
+    angle: str,
+    driver: np.ndarray,
+    sd: np.ndarray,
+    least: float,
+    shown: Iterable[str],
+    counts: Callable[[Repetition], bool] = lambda one: True,
+) -> list[Row]:
+    """Of the values (T,) of an angle that drives a movement, with their standard deviations (T,), and of those shown
+    over the cycles of repetitions that count."""
+    if np.isfinite(driver).sum() < FEWEST:
+        return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
+    whole = float(np.nanmax(driver) - np.nanmin(driver))
+    usual = middle_sd(sd)
+    plain = max(least, _HALF * whole)
+    least = max(plain, NOISE * usual if np.isfinite(usual) else 0.0)
+    every = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
+    holds = [one for one in every if one.held_s > _HOLD_S]
+    found = [one for one in every if one.held_s <= _HOLD_S]
+    if not every and least > plain and any(map(counts, repetitions(driver, take.times, plain, take.seams))):
+        noise = f"changes by {whole:.0f} degrees, which its error may make (less than {least:.0f})"
+        return [Measure("count", 0), Remark("reason", f"the angle {noise}"), *basis(driver)]
+    whole_ones = [one for one in found if one.whole]
+    briefest_s = _AS_LONG * min((one.stop_s - one.start_s for one in whole_ones or found), default=0.0)
+    gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)
+    unseen = "count_reason" if found else "reason"
+    said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
+    result: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
+    if not found:
+        return result
+    result += [
+        moments("start", (one.start_s for one in found)),
+        moments("stop", (one.stop_s for one in found)),
+        moments("peak_at", (one.peak_s for one in found)),
+        *_peaks(take, angle, found, sd),
+    ]
+    if not whole_ones:
+        return result
+    spans = np.array([(one.start_s, one.stop_s) for one in whole_ones])
+    # Of a height above the valley, as of the whole rise. What a lifter has wrong of the posture in which a repetition
+    # begins it has wrong of the same one at its end and in the next, so that all are too long, or all too short.
+    height_sd = np.sqrt(2) * usual
+    ends_s = float(np.mean([near_ends_s(driver, take.times, one, height_sd) for one in whole_ones]))
+    durations_s, frames_s = spans[:, 1] - spans[:, 0], time_resolution(rate(take.times))
+    rises = np.array([one.rise for one in whole_ones])
+    curves = (take.cycles(name, spans) for name in shown)
+    return [
+        *result,
+        *spread("duration", "s", durations_s, frames_s, shared=ends_s),
+        *spread("rise", "deg", rises, shared=height_sd),
+        *_smoothness(whole_ones),
+        Curves(tuple(curve for curve in curves if curve)),
+    ]
+
+
+def _holds(held: Sequence[Repetition]) -> list[Row]:
+    """Postures that are held: no repetitions of a movement, and in none of its means."""
+    if not held:
+        return []
+    times: list[Row] = [
+        moments("start", (one.start_s for one in held)),
+        moments("stop", (one.stop_s for one in held)),
+    ]
+    longest = max(one.held_s for one in held)
+    return within("holds", [Measure("count", len(held)), *times, Measure("longest", figure(longest), "s")])
+
+
+def _peaks(take: Columns, angle: str, found: Sequence[Repetition], sd: np.ndarray) -> list[Measure]:
+    """With their errors, if all have one, and then the minimal detectable change from one to another."""
+    errors = [float(sd[np.searchsorted(take.times, one.peak_s)]) for one in found]
+    peaks = [with_error("peak", "deg", one.peak, error) for one, error in zip(found, errors, strict=True)]
+    known = bool(np.isfinite(errors).all())
+    usual = middle_sd(np.array(errors))
+    mdc90 = half_bar(take.difference_sd(f"peak.{of_both(angle)}", (usual, usual), "repetitions"))
+    return [
+        *(replace(one, number=i, error=one.error if known else None) for i, one in enumerate(peaks)),
+        *([Measure("peak_mdc90", mdc90, "deg")] if known and len(peaks) > 1 else []),
+    ]
+
+
+def _smoothness(found: list[Repetition]) -> list[Measure]:
+    result: list[Measure] = []
+    for way in ("up", "down"):
+        for i, name in enumerate(("sparc", "log_dimensionless_jerk")):
+            values = np.array([getattr(one, way)[i] for one in found])
+            result += middle(f"{name}_{way}", values[np.isfinite(values)])
+    return result
