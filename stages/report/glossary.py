@@ -39,7 +39,7 @@ _EXPLAINED = {
     "peak_at": "When the angle is largest.",
     "peak": "The largest angle; in a knee bend that of the less bent knee.",
     "jump_height": "By how much the centre of mass rises after the feet have left the floor.",
-    "height_by_flight_time": "From the time in the air alone, as on a jump mat; too high after a landing with bent legs.",
+    "height_by_flight_time": "From time in the air alone, as on a jump mat; too high if landing with bent legs.",
     "contact_time": "How long the feet are on the floor before a jump that follows another within a second.",
     "take_off_feet": "On how many feet the person takes off.",
     "landing_feet": "On how many feet the person lands.",
