@@ -1,7 +1,7 @@
 # %% [markdown]
 # # From a file of keypoints to acceleration and joint angles
 #
-# For whoever wants to use pcnet3d from Python, in a notebook or a script.
+# For users of pcnet3d in Python, in a notebook or a script.
 #
 # A detector's 2D keypoints are read, lifted to 3D, levelled, and turned into the acceleration of the right wrist in
 # LEVEL (z is up against gravity, one heading for the take) and the flexion of the right knee, each with the error

@@ -123,5 +123,5 @@ def _said(path: PelvisPath, camera: Camera, poses: PoseSequence, seen: np.ndarra
         guess=guess,
         unjudged=""
         if made_by_the_built_in(poses)
-        else "; nobody has judged how far that holds of these poses",
+        else "; whether this holds for these poses was not measured",
     )

@@ -115,7 +115,7 @@ class Trajectories:
             notices.append(notice("smoothed-by-estimated-error", what="positions" if lifted else "they"))
         elif known_error:
             unjudged = (
-                "" if judged else "; nobody has judged that, and positions state no standard deviations"
+                "" if judged else "; that error was not checked, and positions have no standard deviations"
             )
             notices.append(notice("smoothed-by-stated-error", unjudged=unjudged))
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
@@ -142,9 +142,9 @@ def known_motions(
     """The motion of these joints, and of the root where there is one, smoothed by what is known of their errors, each
     as one path by name.
 
-    The error is the poses' covariance. Without one it is estimated from the paths, which do not tell what errs slowly:
+    The error is the poses' covariance. Without one it is estimated from the paths, which do not show slow errors:
     then positions state no error, and neither does anything of the root, or of poses that are not lifted
-    (PoseSequence.lifted). What a lifter states that nobody has judged smooths the paths, and no position has its error.
+    (PoseSequence.lifted). The stated error of a lifter that was not measured smooths the paths, but positions get none.
     Where a joint is missing its motion has values in between, with the error of that, but not across frames in which
     nobody was seen.
     """

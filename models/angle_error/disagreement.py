@@ -1,4 +1,4 @@
-"""Errors of the angles of poses by a lifter that nobody has judged, by how far they are from the built-in lifter's.
+"""Errors of angles from a lifter whose errors were not measured, by their distance from the built-in lifter's.
 
 Both lifters look at the same keypoints. Where the built-in one is right within its own stated error, the other is wrong
 by what they are apart, within that error; so the squares of both add. What both do wrong in the same way is in the

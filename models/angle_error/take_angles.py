@@ -116,7 +116,7 @@ def angle_series(
     poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, noise: JointNoise | None
 ) -> tuple[dict[str, AngleSeries], np.ndarray]:
     """`take_angles` of poses that are rectified, and their times (T,). filtered: rectified's LEVEL through the low-
-    pass; noise: of the lifter that made them, None where nobody has judged it. InputError for another layout or frame.
+    pass; noise: of the lifter that made them, None where it was not measured. InputError for another layout or frame.
     """
     if poses.layout != H36M17:
         raise InputError(

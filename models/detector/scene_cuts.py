@@ -36,7 +36,7 @@ class Glance:
 
     def is_cut_to(self, now: Glance) -> bool:
         """Whether the next image shows another scene. Brighter, darker or a flash is none; nor is an image of one
-        colour, so whoever asks keeps the last that `shows` something."""
+        colour, so the caller keeps the last that `shows` something."""
         if not (self.shows and now.shows) or float(self._pattern @ now._pattern) >= _ALIKE:
             return False
         change = np.abs(self.small.astype(np.float32) - now.small)

@@ -40,7 +40,7 @@ def gait_of(
 
 
 def unjudged(poses: PoseSequence, rectified: Rectified) -> bool:
-    """Whether angles that state no error are of a lifter that nobody has judged, and not measured."""
+    """Whether angles without a stated error come from a lifter whose errors were not measured, not from capture."""
     return poses.made_by.kind != "measured" and not rectified.in_world
 
 
@@ -53,7 +53,7 @@ def least_step(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> flo
 def separation_sd(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> float:
     """Median standard deviation of the separation, in lengths of a leg, by those that the columns (T,) state for thighs
     and shanks in degrees. Both bones are half of a leg, and the four errors are taken for independent. Where none is
-    stated it is 0, or, of a lifter that nobody has judged (unjudged), what the built-in one's angles have."""
+    stated it is 0, or, for a lifter whose errors were not measured (unjudged), that of the built-in lifter's angles."""
     usual = _USUAL if unjudged else 0.0
     parts = [
         0.5 * np.cos(np.radians(columns[f"{name}_deg"])) * np.radians(columns[f"{name}_sd_deg"])

@@ -229,7 +229,7 @@ class PoseSequence:
 
     def with_(self, **changes: Any) -> PoseSequence:
         """A copy with other fields, checked again. Other joints, axes or layouts leave no covariance and no feet unless
-        they are given: whoever moves the joints knows what becomes of their errors, and of the feet (`mapped`)."""
+        they are given: the caller that moves the joints moves their errors and the feet too (`mapped`)."""
         if changes.keys() & {"joints", "layout", "frame"}:
             changes = {"covariance": None, "feet": None, **changes}
         return replace(self, **changes)

@@ -69,7 +69,7 @@ class Writer(Protocol):
 
     file: its name in the run's folder. what: one line for `pcnet3d list writers`.
     write(take, path): writes it, whole or not at all; InputError when the take lacks what the file holds. It may return
-        notices: what whoever opens the file has to know, for summary.json and the report.
+        notices: what a user of the file has to know, for summary.json and the report.
 
     What else it may have: images, whether its file holds images of the person, which `--no-frames` refuses; metric,
     whether it holds metres, which a take without a scale does not have; check(), an InputError before any of the run's

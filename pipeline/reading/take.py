@@ -98,7 +98,7 @@ class Person:
 
 
 def open_people(options: RunOptions) -> tuple[Person, ...]:
-    """A take of everybody in the file of poses, or without one of keypoints; whoever cannot be read has a reason.
+    """A take of each person in the file of poses or, without one, of keypoints; a person not readable has a reason.
 
     Keypoints beside poses belong to the person of the same name, or where a file's people have none of their own, to
     the one whose limbs lie as theirs. Raises InputError when a file cannot be read at all, and when the two files name

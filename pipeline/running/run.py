@@ -217,7 +217,7 @@ def _by_scene(
 
 
 def _people(options: RunOptions) -> tuple[Person, ...]:
-    """Everybody in the files; whoever is seen too briefly has that for a reason."""
+    """Everybody in the files; a person seen too briefly has that as the reason."""
     people = []
     for person in open_people(options):
         if person.frames < FEWEST_FRAMES:

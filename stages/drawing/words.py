@@ -7,9 +7,9 @@ from ...pipeline.core.take import AngleErrors
 from .page import Cell, Soft
 
 ERRORS_OF_ANGLES: dict[AngleErrors, str] = {
-    "judged": "as judged of the built-in lifter",
+    "judged": "as measured for the built-in lifter",
     "disagreement": "by disagreement with the built-in lifter",
-    "file": "of the file that was given",
+    "file": "from the given file",
     "none": "not known",
 }
 
@@ -27,7 +27,7 @@ _PLAINLY = {
 
 
 def errors_of_angles(how: AngleErrors | None) -> str:
-    """A sentence on how the errors of a take's angles are known, and of what rests on them; empty without angles."""
+    """A sentence: the source of the errors of a take's angles and what is made from them; empty without angles."""
     words = "Errors of angles, and of ranges, repetitions and symmetry with them"
     return "" if how is None else f"{words}: {ERRORS_OF_ANGLES[how]}."
 

@@ -148,7 +148,7 @@ def _keypoints(keypoints: PoseSequence) -> dict[str, Any]:
 
 
 def _about(poses: PoseSequence) -> dict[str, Any]:
-    """What summary.json says of poses or keypoints beside their arrays, for whoever reads the run back."""
+    """What summary.json says about poses or keypoints beside their arrays, to read the run back."""
     return {
         "person": poses.person,
         "frames_known": poses.frames_known,

@@ -36,7 +36,7 @@ class _Errors:
 def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> _Errors:
     """What holds for nine in ten flights of train and validation subjects, by 1.645. Captured: 88 against the feet's
     true contacts, frames at either end, and how far the ankle is stretched. Lifted: the same before cameras, typical
-    and wild, where the error of up (up_deg) counts. NaN for a lifter that nobody has judged."""
+    and wild, where the error of up (up_deg) counts. NaN for a lifter whose errors were not measured."""
     if not airborne.lifted:
         return _Errors(0.026, 0.013)
     if not airborne.judged:

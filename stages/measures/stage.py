@@ -134,8 +134,8 @@ def measures(
     of right less left and from repetition to repetition (peak_mdc90) by what these were off on lifted takes with truth
     (models/angle_error/repeatability.py), for other lifters the errors of two moments taken for independent; of means
     over repetitions by their spread, but by half of a frame's length at least; of gait figures by what they were off on
-    walks with truth (models/gait/errors.py), and none of poses by a lifter that nobody has judged, nor of lengths and
-    speeds that no lifter has had a part in. Figures end at the first digit of their error.
+    walks with truth (models/gait/errors.py), and none for poses of lifters whose errors were not measured, nor for
+    lengths and speeds of motion capture. Figures end at the first digit of their error.
 
     range_of_motion: of each angle; p05_p95_deg leaves the highest and lowest twentieth of the frames out, which are
         noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames

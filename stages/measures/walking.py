@@ -142,8 +142,8 @@ def walking(
 
 
 def errors_of(source: PoseSequence) -> GaitErrors | None:
-    """Those of the figures of poses that the built-in lifter made, or that were measured; None where nobody has judged
-    who made them."""
+    """Errors of gait figures from poses of the built-in lifter or of motion capture; None for other lifters, whose
+    errors were not measured."""
     if source.made_by.kind == "measured":
         return shipped_errors("measured")
     return shipped_errors("lifted") if made_by_the_built_in(source) else None

@@ -41,7 +41,7 @@ def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
     return (
         small(
             "From the 5th to the 95th percentile of the frames, in degrees; the true angle lies within ± in nine "
-            "of ten cases. Difference: right less left range, over their mean; ± is its MDC90: where nothing differs, "
+            "of ten cases. Difference: right minus left range, divided by their mean; ± is its MDC90: if equal, "
             "nine in ten differences lie within it. Grey: it lies within ±, or some values are beyond what a joint "
             "reaches. "
             f"{errors_of_angles(errors)}"

@@ -6,9 +6,9 @@ from __future__ import annotations
 _EXPLAINED = {
     "steps": "From one foot's landing to the other foot's; a walk has one landing more than it has steps.",
     "strides": "From a foot's landing to the next landing of the same foot.",
-    "walks": "Stretches of three steps or more, of a run two, without a stop or a sharp turn.",
+    "walks": "Stretches of at least three steps (two in a run) without a stop or a sharp turn.",
     "cadence": "Steps a minute, by the mean step time.",
-    "walking_speed": "How far the pelvis goes from landing to landing, by time.",
+    "walking_speed": "Distance that the pelvis moves between landings, divided by time.",
     "step_length": "From the other foot's place to this foot's, along the walk.",
     "stride_length": "From a foot's place to its next one, along the walk.",
     "step_width": "How far to the side a foot stands from the middle of the other foot's two places.",
@@ -24,29 +24,29 @@ _EXPLAINED = {
     "knee_at_contact": "Knee flexion when the foot lands.",
     "knee_loading_peak": "The highest knee flexion in the first half of stance (loading response).",
     "knee_swing_peak": "The highest knee flexion while the foot is in the air.",
-    "hip_lowest": "The lowest hip flexion of a stride; negative is extension. Of the thigh against the trunk.",
-    "symmetry_index": "Right less left, over their mean: 0 % when both are alike, positive when the right is larger.",
+    "hip_lowest": "The lowest hip flexion (thigh against trunk) of a stride; negative is extension.",
+    "symmetry_index": "Right minus left, divided by their mean: 0 % when equal, positive when the right is larger.",
     "stride_start": "When each stride begins: the foot lands.",
     "stride_stop": "When each stride ends: the same foot lands again, in the same walk.",
     "landings": "When the foot first touches the floor (initial contact).",
     "toe_offs": "When the foot leaves the floor.",
-    "belt_speed": "Of the treadmill.",
+    "belt_speed": "Speed of the treadmill.",
     "count": "How often it was seen in the whole take.",
     "squats": "Knee bends in which the less bent knee reaches 70 degrees.",
-    "duration": "From 7 % of the rise on the way there to a tenth on the way back, where no gap hides either.",
-    "rise": "By how much the angle grows, where no gap hides where from or where to.",
-    "peak_mdc90": "Two peaks of one take that differ by less may be alike: of equal peaks nine in ten differ by less.",
+    "duration": "From 7 % of the rise going out to 10 % coming back; not given if a gap hides either.",
+    "rise": "By how much the angle grows; not given if a gap hides its start or end.",
+    "peak_mdc90": "Equal peaks of one take differ by less than this in nine of ten cases.",
     "peak_at": "When the angle is largest.",
-    "peak": "The largest angle; of a knee bend the less bent knee's.",
+    "peak": "The largest angle; in a knee bend that of the less bent knee.",
     "jump_height": "By how much the centre of mass rises after the feet have left the floor.",
-    "height_by_flight_time": "By the time in the air alone, as of a jump mat; landing with bent legs makes it larger.",
+    "height_by_flight_time": "From time in the air alone, as on a jump mat; too high if landing with bent legs.",
     "contact_time": "How long the feet are on the floor before a jump that follows another within a second.",
     "take_off_feet": "On how many feet the person takes off.",
     "landing_feet": "On how many feet the person lands.",
-    "floor_height": "Of the floor under the feet, from where the path is counted: the camera, or the world's origin.",
-    "slope": "Of the floor along the walk.",
-    "path_length": "How far it moves in all.",
-    "mean_speed": "Path length by time.",
+    "floor_height": "Height of the floor under the feet, measured from the camera or the world's origin.",
+    "slope": "Slope of the floor along the walk.",
+    "path_length": "Total distance moved.",
+    "mean_speed": "Path length divided by time.",
 }  # fmt: skip
 
 
@@ -68,4 +68,4 @@ def explained(name: str, running: bool = False) -> str:
     said = _EXPLAINED.get(name) or _EXPLAINED.get(plain, "")
     if said and plain in _USUAL and not running and not name.startswith("sd_"):
         said = f"{said} {_USUAL[plain]}"
-    return f"How much it differs from one to the next. {said}" if said and name.startswith("sd_") else said
+    return f"How much it varies from one to the next. {said}" if said and name.startswith("sd_") else said

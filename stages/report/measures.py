@@ -61,9 +61,9 @@ _WORDS = {
 }  # fmt: skip
 _OUTCOMES = {CANNOT_BE_TOLD: "cannot be told", NOT_LOOKED_FOR: "not looked for"}
 _ERRORS = (
-    "The true figure lies within ± in nine of ten cases; of one without ± the error is not known. "
-    "A click on a figure says what it is. SD: standard deviation. "
-    "Grey: a difference within its ±, which is its MDC90: where nothing differs, nine in ten differences lie within it."
+    "The true figure lies within ± in nine of ten cases; without ± the error is not known. "
+    "Click a figure to see what it is. SD: standard deviation. "
+    "Grey: a difference within its ±, which is its MDC90: if nothing differs, nine in ten differences lie within it."
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
 _ELSEWHERE = ("range_of_motion", "symmetry", "paths", "off_keypoints")  # beside the angles and the speeds

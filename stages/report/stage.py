@@ -30,7 +30,7 @@ from .player import skeleton_player
 from .sections import files_beside, gravity_words, provenance, session_words, told_of, up_table
 from .trust import trust
 
-_ERRORS = "±, within a value, and 90 % mean one thing on this page: nine in ten true values lie within it."
+_ERRORS = 'On this page ±, "within" and 90 % mean the same: nine in ten true values lie in that range.'
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def _off_keypoints(measures: Group, length: str) -> Markup:
 def _key_frames(take: Take) -> Markup:
     figures = key_figures(take)
     words = (
-        "Where something happened, and between it frames chosen for their posture. Beside each the same instant turned "
+        "Moments of events, and between them frames chosen for their posture. Beside each the same instant turned "
         "upright and facing you, and seen from its right side. Orange is the person's right, blue the left."
     )
     return small(words) + charts(figures) if figures else Markup("")

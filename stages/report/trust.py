@@ -22,17 +22,17 @@ _WELL = 6.0
 # Degrees that joint angles are known to within (90 %, median): less than a knee bends in the stance of a walk (15 to
 # 20, Perry & Burnfield 2010), so that such a movement can be told.
 _TOLD = 15.0
-_WHOLE = 0.05  # share of the joints that may be missing "but for moments": one second in twenty
+_WHOLE = 0.05  # share of the joints that may be missing "except for moments": one second in twenty
 _MOST = 5  # stretches that are told
 _SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
 # Trunk lengths, about a quarter of a metre, that some joint goes in a take that shows how somebody moves. The joints of
-# lifts wander by 0.2 to 0.3 in a video of one photo, or of who stands still.
+# lifts wander by 0.2 to 0.3 in a video of one photo, or of a person who stands still.
 _MOVES = 0.5
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
 _WORDS = {
-    "good": ("To be trusted", "within the errors that stand beside each figure."),
-    "care": ("With care", "figures hold within their errors, but mind what is marked below."),
-    "bad": ("Not to be relied on", "see what is marked below."),
+    "good": ("Good", "figures hold within the errors beside them."),
+    "care": ("Check", "figures hold within their errors, but read what is marked below."),
+    "bad": ("Do not rely on it", "read what is marked below."),
 }
 _TO_GRAVITY = "trunk lean, angles of thigh, shank and upper arm to the vertical, heights and paths"
 
@@ -58,7 +58,9 @@ def _undoubted(poses: PoseSequence) -> str:
     """What poses without doubts are, in a sentence, as far as they show it."""
     joints = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))]
     if len(joints) < 2:
-        return "Nothing speaks against them, but fewer than two whole frames show neither steady bones nor movement."
+        return (
+            "No fault was found, but fewer than two complete frames show neither steady bones nor movement."
+        )
     thorax, pelvis = (joints[:, poses.layout.index(name)] for name in ("thorax", "pelvis"))
     trunk = float(np.median(np.linalg.norm(thorax - pelvis, axis=-1)))
     goes = float(np.linalg.norm(np.ptp(joints, axis=0), axis=-1).max())
@@ -129,9 +131,9 @@ def _view(take: Take) -> Check:
         return "In view", "care", [*texts, words]
     level: Level = "good" if missing < _WHOLE else "care"
     if take.keypoints is None:
-        words += " Without 2D keypoints more is not known."
+        words += " Without 2D keypoints the page cannot say more."
     elif level == "good":
-        words = f"Both arms and legs were seen throughout, but for moments. {words}"
+        words = f"Both arms and legs were seen throughout, except for moments. {words}"
     return "In view", level, [words]
 
 

@@ -265,4 +265,4 @@ def test_of_poses_that_nobody_has_judged_speed_and_floor_have_no_error(take):
     assert "floor_height_error" not in found["floor"]
     assert "walking_speed_error" not in found["walking"]
     said = {each.code: each.text for each in done.notices}
-    assert "nobody has judged" in said["placed"]
+    assert "was not measured" in said["placed"]

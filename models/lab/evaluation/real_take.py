@@ -3,7 +3,7 @@
 A man who balances, seen by four calibrated cameras that stand still and lean: his limbs are known from all of them
 together (triangulated), and so is which way is up. Every camera is judged by itself, focal length unknown, on three
 kinds of 2D keypoints, without those that a run takes for not seen: found in the video, those that OpenPose found, and
-the truth seen through the camera. Then the same man standing still, of whom only up is known.
+the truth seen through the camera. Then the same man standing still, where only up is known.
 """
 
 from __future__ import annotations

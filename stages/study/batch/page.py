@@ -269,12 +269,12 @@ def _changes(changed: Sequence[Change]) -> Markup:
         ]
     words = (
         "Differences of each subject's mean, compared within the same condition or visit; subjects who have both, "
-        "without takes that could not be levelled, have unusable poses or show several people, of whom nothing says "
-        "who the subject is. 95 % interval: of the mean (Student's t); n: subjects. Single subjects: limits of "
-        "agreement, the mean and 1.96 standard deviations of the differences to each side (Bland & Altman 1986), "
-        "in which change of the person and error of the method are not told apart. Both hold what the rounding of the "
-        "figures makes at least. MDC90: of a subject's single takes, beyond which lies one in ten changes where none "
-        "is, from wherever both were filmed. All measures are in changes.csv."
+        "without takes that could not be levelled, have unusable poses or show several people, because "
+        "the subject is not marked there. 95 % interval: of the mean (Student's t); n: subjects. Single subjects: "
+        "limits of agreement, the mean ± 1.96 standard deviations of the differences (Bland & Altman 1986), which "
+        "contain both change of the person and error of the method. Both include at least the rounding of the "
+        "figures. MDC90, for single takes of a subject from any camera place: if nothing changed, one change in ten "
+        "is larger. All measures are in changes.csv."
     )
     return joined(tables) + small(words) if tables else Markup("")
 

@@ -30,8 +30,8 @@ from .figures import JointAgreement
 from .wrists import AXES, WRISTS, wrist_charts
 
 _ERRORS = (
-    "±, within the errors, and 90 % mean one thing on this page: nine in ten true values lie within it. "
-    "Of the figures that are said to differ, a tenth does by chance at most (Benjamini & Hochberg 1995)."
+    "On this page ±, within the errors and 90 % mean the same: nine in ten true values lie in that range. "
+    "Of the figures said to differ, at most a tenth does so by chance (Benjamini & Hochberg 1995)."
 )
 LOWER_BOUND = (
     "Half of a root mean square difference is a lower bound of the error of one of the two, here as for angles: runs "

@@ -31,7 +31,7 @@ def test_two_lines_and_the_page(take, tmp_path, capsys):
     show_files(tmp_path)
     point_to(tmp_path)
     trusted, what, files, view, page = capsys.readouterr().out.splitlines()
-    assert trusted.startswith("the poses are good; the take is levelled, its up known to within")
+    assert trusted.startswith("the poses are good; the take is levelled, up is known to within")
     assert what == f"{take.poses.times[-1]:.1f} s, {len(take.poses)} frames."
     assert files == f"{tmp_path}: report.html, take.rrd"
     assert view == f"the recording: pcnet3d view {tmp_path}"
@@ -43,7 +43,7 @@ def test_two_lines_and_the_page(take, tmp_path, capsys):
 )
 def test_a_bound_is_said_with_the_same_digits_everywhere(take, bound, words):
     known = take.with_(rectified=replace(take.rectified, up_bound_deg=np.full(len(take.poses), bound)))
-    assert trust(known)[1].endswith(f"its up known to within {words} degrees")
+    assert trust(known)[1].endswith(f"up is known to within {words} degrees")
     assert facts_of(known).bound_words == words
 
 

@@ -37,9 +37,9 @@ def test_a_take_without_doubts_is_to_be_trusted(walk_take):
     take = known(walk_take, 2.7)
     assert level(take) == "good"
     said = trust(take, facts_of(take))
-    assert "To be trusted:" in said
+    assert "Good:" in said
     assert "Known to within 2.7° (90 %)." in said
-    assert "Known to within 8° (90 %) in most frames, as judged of the built-in lifter." in said
+    assert "Known to within 8° (90 %) in most frames, as measured for the built-in lifter." in said
     assert said.count('<dt class="good">') == 5
 
 

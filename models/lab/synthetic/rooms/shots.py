@@ -1,4 +1,4 @@
-"""Images with their truth: who took them, how, and of whom."""
+"""Images with their truth: the camera, its pose, and the person in view."""
 
 from __future__ import annotations
 
