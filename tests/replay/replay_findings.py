@@ -254,7 +254,7 @@ def slow_motion(bench: Bench) -> Answer:
     said = [*pace_doubts(smooth(rectify(slow).level)[0]), *fall_doubts(jumps.jumping(8))]
     real = [*pace_doubts(smooth(rectify(poses).level)[0]), *fall_doubts(jumps.jumping(1))]
     return " | ".join(each.text for each in said), [each.code for each in said] == [
-        "moves-slowly",
+        "gait-against-rate",
         "falls-slowly",
     ] and not real
 
