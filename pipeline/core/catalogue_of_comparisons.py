@@ -24,7 +24,7 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
     "run-lacks-angles": ("warning", "files",
         "{run} has no {angles}: only the other angles are compared; run it again to have all."),
     "truth-lacks-joints": ("note", "files",
-        "The motion capture has no {joints}: the rest is compared, without {angles}."),
+        "The motion capture has no {joints}; the rest is compared. Angles left out: {angles}."),
     "truth-trunk-by-shoulders": ("note", "files",
         "The motion capture has no thorax: in both, the trunk line goes from the middle of the hips to the middle of "
         "the shoulders."),

@@ -210,7 +210,7 @@ def _lacking(joints: np.ndarray, series: Mapping[str, AngleSeries]) -> Iterator[
         return
     without = [name for name, angle in series.items() if not np.isfinite(angle.value_deg).any()]
     yield notice(
-        "truth-lacks-joints", joints=", ".join(joints_without), angles=", ".join(without) or "no angle"
+        "truth-lacks-joints", joints=", ".join(joints_without), angles=", ".join(without) or "none"
     )
     if "thorax" in joints_without and _has(joints, *_SHOULDERS):
         yield notice("truth-trunk-by-shoulders")
