@@ -209,9 +209,7 @@ def _lacking(joints: np.ndarray, series: Mapping[str, AngleSeries]) -> Iterator[
     if not joints_without:
         return
     without = [name for name, angle in series.items() if not np.isfinite(angle.value_deg).any()]
-    yield notice(
-        "truth-lacks-joints", joints=", ".join(joints_without), angles=", ".join(without) or "none"
-    )
+    yield notice("truth-lacks-joints", joints=", ".join(joints_without), angles=", ".join(without) or "none")
     if "thorax" in joints_without and _has(joints, *_SHOULDERS):
         yield notice("truth-trunk-by-shoulders")
 
