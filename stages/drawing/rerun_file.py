@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _CHUNK = 1 << 20  # bytes that are copied at a time
 _END = b"RRF2FOOT"  # of the .rrd format, and 4 bytes after it
-# The SDK cleans up after earlier recordings of any thread, and waits there for those that are still written.
+# Several recordings at once in one process were seen to wait for each other for ever; the cause is not known.
 _TURN = threading.RLock()
 
 

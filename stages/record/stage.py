@@ -106,6 +106,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
         _log_poses(recording, shown, size)
         _log_rotation(recording, shown, size)
         del shown
+        _log_off_keypoints(recording, take)
         file.check()
         log_room(recording, take, prints, size)
         log_angles(recording, angles_with_gaps_marked(take))

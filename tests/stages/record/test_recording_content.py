@@ -3,13 +3,17 @@
 import shutil
 import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pcnet3d.pipeline import Y_UP, InputError, Pipeline, change_frame, notice, own_notice
+from pcnet3d.pipeline.signals.reprojection import LIMBS
+from pcnet3d.stages.record import stage
 from pcnet3d.stages.record.stage import Record, record
 from pcnet3d.stages.record.summary import summary_markdown
+from pcnet3d.stages.record.views import OFF_KEYPOINTS
 
 NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"
 
@@ -364,3 +368,11 @@ def test_a_recording_that_was_cut_off_is_told(make_take, tmp_path, monkeypatch):
     with pytest.raises(InputError, match="could not be written to its end; is the disk full"):
         record(make_take(), tmp_path / "take.rrd")
     assert not list(tmp_path.iterdir())
+
+
+def test_how_far_each_limb_is_from_its_keypoints(taken, monkeypatch):
+    shares = {limb: np.linspace(0, 0.01 * (1 + i), 12) for i, limb in enumerate(LIMBS)}  # of the stature
+    monkeypatch.setattr(stage, "residuals_of", lambda take: SimpleNamespace(limb=shares.get))
+    _, recording = taken()
+    _, _, values = recording.over_time(OFF_KEYPOINTS, "Scalars:scalars")
+    np.testing.assert_allclose(values, 100 * np.stack([*shares.values()], axis=-1), atol=1e-6)
