@@ -1,17 +1,15 @@
 """The speed command counts operations right and says all that it promises; no absolute times."""
 
 import json
-import subprocess
-import sys
 
 import pytest
 
+from commands import pcnet3d
 from pcnet3d.models import load_rectifier
 from pcnet3d.pipeline import InputError
 
 onnx = pytest.importorskip("onnx", reason="measuring needs onnx, the extra 'train'")
 bench = pytest.importorskip("pcnet3d.models.lab.bench.rectify")
-PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 
 
 def graph(*nodes, weights, output):
@@ -69,7 +67,7 @@ def test_a_symmetric_network_works_twice(tmp_path):
 
 def test_it_measures_a_network_and_its_int8_form(tmp_path):
     command = ["bench", "rectify", "--count", "80", "--rounds", "1", "--threads", "1", "-o", "speed.json"]
-    result = subprocess.run([*PCNET3D, *command], capture_output=True, text=True, cwd=tmp_path, timeout=120)
+    result = pcnet3d(*command, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert "GEMM" in result.stdout
     assert "poses/s" in result.stdout
@@ -98,6 +96,6 @@ def test_what_is_no_network_or_no_bench_is_refused():
         bench.measure(["geometric"], 1, 1)
     with pytest.raises(InputError, match=r"none\.onnx"):
         bench.measure(["none.onnx"], 1, 1)
-    result = subprocess.run([*PCNET3D, "bench", "lift"], capture_output=True, text=True, timeout=120)
+    result = pcnet3d("bench", "lift")
     assert result.returncode == 2
     assert "No such command 'lift'" in result.stderr
