@@ -3,9 +3,11 @@
 import contextlib
 import io
 import os
+import runpy
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import patch
 
@@ -16,8 +18,25 @@ APART = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"] 
 
 def pcnet3d(*words: object, cwd: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
     """pcnet3d("run", ...): exit code and what it said, on 80 columns as where there is no terminal."""
+    return _called(main, ["pcnet3d", *map(str, words)], cwd, environment)
+
+
+def module(
+    name: str, *words: object, cwd: Path | None = None, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """The same of `python -m pcnet3d.NAME`."""
+
+    def begin() -> None:
+        runpy.run_module(f"pcnet3d.{name}", run_name="__main__", alter_sys=True)
+
+    return _called(begin, [name, *map(str, words)], cwd, environment)
+
+
+def _called(
+    begin: Callable[[], None], argv: list[str], cwd: Path | None, environment: dict[str, str]
+) -> subprocess.CompletedProcess[str]:
     out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
-    argv, terminate, code = ["pcnet3d", *map(str, words)], signal.getsignal(signal.SIGTERM), 0
+    terminate, code = signal.getsignal(signal.SIGTERM), 0
     with (
         patch.object(sys, "argv", argv),
         patch.dict(os.environ, {"COLUMNS": "80", **environment}),
@@ -26,7 +45,7 @@ def pcnet3d(*words: object, cwd: Path | None = None, **environment: str) -> subp
         contextlib.redirect_stderr(err),
     ):
         try:
-            main()
+            begin()
         except SystemExit as ended:
             code = ended.code or 0
         finally:

@@ -291,7 +291,7 @@ def test_a_file_that_a_viewer_has_open_stays_as_it_was(windows_files, tmp_path):
 
 
 def test_a_run_with_every_writer_leaves_no_file_open(windows_files, tmp_path):
-    walk = walker(seconds=2)
+    walk = walker(seconds=1)
     (tmp_path / "in").mkdir()
     files = write_files(tmp_path / "in", walk, side_camera(walk))
     options = RunOptions(
