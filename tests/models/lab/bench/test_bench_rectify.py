@@ -1,6 +1,7 @@
 """The speed command counts operations right and says all that it promises; no absolute times."""
 
 import json
+from functools import partial
 
 import pytest
 
@@ -10,6 +11,7 @@ from pcnet3d.pipeline import InputError
 
 onnx = pytest.importorskip("onnx", reason="measuring needs onnx, the extra 'train'")
 bench = pytest.importorskip("pcnet3d.models.lab.bench.rectify")
+quantising = pytest.importorskip("pcnet3d.models.lab.training.rectifier.quantise")
 
 
 def graph(*nodes, weights, output):
@@ -65,7 +67,11 @@ def test_a_symmetric_network_works_twice(tmp_path):
     assert counted == [2 * layers, 4 * layers]
 
 
-def test_it_measures_a_network_and_its_int8_form(tmp_path):
+def test_it_measures_a_network_and_its_int8_form(tmp_path, monkeypatch):
+    for name, few in {"_GEMM_RUNS": 1, "_SINGLES": 20, "_STARTS": 1}.items():
+        monkeypatch.setattr(bench, name, few)
+    for module in (bench, quantising):
+        monkeypatch.setattr(module, "rotation_change", partial(quantising.rotation_change, count=500))
     command = ["bench", "rectify", "--count", "80", "--rounds", "1", "--threads", "1", "-o", "speed.json"]
     result = pcnet3d(*command, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
