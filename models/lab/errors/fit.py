@@ -57,7 +57,7 @@ def _weights(takes: Sequence[Stated]) -> Iterator[np.ndarray]:
     every = np.ones(len(of_take), bool)
     for use in (every, *(use for name in takes[0].known for *_, use in tenths(takes, name))):
         cases = np.bincount(of_take[use], minlength=len(takes))
-        of_person = np.bincount(people[cases > 0])  # takes
+        of_person = np.bincount(people[cases > 0], minlength=len(takes))  # takes
         weight = np.zeros(len(of_take))
         weight[use] = 1 / (of_person[people] * cases)[of_take[use]]
         yield weight
