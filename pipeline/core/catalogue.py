@@ -268,7 +268,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "states{unjudged}."),
     "smoothed-by-estimated-error": ("note", "motion",
         "Paths, velocities and accelerations are smoothed by an error of the joints that is estimated from the "
-        "paths. This does not show slow errors, so {what} have no standard deviations."),
+        "paths. This does not show slow errors, so none of them has a standard deviation."),
     "foot-not-locked": ("note", "motion",
         "No foot is locked: there is no pelvis path from keypoints and a camera that stands still."),
     "gait-errors-unknown": ("note", "motion",
