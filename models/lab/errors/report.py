@@ -29,7 +29,7 @@ from ..evaluation.sets import Question
 from ..evaluation.tables import Page, Table
 from ..mocap.clips import data_folder
 from . import judge
-from .fit import Squares, fitted, held_out, thinned
+from .fit import STRANGERS, Squares, fitted, held_out, thinned
 from .judge import Stated
 from .movements import movements
 from .paths import paths
@@ -292,7 +292,8 @@ def _turn(takes: Sequence[Stated], known: tuple[float, float, float]) -> tuple[f
 
 
 def _rate(takes: Sequence[Stated]) -> tuple[float, float, float]:
-    share, of_rate, least = np.sqrt(fitted(takes, _of_rate))
+    # Rates err quickly, in a take more than between people: those of strangers are as those of the fit.
+    share, of_rate, least = np.sqrt(fitted(takes, _of_rate, judge.COVERED))
     return round(float(share), 3), round(float(of_rate), 3), round(float(least), 2)
 
 
@@ -316,15 +317,16 @@ def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
         if len({take.person for takes in by_group.values() for take in takes}) < 2:  # nobody to fit them to
             continue
         squares: Squares
+        covered = STRANGERS
         if statement in needs_gravity:
             squares = _of_angle([*chain.from_iterable(by_group.values())], needs_gravity[statement])[1]
         elif statement.removeprefix("rate of ") in needs_gravity:
-            squares = _of_rate
+            squares, covered = _of_rate, judge.COVERED
         elif statement in ("joints in depth", "joints across"):
             squares = _of_turn
         else:
             continue
-        found = held_out(by_group, squares)
+        found = held_out(by_group, squares, covered)
         out[statement] = {name: round(judge.inside(takes).inside, 3) for name, takes in found.items()}
     return out
 
