@@ -39,8 +39,8 @@ _STANCE = (0.5, 0.8)  # what styles are drawn from: the mean stance as a share o
 _TEMPO, _SLOWER = (0.75, 1.4), 0.3
 _UNEVEN = 0.3
 _SHORTER, _LOWER = 0.7, 0.8  # at the longest stance
-# Styles by name: each value is drawn evenly between two of what `draw_style` draws, others are as captured. The elderly's
-# stance is that of acted walks of old people, on which the project was judged from outside.
+# Styles by name, for judging: each value is drawn evenly between two, others are as captured. Elderly stance is that of
+# acted walks of old people, on which the project was judged from outside.
 NAMED: dict[str, dict[str, tuple[float, float]]] = {
     "normal": {},
     "elderly": {"stance": (0.72, 0.77), "tempo": (1.0, 1.4), "even": (0, 1), "step": (0.5, 0.8), "lift": (0.4, 0.8)},
