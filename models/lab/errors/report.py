@@ -138,8 +138,7 @@ def tables(
     errors: Path | None = None,
 ) -> dict[str, Any]:
     """Everything the report says. part: only these configurations. fit, output: see above; `errors.json` in output
-    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed, bias, rms, p50,
-    bar}.
+    holds the rows {statement, configuration, set, cases, people, inside, low, high, worst_bin, needed, rms, p50, bar}.
     answers: judge that lifter's (foreign.Answers). errors: a file of errors of angles that takes are given; what is
     fitted begins with these, or the shipped ones. InputError for a part that there is not, and one that nothing is
     fitted in."""
@@ -164,7 +163,8 @@ def tables(
     ]
     results: dict[str, Any] = {**question.heading(), "statements": {}, "sizes": {}, "strangers": {}}
     for row in rows:
-        results["statements"].setdefault(row["statement"], {})[row["configuration"]] = row
+        bias = judge.mean(cases[row["configuration"]][row["statement"]], lambda take: take.error)
+        results["statements"].setdefault(row["statement"], {})[row["configuration"]] = {**row, "bias": bias}
     for angle, size, figures in by_size(next(iter(cases.values()), {})):
         results["sizes"].setdefault(angle, {})[size] = figures
     if output is not None:
@@ -213,7 +213,6 @@ def judged(cases: Cases, people: str) -> Iterator[dict[str, Any]]:
                 },
                 "worst_bin": round(min(bins), 3) if bins else None,
                 "needed": round(judge.factor(takes), 2),
-                "bias": _short(judge.mean(takes, lambda take: take.error)),
                 "rms": _short(judge.mean(takes, lambda take: take.error**2) ** 0.5),
                 "p50": _short(judge.quantile(takes, lambda take: np.abs(take.error))),
                 "bar": _short(judge.quantile(takes, lambda take: take.half)),
