@@ -99,7 +99,9 @@ def straight_in_image(take: Take) -> dict[str, np.ndarray] | None:
     for limb, parts in LIMBS.items():
         points = rays[:, H36M17.indices(parts)]
         length = np.linalg.norm(np.diff(points, axis=1), axis=-1).sum(axis=1)
-        result[limb] = np.linalg.norm(points[:, 2] - points[:, 0], axis=-1) / np.where(length > 0, length, np.nan)
+        result[limb] = np.linalg.norm(points[:, 2] - points[:, 0], axis=-1) / np.where(
+            length > 0, length, np.nan
+        )
     return result
 
 

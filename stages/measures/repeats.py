@@ -104,7 +104,10 @@ def _peaks(take: Columns, angle: str, found: Sequence[Repetition], sd: np.ndarra
     usual = middle_sd(np.array(errors))
     mdc90 = half_bar(take.difference_sd(f"peak.{of_both(angle)}", (usual, usual), "repetitions"))
     return [
-        *(replace(one, number=i, error=one.error if known else None) for i, one in zip(seen, peaks, strict=True)),
+        *(
+            replace(one, number=i, error=one.error if known else None)
+            for i, one in zip(seen, peaks, strict=True)
+        ),
         *([Measure("peak_mdc90", mdc90, "deg")] if known and len(peaks) > 1 else []),
     ]
 

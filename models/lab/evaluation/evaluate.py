@@ -249,7 +249,7 @@ verdicts = _report(
     "Judge whether verdicts on poses follow their error, with the lifter as it is and made worse.",
 )  # fmt: skip
 repetitions = _report(
-    "repetitions", "repetitions", ("lifter", "seed", "flip", "bed"),
+    "repetitions", "repetitions", ("lifter", "seeds", "flip", "bed"),
     "Judge counts, beginnings and ends of repeated movements, on labelled takes, captured and lifted.",
     bed=(None, "typical"),
 )  # fmt: skip

@@ -47,7 +47,9 @@ def worse(poses: PoseSequence, rng: np.random.Generator) -> PoseSequence:
 
 def error_mm(poses: PoseSequence, truth: np.ndarray) -> float:
     """Mean over the frames that have all joints. truth: (T, 17, 3) metres, relative to the pelvis."""
-    return float(1000 * np.nanmean(joint_error(scaled(poses.joints.astype(np.float64), truth, "take"), truth)))
+    return float(
+        1000 * np.nanmean(joint_error(scaled(poses.joints.astype(np.float64), truth, "take"), truth))
+    )
 
 
 def tables(question: Question) -> dict[str, Any]:
