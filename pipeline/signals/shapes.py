@@ -203,7 +203,7 @@ def rows_lost(points: PoseSequence) -> list[Notice]:
 
 
 def _held(length: np.ndarray, every: int) -> bool:
-    """Whether hardly anything moves between these rows: they repeat, as of a video that was slowed, and none is lost."""
+    """Whether hardly anything moves between these rows: they repeat, as of a slowed video, and none is lost."""
     first = max(range(every), key=lambda first: float(np.median(length[first::every])))
     between = np.delete(length, np.s_[first::every])
     return bool(np.median(between) * _HELD < np.median(length[first::every]))

@@ -82,8 +82,8 @@ def judge(judged: Judged, labelled: Spans, found: Spans) -> None:
 
 
 def tables(question: Question, seeds: int = 3) -> dict[str, Any]:
-    """seeds: how many cameras see each take that is lifted. {"judged": {poses: {movement: Judged.row}}, "wrong": {"poses, take, movement": "labelled, found"}}. InputError
-    where the data is not."""
+    """{"judged": {poses: {movement: Judged.row}}, "wrong": {"poses, take, movement": "labelled, found"}}. seeds: before
+    how many cameras each take is lifted. InputError where the data is not."""
     labels: dict[str, dict[str, Spans]] = json.loads(LABELS.read_text(encoding="utf-8"))
     known = {clip.name for subjects, _ in _SETS for clip in read_clips(subjects)}
     if missing := sorted(set(labels) - known):
