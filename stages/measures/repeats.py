@@ -96,7 +96,7 @@ def _holds(held: Sequence[Repetition]) -> list[Row]:
 
 
 def _peaks(take: Columns, angle: str, found: Sequence[Repetition], sd: np.ndarray) -> list[Measure]:
-    """Those that were seen, with their errors, if all have one; then the minimal detectable change from one to another."""
+    """Those that were seen, with their errors, if all have one; then the minimal detectable change."""
     seen = [i for i, one in enumerate(found) if np.isfinite(one.peak)]
     errors = [float(sd[np.searchsorted(take.times, found[i].peak_s)]) for i in seen]
     peaks = [with_error("peak", "deg", found[i].peak, error) for i, error in zip(seen, errors, strict=True)]
