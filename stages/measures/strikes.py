@@ -62,8 +62,9 @@ def strikes(
 ) -> dict[str, list[Row]]:
     """The rows of `punches` and `kicks`, each side by itself: how many, when they begin and end, and how far the limb
     reaches, `reach_percent` of its length; a kick's `height_percent` of the leg's over the other ankle. No count where
-    heights are not known, and why. level: filtered joints in LEVEL. lifted: whether a lifter made the poses, which
-    hides most punches: they are told by in_image, signals.reprojection.straight_in_image, too, and not without."""
+    heights are not known, and why. level: filtered joints (T, 17, 3) in LEVEL. lifted: whether a lifter made the poses,
+    which hides most punches: they are told by in_image too, {limb: (T,)} of signals.reprojection.straight_in_image, and
+    not without."""
     if not rectified.level_ok:
         why = Remark("reason", f"the take is not levelled: {rectified.level_reason}")
         return {movement: [why] for movement in _LIMBS}
