@@ -30,7 +30,7 @@ class Video:
     codec: name as FFmpeg writes it, such as "h264" or "mpeg4". focal_px: the focal length that the file states, about.
     capture_fps: frames a second of the camera, where the file states it: more than are shown is slow motion.
     part: the first and the last frame that the take is about; None for all. doubts: about a file that seems not to be
-    whole.
+    whole. key_frames: numbers of those that are decoded without the ones before.
     """
 
     path: Path
@@ -43,6 +43,7 @@ class Video:
     capture_fps: float | None = None
     part: tuple[int, int] | None = None
     doubts: tuple[Notice, ...] = ()
+    key_frames: tuple[int, ...] = ()
 
     @property
     def span(self) -> tuple[int, int]:
