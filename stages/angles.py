@@ -177,7 +177,13 @@ def _columns(
     columns = {}
     for name, angle in series.items():
         rate, sd = rates.pop(name)
-        own = {"deg": angle.value_deg, "sd_deg": angle.sd_deg, "degps": rate, "sd_degps": sd, "reason": angle.reason}
+        own = {
+            "deg": angle.value_deg,
+            "sd_deg": angle.sd_deg,
+            "degps": rate,
+            "sd_degps": sd,
+            "reason": angle.reason,
+        }
         columns |= in_single({f"{name}_{what}": values for what, values in own.items()})
     return columns
 

@@ -101,7 +101,9 @@ def _windows(
     """The rows of `window_features` that have any, some minutes at a time, for they are 2 KB a frame."""
     names = (f"{side}_ankle", f"{_OTHER[side]}_ankle", f"{side}_knee")
     mirror = 1 if side == "r" else _MIRROR
-    legs = np.concatenate([body[:, H36M17.index(name)].astype(np.float64) * mirror for name in names], axis=-1)
+    legs = np.concatenate(
+        [body[:, H36M17.index(name)].astype(np.float64) * mirror for name in names], axis=-1
+    )
     legs /= leg_lengths(body, time_s, seams)[:, None]
     for piece in runs(np.asarray(np.isfinite(legs).all(axis=1)), time_s, seams):
         for start in range(piece.start, piece.stop, _ROWS):

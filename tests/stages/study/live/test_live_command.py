@@ -481,7 +481,10 @@ def test_live_ends_before_the_disk_is_full_and_keeps_what_it_has(
     )
     with pytest.raises(InputError) as refused:
         live(
-            source=str(numbered_film), output=tmp_path / "out", detector=str(toy_detector), settings=[*GEOMETRIC]
+            source=str(numbered_film),
+            output=tmp_path / "out",
+            detector=str(toy_detector),
+            settings=[*GEOMETRIC],
         )
     assert refused.value.code == "cannot-write"
     frames, _ = logged(tmp_path / "out" / "live.rrd", "source/joints", "Points3D:positions")
