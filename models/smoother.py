@@ -111,7 +111,7 @@ def known_noise(
     answer = np.full((2, 3, T, J, D), np.nan)
     seen = np.asarray(is_finite(y))
     if seen.sum() < _FEWEST:
-        return Motion(*answer, axes)
+        return Motion(answer[0], answer[1], axes)
     size = max(
         float(np.mean([y[rows, i].var(axis=0).mean() for i, rows in enumerate(seen.T) if rows.any()])), _STILL
     )
@@ -142,7 +142,7 @@ def known_noise(
         _smooth(y[piece], noise[piece], time_s[piece], error_s, size, answer[:, :, piece])
     for order in range(3):
         answer[0, order] = rotate(axes.T, answer[0, order])
-    return Motion(*answer, axes)
+    return Motion(answer[0], answer[1], axes)
 
 
 def _pieces(rows: int, breaks: Sequence[int]) -> list[slice]:
