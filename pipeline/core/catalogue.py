@@ -374,7 +374,11 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{count} of {rows_read:~row} come again exactly: the clip is played more than once, so that counts and "
         "cadences are of the loop."),
     "only-noise": ("suspicious", "poses",
-        "Hands and feet jump to and fro from row to row and move no further: this is noise, or one pose."),
+        "Hands and feet jump to and fro from row to row and move no further: this is noise, one pose, or rows out of "
+        "their order."),
+    "keypoints-smooth": ("warning", "files",
+        "Almost no movement of the keypoints' hands and feet is quicker than {hertz:g} Hz ({share_percent:.1f} % of it), "
+        "less than detectors leave: they were smoothed, so that quick movements are lost or too small, or computed."),
     "no-quick-movement": ("suspicious", "poses",
         "Nothing of the hands' and feet's movement is quicker than {hertz:g} Hz ({share_percent:.1f} % of it): the "
         "poses were smoothed, and quick movements are lost or too small."),

@@ -26,6 +26,7 @@ from pcnet3d.pipeline.core.take import Take
 NEW = {
     "gait-against-rate", "rows-lost", "keypoints-not-of-poses", "keypoints-not-of-video", "depth-stretched",
     "no-quick-movement", "limbs-copied", "repeats-itself", "only-noise", "focal-against-size",
+    "left-and-right", "keypoints-smooth",
 }  # fmt: skip
 
 

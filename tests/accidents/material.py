@@ -73,8 +73,9 @@ def run(given: Given, folder: Path) -> Take:
         np.savez(words["poses"], joints=given.poses.astype(np.float32), **beside)
         words["adapter"] = "arrays"
         words["options"] = {"layout": "H36M17", "frame": "CAMERA", "unit": given.unit}
-        if given.points is None:
+        if given.points is None:  # an image's size and a focal length are refused then, as without use
             words.pop("image_size", None)
+            words.pop("focal", None)
     options = RunOptions(**words, settings=given.settings)
     recipe = planned(options)
     for stage in _WRITE:
