@@ -48,8 +48,9 @@ _LATE = (
 # in so large a share longer than three in four others. Of 140 noisy takes none has more than 0.26; where every fifth
 # row is lost it is 0.37 to 1.0.
 _LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
-# Once: times the movement before and after, in their direction; of 120 takes one has more than 1.6.
-_LEAP, _ALONG, _FEW_LEAPS = 3.0, 0.6, 2
+# Once: times the mean movement of so many rows before and after, in their direction; none of 298 takes, noisy ones, has
+# more than 3.
+_LEAP, _ALONG, _BESIDE, _FEW_LEAPS = 4.0, 0.55, 3, 2
 _SEEN = 0.3  # score of a keypoint that was seen
 
 
@@ -258,16 +259,17 @@ def rows_lost(points: PoseSequence) -> list[Notice]:
             f", as of {fps * every / (every + 1):.3g} frames a second" if fps == fps else ""
         )
         return [notice("rows-lost", count=len(moved) // every, how=how)]
-    beside, at = (moved[:-2] + moved[2:]) / 2, moved[1:-1]
-    alike = (at * beside).sum(axis=1)
+    way = np.cumsum(np.concatenate([np.zeros_like(moved[:1]), moved]), axis=0)
+    at = np.arange(_BESIDE, len(moved) - _BESIDE)
+    beside = (way[at] - way[at - _BESIDE] + way[at + _BESIDE + 1] - way[at + 1]) / (2 * _BESIDE)
+    alike = (moved[at] * beside).sum(axis=1)
     square = np.maximum((beside**2).sum(axis=1), 1e-12)
-    cosine = alike / np.maximum(np.sqrt(square) * length[1:-1], 1e-12)
-    found = np.flatnonzero(
-        (alike / square > _LEAP) & (cosine > _ALONG) & (np.sqrt(square) > np.median(length) / 2)
-    )
+    usual = np.sqrt(square)
+    cosine = alike / np.maximum(usual * length[at], 1e-12)
+    found = np.flatnonzero((alike / square > _LEAP) & (cosine > _ALONG) & (usual > np.median(usual) / 2))
     if not 0 < len(found) <= _FEW_LEAPS:
         return []
-    how = f"by that of {float((alike / square)[found].max()):.0f} frames at row {int(found[0]) + 2}"
+    how = f"by that of {float((alike / square)[found].max()):.0f} frames at row {int(at[found[0]]) + 1}"
     return [notice("rows-lost", count=len(found), how=how)]
 
 
