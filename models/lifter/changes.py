@@ -16,6 +16,7 @@ import numpy as np
 
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite
 from ..common.onnx import session_of
 
 CHANGES_FILE = Path(__file__).with_name("changes.onnx")
@@ -76,7 +77,7 @@ def changes_of(keypoints: PoseSequence, image_size: tuple[int, int]) -> Changes 
     if any(name not in keypoints.layout for name in JOINTS) or keypoints.time_s is None or len(keypoints) < 2:
         return None
     points = keypoints.joints[:, keypoints.layout.indices(JOINTS)].astype(np.float64)
-    seen = np.isfinite(points).all(axis=-1)
+    seen = is_finite(points)
     if keypoints.confidence is not None:
         seen &= ~(keypoints.confidence[:, keypoints.layout.indices(JOINTS)] <= 0)
     points, seen = _even(points - np.array(image_size) / 2, seen, keypoints.times)
@@ -101,9 +102,19 @@ def change_doubts(keypoints: PoseSequence, image_size: tuple[int, int] | None) -
     if _unchanged(found.rate) < _DOUBT["rate"] and abs(rate) > _FAR["rate"]:
         times = float(np.exp(abs(rate)))
         fps, fits = keypoints.fps, keypoints.fps * float(np.exp(-rate))
-        said.append(notice("movement-against-rate", fps=fps, times=times, fits=fits, way="quickly" if rate > 0 else "slowly"))
+        said.append(
+            notice(
+                "movement-against-rate",
+                fps=fps,
+                times=times,
+                fits=fits,
+                way="quickly" if rate > 0 else "slowly",
+            )
+        )
     if _unchanged(found.width) < _DOUBT["width"] and abs(width) > _FAR["width"]:
-        said.append(notice("image-stretched", times=float(np.exp(abs(width))), way="wide" if width > 0 else "high"))
+        said.append(
+            notice("image-stretched", times=float(np.exp(abs(width))), way="wide" if width > 0 else "high")
+        )
     if _unchanged(found.zoom) < _DOUBT["zoom"] and abs(zoom) > _FAR["zoom"]:
         said.append(notice("camera-zooms", percent=100 * zoom))
     if found.backwards > _BACKWARDS:

@@ -36,7 +36,9 @@ def sides_doubts(asked: ToLift, poses: PoseSequence, model: str | Path = "pcnet3
     size, layout = asked.image_size, keypoints.layout
     if len(keypoints) < _ROWS[0] or size is None:
         return []
-    order = [layout.index(_OTHER[name[:2]] + name[2:] if name[:2] in _OTHER else name) for name in layout.joints]
+    order = [
+        layout.index(_OTHER[name[:2]] + name[2:] if name[:2] in _OTHER else name) for name in layout.joints
+    ]
     exchanged = keypoints.with_(
         joints=keypoints.joints[:, order],
         confidence=None if keypoints.confidence is None else keypoints.confidence[:, order],
@@ -50,7 +52,9 @@ def sides_doubts(asked: ToLift, poses: PoseSequence, model: str | Path = "pcnet3
         better = np.log(_misfits(other, exchanged, camera)) - np.log(_misfits(given, keypoints, camera))
     if not np.dot(_WEIGHTS, better) < _EXCHANGED:
         return []
-    return [notice("left-and-right", evidence="with left and right exchanged the keypoints make a better body")]
+    return [
+        notice("left-and-right", evidence="with left and right exchanged the keypoints make a better body")
+    ]
 
 
 _OTHER = {"l_": "r_", "r_": "l_"}
@@ -58,5 +62,10 @@ _OTHER = {"l_": "r_", "r_": "l_"}
 
 def _misfits(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> np.ndarray:
     """(3,) distance from the keypoints, stated error, spread of bones; NaN where one is not known."""
-    known = [values[np.isfinite(values)] for values in (residuals(poses, keypoints, camera).whole(), stated_spread(poses))]
-    return np.array([*(float(np.median(each)) if len(each) else np.nan for each in known), bone_spread(poses)])
+    known = [
+        values[np.isfinite(values)]
+        for values in (residuals(poses, keypoints, camera).whole(), stated_spread(poses))
+    ]
+    return np.array(
+        [*(float(np.median(each)) if len(each) else np.nan for each in known), bone_spread(poses)]
+    )

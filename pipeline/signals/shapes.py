@@ -124,13 +124,19 @@ def keypoints_movement(keypoints: PoseSequence) -> list[Notice]:
     have less quick movement than detectors leave."""
     names = (*_ENDS, "l_hip", "r_hip")
     fps = _rate(keypoints)
-    if len(keypoints) < _ENOUGH or not np.isfinite(fps) or any(name not in keypoints.layout for name in names):
+    if (
+        len(keypoints) < _ENOUGH
+        or not np.isfinite(fps)
+        or any(name not in keypoints.layout for name in names)
+    ):
         return []
     seen = keypoints.joints.astype(np.float64)
     if keypoints.confidence is not None:
         seen = np.where((keypoints.confidence <= 0)[..., None], np.nan, seen)
     ends, hips = (seen[:, keypoints.layout.indices(part)] for part in (names[:4], names[4:]))
-    paths = ((ends - hips.mean(axis=1, keepdims=True)) / max(_size(keypoints), 1e-12)).reshape(len(ends), -1).T
+    paths = (
+        ((ends - hips.mean(axis=1, keepdims=True)) / max(_size(keypoints), 1e-12)).reshape(len(ends), -1).T
+    )
     known = [np.isfinite(path) for path in paths]
     rows = np.arange(len(ends))
     whole = [

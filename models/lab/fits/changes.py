@@ -18,6 +18,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from ....pipeline.core.rotations import is_finite
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.reading.mocap.clip import Clip
 from ...common.onnx import without_traces
@@ -39,7 +40,9 @@ _BATCH, _RATE, _DECAY, _WARM = 96, 2e-3, 0.02, 100
 _WIDTH, _HIDDEN = 64, 128
 _MIRROR = [JOINTS.index({"l_": "r_", "r_": "l_"}.get(name[:2], name[:2]) + name[2:]) for name in JOINTS]
 
-Take = tuple[np.ndarray, np.ndarray]  # points (T, 13, 2) from the image's middle, held, and whether they are seen
+Take = tuple[
+    np.ndarray, np.ndarray
+]  # points (T, 13, 2) from the image's middle, held, and whether they are seen
 
 
 def takes(passes: int, seed: int) -> Iterator[Take]:
@@ -52,8 +55,11 @@ def takes(passes: int, seed: int) -> Iterator[Take]:
             body: Clip = lay_down(clip, rng) if passes >= _LAID and number == passes - 1 else clip
             noise, bodies = _NOISES[(number // 2 + i) % len(_NOISES)], BodyRange() if number % 2 else None
             take = see(body, seed + number, noise=noise, bodies=bodies, views=beds[(number + i) % len(beds)])
-            points = take.keypoints.joints[:, take.keypoints.layout.indices(JOINTS)] - np.array(take.image_size) / 2
-            seen = np.isfinite(points).all(axis=-1)
+            points = (
+                take.keypoints.joints[:, take.keypoints.layout.indices(JOINTS)]
+                - np.array(take.image_size) / 2
+            )
+            seen = is_finite(points)
             yield held(points, seen).astype(np.float32), seen
 
 
@@ -62,7 +68,8 @@ def changed(take: Take, rng: np.random.Generator) -> tuple[np.ndarray, tuple[int
     backwards."""
     points, seen = take
     rate, width, zoom = (
-        rng.uniform(-most, most) if rng.uniform() < share else 0.0 for share, most in (_FASTER, _WIDER, _ZOOMED)
+        rng.uniform(-most, most) if rng.uniform() < share else 0.0
+        for share, most in (_FASTER, _WIDER, _ZOOMED)
     )
     step = np.exp(rate)
     needed = int(np.ceil(ROWS * step)) + 1
@@ -84,7 +91,9 @@ def changed(take: Take, rng: np.random.Generator) -> tuple[np.ndarray, tuple[int
         points, seen = points[:, _MIRROR], seen[:, _MIRROR]
     points = points * (np.exp(width / 2), np.exp(-width / 2))
     points = points * np.exp(zoom * (np.arange(len(points)) - len(points) / 2))[:, None, None]
-    classes = (int(np.abs(of - value).argmin()) for of, value in ((RATES, rate), (WIDTHS, width), (ZOOMS, zoom)))
+    classes = (
+        int(np.abs(of - value).argmin()) for of, value in ((RATES, rate), (WIDTHS, width), (ZOOMS, zoom))
+    )
     return features(points, seen), (*classes, int(backwards))  # type: ignore[return-value]
 
 
@@ -97,7 +106,9 @@ def network() -> Any:
         def __init__(self) -> None:
             super().__init__()
             self.first = nn.Conv1d(CHANNELS, _WIDTH, 7, stride=3, padding=3)
-            self.convolutions = nn.ModuleList(nn.Conv1d(_WIDTH, _WIDTH, 3, padding=k, dilation=k) for k in (1, 2, 4))
+            self.convolutions = nn.ModuleList(
+                nn.Conv1d(_WIDTH, _WIDTH, 3, padding=k, dilation=k) for k in (1, 2, 4)
+            )
             self.norms = nn.ModuleList(nn.GroupNorm(1, _WIDTH) for _ in range(3))
             self.hidden = nn.Linear(2 * _WIDTH, _HIDDEN)
             self.out = nn.Linear(_HIDDEN, len(RATES) + len(WIDTHS) + len(ZOOMS) + 1)
@@ -147,7 +158,7 @@ def trained(of: list[Take], steps: int, seed: int, net: Any = None) -> Any:
 
 
 def export(net: Any, path: Path) -> None:
-    """Write it as ONNX: "features" (N, ROWS, CHANNELS) -> logits "rate", "width", "zoom" (N, K) and "backwards" (N,)."""
+    """Write it as ONNX: "features" (N, ROWS, CHANNELS) -> logits "rate", "width", "zoom" (N, K), "backwards" (N,)."""
     with needed_for("The network is trained; writing it as ONNX"):
         import onnx
         import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)

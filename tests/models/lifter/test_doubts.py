@@ -1,4 +1,4 @@
-"""Doubts about keypoints that the built-in lifter and the network of changes tell: exchanged sides, other rates, zooms."""
+"""Doubts about keypoints: exchanged sides, by the built-in lifter; other rates and zooms, by a network."""
 
 import numpy as np
 import pytest
