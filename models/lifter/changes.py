@@ -31,7 +31,8 @@ CHANNELS = 5 * len(JOINTS) + 5
 # Logarithms of how many times too fast it plays, too wide the image is, and growth of the image in a frame of 1/30 s.
 RATES, WIDTHS, ZOOMS = np.linspace(-1, 1, 11), np.linspace(-0.5, 0.5, 11), np.linspace(-0.02, 0.02, 9)
 _WINDOWS = 40  # at most, evenly spread
-_SEEN = 0.8  # share of the rows in which every joint is seen
+_FEWEST = 20  # rows
+_SEEN = 0.8  # share of the joints that are seen
 _GAP_S = 0.15
 # From which probability that nothing was changed down, and from which change up, something is said.
 _DOUBT = {"rate": 0.1, "width": 0.1, "zoom": 0.1}
@@ -81,7 +82,7 @@ def changes_of(keypoints: PoseSequence, image_size: tuple[int, int]) -> Changes 
     if keypoints.confidence is not None:
         seen &= ~(keypoints.confidence[:, keypoints.layout.indices(JOINTS)] <= 0)
     points, seen = _even(points - np.array(image_size) / 2, seen, keypoints.times)
-    if len(points) < ROWS / 3 or seen.mean(axis=0).min() < _SEEN:
+    if len(points) < _FEWEST or seen.mean() < _SEEN:
         return None
     starts = np.arange(0, max(len(points) - ROWS, 0) + 1, HOP)
     starts = starts[np.unique(np.linspace(0, len(starts) - 1, _WINDOWS).astype(int))]

@@ -389,8 +389,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The body grows in the image by about {percent:.1f} % in 1/30 s, and not by its steps: the camera seems to "
         "zoom, and then place and speed are wrong."),
     "keypoints-smooth": ("warning", "files",
-        "Almost no movement of the keypoints' hands and feet is quicker than {hertz:g} Hz ({share_percent:.1f} %), less "
-        "than detectors leave: they were smoothed, so that quick movements are lost or too small, or computed."),
+        "Almost no movement of the keypoints' hands and feet is quicker than {hertz:g} Hz ({share_percent:.1f} %), "
+        "less than detectors leave: they were smoothed, so that quick movements are lost or too small, or computed."),
     "no-quick-movement": ("suspicious", "poses",
         "Nothing of the hands' and feet's movement is quicker than {hertz:g} Hz ({share_percent:.1f} % of it): the "
         "poses were smoothed, and quick movements are lost or too small."),
