@@ -81,7 +81,9 @@ class Lift:
         poses = guarded(poses, take.told.handedness, f"The lift by {lifted.model}")
         if lifted.joints_on_a_line:
             take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))
-        found = (*findings_of(poses), *change_doubts(take.need("keypoints"), size))
+        found = findings_of(poses)
+        if not take.moving:  # changes were learned before cameras that stand still
+            found = (*found, *change_doubts(take.need("keypoints"), size))
         if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
             found = (*found, *sides_doubts(asked, lifted.poses, self.lifter))
         take = take.with_(poses=poses, findings=found)
