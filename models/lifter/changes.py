@@ -32,6 +32,7 @@ CHANNELS = 5 * len(JOINTS) + 5
 RATES, WIDTHS, ZOOMS = np.linspace(-1, 1, 11), np.linspace(-0.5, 0.5, 11), np.linspace(-0.02, 0.02, 9)
 _WINDOWS = 40  # at most, evenly spread
 _FEWEST = 20  # rows
+_SPARSE_S = 1.0  # a row; nothing is made of hours with a few
 _SEEN = 0.8  # share of the joints that are seen
 _GAP_S = 0.15
 # Down to which probability that nothing was changed nothing is said, and up to which change. Of 298 validation takes
@@ -78,6 +79,8 @@ def changes_of(keypoints: PoseSequence, image_size: tuple[int, int]) -> Changes 
     unknown."""
     if any(name not in keypoints.layout for name in JOINTS) or keypoints.time_s is None or len(keypoints) < 2:
         return None
+    if np.ptp(keypoints.times) > _SPARSE_S * len(keypoints):
+        return None
     points = keypoints.joints[:, keypoints.layout.indices(JOINTS)].astype(np.float64)
     seen = is_finite(points)
     if keypoints.confidence is not None:
@@ -102,17 +105,9 @@ def change_doubts(keypoints: PoseSequence, image_size: tuple[int, int] | None) -
         float(of @ values) for of, values in ((found.rate, RATES), (found.width, WIDTHS), (found.zoom, ZOOMS))
     )
     if _unchanged(found.rate) < _DOUBT["rate"] and abs(rate) > _FAR["rate"]:
-        times = float(np.exp(abs(rate)))
-        fps, fits = keypoints.fps, keypoints.fps * float(np.exp(-rate))
-        said.append(
-            notice(
-                "movement-against-rate",
-                fps=fps,
-                times=times,
-                fits=fits,
-                way="quickly" if rate > 0 else "slowly",
-            )
-        )
+        values: dict[str, Any] = {"fps": keypoints.fps, "times": float(np.exp(abs(rate)))}
+        values |= {"fits": keypoints.fps * float(np.exp(-rate)), "way": "quickly" if rate > 0 else "slowly"}
+        said.append(notice("movement-against-rate", **values))
     if _unchanged(found.width) < _DOUBT["width"] and abs(width) > _FAR["width"]:
         said.append(
             notice("image-stretched", times=float(np.exp(abs(width))), way="wide" if width > 0 else "high")
@@ -125,11 +120,11 @@ def change_doubts(keypoints: PoseSequence, image_size: tuple[int, int] | None) -
 
 
 def _stands(keypoints: PoseSequence) -> bool:
-    """Whether the trunk is nearer to the image's vertical than to its horizontal; few who lie or crawl were learned from."""
+    """Whether the trunk is nearer to the image's vertical than to its horizontal: few who lie were learned from."""
     ends = (("l_shoulder", "r_shoulder"), ("l_hip", "r_hip"))
     top, bottom = (keypoints.joints[:, keypoints.layout.indices(pair)].mean(axis=1) for pair in ends)
-    across, along = np.nanmedian(np.abs(top - bottom), axis=0)
-    return bool(along > across)
+    trunk = np.abs(top - bottom)[is_finite(top - bottom)]
+    return bool(len(trunk) and np.median(trunk[:, 1]) > np.median(trunk[:, 0]))
 
 
 def _unchanged(of: np.ndarray) -> float:

@@ -58,7 +58,13 @@ def test_changes_do_not_depend_on_the_rate_in_which_the_same_is_seen():
 
 
 @pytest.mark.parametrize(
-    "of", [keypoints(PIXELS[:10]), keypoints(np.full_like(PIXELS, np.nan)), keypoints().with_(time_s=None)]
+    "of",
+    [
+        keypoints(PIXELS[:10]),
+        keypoints(np.full_like(PIXELS, np.nan)),
+        keypoints().with_(time_s=None),
+        keypoints(fps=1e-9),  # which would take terabytes at an even rate
+    ],
 )
 def test_nothing_is_said_where_little_is_known(of):
     assert changes_of(of, SIZE) is None
