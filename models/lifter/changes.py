@@ -39,7 +39,7 @@ _GAP_S = 0.15
 # four are beyond these limits: one before two cameras for its rate, a jump for a zoom, steps sideways for backwards.
 _DOUBT = {"rate": 0.1, "width": 0.1, "zoom": 0.1}
 _FAR = {"rate": 0.5, "width": 0.2, "zoom": 0.005}
-_BACKWARDS = 2.5
+_BACKWARDS = 3.0
 
 
 @dataclass(frozen=True, eq=False)

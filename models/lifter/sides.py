@@ -46,7 +46,7 @@ def sides_doubts(asked: ToLift, poses: PoseSequence, model: str | Path = "pcnet3
     focal = asked.focal_px or float(max(size))
     camera = Camera(size, focal, focal * PRIOR_FOCAL_SPREAD, "told" if asked.focal_px else "prior")
     up = asked.up if asked.up is None or asked.up.ndim == 1 else asked.up[: len(keypoints)]
-    other = lifted(replace(asked, keypoints=exchanged, up=up, flip=False), model).poses
+    other = lifted(replace(asked, keypoints=exchanged, up=up), model).poses
     given = poses.rows(0, len(keypoints))
     with np.errstate(divide="ignore", invalid="ignore"):
         better = np.log(_misfits(other, exchanged, camera)) - np.log(_misfits(given, keypoints, camera))
