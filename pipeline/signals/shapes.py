@@ -48,9 +48,9 @@ _LATE = (
 # in so large a share longer than three in four others. Of 140 noisy takes none has more than 0.26; where every fifth
 # row is lost it is 0.37 to 1.0.
 _LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
-# Once: times the mean movement of so many rows before and after, in their direction; none of 298 takes, noisy ones, has
-# more than 3.
-_LEAP, _ALONG, _BESIDE, _FEW_LEAPS = 4.0, 0.55, 3, 2
+# Once: times the mean movement of so many rows before and after, in their direction; none of 298 noisy takes of
+# keypoints, and none of their lifts, which are smoother.
+_LEAP, _ALONG, _BESIDE, _FEW_LEAPS = 4.0, 0.55, {2: 3, 3: 1}, {2: 2, 3: 1}
 _SEEN = 0.3  # score of a keypoint that was seen
 
 
@@ -266,14 +266,15 @@ def rows_lost(points: PoseSequence) -> list[Notice]:
         )
         return [notice("rows-lost", count=len(moved) // every, how=how)]
     way = np.cumsum(np.concatenate([np.zeros_like(moved[:1]), moved]), axis=0)
-    at = np.arange(_BESIDE, len(moved) - _BESIDE)
-    beside = (way[at] - way[at - _BESIDE] + way[at + _BESIDE + 1] - way[at + 1]) / (2 * _BESIDE)
+    reach = _BESIDE[points.frame.dims]
+    at = np.arange(reach, len(moved) - reach)
+    beside = (way[at] - way[at - reach] + way[at + reach + 1] - way[at + 1]) / (2 * reach)
     alike = (moved[at] * beside).sum(axis=1)
     square = np.maximum((beside**2).sum(axis=1), 1e-12)
     usual = np.sqrt(square)
     cosine = alike / np.maximum(usual * length[at], 1e-12)
-    found = np.flatnonzero((alike / square > _LEAP) & (cosine > _ALONG) & (usual > np.median(usual) / 2))
-    if not 0 < len(found) <= _FEW_LEAPS:
+    found = np.flatnonzero((alike / square > _LEAP) & (cosine > _ALONG) & (usual > np.median(length) / 2))
+    if not 0 < len(found) <= _FEW_LEAPS[points.frame.dims]:
         return []
     how = f"by that of {float((alike / square)[found].max()):.0f} frames at row {int(at[found[0]]) + 1}"
     return [notice("rows-lost", count=len(found), how=how)]
