@@ -4,8 +4,9 @@ On motion capture of train subjects before virtual cameras and detectors of diff
 and some that lie among them, whose keypoints are changed as users change them by accident. Some changes come together,
 for one must not hide another. It needs PCNET3D_DATA and the extra `train`. Half an hour of one core.
 
-The shipped network was trained in two runs: 3,100 steps with half of the windows at another rate and as many stretched,
-three in ten zoomed, four in ten backwards, and without lying bodies; and from there those of this file.
+The shipped network was made by a forerunner of this file, in two runs: 3,100 steps with half of the windows at another
+rate and as many stretched, three in ten zoomed, four in ten backwards, and without lying bodies; and from there about
+4,700 on the material of this file. This file has not been run whole.
 """
 
 from __future__ import annotations
