@@ -26,7 +26,7 @@ _MOST = 4  # depths that are told one by one
 _SIDES = ("right", "left")
 _MOVEMENTS = {
     "walking": "walking", "knee_bends": "knee bends", "arm_raises": "raised arms", "jumps": "jumps",
-    "punches": "punches", "kicks": "kicks", "sitting": "sitting",
+    "punches": "punches", "kicks": "kicks",
 }  # fmt: skip
 _TIMES = ("never", "once", "twice")
 # What is told of the joints: where movements were recognised, and where none were.
@@ -186,7 +186,7 @@ def _jumped(jumps: Group) -> list[str]:
     if not count:
         return []
     found = numbered(jumps, "height_by_flight_time")
-    errors = [height.error for height in found if height.error is not None]
+    errors = [height.bar for height in found if height.bar is not None]
     within = f" (± {max(errors):.0f})" if errors else ""
     heights = f", {_and([f'{height.value:.0f}' for height in found])} cm high by the time in the air{within}"
     return [f"jumped {_often(count)}{heights if 0 < len(found) <= _MOST else ''}"]

@@ -35,8 +35,3 @@ def with_outcome(movement: str, rows: Sequence[Row], lasts_s: float, looked: boo
     else:
         code = NONE if counts and not hidden else CANNOT_BE_TOLD
     return [Remark("outcome", code), *rows]
-
-
-def never_looked_for() -> list[Row]:
-    """The rows of a movement that no part of the program recognises."""
-    return [Remark("outcome", NOT_LOOKED_FOR)]

@@ -52,7 +52,7 @@ from .figures import (
 from .floor import floor
 from .jumps import absorbs, jumping, jumps
 from .off_keypoints import off_keypoints
-from .outcomes import never_looked_for, with_outcome
+from .outcomes import with_outcome
 from .repeats import repeats
 from .smoothness import path_length
 from .strikes import strikes
@@ -156,7 +156,6 @@ def measures(
         the height, and `slope_reason`.
     jumps: flights in which the centre of mass falls freely, where the pelvis path is known (stages/measures/jumps.py).
     punches, kicks: fast movements of a limb, by side (stages/measures/strikes.py); they have no errors yet, and say so.
-    sitting: nobody looks for it.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
     Each movement has an `outcome`: seen, none, cannot-be-told or not-looked-for, with a `reason` where one is known.
@@ -190,7 +189,6 @@ def measures(
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
         *within("jumps", with_outcome("jumps", jumps(flights, jumped, rectified), lasts_s, flights.looked)),
-        *within("sitting", never_looked_for()),
         *within("paths", _paths(take, rectified)),
     )
 

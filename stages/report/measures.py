@@ -95,14 +95,14 @@ def happened(rows: Iterable[Row], length: str) -> Markup:
             shown = gait(group, length) if name == "walking" else measure_tables(group, length, level=3)
             parts.append(heading(_title(name, group)) + shown)
         else:
-            outcome = _OUTCOMES.get(text(group, "outcome"), "none")
+            outcome = _OUTCOMES.get(text(group, "outcome"), "not known" if "reason" in group else "none")
             absent.append(f"{worded(name).capitalize()}: {': '.join(filter(None, (outcome, _why(group))))}.")
     single: Group = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict)}
     shown = measure_tables(single, length) + joined(parts)
-    none = small("No movement that is counted was recognised.") if absent else Markup("")
-    return (small(_ERRORS) + shown if shown else none) + details(
-        "What was looked for and not found", bullets(absent)
-    )
+    missed = details("What was looked for and not found", bullets(absent))
+    if shown:
+        return small(_ERRORS) + missed + shown
+    return small("No movement that is counted was recognised.") + missed if absent else Markup("")
 
 
 def _why(group: Group) -> str:

@@ -9,6 +9,7 @@ import pytest
 from golden.measures import rows_of
 from pcnet3d.pipeline.core.measures import Measure, Moments, grouped, half_bar
 from pcnet3d.stages.drawing.words import range_words
+from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.report.angles import ranges, sides_compared
 from pcnet3d.stages.report.glossary import explained
 from pcnet3d.stages.report.measures import FOR_FILES, happened, measure_tables, named
@@ -164,7 +165,7 @@ def test_only_what_happened_is_shown_and_the_rest_is_named_on_demand():
     }
     said = happened(rows_of(walked), "m")
     assert re.findall(r"<h3>(.*?)</h3>", said) == ["Running", "Arm raises"]
-    shown, absent = said.split("What was looked for and not found")
+    absent, shown = said.split("</details>", 1)  # the fold comes first: no movement's heading is above it
     assert "Knee bends" not in shown
     assert "Jumps: cannot be told: nobody &lt;knows&gt;." in absent
     assert "Knee bends: none." in absent
@@ -263,3 +264,11 @@ def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
     (apart,) = compared({"symmetry": {"knee_flexion": knee, "hip_flexion": hip}, "walking": walking})
     assert "in 2 of 3 figures" in apart
     assert apart.endswith(": range of hip flexion +30 ± 10 %, step length +30 ± 10 %.")
+
+
+def test_no_heading_stands_above_nothing(walk_take):
+    """Every page had the heading "Sitting" with nothing below it."""
+    said = happened(Measures()(walk_take).measures, "m")
+    assert "<h3>" in said
+    for title, below in re.findall(r"<h3>(.*?)</h3>(.*?)(?=<h3>|$)", said, flags=re.S):
+        assert below.strip(), title
