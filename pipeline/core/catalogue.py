@@ -342,6 +342,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "video-copied": ("note", "files",
         "The recording holds an H.264 copy of the video, because {reason}."),
     # What is wrong with poses
+    "too-few-frames": ("suspicious", "poses",
+        "Fewer than two frames have all joints: they show neither steady bones nor movement, so nobody can say that "
+        "the poses are good."),
     "gaps": ("note", "poses",
         "{lost} of {frames:~frame} {lost:?is/are} not there: {absent} without a row (at most {longest} in a row), "
         "{incomplete} with NaN, {empty} with all joints on one point."),

@@ -12,6 +12,7 @@ from ...pipeline.core.measures import (
     CANNOT_BE_TOLD,
     NOT_LOOKED_FOR,
     SD_90,
+    SEEN,
     UNITS,
     Curves,
     Group,
@@ -116,6 +117,8 @@ def _found(group: Group) -> bool:
     """Whether there is more in it than a count of nothing, or a reason."""
     if (holds := subgroup(group, "holds")) and _found(holds):
         return True
+    if "outcome" in group:
+        return text(group, "outcome") == SEEN
     for name in ("steps", "count"):
         if name in group:
             return bool(value(group, name))

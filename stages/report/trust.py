@@ -51,6 +51,7 @@ def _poses(take: Take, facts: Facts) -> list[Check]:
         return []
     level: Level = {"unusable": "bad", "suspicious": "care"}.get(facts.verdict, "good")  # type: ignore[assignment]
     doubts = [doubt.text for doubt in facts.doubts] or [_undoubted(take.need("poses"))]
+    doubts += [each.text for each in take.notices if each.about == "poses" and each.weight == "warning"]
     return [(f"The poses are {facts.verdict}", level, doubts)]
 
 
@@ -58,9 +59,7 @@ def _undoubted(poses: PoseSequence) -> str:
     """What poses without doubts are, in a sentence, as far as they show it."""
     joints = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))]
     if len(joints) < 2:
-        return (
-            "No fault was found, but fewer than two complete frames show neither steady bones nor movement."
-        )
+        return "No fault was found."
     thorax, pelvis = (joints[:, poses.layout.index(name)] for name in ("thorax", "pelvis"))
     trunk = float(np.median(np.linalg.norm(thorax - pelvis, axis=-1)))
     goes = float(np.linalg.norm(np.ptp(joints, axis=0), axis=-1).max())

@@ -8,6 +8,7 @@ import pytest
 
 from pcnet3d.pipeline.core.notices import own_notice
 from pcnet3d.pipeline.signals.angles import ANGLES
+from pcnet3d.pipeline.signals.findings import findings_of
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.report.trust import trust
 
@@ -85,7 +86,10 @@ def test_one_frame_shows_no_movement(walk_take):
     take = take.with_(poses=take.poses.with_(joints=joints))
     said = trust(take, facts_of(take))
     assert "moves as people do" not in said
-    assert "show neither steady bones nor movement" in said
+    judged = take.with_(findings=findings_of(take.poses))
+    assert "too-few-frames" in {each.code for each in judged.findings}
+    assert level(judged) == "care"
+    assert "The poses are good" not in trust(judged, facts_of(judged))
 
 
 def gone(take, share: float):
