@@ -118,8 +118,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "detected": ("note", "files",
         "The 2D keypoints were detected in the video by {detector}."),
     "person-chosen": ("note", "files",
-        "Of {people} people (frames in brackets) {listed}, person {person} is taken, seen in frames {first} to "
-        "{last}; choose with --person."),
+        "People were followed under {people:~number} (frames in brackets): {listed}{unsure}. Number {person} is taken, "
+        "seen in frames {first} to {last}; choose with --person."),
     "hardly-a-person": ("warning", "view",
         "The detector is hardly sure that person {person} is a person: the scores of shoulders and hips are "
         "{score:.2f} (people have 0.6 and more). Look at the key frames: a tree or a shadow may have passed for "
