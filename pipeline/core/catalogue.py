@@ -216,6 +216,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{count:~joint position is missing and stays so./joint positions are missing and stay so.}"),
     "not-in-image": ("warning", "view",
         "The {part} {parts:?is/are} not in the image {when}; what needs {parts:?it/them} is left out there."),
+    "image-size-doubtful": ("warning", "view",
+        "{share_percent:.0f} % of the 2D keypoints lie far outside an image of {width} x {height} pixels, up to x = "
+        "{right:.0f} and y = {down:.0f}: the told size (--set read.image_size) seems to be another image's. What the "
+        "picture cuts off is not told, and the person's place is wrong then."),
     "not-seen": ("warning", "view",
         "The {part} {parts:?is/are} not seen by the detector {when}; what needs {parts:?it/them} is left out "
         "there."),
@@ -307,7 +311,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "estimator has been judged."),
     "angle-errors-unjudged": ("note", "motion",
         "The errors of the angles are not known: the poses were estimated{by}, which was not compared with a truth; "
-        "give the video's keypoints too, or a file of its errors (--set angles.errors=FILE)."),
+        "give {more}a file of its errors (--set angles.errors=FILE)."),
     "angle-errors-by-disagreement": ("note", "motion",
         "The errors of these poses{by} were not measured; those of the angles are stated by how far they are from "
         "the built-in lifter's on the same keypoints."),
