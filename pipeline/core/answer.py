@@ -113,10 +113,16 @@ def _raised(arms: Group, limbs: Group) -> list[str]:
     sides = {side: (subgroup(arms, side), [subgroup(limbs, f"{side[0]}_arm")]) for side in _SIDES}
     right, left = ((_count(of), text(of, "count_reason")) for of, _ in sides.values())
     held = [words for side, (of, _) in sides.items() for words in _held(f"held the {side} arm up", of)]
-    if right == left and right[0]:
+    if right == left and right[0] and _together(*(of for of, _ in sides.values())):
         return [f"raised both arms {_counted(list(sides.values()))}", *held]
     raised = (f"raised the {side} arm {_counted([arm])}" for side, arm in sides.items() if _count(arm[0]))
     return [*raised, *held]
+
+
+def _together(one: Group, other: Group) -> bool:
+    """Whether each repetition of the one overlaps in time with the same one of the other."""
+    spans = [zip(moments(of, "start"), moments(of, "stop"), strict=True) for of in (one, other)]
+    return all(a[0] < b[1] and b[0] < a[1] for a, b in zip(*spans, strict=False))
 
 
 def _held(what: str, of: Group) -> list[str]:

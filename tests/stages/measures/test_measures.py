@@ -22,7 +22,7 @@ from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.files.measures import Row, read_measures
-from pcnet3d.pipeline.signals.angles import ANGLES, MIDLINE, near
+from pcnet3d.pipeline.signals.angles import ANGLES, FINE, MIDLINE, UNTRUSTED, near
 from pcnet3d.pipeline.signals.foot_angles import ALL_ANGLES
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
@@ -853,3 +853,21 @@ def test_a_table_that_somebody_has_changed_has_words(tmp_path, text):
     (tmp_path / "measures.csv").write_text(text.replace("ROWS", ",".join(Row._fields)))
     with pytest.raises(InputError, match=r"measures\.csv"):
         read_measures(tmp_path)
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.04, True), (0.2, False)])
+def test_an_angle_that_many_frames_lack_near_its_axis_has_no_range_and_no_difference(walk, take, share, told):
+    """Lifted upper arms differed by -146 to +189 %, by which camera looked: the frames that a range lacked were its
+    outermost."""
+    lacking = np.arange(len(walk)) < share * len(walk)
+    name, both = "r_upper_arm_sagittal", "upper_arm_sagittal"
+    changed = columns_with(
+        take,
+        **{f"{side}_{both}_sd_deg": np.full(len(walk), 5.0) for side in "rl"},
+        **{f"{name}_deg": np.where(lacking, np.nan, take.kinematics[f"{name}_deg"])},
+        **{f"{name}_reason": np.where(lacking, UNTRUSTED, FINE)},
+    )
+    found = nested(STAGES[3](take.with_(kinematics=changed)).measures)
+    assert ("p05_deg" in found["range_of_motion"][name]) == told
+    assert ("symmetry_index_percent" in found["symmetry"][both]) == told
+    assert ("reason" in found["range_of_motion"][name]) != told
