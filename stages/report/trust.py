@@ -6,6 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
+from ...pipeline.core.measures import grouped, moments, subgroup
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
@@ -24,6 +25,7 @@ _WELL = 6.0
 _TOLD = 15.0
 _WHOLE = 0.05  # share of the joints that may be missing "except for moments": one second in twenty
 _MOST = 5  # stretches that are told
+_LIMBS = {f"{side[0]}_{limb}": f"{side} {limb}" for side in ("right", "left") for limb in ("leg", "arm")}
 _SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
 # Trunk lengths, about a quarter of a metre, that some joint goes in a take that shows how somebody moves. The joints of
 # lifts wander by 0.2 to 0.3 in a video of one photo, or of a person who stands still.
@@ -117,7 +119,21 @@ def _sides(take: Take) -> Check:
     if texts or wrong:
         words = texts or ["They are doubtful in the whole take; see the poses."]
         return "Left and right", "care" if warned else "good", words
-    return "Left and right", "good", ["No limbs look exchanged."]
+    limbs = subgroup(grouped(take.measures or ()), "off_keypoints")
+    spans = {
+        name: zip(moments(of, "start"), moments(of, "stop"), strict=True)
+        for name in _LIMBS
+        if (of := subgroup(limbs, name))
+    }
+    off = [
+        f"{_LIMBS[name]} from {spans_in_words(each, _MOST)}"
+        for name, of in spans.items()
+        if (each := list(of))
+    ]
+    if not off:
+        return "Left and right", "good", ["No limbs look exchanged."]
+    words = "No limbs look exchanged, but where they contradict their keypoints that cannot be told"
+    return "Left and right", "care", [f"{words}: {', '.join(off)}."]
 
 
 def _view(take: Take) -> Check:
