@@ -139,7 +139,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "camera-motion-unknown": ("note", "camera",
         "Whether the camera moves cannot be told from its images: too few corners of the background are found again."),
     "image-without-up": ("note", "camera",
-        "The image does not tell which way is up: {reason}."),
+        "Which way is up does not rest on the image: {reason}."),
     "image-up-in-frames": ("note", "camera",
         "The image tells which way is up in {looks} of the frames looked at."),
     "image-up": ("note", "camera",
@@ -224,8 +224,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The {part} {parts:?is/are} not seen by the detector {when}; what needs {parts:?it/them} is left out "
         "there."),
     "no-scale": ("warning", "",
-        "The source has no scale: lengths are in units of its own. Give the person's height (--stature "
-        "METRES) for metres."),
+        "Lengths are not in metres but in units of their own, for nothing tells the scale. Give the person's height "
+        "(--stature METRES) for metres."),
     "scaled": ("repair", "",
         "Scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scaled-by-flights": ("warning", "",
@@ -251,8 +251,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "lies or bends down, or the picture is turned. If it is, turn the video, or tell read.pitch and "
         "read.roll."),
     "up-drifts": ("warning", "up",
-        "The camera was taken for one that stands still, but the frames' ups before and after frame {frame} are "
-        "{drift_deg:.0f} degrees apart: a cut, a moving camera (--camera moving), or a body that lies or bends "
+        "The camera was taken for one that stands still, but by the body up changes by {drift_deg:.0f} degrees at "
+        "frame {frame}: a cut, a moving camera (--camera moving), or a body that lies or bends "
         "down for long."),
     "up-of-one-apart": ("warning", "up",
         "This person's own up is {apart_deg:.0f} degrees from the one that all of the recording share: they lean, "
@@ -304,8 +304,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s, which --neutral takes for "
         "standing still; choose a second in which they stand."),
     "angle-errors-unknown": ("note", "motion",
-        "The errors of the angles are not known: nobody says who made the poses, which may err as a lifter's do "
-        "(-O made_by=measured, or estimated)."),
+        "The errors of the angles are not known, for nothing says whether the poses were measured or estimated "
+        "(-O made_by=measured, or -O made_by=estimated)."),
     "angle-errors-of-world": ("note", "motion",
         "The errors of the angles are not known: the poses were estimated{by} in a world's axes, where no "
         "estimator has been judged."),

@@ -120,16 +120,11 @@ def _sides(take: Take) -> Check:
         words = texts or ["They are doubtful in the whole take; see the poses."]
         return "Left and right", "care" if warned else "good", words
     limbs = subgroup(grouped(take.measures or ()), "off_keypoints")
-    spans = {
-        name: zip(moments(of, "start"), moments(of, "stop"), strict=True)
-        for name in _LIMBS
-        if (of := subgroup(limbs, name))
-    }
-    off = [
-        f"{_LIMBS[name]} from {spans_in_words(each, _MOST)}"
-        for name, of in spans.items()
-        if (each := list(of))
-    ]
+    off = []
+    for name, words in _LIMBS.items():
+        of = subgroup(limbs, name)
+        if spans := list(zip(moments(of, "start"), moments(of, "stop"), strict=True)):
+            off.append(f"{words} from {spans_in_words(spans, _MOST)}")
     if not off:
         return "Left and right", "good", ["No limbs look exchanged."]
     words = "No limbs look exchanged, but where they contradict their keypoints that cannot be told"
