@@ -137,15 +137,16 @@ def _held(what: str, of: Group) -> list[str]:
 def _struck(measures: Group, movement: str, did: str) -> list[str]:
     """Such as "punched 5 times with the right arm and at least twice with the left (why there may be more)"."""
     limb = "arm" if movement == "punches" else "leg"
-    parts = []
-    for side in _SIDES:
-        of = subgroup(measures, movement, side)
-        if count := _count(of):
-            unseen = text(of, "count_reason")
-            parts.append(
-                f"{'at least ' * bool(unseen)}{_often(count)} with the {side} {limb}{f' ({unseen})' * bool(unseen)}"
-            )
-    return [f"{did} {_and(parts)}"] if parts else []
+    found = {side: of for side in _SIDES if _count(of := subgroup(measures, movement, side))}
+    unseen = {side: text(of, "count_reason") for side, of in found.items()}
+    once = len(found) > 1 and len({*unseen.values()}) == 1  # one reason behind both
+    parts = [
+        f"{'at least ' * bool(unseen[side])}{_often(_count(of))} with the {side} {limb}"
+        f"{f' ({unseen[side]})' * bool(unseen[side] and not once)}"
+        for side, of in found.items()
+    ]
+    behind = f" ({next(iter(unseen.values()))})" if once and any(unseen.values()) else ""
+    return [f"{did} {_and(parts)}{behind}"] if parts else []
 
 
 # A movement, and the groups of the limbs that make it in `off_keypoints`.

@@ -237,8 +237,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "placed": ("note", "place",
         "The pelvis's path rests on the keypoints, in {placed} of {frames} frames{bridges}: each "
         "frame is within {within:g} {unit}, mostly in depth, and the whole within "
-        "{size_percent:g} % for the body's size and {focal_percent:g} % of the depth for the focal "
-        "length{guess}{unjudged}."),
+        "{size_percent:g} % for the body's size; {depth}{guess}{unjudged}."),
     "size-levelled": ("repair", "place",
         "The lifted body grew with its image, by {grown_percent:.0f} % in all, and was brought to one size."),
     # Up
@@ -386,9 +385,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Nothing of the hands' and feet's movement is quicker than {hertz:g} Hz ({share_percent:.1f} % of it): the "
         "poses were smoothed, and quick movements are lost or too small."),
     "bones": ("suspicious", "poses",
-        "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), {worst} by {worst_percent:.0f} %."),
+        "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), that from {worst} by "
+        "{worst_percent:.0f} %."),
     "limbs-unlike": ("suspicious", "poses",
-        "{bone} is {times:.2f} times as long as the left one."),
+        "The bone from {bone} is {times:.2f} times as long as the left one."),
     "mirrored": ("unusable", "poses",
         "The body is mirrored or its left and right are exchanged (--set read.handedness=mirror or swap): {evidence}."),
     "legs-against-arms": ("unusable", "poses",

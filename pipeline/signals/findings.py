@@ -235,7 +235,11 @@ def _bones(poses: PoseSequence) -> list[Notice]:
     of = spread_of_bones(poses)
     worst = max(of, key=of.__getitem__)
     percent: dict[str, Any] = {"spread_percent": 100 * spread, "worst_percent": 100 * of[worst]}
-    return [notice("bones", weight=weight, worst=worst, **percent)]
+    return [notice("bones", weight=weight, worst=" to ".join(map(_plainly, worst.split("-"))), **percent)]
+
+
+def _plainly(joint: str) -> str:
+    return joint.replace("r_", "right ").replace("l_", "left ")
 
 
 def _sides(poses: PoseSequence) -> list[Notice]:
@@ -246,7 +250,13 @@ def _sides(poses: PoseSequence) -> list[Notice]:
     for (start, end), right in length.items():
         left = length.get((start.replace("r_", "l_"), end.replace("r_", "l_")), 0.0)
         if end.startswith("r_") and max(right, left) > _SIDES * min(right, left):
-            return [notice("limbs-unlike", bone=f"{start}-{end}", times=float(right / max(left, 1e-12)))]
+            return [
+                notice(
+                    "limbs-unlike",
+                    bone=f"{_plainly(start)} to {_plainly(end)}",
+                    times=float(right / max(left, 1e-12)),
+                )
+            ]
     return []
 
 

@@ -29,6 +29,7 @@ from ...models.gait.gait import (
     time_values,
 )
 from ...models.gait.of_take import NOISE, SIDES, separation_sd, unjudged
+from ...models.place.airborne import no_place
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.measures import Curve, Curves, Measure, Remark, Row, within
 from ...pipeline.core.messages import how_many, spans_in_words
@@ -85,7 +86,7 @@ def walking(
         return [Remark("reason", f"fewer than {FEWEST} frames have both legs"), *basis(apart)]
     if not gait.walks:
         if why := uncountable(apart, columns, filtered, rectified, source.frame):
-            return [Remark("reason", f"steps cannot be counted: {'; '.join(why)}"), *basis(apart)]
+            return [Remark("reason", "; ".join(why)), *basis(apart)]
         hidden = _hidden(apart, filtered.times)
         hides = [Remark("reason", f"no three steps in a row, nor two of a run{hidden}")] if hidden else []
         return [Measure("steps", 0), *hides, *basis(apart)]
@@ -295,8 +296,7 @@ def _lengths(
     """Lengths and speed of the walks, what is said of the belt or why there are none, and the share of the belt's speed
     by which that is off. belt_share: this share where the speed is not told; NaN where unknown."""
     if rectified.camera == "moving" or (filtered.root is None and belt_speed is None):
-        why = "where the person is in the room is not known, or the camera moves"
-        return {}, [Remark("lengths_reason", why)], 0.0
+        return {}, [Remark("lengths_reason", no_place(rectified))], 0.0
     level, seams = filtered.joints.astype(np.float64), breaks(filtered)
     ankles = {side: level[:, filtered.layout.index(f"{side}_ankle"), :2] for side in SIDES.values()}
     root = np.zeros((len(level), 2)) if filtered.root is None else filtered.root[:, :2]
@@ -331,18 +331,15 @@ def uncountable(
     off = sight_deg(rectified, source)
     if off < _SIGHT_DEG:
         why.append(
-            f"the person faces along the camera's line of sight ({off:.0f} degrees off it), so the feet pass each "
-            "other in depth, which one camera sees worst; film the walk from the side"
+            f"the person faces along the line of sight ({off:.0f} degrees off it), where the feet pass each other in "
+            "depth: film the walk from the side"
         )
     change, sd = (
         float(np.nanmax(apart) - np.nanmin(apart)),
         separation_sd(columns, unjudged(filtered, rectified)),
     )
     if LEAST_STEP < change < NOISE * sd:
-        why.append(
-            f"the ankles' separation changes by {change:.1f} leg lengths, which lies within its error "
-            f"({NOISE * sd:.1f})"
-        )
+        why.append(f"the feet part by {change:.1f} leg lengths, less than the error of {NOISE * sd:.1f}")
     fps = rate(filtered.times)
     if fps < _SLOW_HZ:
         why.append(f"at {fps:.3g} frames per second a quick step of 0.4 s has {0.4 * fps:.2g} frames")

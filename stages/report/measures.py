@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -261,12 +261,23 @@ def _rows(members: Mapping[str, Any], length: str) -> Markup:
     columns = [_whole([_cell_of(member, name) for member in members.values()]) for name in order]
     if not order:
         return Markup("")
+    alike = {name: {text(member, name) for member in members.values()} for name in order}
+    said = [name for name, texts in alike.items() if len(texts) == 1 and "" not in texts]
+    if said and len(members) > 1:
+        once = joined(small(f"{worded(name).capitalize()}: {alike[name].pop()}.") for name in said)
+        return once + _rows(_without(members, said), length)
     names = [named(shown[name], length) for name in order]
     if len(members) <= _FEW < len(order):
         rows = [[name, *map(_worded, cells)] for name, cells in zip(names, columns, strict=True)]
         return table(("", *map(worded, members)), rows)
     rows = [[worded(name), *cells] for name, *cells in zip(members, *columns, strict=True)]
     return table(("", *names), rows)
+
+
+def _without(members: Mapping[str, Any], names: Sequence[str]) -> Group:
+    return {
+        key: {name: leaf for name, leaf in of.items() if name not in names} for key, of in members.items()
+    }
 
 
 def _worded(cell: Cell) -> Cell:
@@ -300,7 +311,9 @@ def _each(leaf: Any) -> list[str]:
 
 def _unknown(one: Measure) -> str:
     """A figure whose error is not known, or that has none: two digits, but whole degrees and counts."""
-    if one.unit in ("", "deg") or float(one.value).is_integer():
+    if one.unit == "deg":
+        return f"{one.value:z.0f}"
+    if not one.unit or float(one.value).is_integer():
         return _shown(one.value)
     return without_error(one.value)
 
@@ -318,7 +331,8 @@ def _cell_of(member: Mapping[str, Any], name: str) -> Cell:
         return _percent(value(member, name) or 0)
     if leaf is None or isinstance(leaf, Remark):
         return None if leaf is None else leaf.text
-    cell = _cell(leaf.value) if isinstance(leaf, Measure) and leaf.error is None else _both(leaf)
+    whole = isinstance(leaf, Measure) and not leaf.unit  # a count
+    cell = _cell(leaf.value) if whole else _both(leaf)
     lies_within = isinstance(leaf, Measure) and leaf.within_error
     if lies_within or (name in _RANGES and value(member, "beyond_anatomy_frames")):
         return Soft(cell if isinstance(cell, str) else _shown(cell))

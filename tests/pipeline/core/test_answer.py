@@ -132,3 +132,11 @@ def test_both_arms_are_raised_only_if_together():
     )
     beside = {**later, "start_s": [0.9], "stop_s": [1.9]}
     assert answer(take(arm_raises={"right": beside, "left": one}))[0].startswith("Raised both arms once")
+
+
+def test_one_reason_for_both_sides_is_told_once():
+    side = {"count": 3, "count_reason": "lifted poses show few of them"}
+    assert answer(take(punches={"right": side, "left": side}))[0] == (
+        "Punched at least 3 times with the right arm and at least 3 times with the left arm (lifted poses show few of "
+        "them)."
+    )
