@@ -17,6 +17,7 @@ from .measures import (
     subgroup,
     text,
     value,
+    why_untold,
     without_error,
 )
 from .messages import how_many
@@ -70,8 +71,7 @@ def _not_seen(measures: Group, seconds: float) -> list[str]:
         group = subgroup(measures, name)
         if (code := text(group, "outcome")) not in by:
             continue
-        why = [text(group, "reason"), *(text(subgroup(group, side), "reason") for side in _SIDES)]
-        reason = "" if code == NONE else next(filter(None, why), "")
+        reason = "" if code == NONE else why_untold(group)
         by[code].setdefault(reason, []).append(words)
     said = {code: [_because(words, why) for why, words in of.items()] for code, of in by.items()}
     sentences = [f"no {_and(by[NONE][''], 'or')} in {seconds:.1f} s"] if by[NONE] else []

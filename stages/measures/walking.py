@@ -36,13 +36,15 @@ from ...pipeline.core.messages import how_many, spans_in_words
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import transpose
-from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, rate
+from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, rate, stretches
 from .figures import basis, deviation, moments, symmetry, with_error
 from .strides import peaks
 
 FEWEST = 10  # frames
 _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
 _SIGHT_DEG = 30.0  # off the line of sight: nearer to it, cos 30 = 87 % of a step and more is depth
+_HIDES_S = 1.5  # three steps at 120 a minute, the shortest walk
+_MOST = 0.9  # of the take, which is then named as a whole
 _SLOW_HZ = 12.0  # a quick step of 0.4 s has fewer than five frames below this
 _BELT_SHARE = (
     0.12  # of a belt's speed that the feet's drift tells: what lifted stances are off (validation subjects)
@@ -328,11 +330,12 @@ def uncountable(
     """Why steps would not be seen if there were any; empty when they would. apart: (T,) the separation in lengths of a
     leg. columns: (T,) of the take's kinematics. source: the frame that the poses came in."""
     why = []
-    off = sight_deg(rectified, source)
-    if off < _SIGHT_DEG:
+    if spans := along_sight(rectified, source, filtered.times):
+        whole = spans[0][1] - spans[0][0] > _MOST * (filtered.times[-1] - filtered.times[0])
+        when = "" if whole else f" from {spans_in_words(spans, 2)}"
         why.append(
-            f"the person faces along the line of sight ({off:.0f} degrees off it), where the feet pass each other in "
-            "depth: film the walk from the side"
+            f"the person faces along the line of sight{when}, where the feet pass each other in depth: film the walk "
+            "from the side"
         )
     change, sd = (
         float(np.nanmax(apart) - np.nanmin(apart)),
@@ -346,12 +349,16 @@ def uncountable(
     return why
 
 
-def sight_deg(rectified: Rectified, source: Frame) -> float:
-    """Median angle, 0 to 90 degrees, between where the person faces (or faces away from) and the camera's axis; NaN
-    where the source is no camera."""
+def along_sight(rectified: Rectified, source: Frame, times: np.ndarray) -> list[tuple[float, float]]:
+    """From when to when the person faces along the camera's axis, or away from it, within _SIGHT_DEG in most frames of
+    _HIDES_S; stretches that are shorter hide no walk. None where the source is no camera."""
     if source.family != "camera":
-        return float("nan")
+        return []
     ahead = -rectified.R_source_from_body[:, :, 0]  # BODY's x is back
-    along = np.abs(ahead @ source.basis[:, 2])  # CAMERA's z is away
-    known = along[np.isfinite(along)]
-    return float(np.degrees(np.arccos(min(1.0, np.median(known))))) if len(known) else float("nan")
+    with np.errstate(invalid="ignore"):
+        near = np.abs(ahead @ source.basis[:, 2]) > np.cos(np.radians(_SIGHT_DEG))  # CAMERA's z is away
+    first, last = (np.searchsorted(times, times + shift * _HIDES_S / 2) for shift in (-1, 1))
+    sums = np.r_[0, np.cumsum(near)]
+    mostly = sums[last] - sums[first] > 0.5 * (last - first)
+    spans = [(float(times[a]), float(times[b - 1])) for a, b in stretches(mostly)]
+    return [(start, stop) for start, stop in spans if stop - start >= _HIDES_S]

@@ -24,6 +24,7 @@ from ...pipeline.core.measures import (
     subgroup,
     text,
     value,
+    why_untold,
     without_error,
 )
 from ...pipeline.core.measures import (
@@ -97,20 +98,15 @@ def happened(rows: Iterable[Row], length: str) -> Markup:
             parts.append(heading(_title(name, group)) + shown)
         else:
             outcome = _OUTCOMES.get(text(group, "outcome"), "not known" if "reason" in group else "none")
-            absent.append(f"{worded(name).capitalize()}: {': '.join(filter(None, (outcome, _why(group))))}.")
+            absent.append(
+                f"{worded(name).capitalize()}: {': '.join(filter(None, (outcome, why_untold(group))))}."
+            )
     single: Group = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict)}
     shown = measure_tables(single, length) + joined(parts)
     missed = details("What was looked for and not found", bullets(absent))
     if shown:
         return small(_ERRORS) + missed + shown
     return small("No movement that is counted was recognised.") + missed if absent else Markup("")
-
-
-def _why(group: Group) -> str:
-    """The reason of a movement, or of its sides."""
-    return text(group, "reason") or next(
-        filter(None, (text(subgroup(group, side), "reason") for side in ("right", "left"))), ""
-    )
 
 
 def _found(group: Group) -> bool:

@@ -140,3 +140,9 @@ def test_one_reason_for_both_sides_is_told_once():
         "Punched at least 3 times with the right arm and at least 3 times with the left arm (lifted poses show few of "
         "them)."
     )
+
+
+def test_of_what_is_counted_a_gap_is_all_that_is_not_told():
+    bends = {"outcome": CANNOT_BE_TOLD, "count": 0, "reason": "not seen from 4.40 to 4.70 s"}
+    said = "Cannot be told: knee bends (none was found, but not seen from 4.40 to 4.70 s)."
+    assert said in answer(take(knee_bends=bends))

@@ -18,7 +18,7 @@ from pcnet3d.models.gait.events import Stance, Stride, walks
 from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take, Told
 from pcnet3d.pipeline.core.answer import answer
-from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
+from pcnet3d.pipeline.core.frames import CAMERA, PC_CAMERA, change_frame
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.files.measures import Row, read_measures
@@ -35,6 +35,7 @@ from pcnet3d.stages.export.measures import (
 from pcnet3d.stages.measures.figures import spread
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.measures.strides import peaks, stride_rows
+from pcnet3d.stages.measures.walking import along_sight
 from pcnet3d.stages.record.measures import measures_markdown
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.measures import happened
@@ -871,3 +872,22 @@ def test_an_angle_that_many_frames_lack_near_its_axis_has_no_range_and_no_differ
     assert ("p05_deg" in found["range_of_motion"][name]) == told
     assert ("symmetry_index_percent" in found["symmetry"][both]) == told
     assert ("reason" in found["range_of_motion"][name]) != told
+
+
+def test_facing_the_camera_hides_a_walk_only_while_it_lasts():
+    """One figure for the take said that steps of a man in full profile could not be told."""
+    times = np.arange(300) / 30
+    level = walker(seconds=10).poses
+    rectified = Pipeline(STAGES[:1])(Take("walker", poses=level)).rectified
+
+    def facing(degrees):
+        a = np.radians(degrees)
+        back = np.stack([np.sin(a), 0 * a, np.cos(a)], axis=-1)
+        R = np.stack([back, np.cross((0, 1, 0), back), np.broadcast_to((0.0, 1, 0), back.shape)], axis=-1)
+        return along_sight(replace(rectified, R_source_from_body=R), CAMERA, times)
+
+    assert facing(np.full(300, 90.0)) == []
+    ((start, stop),) = facing(np.where(times < 4, 10.0, 90.0))
+    assert start == 0
+    assert stop == pytest.approx(4, abs=0.1)
+    assert facing(np.where((times > 4) & (times < 5), 10.0, 90.0)) == []  # no walk is so short
