@@ -120,9 +120,13 @@ def _raised(arms: Group, limbs: Group) -> list[str]:
 
 
 def _together(one: Group, other: Group) -> bool:
-    """Whether each repetition of the one overlaps in time with the same one of the other."""
-    spans = [zip(moments(of, "start"), moments(of, "stop"), strict=True) for of in (one, other)]
-    return all(a[0] < b[1] and b[0] < a[1] for a, b in zip(*spans, strict=False))
+    """Whether each repetition of the one is at its highest within the same one of the other, and the other way
+    round."""
+    each = [
+        list(zip(*(moments(of, name) for name in ("start", "peak_at", "stop")), strict=True))
+        for of in (one, other)
+    ]
+    return all(a[0] < b[1] < a[2] and b[0] < a[1] < b[2] for a, b in zip(*each, strict=False))
 
 
 def _held(what: str, of: Group) -> list[str]:

@@ -125,12 +125,14 @@ def test_without_measures_nothing_is_said():
 
 def test_both_arms_are_raised_only_if_together():
     """A skater's left arm went up 4.6 s before the right one."""
-    one = {"count": 1, "peak_deg": [97.0], "start_s": [0.2], "stop_s": [1.2]}
-    later = {"count": 1, "peak_deg": [122.0], "start_s": [4.9], "stop_s": [5.9]}
+    one = {"count": 1, "peak_deg": [97.0], "start_s": [0.2], "peak_at_s": [0.7], "stop_s": [1.2]}
+    later = {"count": 1, "peak_deg": [122.0], "start_s": [4.9], "peak_at_s": [5.4], "stop_s": [5.9]}
     assert answer(take(arm_raises={"right": later, "left": one}))[0] == (
         "Raised the right arm once to 122 degrees; raised the left arm once to 97 degrees."
     )
-    beside = {**later, "start_s": [0.9], "stop_s": [1.9]}
+    touching = {**later, "start_s": [1.0], "peak_at_s": [1.5], "stop_s": [1.9]}
+    assert "both" not in answer(take(arm_raises={"right": touching, "left": one}))[0]
+    beside = {**later, "start_s": [0.4], "peak_at_s": [0.9], "stop_s": [1.9]}
     assert answer(take(arm_raises={"right": beside, "left": one}))[0].startswith("Raised both arms once")
 
 
