@@ -32,9 +32,9 @@ _TIMES = ("never", "once", "twice")
 # What is told of the joints: where movements were recognised, and where none were.
 _MOVED = ("knee_flexion",)
 _RAISED = ("shoulder_elevation",)
-_ALL = ("knee_flexion", "hip_flexion", "shoulder_elevation", "elbow_flexion", "trunk_lean_sagittal")
+_ALL = ("knee_flexion", "thigh_trunk_flexion", "shoulder_elevation", "elbow_flexion", "trunk_lean_sagittal")
 _JOINTS = {
-    "knee_flexion": "knees", "hip_flexion": "hips", "elbow_flexion": "elbows",
+    "knee_flexion": "knees", "thigh_trunk_flexion": "thighs against trunk", "elbow_flexion": "elbows",
     "shoulder_elevation": "arms from hanging", "trunk_lean_sagittal": "trunk forward",
 }  # fmt: skip
 

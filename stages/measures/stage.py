@@ -66,7 +66,13 @@ _SQUAT = 70.0
 _STAYS = (
     0.4  # legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing
 )
-_IN_BENDS = ("r_knee_flexion", "l_knee_flexion", "r_hip_flexion", "l_hip_flexion", "trunk_lean_sagittal")
+_IN_BENDS = (
+    "r_knee_flexion",
+    "l_knee_flexion",
+    "r_thigh_trunk_flexion",
+    "l_thigh_trunk_flexion",
+    "trunk_lean_sagittal",
+)
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
 

@@ -213,7 +213,7 @@ def test_walker_through_the_stages_in_its_own_gravity(walk):
     rectified = rectify(walk.poses)
     columns = joint_angles(walk.poses, rectified, smooth(rectified.level)[0])
     inner = slice(10, -10)
-    for name in ("r_knee_flexion", "l_elbow_flexion", "r_hip_flexion", "l_shoulder_flexion"):
+    for name in ("r_knee_flexion", "l_elbow_flexion", "r_thigh_trunk_flexion", "l_shoulder_flexion"):
         true = walk.angles_deg[f"{name}_deg"]
         np.testing.assert_allclose(columns[f"{name}_deg"][inner], true[inner], atol=0.5, err_msg=name)
         rate = walk.rates_degps[f"{name}_deg"]

@@ -264,8 +264,14 @@ def test_mot_bears_the_coordinates_of_a_model_where_they_mean_the_same(take, tmp
     names = lines[end + 1].split("\t")
     expected = {"version": "1", "nRows": str(ROWS), "nColumns": str(len(names)), "inDegrees": "yes"}
     assert header == expected
-    assert names[:4] == ["time", "pelvis_tilt", "pelvis_list", "pelvis_rotation"]
-    assert set(names) > {"knee_angle_r", "hip_adduction_l", "trunk_lean_frontal"}
+    assert names[:4] == ["time", "trunk_tilt", "trunk_list", "trunk_rotation"]
+    assert set(names) > {
+        "knee_angle_r",
+        "hip_adduction_l",
+        "trunk_lean_frontal",
+        "r_thigh_trunk_flexion",
+        "l_shoulder_flexion",
+    }
     assert "l_hip_abduction is -hip_adduction_l" in lines
     rows = np.array([[float(cell) for cell in line.split("\t")] for line in lines[end + 2 :]])
     assert rows.shape == (ROWS, len(names))
@@ -276,6 +282,18 @@ def test_mot_bears_the_coordinates_of_a_model_where_they_mean_the_same(take, tmp
         ("hip_adduction_l", -take.kinematics["l_hip_abduction_deg"]),
     ):
         np.testing.assert_allclose(found[name], values, atol=1e-6)
+
+
+def test_mot_has_no_name_of_opensim_for_what_is_against_the_trunk_or_a_neutral(take, tmp_path):
+    """A lumbar bend would read as hip flexion or pelvic tilt; an angle from a neutral is no model's coordinate."""
+
+    def names(of):
+        lines = (exported(of, tmp_path, "mot") / "angles.mot").read_text().splitlines()
+        return set(lines[lines.index("endheader") + 1].split("\t"))
+
+    theirs = ("hip_flexion", "arm_flex", "pelvis_t", "pelvis_list", "pelvis_rotation", "lumbar")
+    assert not [name for name in names(take) if name.startswith(theirs)]
+    assert {"r_knee_flexion", "l_hip_abduction"} < names(take.telling(neutral_s=(0.0, 1.0)))
 
 
 def test_mot_without_angles_is_refused(take, tmp_path):

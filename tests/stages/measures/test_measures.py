@@ -93,7 +93,7 @@ def test_ranges_of_motion_within_a_degree(walk, take):
     expected = {
         f"{side}_{joint}_flexion": made[f"{side}_{joint}_flexion_deg"]
         for side in "rl"
-        for joint in ("knee", "elbow", "hip", "shoulder")
+        for joint in ("knee", "elbow", "thigh_trunk", "shoulder")
     } | {
         "trunk_lean_sagittal": made["trunk_lean_deg"],
         "thorax_pelvis_rotation": -2 * made["pelvis_turn_deg"],
@@ -166,7 +166,7 @@ def test_one_squat_with_its_depth_and_times(walk, take):
     assert bends["sparc_up"] == pytest.approx(-1.40, abs=0.03)
     assert bends["log_dimensionless_jerk_down"] == pytest.approx(-4.42, abs=0.1)
     assert set(bends["cycles"]) == {
-        "r_knee_flexion", "l_knee_flexion", "r_hip_flexion", "l_hip_flexion", "trunk_lean_sagittal",
+        "r_knee_flexion", "l_knee_flexion", "r_thigh_trunk_flexion", "l_thigh_trunk_flexion", "trunk_lean_sagittal",
     }  # fmt: skip
     curve = bends["cycles"]["r_knee_flexion"]
     share = np.linspace(bends["start_s"][0], bends["stop_s"][0], 101)
@@ -436,12 +436,12 @@ def test_the_peaks_of_each_stride_are_those_of_its_curve(take):
     rows = [row for row in stride_rows(take) if row["movement"] == "walking.right"]
     for number in range(walk["strides"]):
         own = [row for row in rows if row["number"] == number]
-        knee, hip = (np.array([row[f"r_{part}_flexion_deg"] for row in own]) for part in ("knee", "hip"))
+        knee, hip = (np.array([row[f"r_{part}_flexion_deg"] for row in own]) for part in ("knee", "thigh_trunk"))
         off = next(row["percent"] for row in own if row["event"] == "toe-off")
         assert walk["knee_at_contact_deg"][number] == pytest.approx(knee[0], abs=0.6)
         assert walk["knee_swing_peak_deg"][number] == pytest.approx(knee[off:].max(), abs=0.6)
         assert walk["knee_loading_peak_deg"][number] == pytest.approx(knee[: off // 2 + 1].max(), abs=1.0)
-        assert walk["hip_lowest_deg"][number] == pytest.approx(hip.min(), abs=0.6)
+        assert walk["thigh_trunk_lowest_deg"][number] == pytest.approx(hip.min(), abs=0.6)
     assert walk["mean_knee_swing_peak_deg"] == pytest.approx(np.mean(walk["knee_swing_peak_deg"]), abs=0.6)
 
 
@@ -459,7 +459,7 @@ def test_a_stride_without_the_angle_leaves_a_gap_in_the_list():
     assert (
         found["mean_knee_at_contact_error_deg"] >= 4.0
     )  # what all strides have wrong alike does not average out
-    assert "hip_lowest_deg" not in found
+    assert "thigh_trunk_lowest_deg" not in found
 
 
 def test_a_standard_deviation_takes_six_values():
