@@ -17,6 +17,7 @@ from .measures import (
     subgroup,
     text,
     value,
+    with_bar,
     without_error,
 )
 from .messages import how_many
@@ -212,9 +213,9 @@ def _range(ranges: Group, name: str) -> str:
 
 def _figure(of: Measure, unit: str) -> str:
     """With the words of its unit, and its error or that this is not known."""
-    if of.bar is None:
+    if of.error is None:
         return f"about {without_error(of.value)} {unit} (error not known)"
-    return f"{of.value:g} ± {of.bar:g} {unit}"
+    return f"{with_bar(of.value, of.error)} {unit}"
 
 
 def _count(of: Group, name: str = "count") -> int:

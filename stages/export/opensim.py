@@ -88,7 +88,7 @@ def write_mot(take: Take, path: Path) -> None:
     }
     if not all(f"{name}_reason" in columns for name in _OF_PELVIS):
         raise InputError("needs-stage", "MOT holds joint angles; put the stage 'angles' before 'export'.")
-    alike = _COORDINATES if take.told.neutral_s is None else {}
+    alike = _COORDINATES if take.told.neutral is None else {}
     renamed = {name: alike.get(name, (name, 1)) for name in angles}
     notes = [
         f"{ours} is {'-' * (sign < 0)}{theirs}" for ours, (theirs, sign) in renamed.items() if ours != theirs

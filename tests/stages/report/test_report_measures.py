@@ -262,4 +262,4 @@ def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
     walking = {f"step_length_{key}": value for key, value in hip.items()}
     (apart,) = compared({"symmetry": {"knee_flexion": knee, "thigh_trunk_flexion": hip}, "walking": walking})
     assert "in 2 of 3 figures" in apart
-    assert apart.endswith(": range of hip flexion +30 ± 10 %, step length +30 ± 10 %.")
+    assert apart.endswith(": range of thigh against trunk +30 ± 10 %, step length +30 ± 10 %.")
