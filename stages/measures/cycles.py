@@ -23,6 +23,7 @@ POINTS = 101  # of a normalised cycle
 _BEGINS, _ENDS = 0.07, 0.1
 _BACK = 0.2  # of the rise: a fall by more before the rise is another movement
 _HELD = 0.8  # of the rise: what stays above is held
+_LONG_S = 60.0  # a hole in the time stamps may last for days
 _FINE = 1001  # moments of a repetition: a duration of seconds to milliseconds
 _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut movements so)
 
@@ -101,6 +102,7 @@ def hiding(
 ) -> list[tuple[float, float]]:
     """The gaps of x (T,), (begin, end) in seconds of the rows beside each, that may have kept `repetitions` from
     finding one: with x at its highest in all gaps there is one across it, which lasts briefest_s or longer, and counts.
+    In one of more than a minute there may be any.
     """
     known, step = np.isfinite(x), 1 / rate(time_s)
     gaps = [
@@ -110,14 +112,16 @@ def hiding(
     ]
     if not gaps:
         return []
-    inside = np.concatenate([np.arange(begin + step, end - step / 2, step) for begin, end in gaps])
+    long = [(begin, end) for begin, end in gaps if end - begin > _LONG_S]
+    short = [gap for gap in gaps if gap not in long]
+    inside = np.concatenate([np.zeros(0), *(np.arange(a + step, b - step / 2, step) for a, b in short)])
     times = np.concatenate([time_s[known], inside])
     values = np.concatenate([x[known], np.full(len(inside), x[known].max())])
     order = np.argsort(times)
     cuts = np.searchsorted(times[order], time_s[list(seams)])
     found = [one for one in repetitions(values[order], times[order], least, cuts.tolist()) if counts(one)]
     across = [(one.start_s, one.stop_s) for one in found if one.stop_s - one.start_s >= briefest_s]
-    return [gap for gap in gaps if any(start < gap[1] and gap[0] < stop for start, stop in across)]
+    return [gap for gap in gaps if gap in long or any(a < gap[1] and gap[0] < b for a, b in across)]
 
 
 def near_ends_s(x: np.ndarray, time_s: np.ndarray, one: Repetition, height: float) -> float:

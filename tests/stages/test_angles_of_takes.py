@@ -288,7 +288,7 @@ def test_the_neutral_may_be_another_run(walk, camera_poses, tmp_path):
     found = Angles()(take.with_(told=told))
     for name in ("r_knee_flexion", "trunk_lean_sagittal"):
         values = plain.kinematics[f"{name}_deg"]
-        np.testing.assert_allclose(found.kinematics[f"{name}_deg"], values - np.nanmedian(values), atol=1e-9)
+        np.testing.assert_allclose(found.kinematics[f"{name}_deg"], values - np.nanmedian(values), atol=1e-4)
     (said,) = [said for said in found.notices if said.code == "angles-from-neutral"]
     assert said.values["of"] == " of standing"
     Export(tmp_path / "twice")(found)

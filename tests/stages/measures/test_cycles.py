@@ -208,3 +208,10 @@ def test_path_length_of_a_circle_with_a_gap():
         pytest.approx(4 * np.pi * 298 / 300, rel=1e-4),
         pytest.approx(298 / 30),
     )
+
+
+def test_a_hole_of_years_in_the_time_stamps_may_hide_anything_and_takes_no_memory():
+    """Rows were once made for all of it."""
+    time_s = np.arange(60) / 30
+    time_s[30:] += 1e9
+    assert hiding(np.zeros(60), time_s, 20.0) == [(time_s[29], time_s[30])]
