@@ -270,9 +270,9 @@ def test_angles_from_a_neutral_are_0_in_it_and_every_file_says_so(walk, camera_p
     inside = camera_poses.times <= 0.5
     for name in ("r_knee_flexion", "trunk_lean_sagittal"):
         values = take.kinematics[f"{name}_deg"]
-        assert abs(np.median(values[inside])) < 1e-9
+        assert abs(np.median(values[inside])) < 1e-5
         apart = plain.kinematics[f"{name}_deg"] - values
-        np.testing.assert_allclose(apart, apart[0])
+        np.testing.assert_allclose(apart, apart[0], atol=1e-4)
     assert take.filtered.history[-1].name == "neutral"
     codes = [said.code for said in take.notices]
     assert "angles-from-neutral" in codes
