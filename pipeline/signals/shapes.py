@@ -48,6 +48,7 @@ _LATE = (
 # in so large a share longer than three in four others. Of 140 noisy takes none has more than 0.26; where every fifth
 # row is lost it is 0.37 to 1.0.
 _LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
+_HELD = 12.0  # times as long as those between: more than ten rows are lost at once nowhere
 # Once: times the mean movement of so many rows before and after, in their direction; none of 298 noisy takes of
 # keypoints, and none of their lifts, which are smoother.
 _LEAP, _ALONG, _BESIDE, _FEW_LEAPS = 4.0, 0.55, {2: 3, 3: 1}, {2: 2, 3: 1}
@@ -260,6 +261,8 @@ def rows_lost(points: PoseSequence) -> list[Notice]:
     moved = np.where(np.isfinite(moved), moved, 0.0)
     length = np.linalg.norm(moved, axis=1)
     if every := _period(length):
+        if _held(length, every):
+            return []
         fps = points.fps if points.time_s is not None else float("nan")
         how = f"at every {every}th row" + (
             f", as of {fps * every / (every + 1):.3g} frames a second" if fps == fps else ""
@@ -278,6 +281,13 @@ def rows_lost(points: PoseSequence) -> list[Notice]:
         return []
     how = f"by that of {float((alike / square)[found].max()):.0f} frames at row {int(at[found[0]]) + 1}"
     return [notice("rows-lost", count=len(found), how=how)]
+
+
+def _held(length: np.ndarray, every: int) -> bool:
+    """Whether hardly anything moves between these rows: they repeat, as of a slowed video, and none is lost."""
+    first = max(range(every), key=lambda first: float(np.median(length[first::every])))
+    between = np.delete(length, np.s_[first::every])
+    return bool(np.median(between) * _HELD < np.median(length[first::every]))
 
 
 def _period(length: np.ndarray) -> int:

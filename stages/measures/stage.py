@@ -3,7 +3,7 @@ and what it rests on."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -38,7 +38,7 @@ from ...pipeline.signals.angles import ANGLES, MIDLINE, continuous, of_both
 from ...pipeline.signals.filters import breaks
 from ...pipeline.signals.flights import Flight
 from ...pipeline.signals.foot_angles import ALL_ANGLES
-from ...pipeline.signals.reprojection import residuals_of
+from ...pipeline.signals.reprojection import residuals_of, straight_in_image
 from .columns import Columns
 from .cycles import Repetition
 from .figures import (
@@ -47,15 +47,16 @@ from .figures import (
     with_error,
 )
 from .floor import floor
-from .jumps import absorbs, jumping, jumps
+from .jumps import absorbs, jumping, jumps, without_leaps
 from .off_keypoints import off_keypoints
-from .outcomes import never_looked_for, with_outcome
+from .outcomes import with_outcome
 from .repeats import repeats
 from .smoothness import path_length
 from .strikes import strikes
 from .walking import FEWEST, doubts, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
+_OUTERMOST = 0.05  # of the frames: what the 5th to the 95th percentile leaves out at either end
 _BEND, _RAISE, _ANY = 35.0, 50.0, 20.0  # degrees that a repetition rises by at least
 # Degrees of knee flexion from which a knee bend is a squat: a half squat is 70 to 100, a deep one more (Schoenfeld,
 # J Strength Cond Res 24(12), 2010, "Squatting kinematics and kinetics"); less is a partial one, or a duck.
@@ -109,7 +110,7 @@ class Measures:
             return take.with_(measures=()).saying(notice("figures-withheld"))
         gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
         source = take.need("poses")
-        asked = airborne(take), self.repeated, self.belt_speed
+        asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take)
         found = measures(filtered, rectified, kinematics, source, gait, *asked)
         found += tuple(within("off_keypoints", off_keypoints(residuals_of(take), source.times)))
         said = doubts(gait, source) if rectified.level_ok else []
@@ -125,13 +126,15 @@ def measures(
     flights: Airborne,
     repeated: Sequence[str] = (),
     belt_speed: float | None = None,
+    in_image: Mapping[str, np.ndarray] | None = None,
 ) -> tuple[Row, ...]:
     """Rows, named below as in summary.json (`pipeline.core.measures.nested`). What cannot be had is absent, and its
     group has a `reason`.
 
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the poses that
-    were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill.
+    were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
+    in_image: signals.reprojection.straight_in_image.
 
     An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with; of ranges,
     of right less left and from repetition to repetition (peak_mdc90) by what these were off on lifted takes with truth
@@ -159,7 +162,6 @@ def measures(
         the height, and `slope_reason`.
     jumps: flights in which the centre of mass falls freely, where the pelvis path is known (stages/measures/jumps.py).
     punches, kicks: fast movements of a limb, by side (stages/measures/strikes.py); they have no errors yet, and say so.
-    sitting: nobody looks for it.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
     Each movement has an `outcome`: seen, none, cannot-be-told or not-looked-for, with a `reason` where one is known.
@@ -178,12 +180,13 @@ def measures(
         for row in within(name, repeats(take, name, take(name), take.sd(name), _ANY, [name]), side_of(name))
     ]
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
+    gait = without_leaps(gait, jumped)
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     movements = {
         "knee_bends": _knee_bends(take, gait, jumped, apart, "steps" in grouped(walk)),
         "arm_raises": _arm_raises(take),
-        **strikes(filtered, rectified, source.lifted),
+        **strikes(filtered, rectified, source.lifted, in_image),
         "walking": walk,
     }
     return (
@@ -193,7 +196,6 @@ def measures(
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
         *within("jumps", with_outcome("jumps", jumps(flights, jumped, rectified), lasts_s, flights.looked)),
-        *within("sitting", never_looked_for()),
         *within("paths", _paths(take, rectified)),
     )
 
@@ -245,6 +247,10 @@ def _range(take: Columns, name: str) -> list[Row]:
     if len(known) < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have this angle"), *basis(values)]
     sd = take.sd(name)
+    if np.isfinite(sd).any() and (hidden := take.untold(name)) > _OUTERMOST:
+        # A lift's frames near the axis are the outermost, of an arm raised sideways; which they are differs by camera.
+        why = f"{100 * hidden:.0f} % of the frames are near its axis or too uncertain; the others do not show its range"
+        return [Remark("reason", why), *basis(values)]
     (low, high), (at_low, at_high) = ends(values, sd)
     error = float(np.hypot(at_low, at_high))
     if take.judged:

@@ -59,6 +59,7 @@ def test_rows_that_are_lost_regularly_or_at_once_are_told(joints):
     assert "24" in said.values["how"]
     (said,) = rows_lost(poses(np.delete(walk.world[:120], slice(50, 55), axis=0)))
     assert "row 50" in said.values["how"]
+    assert rows_lost(poses(np.repeat(quiet, 4, axis=0))) == []  # repeated, of a video that was slowed
 
 
 @pytest.fixture(scope="module")
