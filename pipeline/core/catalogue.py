@@ -302,12 +302,12 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "angles-left-out": ("note", "motion",
         "Angles left out, frames: {angles}: {reason}."),
     "angles-from-neutral": ("note", "motion",
-        "All angles are from those of the person standing from {begin_s:g} to {end_s:g} s (--neutral), which are "
-        "subtracted; their errors are those of the difference. Limits of anatomy and the names of OpenSim do not hold "
-        "for them."),
+        "All angles are from those of the person standing from {begin_s:g} to {end_s:g} s{of} (--neutral), which "
+        "are subtracted; their errors are those of the difference. Limits of anatomy and the names of OpenSim do not "
+        "hold for them."),
     "neutral-moves": ("warning", "motion",
-        "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s, which --neutral takes for "
-        "standing still; choose a second in which they stand."),
+        "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s{of}, which --neutral takes "
+        "for standing still; choose a second in which they stand."),
     "angle-errors-unknown": ("note", "motion",
         "The errors of the angles are not known, for nothing says whether the poses were measured or estimated "
         "(-O made_by=measured, or -O made_by=estimated)."),

@@ -93,7 +93,7 @@ def pairs(
 
 
 def test_the_factor_is_how_much_smaller_differences_are_than_independent_errors_say():
-    knee, hip = "range_of_motion.knee_flexion", "range_of_motion.hip_flexion"
+    knee, hip = "range_of_motion.knee_flexion", "range_of_motion.thigh_trunk_flexion"
     fitted = factors(
         [
             *pairs(knee, 0.3 * np.hypot(5, 5), "abcdefgh", 400),
