@@ -9,6 +9,10 @@ Colour = tuple[int, int, int]
 LEFT: Colour = (31, 130, 200)
 RIGHT: Colour = (222, 100, 10)
 MIDDLE: Colour = (150, 150, 150)
+# Of what is neither side: Okabe and Ito's other colours.
+GREEN: Colour = (0, 158, 115)
+PURPLE: Colour = (204, 121, 167)
+YELLOW: Colour = (240, 228, 66)
 
 
 def side_colour(*joints: str) -> Colour:

@@ -20,7 +20,7 @@ from ...pipeline.core.take import Take, Video
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import images_ahead, shown_size
 from ...pipeline.signals.visibility import LEAST_SCORE
-from ..drawing.facts import shared_up
+from ..drawing.facts import up_of_camera
 from ..drawing.image_lines import HORIZON, horizon, ideal
 from ..drawing.palette import Colour, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
@@ -109,7 +109,7 @@ class _Page:
         self.body = with_feet(take.need("rectified").body)
         self.rows = _by_frame(self.body)
         self.views = _views(self.body, side)
-        self.up = _up(take)
+        self.up = up_of_camera(take)
         self.keypoints = take.keypoints
         self.keypoint_rows = _by_frame(take.keypoints) if take.keypoints is not None else {}
         self.thick = max(1, round(self.image_size[1] / 240))
@@ -210,15 +210,6 @@ def _range(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.zeros(2), np.ones(2)
     low, high = np.percentile(seen, [0.2, 99.8], axis=0)
     return low, np.maximum(high, low + 1e-6)
-
-
-def _up(take: Take) -> np.ndarray:
-    """(T, 3) the take's up in CAMERA axes; NaN where it is not levelled or the poses are not a camera's."""
-    rectified, frame = take.need("rectified"), take.need("poses").frame
-    up = shared_up(rectified)
-    if frame.family != "camera" or not rectified.level_ok:
-        return np.full_like(up, np.nan)
-    return rotate(frame.basis.T, up)
 
 
 def _by_frame(poses: PoseSequence) -> dict[int, int]:

@@ -6,21 +6,32 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.core.measures import Moments
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import MIDLINE, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.facts import angle_bands
-from ..drawing.palette import LEFT, RIGHT
-from ..drawing.rerun_log import log_curves
+from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour
+from ..drawing.rerun_log import log_curves, time_columns
 
 if TYPE_CHECKING:
     import rerun as rr
     import rerun.blueprint as rrb
+    from rerun.components import MarkerShapeLike as MarkerShape
 
 _GROUPS: dict[str, list[str]] = {}
 for _name in ALL_OF_BOTH:
     _GROUPS.setdefault(ALL_ANGLES[sides_of(_name)[0]].group, []).append(_name)
-_ONE = (110, 140, 255)  # colour of an angle without sides
+_FIRST = ("knee_flexion", "elbow_flexion", "trunk_lean_sagittal")
+# Of each kind of moment: its marker, and its words behind the side.
+_MARKS: dict[str, tuple[MarkerShape, str]] = {
+    "landings": ("down", "foot lands"),
+    "toe_offs": ("up", "foot leaves the floor"),
+    "start": ("plus", "movement begins"),
+    "stop": ("cross", "movement ends"),
+    "peak_at": ("diamond", "movement's peak"),
+}
+_SIDES: dict[str, Colour] = {"right": RIGHT, "left": LEFT, "": MIDDLE}
 
 
 def angled(take: Take) -> bool:
@@ -36,13 +47,40 @@ def log_angles(recording: rr.RecordingStream, take: Take) -> None:
         if (shown := angle_bands(take, name)) is None:
             continue
         (value, band), parts = shown, sides_of(name)
-        colours = [_ONE] if len(parts) == 1 else [RIGHT, LEFT]
+        colours = [MIDDLE] if len(parts) == 1 else [RIGHT, LEFT]
         log_curves(recording, f"angles/{name}", poses, value, [f"{p} (deg)" for p in parts], colours)
         if np.isfinite(band).any():
             faint = [(red // 2, green // 2, blue // 2) for red, green, blue in colours]
             for end, values in (("low", value - band), ("high", value + band)):
                 names = [f"{part}, {end} end of its 90 % band (deg)" for part in parts]
                 log_curves(recording, f"angles/{name}/{end}", poses, values, names, faint, width=0.75)
+
+
+def log_marks(recording: rr.RecordingStream, take: Take) -> None:
+    """marks/<kind>/<side>: the moments of events that the measures tell, at 0."""
+    import rerun as rr
+
+    poses = take.need("poses")
+    for kind, (shape, words) in _MARKS.items():
+        for side, colour in _SIDES.items():
+            told = (each for each in take.measures or () if isinstance(each, Moments))
+            at_s = np.array(
+                sorted({at for each in told if (each.name, each.side) == (kind, side) for at in each.at_s})
+            )
+            if not len(at_s):
+                continue
+            entity = f"marks/{kind}/{side or 'both'}"
+            look = rr.SeriesPoints(
+                names=f"{side} {words}".strip(), colors=colour, markers=shape, marker_sizes=4
+            )
+            recording.log(entity, look, static=True)
+            frame = poses.frame_index[np.abs(poses.times[:, None] - at_s).argmin(axis=0)]
+            recording.send_columns(entity, time_columns(frame, at_s), rr.Scalars.columns(scalars=0 * at_s))
+
+
+def first_angles(take: Take) -> list[rrb.View]:
+    """Knees, elbows and trunk, with the marks of events."""
+    return [_view(name, _title(name)) for name in _FIRST if angle_bands(take, name)]
 
 
 def angle_views(take: Take) -> rrb.Container:
@@ -54,17 +92,21 @@ def angle_views(take: Take) -> rrb.Container:
         shown = [name for name in group if angle_bands(take, name)]
         # The viewer names the tab of a single view after the view, so its name must be short.
         named = {name: title if len(shown) == 1 else _title(name) for name in shown}
-        views = [
-            rrb.TimeSeriesView(
-                origin=f"angles/{name}",
-                name=f"{words} (deg)",
-                plot_legend=rrb.PlotLegend(visible=False),  # the band's thin lines would fill it
-            )
-            for name, words in named.items()
-        ]
+        views = [_view(name, words) for name, words in named.items()]
         if views:
             tabs.append(rrb.Vertical(*views, name=title) if len(views) > 1 else views[0])
     return rrb.Tabs(*tabs, active_tab=0)
+
+
+def _view(name: str, words: str) -> rrb.View:
+    import rerun.blueprint as rrb
+
+    return rrb.TimeSeriesView(
+        origin=f"angles/{name}",
+        contents=["+ $origin/**", "+ /marks/**"],
+        name=f"{words} (deg)",
+        plot_legend=rrb.PlotLegend(visible=False),  # the band's thin lines would fill it
+    )
 
 
 def _title(name: str) -> str:
