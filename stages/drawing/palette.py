@@ -15,6 +15,12 @@ PURPLE: Colour = (204, 121, 167)
 YELLOW: Colour = (240, 228, 66)
 
 
+def faint(colour: Colour, share: float) -> Colour:
+    """The colour with that share of its light."""
+    red, green, blue = (round(share * part) for part in colour)
+    return red, green, blue
+
+
 def side_colour(*joints: str) -> Colour:
     """Of a joint, or of a bone by its ends: its side's; the middle's when it has no side or crosses over."""
     sides = {joint[:2] for joint in joints} & {"l_", "r_"}

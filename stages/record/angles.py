@@ -11,7 +11,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import MIDLINE, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.facts import angle_bands
-from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour
+from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour, faint
 from ..drawing.rerun_log import log_curves, time_columns
 
 if TYPE_CHECKING:
@@ -23,14 +23,17 @@ _GROUPS: dict[str, list[str]] = {}
 for _name in ALL_OF_BOTH:
     _GROUPS.setdefault(ALL_ANGLES[sides_of(_name)[0]].group, []).append(_name)
 _FIRST = ("knee_flexion", "elbow_flexion", "trunk_lean_sagittal")
-# Of each kind of moment: its marker, and its words behind the side.
+# Of each kind of moment: its marker, and its words behind the movement.
 _MARKS: dict[str, tuple[MarkerShape, str]] = {
     "landings": ("down", "foot lands"),
     "toe_offs": ("up", "foot leaves the floor"),
-    "start": ("plus", "movement begins"),
-    "stop": ("cross", "movement ends"),
-    "peak_at": ("diamond", "movement's peak"),
+    "start": ("plus", "begins"),
+    "stop": ("cross", "ends"),
+    "peak_at": ("diamond", "peak"),
 }
+_MOVED = {
+    "walking": "legs", "knee_bends": "legs", "jumps": "legs", "kicks": "legs", "arm_raises": "arms", "punches": "arms",
+}  # fmt: skip
 _SIDES: dict[str, Colour] = {"right": RIGHT, "left": LEFT, "": MIDDLE}
 
 
@@ -50,32 +53,30 @@ def log_angles(recording: rr.RecordingStream, take: Take) -> None:
         colours = [MIDDLE] if len(parts) == 1 else [RIGHT, LEFT]
         log_curves(recording, f"angles/{name}", poses, value, [f"{p} (deg)" for p in parts], colours)
         if np.isfinite(band).any():
-            faint = [(red // 2, green // 2, blue // 2) for red, green, blue in colours]
+            thin = [faint(colour, 0.5) for colour in colours]
             for end, values in (("low", value - band), ("high", value + band)):
                 names = [f"{part}, {end} end of its 90 % band (deg)" for part in parts]
-                log_curves(recording, f"angles/{name}/{end}", poses, values, names, faint, width=0.75)
+                log_curves(recording, f"angles/{name}/{end}", poses, values, names, thin, width=0.75)
 
 
 def log_marks(recording: rr.RecordingStream, take: Take) -> None:
-    """marks/<kind>/<side>: the moments of events that the measures tell, at 0."""
+    """marks/<legs or arms>/<movement>/<kind>/<side>: the moments of events that the measures tell, at 0."""
     import rerun as rr
 
     poses = take.need("poses")
-    for kind, (shape, words) in _MARKS.items():
-        for side, colour in _SIDES.items():
-            told = (each for each in take.measures or () if isinstance(each, Moments))
-            at_s = np.array(
-                sorted({at for each in told if (each.name, each.side) == (kind, side) for at in each.at_s})
-            )
-            if not len(at_s):
-                continue
-            entity = f"marks/{kind}/{side or 'both'}"
-            look = rr.SeriesPoints(
-                names=f"{side} {words}".strip(), colors=colour, markers=shape, marker_sizes=4
-            )
-            recording.log(entity, look, static=True)
-            frame = poses.frame_index[np.abs(poses.times[:, None] - at_s).argmin(axis=0)]
-            recording.send_columns(entity, time_columns(frame, at_s), rr.Scalars.columns(scalars=0 * at_s))
+    for told in take.measures or ():
+        limbs = _MOVED.get(told.group[0]) if told.group else None
+        if not isinstance(told, Moments) or told.name not in _MARKS or not limbs:
+            continue
+        shape, words = _MARKS[told.name]
+        movement, side = told.group[0], told.side
+        entity = f"marks/{limbs}/{movement}/{told.name}/{side or 'both'}"
+        name = f"{side} {movement.replace('_', ' ')}: {words}".strip()
+        look = rr.SeriesPoints(names=name, colors=_SIDES[side], markers=shape, marker_sizes=4)
+        recording.log(entity, look, static=True)
+        at_s = np.array(told.at_s)
+        frame = poses.frame_index[np.abs(poses.times[:, None] - at_s).argmin(axis=0)]
+        recording.send_columns(entity, time_columns(frame, at_s), rr.Scalars.columns(scalars=0 * at_s))
 
 
 def first_angles(take: Take) -> list[rrb.View]:
@@ -101,9 +102,11 @@ def angle_views(take: Take) -> rrb.Container:
 def _view(name: str, words: str) -> rrb.View:
     import rerun.blueprint as rrb
 
+    joints = " ".join(ALL_ANGLES[sides_of(name)[0]].joints)
+    limbs = "" if name in MIDLINE else "/arms" if "elbow" in joints else "/legs"
     return rrb.TimeSeriesView(
         origin=f"angles/{name}",
-        contents=["+ $origin/**", "+ /marks/**"],
+        contents=["+ $origin/**", f"+ /marks{limbs}/**"],
         name=f"{words} (deg)",
         plot_legend=rrb.PlotLegend(visible=False),  # the band's thin lines would fill it
     )

@@ -11,7 +11,7 @@ import numpy as np
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, transpose
 from ...pipeline.core.take import Take
-from ..drawing.palette import side_colour
+from ..drawing.palette import faint, side_colour
 from ..drawing.rerun_log import time_columns
 from .prints import FootPrint
 from .walk import camera_ahead, floor, prints_so_far, walked
@@ -67,7 +67,7 @@ def first_view(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.View
         middle = 0.5 * _APART * size * _left(take)
         name += "; thin: before, in the camera's axes"
     middle[2] = -0.95 * _ground(take, prints, size) if walked(rectified) is None else 0.85 * size
-    colours = [[round(_FAINT * part) for part in side_colour(*bone)] for bone in source.layout.bones]
+    colours = [faint(side_colour(*bone), _FAINT) for bone in source.layout.bones]
     thin = rr.LineStrips3D.from_fields(colors=colours, radii=[0.007 * size])
     return rrb.Spatial3DView(
         origin="walk/along",

@@ -9,7 +9,7 @@ import numpy as np
 from ...pipeline.core.rotations import angle_deg, from_columns, is_finite, rotate, unit
 from ...pipeline.core.take import Take
 from ..drawing.facts import shared_up, tilt
-from ..drawing.palette import PURPLE, YELLOW
+from ..drawing.palette import PURPLE, YELLOW, faint
 from ..drawing.rerun_log import log_curves, time_columns
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ _WHITE, _GRID, _MARK = (235, 235, 235), (85, 85, 85), (170, 170, 170)
 _EARLY, _LATE = np.array([120, 50, 130]), np.array(YELLOW)  # far apart for every common colour vision
 # For pitch and roll.
 _TAKE = (PURPLE, YELLOW)
-_VOTES, _BOUND = (tuple(tuple(int(part / by) for part in colour) for colour in _TAKE) for by in (1.5, 2))
+_VOTES, _BOUND = ([faint(colour, share) for colour in _TAKE] for share in (0.65, 0.5))
 
 
 class Cap(NamedTuple):

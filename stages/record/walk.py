@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -136,7 +136,7 @@ def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
     )
 
 
-def prints_so_far() -> dict[str, rrb.VisibleTimeRanges]:
+def prints_so_far() -> dict[Any, rrb.VisibleTimeRanges]:
     """For a view's overrides: foot prints stay from when they are made."""
     import rerun.blueprint as rrb
 
