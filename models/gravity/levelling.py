@@ -25,7 +25,7 @@ HEADING_S = (
 )
 HEADING_SHARE = 0.73  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
 # Mean error of a frame's heading where the lifter states the usual spread, and how it grows with that.
-STATED_HEADING_DEG, HEADING_POWER = 5.0, 0.43
+STATED_HEADING_DEG, HEADING_POWER = 5.0, 0.6
 # Mean over root mean square of a direction's error in two dimensions.
 _MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)
 _TURNING = 0.5  # mean resultant of the headings below which a take has no middle heading (design.md)

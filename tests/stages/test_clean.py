@@ -114,15 +114,15 @@ def test_a_fast_punch_is_not_a_jump():
     assert counts(clean(poses.with_(joints=joints))[0])["spikes_removed"] == 0
 
 
-@pytest.mark.parametrize("speed_mps", [1.25, 2.0, 3.0])
 @pytest.mark.parametrize("fps", [2, 3, 4, 5, 8, 10, 12, 15, 25, 60, 240])
-def test_true_movement_is_no_jump_at_any_frame_rate(fps, speed_mps):
+def test_true_movement_is_no_jump_at_any_frame_rate(fps):
     """At 5 frames a second 116 positions of a runner once went."""
-    walk = walker(fps=fps, speed_mps=speed_mps).poses
-    body = walk.with_(joints=walk.joints - walk.joint("pelvis")[:, None])
-    cleaned = clean(body)[0]
-    assert set(counts(cleaned).values()) == {0}
-    assert len(leaps(body)) == 0
+    for speed_mps in [1.25, 2.0, 3.0]:
+        walk = walker(fps=fps, speed_mps=speed_mps).poses
+        body = walk.with_(joints=walk.joints - walk.joint("pelvis")[:, None])
+        cleaned = clean(body)[0]
+        assert set(counts(cleaned).values()) == {0}
+        assert len(leaps(body)) == 0
 
 
 def test_only_time_between_frames_excuses_a_jump():

@@ -1,13 +1,12 @@
 """`pcnet3d run` on poses with heels and toes: the feet's angles and points in everything that a run writes."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from commands import pcnet3d
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import walker
@@ -15,7 +14,6 @@ from pcnet3d.pipeline.core.layouts import FEET
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.signals.foot_angles import FOOT_ANGLES
 
-PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 ADDED = ("--also", "trc", "--also", "netcdf", "--also", "mot", "--set", "rectify.rectifier=geometric")
 
 
@@ -32,7 +30,7 @@ def folder(walk, tmp_path_factory):
     np.savez(path / "points.npz", joints=camera.points(halpe26(walk)), time_s=walk.time_s)
     told = [f"--option={key}" for key in ("layout=HALPE26", "frame=CAMERA", "unit=m")]
     given = ["run", "--poses", path / "points.npz", "--adapter", "arrays", *told, *ADDED, "-o", path / "out"]
-    done = subprocess.run([*PCNET3D, *map(str, given)], capture_output=True, text=True, timeout=200)
+    done = pcnet3d(*given)
     assert done.returncode == 0, done.stderr
     return path / "out"
 

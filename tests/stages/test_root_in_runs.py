@@ -1,18 +1,16 @@
 """`pcnet3d run` on files that know where the person is, and on one that does not."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 
+from commands import pcnet3d
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.files import write_poses
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate, transpose
 
-PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 STAGES = ("clean", "scale", "rectify", "trajectories", "angles", "measures", "export")
 
 
@@ -35,7 +33,7 @@ def run(tmp_path_factory):
 
     def make(name: str, *arguments):
         given = ["run", *arguments, "--recipe", folder / "recipe.toml", "-o", folder / name]
-        done = subprocess.run([*PCNET3D, *map(str, given)], capture_output=True, text=True, timeout=200)
+        done = pcnet3d(*given)
         assert done.returncode == 0, done.stderr
         with np.load(folder / name / "poses.npz", allow_pickle=False) as file:
             return json.loads((folder / name / "summary.json").read_text()), dict(file), folder / name

@@ -2,19 +2,20 @@
 
 The quantile is the root of a sum of squares, each a known quantity times a fitted weight, as errors of independent
 causes add. It is fitted by quantile regression of the error's logarithm (Koenker and Bassett 1978), with the weights of
-judge.py, so that neither long takes nor large errors decide.
+judge.py, in all and in every tenth that is judged, so that neither long takes nor large errors nor usual cases decide.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from .judge import COVERED, Stated, weights
+from .judge import Stated, tenths
 
 _CASES = 250  # of a take
+_COVERED = 0.92  # of the people of the fit, that COVERED of strangers are: they are few, and their errors fit too well
 _SOFT = 0.02  # of the loss's corner, in logarithms
 _TINY = 1e-12
 _NOTHING = 9.0  # in logarithms, by which a part that is none is smaller than usual squares of errors
@@ -29,8 +30,7 @@ def fitted(takes: Sequence[Stated], squares: Squares) -> np.ndarray:
     takes = [thinned(take) for take in takes]
     x = np.concatenate([squares(take) for take in takes])
     error = np.log(np.abs(np.concatenate([take.error for take in takes])) + _TINY)
-    weight = weights(takes)
-    weight = weight / weight.sum()
+    weight = np.mean([each / each.sum() for each in _weights(takes)], axis=0)
     size = np.average(error, weights=weight)
     error = error - size  # so that a part is as small in any unit
     usual = np.average(x, axis=0, weights=weight) + _TINY
@@ -41,13 +41,26 @@ def fitted(takes: Sequence[Stated], squares: Squares) -> np.ndarray:
         total = parts.sum(axis=1) + _TINY
         over = error - 0.5 * np.log(total)
         soft = np.logaddexp(0, over / _SOFT) * _SOFT  # max(over, 0), with a round corner
-        value = weight @ (soft - (1 - COVERED) * over)
-        slope = 1 / (1 + np.exp(-np.clip(over / _SOFT, -50, 50))) - (1 - COVERED)
+        value = weight @ (soft - (1 - _COVERED) * over)
+        slope = 1 / (1 + np.exp(-np.clip(over / _SOFT, -50, 50))) - (1 - _COVERED)
         return float(value), -0.5 * ((weight * slope / total) @ parts)
 
     start = np.full(x.shape[1], np.log(3 / x.shape[1]))
     logs = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=[(-12, 12)] * len(start)).x
     return np.where(logs < -_NOTHING, 0.0, np.exp(logs + 2 * size)) / usual
+
+
+def _weights(takes: Sequence[Stated]) -> Iterator[np.ndarray]:
+    """(N,) of the cases of all takes, as judge.inside weighs them; and of the cases of every tenth that is judged."""
+    of_take = np.repeat(np.arange(len(takes)), [len(take.error) for take in takes])
+    people = np.unique([take.person for take in takes], return_inverse=True)[1]
+    every = np.ones(len(of_take), bool)
+    for use in (every, *(use for name in takes[0].known for *_, use in tenths(takes, name))):
+        cases = np.bincount(of_take[use], minlength=len(takes))
+        of_person = np.bincount(people[cases > 0], minlength=len(takes))  # takes
+        weight = np.zeros(len(of_take))
+        weight[use] = 1 / (of_person[people] * cases)[of_take[use]]
+        yield weight
 
 
 def with_bars(take: Stated, squares: Squares, found: np.ndarray) -> Stated:

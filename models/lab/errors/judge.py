@@ -6,7 +6,7 @@ together, and so do takes of one person.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -68,20 +68,28 @@ def _share(take: Stated, factor: float) -> float:
 def bins(takes: Sequence[Stated], name: str) -> list[tuple[float, float, float, Inside]]:
     """(from, to, mean error, Inside) in tenths of the cases by what is known under `name`; those of too few people are
     left out."""
+    out = []
+    for low, high, use in tenths(takes, name):
+        ends = np.cumsum([len(take.error) for take in takes])[:-1]
+        part = [_where(take, of) for take, of in zip(takes, np.split(use, ends), strict=True)]
+        part = [take for take in part if len(take.error)]
+        out.append((low, high, mean(part, lambda take: take.error), inside(part)))
+    return out
+
+
+def tenths(takes: Sequence[Stated], name: str) -> Iterator[tuple[float, float, np.ndarray]]:
+    """(from, to, (N,) bool of the cases of all takes) of every tenth of the cases by what is known under `name`, but
+    those of too few people."""
     values = np.concatenate([take.known[name] for take in takes] or [np.zeros(0)])
     if len(values) < _BINS:
-        return []
+        return
+    people = np.unique([take.person for take in takes], return_inverse=True)[1]
+    of_case = np.repeat(people, [len(take.error) for take in takes])
     edges = np.unique(np.nanquantile(values, np.linspace(0, 1, _BINS + 1)))
-    out = []
-    for i, (low, high) in enumerate(pairwise(edges)):
-        last = i == len(edges) - 2
-        part = [
-            _where(take, (k := take.known[name]) >= low, k <= high if last else k < high) for take in takes
-        ]
-        part = [take for take in part if len(take.error)]
-        if len({take.person for take in part}) >= _FEWEST_PEOPLE:
-            out.append((float(low), float(high), mean(part, lambda take: take.error), inside(part)))
-    return out
+    for low, high in pairwise(edges):
+        use = (values >= low) & ((values <= high) if high == edges[-1] else (values < high))
+        if len(np.unique(of_case[use])) >= _FEWEST_PEOPLE:
+            yield float(low), float(high), use
 
 
 def factor(takes: Sequence[Stated]) -> float:
@@ -122,6 +130,5 @@ def joined(parts: Sequence[Stated]) -> Stated:
     )
 
 
-def _where(take: Stated, *conditions: np.ndarray) -> Stated:
-    use = np.logical_and.reduce(conditions)
+def _where(take: Stated, use: np.ndarray) -> Stated:
     return Stated(take.statement, take.person, take.error[use], take.half[use])

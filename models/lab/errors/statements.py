@@ -24,7 +24,7 @@ from ..evaluation.testbed import SeenTake
 from .judge import Stated, joined
 from .within import within
 
-_MEAN_90 = 1.9  # 90 % over mean of a rotation's error: a heading's is 2.06, that of an up 1.71
+_MEAN_OF_RMS, _UP_90, _HEADING_90 = np.sqrt(np.pi) / 2, 1.712, 2.062  # 90 % over mean of Rayleigh, of half a Gaussian
 _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # which is the origin
 _CHI_90, _RAYLEIGH_90 = (
     2.5003,
@@ -73,7 +73,9 @@ def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     """BODY's rotation. rows: (T,) as of `up`."""
     rectified = take.need("rectified")
     error = geodesic_deg(rectified.R_source_from_body, truth.R_camera_from_body[rows])
-    half, known = _MEAN_90 * rectified.error_deg, {"stated": rectified.error_deg}
+    up = np.minimum(_MEAN_OF_RMS * rectified.up_error_deg, rectified.error_deg)
+    half = np.hypot(_UP_90 * up, _HEADING_90 * np.sqrt(rectified.error_deg**2 - up**2))
+    known = {"stated": rectified.error_deg}
     return Stated("BODY's rotation", truth.subject, error, half, known).judged()
 
 

@@ -135,12 +135,6 @@ def on_floor(spells: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     return ((time_s[:, None] >= start) & (time_s[:, None] <= stop)).any(axis=1)
 
 
-def stance_share(spells: Spells, stop_s: float) -> float:
-    """Of the time from 0 to stop_s, mean of both feet."""
-    phases = _phases(spells, stop_s)
-    return float(phases.lasts @ phases.on.mean(axis=1) / stop_s)
-
-
 def restyled(clip: Clip, spells: Spells, style: Style) -> tuple[Clip, Spells]:
     """A walk in another style, and when its feet are on the floor. clip, spells: of `walked_pieces`."""
     old_s = np.arange(len(clip)) / clip.fps

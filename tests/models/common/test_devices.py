@@ -1,6 +1,7 @@
 """Networks on devices that onnxruntime offers, offers and cannot start, or that fail half-way."""
 
 import json
+from functools import partial
 from typing import get_args
 
 import numpy as np
@@ -12,6 +13,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.onnx import PlacedSession, open_onnx
 from pcnet3d.models.lab.bench import rectify as bench
+from pcnet3d.models.lab.training.rectifier import quantise as quantising
 from pcnet3d.models.lifter.builtin import SHIPPED
 from pcnet3d.pipeline.cli import _points, load_command
 from pcnet3d.pipeline.core.camera import Camera
@@ -202,6 +204,9 @@ def test_a_bench_says_where_it_computed(cuda, monkeypatch, tmp_path, capsys, fai
     monkeypatch.setattr(
         bench, "_start_s", lambda path, device: 0.1
     )  # a process that has the real onnxruntime
+    monkeypatch.setattr(bench, "_GEMM_RUNS", 1)
+    for module in (bench, quantising):
+        monkeypatch.setattr(module, "rotation_change", partial(quantising.rotation_change, count=200))
     bench.rectify(["pcnet"], count=80, rounds=1, threads=1, device="auto", output=tmp_path / "speed.json")
     found = json.loads((tmp_path / "speed.json").read_text())["device"]
     assert found["networks"]["pcnet.onnx"] == device

@@ -118,6 +118,7 @@ def toys() -> SimpleNamespace:
         joints_of=joints_of,
         constant_graph=constant_graph,
         save_toy=save_toy,
+        film_in=film_in,
         scene=scene,
         walking=walking,
         float=TensorProto.FLOAT,
@@ -149,8 +150,7 @@ def walking(frames: int) -> list[Box]:
     return [(40 + 3 * i, 50 + 4 * np.sin(i), 80 + 3 * i, 200 + 4 * np.sin(i)) for i in range(frames)]
 
 
-@pytest.fixture
-def film(tmp_path: Path) -> Callable[..., Video]:
+def film_in(folder: Path) -> Callable[..., Video]:
     """film(images, stamps_ms=None, name="film.mp4", rotation=None): a video of these images, H.264 with B-frames;
     rotation: the display matrix's, in degrees anticlockwise."""
     import av
@@ -161,7 +161,7 @@ def film(tmp_path: Path) -> Callable[..., Video]:
         name: str = "film.mp4",
         rotation: int | None = None,
     ) -> Video:
-        path = tmp_path / name
+        path = folder / name
         height, width = images[0].shape[:2]
         even = width % 2 == 0 and height % 2 == 0
         stamps = stamps_ms or [round(1000 * i / 30) for i in range(len(images))]
@@ -180,6 +180,12 @@ def film(tmp_path: Path) -> Callable[..., Video]:
         return read(path)[0]
 
     return make
+
+
+@pytest.fixture
+def film(tmp_path: Path) -> Callable[..., Video]:
+    """film_in the test's own folder."""
+    return film_in(tmp_path)
 
 
 @pytest.fixture

@@ -34,12 +34,18 @@ def off(found: Detections, toys, boxes) -> float:
     return float(np.abs(found.joints - drawn).max())
 
 
-@pytest.fixture
-def eventful(film, toys):
+@pytest.fixture(scope="module")
+def eventful(toys, tmp_path_factory):
     """Someone, a gap, a cut, nobody for long, someone again: 70 frames."""
     boxes = toys.walking(70)
     shown = [None if 10 <= i < 14 or 30 <= i < 40 else box for i, box in enumerate(boxes)]
+    film = toys.film_in(tmp_path_factory.mktemp("eventful"))
     return film([toys.scene(box, seed=int(i >= 22), size=(360, 240)) for i, box in enumerate(shown)])
+
+
+@pytest.fixture(scope="module")
+def whole(eventful, toy):
+    return detect(eventful, load_detector(toy), "here")
 
 
 def test_one_person_is_found_in_every_frame(walk_film, toys, toy):
@@ -85,11 +91,10 @@ def test_of_a_part_only_its_frames_are_decoded(walk_film, toys, toy, monkeypatch
     assert found.frames_seen == found.frames
 
 
-def test_gaps_are_bridged_and_nobody_is_followed_over_a_cut(eventful, toy):
-    found = detect(eventful, load_detector(toy))
-    assert found.cuts.tolist() == [22]
+def test_gaps_are_bridged_and_nobody_is_followed_over_a_cut(whole):
+    assert whole.cuts.tolist() == [22]
     assert [
-        (one.person, int(one.frame_index[0]), int(one.frame_index[-1]), len(one)) for one in found.people()
+        (one.person, int(one.frame_index[0]), int(one.frame_index[-1]), len(one)) for one in whole.people()
     ] == [
         ("0", 0, 21, 18),
         ("1", 22, 69, 38),
@@ -97,8 +102,7 @@ def test_gaps_are_bridged_and_nobody_is_followed_over_a_cut(eventful, toy):
 
 
 @pytest.mark.parametrize("stop", [0, 5, 11, 13, 21, 22, 33, 68, 69])
-def test_interrupted_and_resumed_is_bitwise_the_same(eventful, toy, tmp_path, monkeypatch, stop):
-    whole = detect(eventful, load_detector(toy), "here")
+def test_interrupted_and_resumed_is_bitwise_the_same(eventful, whole, toy, tmp_path, monkeypatch, stop):
     with monkeypatch.context() as patched:
         patched.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, stop))
         part = detect(eventful, load_detector(toy), "here")

@@ -176,7 +176,7 @@ def test_from_a_real_video_alone(data, make, pcnet3d, tmp_path, kind):
     out = tmp_path / "out"
     detector = data / "models/movenet_lightning_int8.onnx"
     words = ("run", data / "video/walk_crop.mp4", "--detector", detector, "--lifter", make(kind))
-    code, said = pcnet3d(*words, "--time-range", "0:2", "-o", out)
+    code, said = pcnet3d(*words, "--time-range", "0:1", "-o", out)
     assert code == 0, said
     summary = json.loads((out / "summary.json").read_text())
     assert {"take.rrd", "report.html", "keypoints.npz"} <= set(summary["files"])

@@ -6,7 +6,9 @@ import sys
 
 import pytest
 
-from pcnet3d.examples.walker.long_video import write_long_video
+from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.files import write_video
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.cores import cores
 from pcnet3d.pipeline.core.system import cores_given
 
@@ -51,7 +53,8 @@ with av.open(io.BytesIO(), "w", format="mp4") as target:
 @pytest.fixture(scope="module")
 def video(tmp_path_factory):
     path = tmp_path_factory.mktemp("video") / "walker.mp4"
-    write_long_video(path, 2)
+    walk = walker(seconds=2)
+    write_video(path, walk, side_camera(walk))
     return path
 
 

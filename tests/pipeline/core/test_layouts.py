@@ -19,14 +19,10 @@ def numbered(layout: Layout, dims: int = 3) -> PoseSequence:
 
 
 @EVERY
-def test_mirror_twice_is_identity_and_changes_the_side(layout):
+def test_mirror_twice_is_identity_and_h36m17_is_reached_by_name(layout):
     np.testing.assert_array_equal(layout.mirror[layout.mirror], np.arange(len(layout)))
     for joint, partner in zip(layout.joints, layout.mirror, strict=True):
         assert (layout.joints[partner] != joint) == joint.startswith(("l_", "r_"))
-
-
-@EVERY
-def test_every_layout_reaches_h36m17_by_name(layout):
     source = numbered(layout)
     result = remap(source)
     assert result.layout == H36M17

@@ -28,11 +28,11 @@ def test_rotate_broadcasts_one_rotation_and_one_per_frame():
     np.testing.assert_allclose(rotate(transpose(R), per_frame), x, atol=1e-12)
 
 
-@pytest.mark.parametrize("degrees", [0, 1e-4, 1e-2, 3, 90, 179, 179.9999, 180])
-def test_geodesic_is_exact_from_0_to_180(degrees):
-    R = Rotation.from_rotvec(np.radians(degrees) * np.array([2, -1, 2]) / 3).as_matrix()
-    base = Rotation.random(random_state=1).as_matrix()
-    assert geodesic_deg(base, rotate(base, R.T).T) == pytest.approx(degrees, abs=1e-6)
+def test_geodesic_is_exact_from_0_to_180():
+    for degrees in [0, 1e-4, 1e-2, 3, 90, 179, 179.9999, 180]:
+        R = Rotation.from_rotvec(np.radians(degrees) * np.array([2, -1, 2]) / 3).as_matrix()
+        base = Rotation.random(random_state=1).as_matrix()
+        assert geodesic_deg(base, rotate(base, R.T).T) == pytest.approx(degrees, abs=1e-6)
 
 
 def test_angle_deg_of_known_vectors():

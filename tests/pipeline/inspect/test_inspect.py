@@ -1,12 +1,11 @@
 """`pcnet3d inspect`: a clean walker has no fault, and each fault that is put into it is found, alone."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 
+from commands import pcnet3d
 from golden.films import film
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core import notices
@@ -15,7 +14,6 @@ from pcnet3d.pipeline.inspect.inspect import _video_findings, inspect
 from pcnet3d.pipeline.signals.findings import depth_factor, row_findings
 from refusals import refused
 
-PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 CAMERA = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 WORLD = CAMERA | {"frame": "Z_UP"}
 FRAMES, FPS = 90, 30
@@ -352,9 +350,7 @@ def test_frames_that_are_all_lost_are_unusable_and_no_file_at_all_is_an_error(wa
 
 
 def command(*arguments):
-    return subprocess.run(
-        [*PCNET3D, "inspect", *map(str, arguments)], capture_output=True, text=True, timeout=120
-    )
+    return pcnet3d("inspect", *arguments)
 
 
 def test_the_command_prints_json_draws_and_ends_with_the_verdicts_code(walker, tmp_path):

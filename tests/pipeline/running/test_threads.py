@@ -7,7 +7,7 @@ from pcnet3d.pipeline import run_files
 
 
 def test_sixteen_threads_run_at_once(tmp_path):
-    options = write_inputs(tmp_path, 200)
+    options = write_inputs(tmp_path, 60)
     failures = []
 
     def run(number):

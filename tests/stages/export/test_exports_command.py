@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import sys
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from commands import pcnet3d
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take, Told
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.angles import Angles
@@ -21,8 +21,6 @@ from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.scale import Scale
 from pcnet3d.stages.trajectories import Trajectories
-
-PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 
 
 @pytest.fixture
@@ -40,8 +38,7 @@ def run(tmp_path, facing_camera):
     def run(*arguments) -> tuple[subprocess.CompletedProcess, Path]:
         given = ["run", "--poses", tmp_path / "X3D.npy", "--fps", 30, "--set", "rectify.rectifier=geometric"]
         given += ["--recipe", tmp_path / "recipe.toml", *arguments, "-o", tmp_path / "out"]
-        result = subprocess.run([*PCNET3D, *map(str, given)], capture_output=True, text=True, timeout=120)
-        return result, tmp_path / "out"
+        return pcnet3d(*given), tmp_path / "out"
 
     return run
 

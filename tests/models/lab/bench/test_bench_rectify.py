@@ -1,17 +1,17 @@
 """The speed command counts operations right and says all that it promises; no absolute times."""
 
 import json
-import subprocess
-import sys
+from functools import partial
 
 import pytest
 
+from commands import pcnet3d
 from pcnet3d.models import load_rectifier
 from pcnet3d.pipeline import InputError
 
 onnx = pytest.importorskip("onnx", reason="measuring needs onnx, the extra 'train'")
 bench = pytest.importorskip("pcnet3d.models.lab.bench.rectify")
-PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
+quantising = pytest.importorskip("pcnet3d.models.lab.training.rectifier.quantise")
 
 
 def graph(*nodes, weights, output):
@@ -67,9 +67,13 @@ def test_a_symmetric_network_works_twice(tmp_path):
     assert counted == [2 * layers, 4 * layers]
 
 
-def test_it_measures_a_network_and_its_int8_form(tmp_path):
+def test_it_measures_a_network_and_its_int8_form(tmp_path, monkeypatch):
+    for name, few in {"_GEMM_RUNS": 1, "_SINGLES": 20, "_STARTS": 1}.items():
+        monkeypatch.setattr(bench, name, few)
+    for module in (bench, quantising):
+        monkeypatch.setattr(module, "rotation_change", partial(quantising.rotation_change, count=500))
     command = ["bench", "rectify", "--count", "80", "--rounds", "1", "--threads", "1", "-o", "speed.json"]
-    result = subprocess.run([*PCNET3D, *command], capture_output=True, text=True, cwd=tmp_path, timeout=120)
+    result = pcnet3d(*command, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert "GEMM" in result.stdout
     assert "poses/s" in result.stdout
@@ -98,6 +102,6 @@ def test_what_is_no_network_or_no_bench_is_refused():
         bench.measure(["geometric"], 1, 1)
     with pytest.raises(InputError, match=r"none\.onnx"):
         bench.measure(["none.onnx"], 1, 1)
-    result = subprocess.run([*PCNET3D, "bench", "lift"], capture_output=True, text=True, timeout=120)
+    result = pcnet3d("bench", "lift")
     assert result.returncode == 2
     assert "No such command 'lift'" in result.stderr

@@ -1,12 +1,11 @@
 """Modules that are commands: bad input ends in a sentence and exit code 2; files of lifted takes are checked."""
 
-import os
-import subprocess
 import sys
 
 import numpy as np
 import pytest
 
+import commands
 from pcnet3d.models.lab.common.modules import run_command
 from pcnet3d.models.lab.common.testbed_file import read_testbed
 from pcnet3d.pipeline import InputError
@@ -34,11 +33,9 @@ def test_a_missing_file_or_folder_is_told_in_a_sentence(command, tmp_path):
     if "train" in command:
         pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
     module, *arguments = command.split()
-    told = {**os.environ, "PCNET3D_DATA": str(tmp_path / "nowhere")}
-    ended = subprocess.run(
-        [sys.executable, "-m", f"pcnet3d.models.lab.{module}", *arguments],
-        cwd=tmp_path, env=told, capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
+    ended = commands.module(
+        f"models.lab.{module}", *arguments, cwd=tmp_path, PCNET3D_DATA=str(tmp_path / "nowhere")
+    )
     assert ended.returncode == 2
     assert ended.stderr.startswith("pcnet3d: Expected ")
     assert "Traceback" not in ended.stderr

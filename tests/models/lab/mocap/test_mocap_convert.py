@@ -1,21 +1,14 @@
 """The conversion: recognised by content, at one frame rate, what is bad named, what is written read back."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
+from commands import pcnet3d
 from pcnet3d.models.lab.mocap.convert import read_folder, resampled
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.reading.mocap.clip import Clip, read_mocap, write_mocap
 from pcnet3d.pipeline.reading.mocap.common import How
 from refusals import refused
-
-
-def pcnet3d(*arguments):
-    command = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture

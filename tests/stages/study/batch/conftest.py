@@ -1,17 +1,16 @@
-"""The command in a process of its own, with stages that crash and hang installed beside it."""
+"""The command, with stages that crash and hang installed beside it."""
 
 import contextlib
 import os
 import subprocess
-import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+import commands
 from golden.studies import write_trouble
-
-PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 
 
 @pytest.fixture(scope="session")
@@ -26,7 +25,7 @@ def begun(beside) -> Callable[..., subprocess.Popen]:
     """begun("batch", ...): the command, running."""
 
     def begin(*words: object, **options) -> subprocess.Popen:
-        command = [*PCNET3D, *map(str, words)]
+        command = [*commands.APART, *map(str, words)]
         return subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=beside, **options
         )
@@ -35,8 +34,8 @@ def begun(beside) -> Callable[..., subprocess.Popen]:
 
 
 @pytest.fixture(scope="session")
-def pcnet3d(begun) -> Callable[..., subprocess.CompletedProcess]:
-    """pcnet3d("batch", ...): exit code and what it said."""
+def apart(begun) -> Callable[..., subprocess.CompletedProcess]:
+    """apart("batch", ...): exit code and what it said, in a process of its own."""
 
     def run(*words: object, **options) -> subprocess.CompletedProcess:
         with begun(*words, **options) as process:
@@ -44,6 +43,12 @@ def pcnet3d(begun) -> Callable[..., subprocess.CompletedProcess]:
         return subprocess.CompletedProcess(words, process.returncode, out, err)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def pcnet3d(beside) -> Callable[..., subprocess.CompletedProcess]:
+    """pcnet3d("batch", ...): the same in this process; it begins those of the takes, which have the stages."""
+    return partial(commands.pcnet3d, PYTHONPATH=beside["PYTHONPATH"])
 
 
 @pytest.fixture(scope="session")

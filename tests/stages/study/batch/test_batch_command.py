@@ -169,7 +169,7 @@ def alive(process: int) -> bool:
 
 @pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="looks at processes through /proc")
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
-def test_stopped_on_the_way_it_goes_on_where_it_was(begun, pcnet3d, told, tmp_path, how):
+def test_stopped_on_the_way_it_goes_on_where_it_was(begun, apart, told, tmp_path, how):
     manifest, out = write_study(tmp_path / "in", 2, hanging=1), tmp_path / "out"
     batch = begun("batch", manifest, "-o", out, "--workers", 2)
     wait_for(lambda: any("good" in f for f in told(out / "takes")) and list((out / "logs").glob("hang*")))
@@ -182,7 +182,7 @@ def test_stopped_on_the_way_it_goes_on_where_it_was(begun, pcnet3d, told, tmp_pa
     wait_for(lambda: not any(map(alive, workers)), 20)
     rows = [line for line in manifest.read_text().splitlines() if not line.startswith("hang")]
     manifest.write_text("\n".join(rows) + "\n")
-    result = pcnet3d("batch", manifest, "-o", out)
+    result = apart("batch", manifest, "-o", out)
     assert result.returncode == 0, result.stderr
     assert status(out)["kept"] >= 1
     assert sorted(path.name for path in (out / "takes").iterdir()) == ["good_000", "good_001"]
@@ -223,7 +223,7 @@ def test_a_bad_manifest_makes_no_folder(small, pcnet3d, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_full_disk_fails_what_does_not_fit_and_keeps_the_rest(finished, pcnet3d, told, tmp_path):
+def test_a_full_disk_fails_what_does_not_fit_and_keeps_the_rest(finished, apart, told, tmp_path):
     """A limit on the size of files, as a stand-in: a take's poses do not fit."""
     manifest, out, _ = finished
     shutil.copytree(out, tmp_path / "out")
@@ -238,7 +238,7 @@ def test_a_full_disk_fails_what_does_not_fit_and_keeps_the_rest(finished, pcnet3
     def little_room() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (12_000, 12_000))
 
-    result = pcnet3d("batch", more, "-o", tmp_path / "out", preexec_fn=little_room)
+    result = apart("batch", more, "-o", tmp_path / "out", preexec_fn=little_room)
     assert result.returncode == 2
     assert "Traceback" not in result.stderr
     assert "could not be read or written" in result.stderr

@@ -3,14 +3,13 @@
 import json
 import re
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from commands import pcnet3d
 from golden.measures import rows_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
@@ -621,13 +620,7 @@ def test_an_older_run_without_an_angle_is_compared_in_the_others(runs, sides, tm
 
 
 def test_the_command_line_ends_with_code_2(runs):
-    script = (
-        "import sys; from pcnet3d.pipeline.cli import main; sys.argv = ['pcnet3d', *sys.argv[1:]]; main()"
-    )
-    ended = subprocess.run(
-        [sys.executable, "-c", script, "compare", "side", "--truth", "nothing.trc"],
-        cwd=runs, capture_output=True, text=True,
-    )  # fmt: skip
+    ended = pcnet3d("compare", "side", "--truth", "nothing.trc", cwd=runs)
     assert ended.returncode == 2
     assert "nothing.trc" in ended.stderr
     assert "Traceback" not in ended.stderr

@@ -3,14 +3,13 @@
 import json
 import re
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from commands import pcnet3d
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
 from pcnet3d.examples.walker.walk import walker
@@ -275,13 +274,7 @@ def test_what_is_no_run_and_no_imu_has_words(made, tmp_path):
 
 
 def test_the_command_line_ends_with_code_2(made):
-    script = (
-        "import sys; from pcnet3d.pipeline.cli import main; sys.argv = ['pcnet3d', *sys.argv[1:]]; main()"
-    )
-    arguments = ["imu", "run", "--imu", "r_forearm.csv", "--segment", "r_forarm"]
-    ended = subprocess.run(
-        [sys.executable, "-c", script, *arguments], cwd=made, capture_output=True, text=True
-    )
+    ended = pcnet3d("imu", "run", "--imu", "r_forearm.csv", "--segment", "r_forarm", cwd=made)
     assert ended.returncode == 2
     assert "did you mean r_forearm" in ended.stderr
     assert "Traceback" not in ended.stderr

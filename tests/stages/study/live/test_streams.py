@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from commands import APART
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.stages import LivePose, live_frames
 from pcnet3d.stages.study.live import streams
@@ -19,8 +20,7 @@ from pcnet3d.stages.study.live.command import live
 from pcnet3d.stages.study.live.source import Incoming, Shot, Source, open_source
 from refusals import refused
 
-PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
-GEOMETRIC = ["rectify.rectifier=geometric"]
+QUICK = ["rectify.rectifier=geometric", "report=off"]  # no test opens the report
 
 
 @pytest.fixture(scope="module")
@@ -51,15 +51,14 @@ def test_what_is_missing_is_null_in_json(poses):
 
 def command(film, toy, folder, *more: str) -> list[str]:
     return [
-        *PCNET3D,
+        *APART,
         "live",
         str(film),
         "--detector",
         str(toy),
         "-o",
         str(folder),
-        "--set",
-        *GEOMETRIC,
+        *(word for each in QUICK for word in ("--set", each)),
         *more,
     ]
 
@@ -118,7 +117,7 @@ def test_datagrams_are_the_same_objects(numbered_film, toy_detector, tmp_path):
         receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
         receiver.settimeout(5)
         address = f"udp://127.0.0.1:{receiver.getsockname()[1]}"
-        told = {"detector": str(toy_detector), "settings": GEOMETRIC, "stream": address}
+        told = {"detector": str(toy_detector), "settings": QUICK, "stream": address}
         live(source=str(numbered_film), output=tmp_path / "out", **told)
         first = json.loads(receiver.recv(65535))
     assert first["frame"] == 0
@@ -129,7 +128,7 @@ def test_a_receiver_that_is_gone_is_told_of_once(numbered_film, toy_detector, tm
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
         receiver.bind(("127.0.0.1", 0))
         address = f"udp://127.0.0.1:{receiver.getsockname()[1]}"
-    told = {"detector": str(toy_detector), "settings": GEOMETRIC, "stream": address}
+    told = {"detector": str(toy_detector), "settings": QUICK, "stream": address}
     live(source=str(numbered_film), output=tmp_path / "out", **told)
     assert capsys.readouterr().err.count("cannot be reached") == 1
     assert (tmp_path / "out" / "take.rrd").exists()

@@ -322,16 +322,23 @@ def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp
         module.started(large, tmp_path / "other.pt")
 
 
-def test_an_exported_network_gives_its_weights_back(tmp_path):
-    net = LifterNet(NetConfig(16, (1, 3)))
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """A network of random weights, for equal ones are one in the file, and its file."""
+    path, net = tmp_path_factory.mktemp("exported") / "lifter.onnx", LifterNet(NetConfig(16, (1, 3)))
     for value in net.parameters():
         torch.nn.init.normal_(value)
-    module.export(net, tmp_path / "lifter.onnx")
-    found = weights_of(tmp_path / "lifter.onnx", net)
+    module.export(net, path, reach=4, trained_on="train")
+    return net, path
+
+
+def test_an_exported_network_gives_its_weights_back(exported, tmp_path):
+    net, path = exported
+    found = weights_of(path, net)
     assert found.keys() == net.state_dict().keys()
     for name, value in net.state_dict().items():
         torch.testing.assert_close(found[name], value)
-    (tmp_path / "cut.onnx").write_bytes((tmp_path / "lifter.onnx").read_bytes()[:999])
+    (tmp_path / "cut.onnx").write_bytes(path.read_bytes()[:999])
     with pytest.raises(InputError, match=r"cut\.onnx is damaged, or no checkpoint"):
         weights_of(tmp_path / "cut.onnx", net)
 
@@ -396,19 +403,16 @@ def test_bones_seen_short_may_be_deep():
     assert 0 < depth[3] < 0.05
 
 
-def test_a_network_of_other_dilations_is_not_gone_on_with(tmp_path):
+def test_a_network_of_other_dilations_is_not_gone_on_with(exported):
     """It would answer otherwise, though all its weights fit."""
-    exported, net = tmp_path / "lifter.onnx", LifterNet(NetConfig(16, (1, 3)))
-    for value in net.parameters():
-        torch.nn.init.normal_(value)  # equal weights are one in the file
-    module.export(net, exported, reach=4, trained_on="train")
+    _, path = exported
     for begin in (
-        lambda net: module.started(net, exported),
-        lambda net: averaging.mean(net, [(1.0, exported)]),
+        lambda net: module.started(net, path),
+        lambda net: averaging.mean(net, [(1.0, path)]),
     ):
         with pytest.raises(InputError, match=r"dilations \(1, 1\).*lifter\.onnx reaches 4 frames, not 2"):
             begin(LifterNet(NetConfig(16, (1, 1))))
-    module.started(LifterNet(NetConfig(16, (1, 3, 9))), exported)
+    module.started(LifterNet(NetConfig(16, (1, 3, 9))), path)
 
 
 def test_the_mean_of_runs_is_the_mean_of_their_weights(config, clips, tmp_path, monkeypatch):

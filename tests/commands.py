@@ -1,0 +1,54 @@
+"""`pcnet3d` as a user types it, in this process: a new one takes seconds for its imports alone."""
+
+import contextlib
+import io
+import os
+import runpy
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from unittest.mock import patch
+
+from pcnet3d.pipeline.cli import main
+
+APART = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]  # in a process of its own
+
+
+def pcnet3d(*words: object, cwd: Path | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
+    """pcnet3d("run", ...): exit code and what it said, on 80 columns as where there is no terminal."""
+    return _called(main, ["pcnet3d", *map(str, words)], cwd, environment)
+
+
+def module(
+    name: str, *words: object, cwd: Path | None = None, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """The same of `python -m pcnet3d.NAME`."""
+
+    def begin() -> None:
+        runpy.run_module(f"pcnet3d.{name}", run_name="__main__", alter_sys=True)
+
+    return _called(begin, [name, *map(str, words)], cwd, environment)
+
+
+def _called(
+    begin: Callable[[], None], argv: list[str], cwd: Path | None, environment: dict[str, str]
+) -> subprocess.CompletedProcess[str]:
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
+    terminate, code = signal.getsignal(signal.SIGTERM), 0
+    with (
+        patch.object(sys, "argv", argv),
+        patch.dict(os.environ, {"COLUMNS": "80", **environment}),
+        contextlib.chdir(cwd or "."),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        try:
+            begin()
+        except SystemExit as ended:
+            code = ended.code or 0
+        finally:
+            signal.signal(signal.SIGTERM, terminate)
+    said = (stream.buffer.getvalue().decode() for stream in (out, err))
+    return subprocess.CompletedProcess(argv, int(code), *said)
