@@ -23,12 +23,13 @@ from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.facts import angle_bands, up_of_camera
 from ..drawing.image_lines import HORIZON, horizon, ideal
-from ..drawing.palette import Colour, side_colour
+from ..drawing.palette import Colour, faint, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
 
 _MOST, _LEAST_HEIGHT, _ENLARGED = (1280, 720), 480, 2.0  # pixels of the video's part; small ones are enlarged
 _DARK: Colour = (28, 30, 34)
 _PALE: Colour = (235, 235, 235)
+_GROUND = 0.8  # share of its side's colour under a number, which is pale
 _FIXED = 4  # bits of a pixel's fraction, as OpenCV draws
 _ANGLES = {"knee_flexion": "knee", "elbow_flexion": "elbow", "trunk_lean_sagittal": "trunk"}
 _TRUNK = ("r_shoulder", "l_shoulder", "r_hip", "l_hip")  # its angle is written in the middle of these
@@ -187,7 +188,13 @@ class _Page:
                 if np.isfinite(value) and is_finite(place):
                     (width, height), _ = _extent(text := f"{value:z.0f}", self.thick)
                     left = place[0] + to * (4 * self.thick + width / 2 + 4) - width / 2
-                    _write(small, text, (left, place[1] + height / 2), self.thick, side_colour(*own))
+                    _write(
+                        small,
+                        text,
+                        (left, place[1] + height / 2),
+                        self.thick,
+                        faint(side_colour(*own), _GROUND),
+                    )
 
     def _on_small(self, pixels: np.ndarray) -> np.ndarray:
         """Pixels (..., 2) of the video, whose centres are whole numbers, in the smaller image."""
@@ -213,7 +220,13 @@ class _Page:
                 told = zip(sides_of(name), values[row], bands[row], strict=True)
                 for i, (part, value, band) in enumerate(told):
                     left = width * (1 + i) // 3
-                    _write(panel, _in_words(value, band), (left, bottom), self.thick, side_colour(part))
+                    _write(
+                        panel,
+                        _in_words(value, band),
+                        (left, bottom),
+                        self.thick,
+                        faint(side_colour(part), _GROUND),
+                    )
         at = f"{self.body.times[row]:.2f} s" if row is not None else "no pose"
         _write(panel, f"{at}, frame {number}", (8, height - 8), self.thick)
         return panel

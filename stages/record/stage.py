@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     import rerun as rr
 
 _LIMBS = (RIGHT, LEFT, (240, 160, 100), (120, 190, 235))  # arms, and paler legs, right and left
-_FRAME_BYTES, _FIXED_BYTES = 2048, 1 << 20  # of a recording without its video; 10,000 frames take 13 MB
+_FRAME_BYTES, _FIXED_BYTES = 2048, 1 << 20  # of a recording without its video; 10,000 frames take 17 MB
 _UP, _BOUND, _ERROR = GREEN, MIDDLE, PURPLE
 
 

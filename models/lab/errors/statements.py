@@ -24,7 +24,11 @@ from ..evaluation.testbed import SeenTake
 from .judge import Stated, joined
 from .within import within
 
-_MEAN_OF_RMS, _UP_90, _HEADING_90 = np.sqrt(np.pi) / 2, 1.712, 2.062  # 90 % over mean of Rayleigh, of half a Gaussian
+_MEAN_OF_RMS, _UP_90, _HEADING_90 = (
+    np.sqrt(np.pi) / 2,
+    1.712,
+    2.062,
+)  # 90 % over mean of Rayleigh, of half a Gaussian
 _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # which is the origin
 _CHI_90, _RAYLEIGH_90 = (
     2.5003,
