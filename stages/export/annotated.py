@@ -23,11 +23,10 @@ from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.facts import angle_bands, up_of_camera
 from ..drawing.image_lines import HORIZON, horizon, ideal
-from ..drawing.palette import Colour, faint, side_colour
+from ..drawing.palette import DARK, Colour, faint, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
 
 _MOST, _LEAST_HEIGHT, _ENLARGED = (1280, 720), 480, 2.0  # pixels of the video's part; small ones are enlarged
-_DARK: Colour = (28, 30, 34)
 _PALE: Colour = (235, 235, 235)
 _GROUND = 0.8  # share of its side's colour under a number, which is pale
 _FIXED = 4  # bits of a pixel's fraction, as OpenCV draws
@@ -145,7 +144,7 @@ class _Page:
         if edge is None:
             return
         start, end = sorted(self._on_small(edge).tolist())
-        for colour, width in ((_DARK, 3), (HORIZON, 1)):
+        for colour, width in ((DARK, 3), (HORIZON, 1)):
             cv2.line(small, _fixed(start), _fixed(end), colour, width, cv2.LINE_AA, _FIXED)
         words = "horizon" + (" (focal length assumed)" if camera.focal_source == "prior" else "")
         _write(small, words, (start[0] + 8, start[1] + 12 + 8 * self.thick), self.thick)
@@ -203,7 +202,7 @@ class _Page:
     def _panel(self, number: int, row: int | None) -> np.ndarray:
         """The two views of the skeleton, the angles, and the time."""
         height, width = self.size[1], self.size[0] - self.image_size[0]
-        panel, line = np.full((height, width, 3), _DARK, np.uint8), self.line
+        panel, line = np.full((height, width, 3), DARK, np.uint8), self.line
         for i, view in enumerate(self.views):
             left = i * width // len(self.views)
             _write(panel, view.name, (left + 8, line), self.thick)
@@ -292,7 +291,7 @@ def _draw_bones(
             cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), side_colour(*bone), thick, cv2.LINE_AA, _FIXED)
 
 
-def _write(image: np.ndarray, text: str, at: Sequence[float], thick: int, ground: Colour = _DARK) -> None:
+def _write(image: np.ndarray, text: str, at: Sequence[float], thick: int, ground: Colour = DARK) -> None:
     import cv2
 
     place, font, size = (round(at[0]), round(at[1])), cv2.FONT_HERSHEY_SIMPLEX, 0.15 + 0.15 * thick

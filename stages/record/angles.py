@@ -53,7 +53,7 @@ def log_angles(recording: rr.RecordingStream, take: Take) -> None:
         colours = [MIDDLE] if len(parts) == 1 else [RIGHT, LEFT]
         log_curves(recording, f"angles/{name}", poses, value, [f"{p} (deg)" for p in parts], colours)
         if np.isfinite(band).any():
-            thin = [faint(colour, 0.5) for colour in colours]
+            thin = [faint(colour, 0.4) for colour in colours]
             for end, values in (("low", value - band), ("high", value + band)):
                 names = [f"{part}, {end} end of its 90 % band (deg)" for part in parts]
                 log_curves(recording, f"angles/{name}/{end}", poses, values, names, thin, width=0.75)

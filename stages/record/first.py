@@ -11,7 +11,7 @@ import numpy as np
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, transpose
 from ...pipeline.core.take import Take
-from ..drawing.palette import faint, side_colour
+from ..drawing.palette import DARK, faint, side_colour
 from ..drawing.rerun_log import time_columns
 from .prints import FootPrint
 from .walk import camera_ahead, floor, prints_so_far, walked
@@ -28,7 +28,7 @@ _EYE = (
 _ASIDE = np.radians(40.0)  # from the camera's direction: tilts to the side and to the front can both be seen
 _APART = 1.15  # sizes of the person between the two pelvises
 _FLOOR, _MOST_LINES, _AROUND = (70, 70, 70), 60, 2.5  # lines of the floor to each side; its margin, in sizes
-_FAINT = 0.6  # share of its colour that the thin skeleton keeps
+_FAINT = 0.5  # share of its colour that the thin skeleton keeps
 _U = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])  # R_z_up_from_camera of a camera that is level
 
 
@@ -68,12 +68,13 @@ def first_view(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.View
         name += "; thin: before, in the camera's axes"
     middle[2] = -0.95 * _ground(take, prints, size) if walked(rectified) is None else 0.85 * size
     colours = [faint(side_colour(*bone), _FAINT) for bone in source.layout.bones]
-    thin = rr.LineStrips3D.from_fields(colors=colours, radii=[0.007 * size])
+    thin = rr.LineStrips3D.from_fields(colors=colours, radii=[0.006 * size])
     return rrb.Spatial3DView(
         origin="walk/along",
         contents=[f"+ /{entity}" for entity in shown],
         name=name if rectified.level_ok else f"{name}; not levelled",
         eye_controls=rrb.EyeControls3D(position=middle + size * _eye(take), look_target=middle),
+        background=DARK,
         line_grid=rrb.LineGrid3D(False),
         overrides={**prints_so_far(), "source/bones": thin},
     )

@@ -11,6 +11,7 @@ from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.signals.reprojection import residuals_of
 from ..drawing.facts import OWN_WAYS, voted, ways_of_level
+from ..drawing.palette import DARK
 from .angles import angle_views, angled, first_angles
 from .camera import camera_view, looked
 from .first import first_view
@@ -139,6 +140,7 @@ def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
         origin=entity,
         name=name,
         eye_controls=rrb.EyeControls3D(position=eye, look_target=(0, 0, 0)),
+        background=DARK,
         line_grid=grid,
     )
 
@@ -159,6 +161,7 @@ def _votes(take: Take) -> rrb.View:
         origin="up",
         name="Votes on up, early purple",
         eye_controls=controls,
+        background=DARK,
         line_grid=rrb.LineGrid3D(False),
     )
 

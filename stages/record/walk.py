@@ -13,7 +13,7 @@ from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import breaks, runs
-from ..drawing.palette import MIDDLE
+from ..drawing.palette import DARK, MIDDLE
 from .prints import FootPrint, log_prints
 
 if TYPE_CHECKING:
@@ -131,6 +131,7 @@ def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
         contents=["+ /walk/**", "+ /level/**"],
         name="All of the path: LEVEL",
         eye_controls=rrb.EyeControls3D(position=middle + reach * eye, look_target=middle),
+        background=DARK,
         line_grid=rrb.LineGrid3D(False),
         overrides=prints_so_far(),
     )
