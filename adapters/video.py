@@ -101,12 +101,14 @@ def _described(container: InputContainer, path: Path) -> Video:
             "copy it again, or rewrite what is left of it with ffmpeg.",
         )
     _refuse_flat_pixels(stream, path)
-    stamps, first = [], None
+    stamps, keys, first = [], [], None
     for packet in container.demux(stream):
         if first is None:
             first = next(iter(packet.decode()), None)
         if packet.size and not packet.is_discard:
             stamps.append(packet.pts)
+            if packet.is_keyframe:
+                keys.append(packet.pts)
     if first is None:
         raise InputError(
             "file-damaged", f"Expected a video in {path}, but it has no frame that can be decoded."
@@ -120,6 +122,7 @@ def _described(container: InputContainer, path: Path) -> Video:
         width=stream.codec_context.width,
         height=stream.codec_context.height,
         time_s=time_s,
+        key_frames=tuple(np.searchsorted(np.sort(stamps), np.sort(keys)).tolist()),
         codec=stream.codec_context.codec.canonical_name,
         # PyAV gives the display matrix's angle anticlockwise.
         rotation_deg=round(-first.rotation / 90) % 4 * 90,

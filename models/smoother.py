@@ -108,10 +108,10 @@ def known_noise(
         stated = np.isfinite(covariance).all(axis=(-2, -1))
         axes = np.linalg.eigh(covariance[stated].mean(axis=0))[1].T if stated.any() else axes
     y = rotate(axes, points.astype(np.float64))
-    values, variance = np.full((3, T, J, D), np.nan), np.full((3, T, J, D), np.nan)
+    answer = np.full((2, 3, T, J, D), np.nan)
     seen = np.asarray(is_finite(y))
     if seen.sum() < _FEWEST:
-        return Motion(values, variance, axes)
+        return Motion(answer[0], answer[1], axes)
     size = max(
         float(np.mean([y[rows, i].var(axis=0).mean() for i, rows in enumerate(seen.T) if rows.any()])), _STILL
     )
@@ -139,8 +139,10 @@ def known_noise(
             noise = noise * np.maximum(1, told / np.maximum(usual, 1e-9 * size))
     noise = np.maximum(noise, 1e-9 * size)
     for piece in _pieces(T, breaks):
-        values[:, piece], variance[:, piece] = _smoothed(y[piece], noise[piece], time_s[piece], error_s, size)
-    return Motion(rotate(axes.T, values), variance, axes)
+        _smooth(y[piece], noise[piece], time_s[piece], error_s, size, answer[:, :, piece])
+    for order in range(3):
+        answer[0, order] = rotate(axes.T, answer[0, order])
+    return Motion(answer[0], answer[1], axes)
 
 
 def _pieces(rows: int, breaks: Sequence[int]) -> list[slice]:
@@ -148,41 +150,37 @@ def _pieces(rows: int, breaks: Sequence[int]) -> list[slice]:
     return [slice(start, stop) for start, stop in pairwise(edges)]
 
 
-def _smoothed(
-    y: np.ndarray, noise: np.ndarray, time_s: np.ndarray, error_s: float, size: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Values and variances (3, T, J, D) of one piece y (T, J, D); noise: (T, J, D), variances."""
-    T, J, D = y.shape
-    result = np.full((2, 3, T, J, D), np.nan)
+def _smooth(
+    y: np.ndarray, noise: np.ndarray, time_s: np.ndarray, error_s: float, size: float, answer: np.ndarray
+) -> None:
+    """Values and variances of one piece y (T, J, D) into answer (2, 3, T, J, D); noise: (T, J, D), variances."""
+    T, _, D = y.shape
     seen = np.asarray(is_finite(y))
     fine = seen.sum(axis=0) >= _FEWEST
     if not fine.any():
-        return result[0], result[1]
+        return
     y, noise, seen = y[:, fine], noise[:, fine], seen[:, fine]
     line, slope = _line(y, seen, time_s)
     y = y - line
     dt = 1 / rate(time_s)
     at, jerk = _jerks(_filled(y, time_s), noise, time_s, dt, error_s, size)
     knot_s = max(dt, 1 / _KNOTS_HZ)
-    found = np.empty((2, 3, *y.shape))
+    row = np.arange(T)[:, None]
+    first, last = seen.argmax(axis=0), T - 1 - seen[::-1].argmax(axis=0)
+    between = ((row >= first) & (row <= last))[..., None]
     around = round(_SETTLED_S / dt)
     for start in range(0, T, _ROWS):
         rows = slice(max(start - around, 0), min(start + _ROWS + around, T))
         kept = slice(start, min(start + _ROWS, T))
         inside = slice(kept.start - rows.start, kept.stop - rows.start)
-        answer = solved(
+        found = solved(
             y[rows].reshape(rows.stop - rows.start, -1),
             np.where(seen[rows, :, None], noise[rows], np.inf).reshape(rows.stop - rows.start, -1),
             time_s[rows], knot_s, error_s, at, np.repeat(jerk, D, axis=1),
-        )  # fmt: skip
-        found[:, :, kept] = answer.reshape(2, 3, -1, *y.shape[1:])[:, :, inside]
-    found[0, 0] += line
-    found[0, 1] += slope
-    row = np.arange(T)[:, None]
-    first, last = seen.argmax(axis=0), T - 1 - seen[::-1].argmax(axis=0)
-    found[:, :, ~((row >= first) & (row <= last))] = np.nan
-    result[:, :, :, fine] = found
-    return result[0], result[1]
+        ).reshape(2, 3, -1, *y.shape[1:])[:, :, inside]  # fmt: skip
+        found[0, 0] += line[kept]
+        found[0, 1] += slope
+        answer[:, :, kept, fine] = np.where(between[kept], found, np.nan)
 
 
 def _line(y: np.ndarray, seen: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

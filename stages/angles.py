@@ -19,7 +19,7 @@ from ..models.angle_error.take_angles import AngleSeries, angle_series, in_refer
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import MadeBy, PoseSequence, Rectified
-from ..pipeline.core.take import AngleErrors, Take
+from ..pipeline.core.take import AngleErrors, Take, in_single
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
@@ -176,10 +176,15 @@ def _columns(
     rates = angle_rates(series, times, seams, rates_by_error, noise)
     columns = {}
     for name, angle in series.items():
-        columns[f"{name}_deg"] = angle.value_deg
-        columns[f"{name}_sd_deg"] = angle.sd_deg
-        columns[f"{name}_degps"], columns[f"{name}_sd_degps"] = rates[name]
-        columns[f"{name}_reason"] = angle.reason
+        rate, sd = rates.pop(name)
+        own = {
+            "deg": angle.value_deg,
+            "sd_deg": angle.sd_deg,
+            "degps": rate,
+            "sd_degps": sd,
+            "reason": angle.reason,
+        }
+        columns |= in_single({f"{name}_{what}": values for what, values in own.items()})
     return columns
 
 

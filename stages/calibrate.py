@@ -16,7 +16,7 @@ from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
 from ..pipeline.files.video_frames import images_at, shown_size
-from ..pipeline.signals.flow import flow_notice, flow_of, pairs_of
+from ..pipeline.signals.flow import SIDE, flow_notice, flow_of, pairs_of
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,9 @@ def _belongs(take: Take) -> list[Notice]:
     keypoints, video = take.keypoints, take.video
     if keypoints is None or video is None or all(each["role"] != "keypoints" for each in take.inputs):
         return []
-    pairs = pairs_of(*_span(video, keypoints), video.fps)
-    images = images_at(video, sorted({frame for pair in pairs for frame in pair}))
-    return [flow_notice(flow_of(images, pairs, keypoints))]
+    pairs = pairs_of(*_span(video, keypoints), video.fps, video.key_frames)
+    images = images_at(video, {frame for pair in pairs for frame in pair}, SIDE)
+    return [flow_notice(flow_of(images, pairs, keypoints, shown_size(video)[0]))]
 
 
 def _span(video: Video, poses: PoseSequence) -> tuple[int, int]:

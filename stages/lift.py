@@ -11,7 +11,9 @@ import numpy as np
 from ..models import load_lifter, load_rectifier
 from ..models.gravity import known_moving_up, known_up, told_up
 from ..models.lifter.builtin import KIND
+from ..models.lifter.changes import change_doubts
 from ..models.lifter.input import refuse_outside
+from ..models.lifter.sides import sides_doubts
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.intrinsics import undistorted
 from ..pipeline.core.layouts import H36M17, remap
@@ -26,6 +28,8 @@ from ..pipeline.reading.handedness import guarded
 from ..pipeline.signals.checks import strays_of
 from ..pipeline.signals.findings import findings_of
 from ..pipeline.signals.visibility import seen_only
+
+_SIDES = ("mirrored", "legs-against-arms", "left-and-right")  # doubts of handedness
 
 
 @dataclass(frozen=True)
@@ -70,13 +74,19 @@ class Lift:
         asked = self._asked(take, keypoints, size)
         lifted = self._lifted(asked)
         if "up" in takes and (up := _known_up(take, lifted.poses)) is not None:
-            lifted = self._lifted(replace(asked, up=up))
+            asked = replace(asked, up=up)
+            lifted = self._lifted(asked)
         poses = lifted.noted()
         poses = poses.with_(made_by=replace(poses.made_by, in_run=True))
         poses = guarded(poses, take.told.handedness, f"The lift by {lifted.model}")
         if lifted.joints_on_a_line:
             take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))
-        take = take.with_(poses=poses, findings=findings_of(poses))
+        found = findings_of(poses)
+        if not take.moving:  # changes were learned before cameras that stand still
+            found = (*found, *change_doubts(take.need("keypoints"), size))
+        if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
+            found = (*found, *sides_doubts(asked, lifted.poses, self.lifter))
+        take = take.with_(poses=poses, findings=found)
         return take.saying(_who(lifted), *_focal(lifted), *_gaps(lifted), *poses.notices)
 
     def _asked(self, take: Take, keypoints: PoseSequence, size: tuple[int, int] | None) -> ToLift:

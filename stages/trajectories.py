@@ -34,7 +34,7 @@ from ..pipeline.core.measures import UNITS
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, Rectified
 from ..pipeline.core.rotations import is_finite
-from ..pipeline.core.take import Take
+from ..pipeline.core.take import Take, in_single
 from ..pipeline.signals.filters import (
     CUTOFF_HZ,
     breaks,
@@ -107,9 +107,10 @@ class Trajectories:
             path = path.noted("smoother", columns_of=list(motions), joint_errors=errors)
         columns = dict(take.kinematics or {})
         for joint in (*self.joints, *(["root"] if path.root is not None else [])):
-            columns |= trajectory(level if joint in motions else path, joint, motions.get(joint))
+            motion = motions.pop(joint, None)
+            columns |= in_single(trajectory(path if motion is None else level, joint, motion))
         if path.root_sd is not None:  # the body's size and the focal length included
-            columns |= {f"root_{axis}_sd": path.root_sd[:, i] for i, axis in enumerate("xyz")}
+            columns |= in_single({f"root_{axis}_sd": path.root_sd[:, i] for i, axis in enumerate("xyz")})
         notices = [notice("relative-to-camera")] if rectified.camera == "moving" else []
         if known_error and level.covariance is None:
             notices.append(notice("smoothed-by-estimated-error", what="positions" if lifted else "they"))

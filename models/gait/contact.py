@@ -11,7 +11,7 @@ that nobody walked, as lifted and as captured; models/lab/mocap/contact.py says 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -31,6 +31,8 @@ _OFFSETS_S = np.array([-s for s in reversed(_AHEAD_S)] + [0.0, *_AHEAD_S])
 _UNIT_S = (
     1.5  # either way: over two strides a lifted leg is as long as the next time, whatever it is within one
 )
+_VALUES = 9  # of a moment: three joints
+_ROWS = 4096  # that are looked at at once
 _MIRROR = np.array([1.0, -1.0, 1.0])  # BODY's y is right
 
 
@@ -75,7 +77,11 @@ def contacts(
             f"Expected joints (T, 17, 3) of H36M17, got {body.shape}; map them to that layout.",
         )
     net = net or shipped_net()
-    return {side: net.probability(window_features(body, time_s, side, seams)) for side in SIDES}
+    result = {side: np.full(len(body), np.nan) for side in SIDES}
+    for side in SIDES:
+        for rows, features in _windows(body, time_s, side, seams):
+            result[side][rows] = net.probability(features)
+    return result
 
 
 def window_features(
@@ -83,17 +89,28 @@ def window_features(
 ) -> np.ndarray:
     """(T, F) of one foot: both ankles and its knee over the window in lengths of a leg, mirrored for the left foot;
     beyond the ends of an unbroken piece its last values stand. body, time_s, seams: as those of `contacts`."""
-    joints = body.astype(np.float64) / leg_lengths(body, time_s, seams)[:, None, None]
-    names = (f"{side}_ankle", f"{_OTHER[side]}_ankle", f"{side}_knee")
-    legs = np.concatenate(
-        [joints[:, H36M17.index(name)] * (1 if side == "r" else _MIRROR) for name in names], axis=-1
-    )
-    result = np.full((len(legs), len(_OFFSETS_S) * legs.shape[1]), np.nan)
-    for piece in runs(np.asarray(np.isfinite(legs).all(axis=1)), time_s, seams):
-        at_s = time_s[piece, None] + _OFFSETS_S
-        columns = [np.interp(at_s, time_s[piece], legs[piece, i]) for i in range(legs.shape[1])]
-        result[piece] = np.stack(columns, axis=-1).reshape(len(at_s), -1)
+    result = np.full((len(body), len(_OFFSETS_S) * _VALUES), np.nan)
+    for rows, features in _windows(body, time_s, side, seams):
+        result[rows] = features
     return result
+
+
+def _windows(
+    body: np.ndarray, time_s: np.ndarray, side: str, seams: tuple[int, ...]
+) -> Iterator[tuple[slice, np.ndarray]]:
+    """The rows of `window_features` that have any, some minutes at a time, for they are 2 KB a frame."""
+    names = (f"{side}_ankle", f"{_OTHER[side]}_ankle", f"{side}_knee")
+    mirror = 1 if side == "r" else _MIRROR
+    legs = np.concatenate(
+        [body[:, H36M17.index(name)].astype(np.float64) * mirror for name in names], axis=-1
+    )
+    legs /= leg_lengths(body, time_s, seams)[:, None]
+    for piece in runs(np.asarray(np.isfinite(legs).all(axis=1)), time_s, seams):
+        for start in range(piece.start, piece.stop, _ROWS):
+            rows = slice(start, min(start + _ROWS, piece.stop))
+            at_s = time_s[rows, None] + _OFFSETS_S
+            columns = [np.interp(at_s, time_s[piece], legs[piece, i]) for i in range(_VALUES)]
+            yield rows, np.stack(columns, axis=-1).reshape(len(at_s), -1)
 
 
 def leg_length(joints: np.ndarray) -> float:
@@ -115,7 +132,11 @@ def leg_lengths(joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (
         if not len(rows):
             continue
         known_s, known = time_s[rows], both[rows]
-        at_s = np.linspace(known_s[0], known_s[-1], 1 + int(np.ceil(np.ptp(known_s) / _UNIT_S)))
+        count = int(np.ceil(np.ptp(known_s) / _UNIT_S))
+        step_s = np.ptp(known_s) / max(count, 1)
+        # Of an even grid only what lies beside rows: a hole in the times may last for years.
+        beside = np.unique(np.floor((known_s - known_s[0]) / max(step_s, 1e-9))[:, None] + [-1, 0, 1, 2])
+        at_s = known_s[0] + step_s * beside[(beside >= 0) & (beside <= count)]
         spans = np.searchsorted(known_s, [at_s - _UNIT_S, at_s + _UNIT_S], side="right")
         seen = spans[0] < spans[1]
         medians = [np.median(known[slice(*span)]) for span in spans.T[seen]]

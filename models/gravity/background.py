@@ -12,7 +12,7 @@ import numpy as np
 from ...pipeline.core.camera import TREMBLE, Background
 
 _SIDE = 640  # pixels of the longer side of what is looked at
-_CORNERS, _APART = 400, 7  # at most, and pixels between them
+_CORNERS, _APART = 200, 7  # at most, and pixels between them
 _FEWEST = 25  # corners that have to be found again
 _BACK = 0.7  # pixels: where a corner that is followed there and back may end
 _WINDOW, _LEVELS = (31, 31), 4  # of the pyramid: corners are found again some 80 pixels away
@@ -51,7 +51,7 @@ def shift(first: np.ndarray, second: np.ndarray, boxes: Sequence[np.ndarray]) ->
     scale = _SIDE / max(first.shape[:2])
     size = (round(first.shape[1] * scale), round(first.shape[0] * scale))
     before, after = (
-        cv2.cvtColor(cv2.resize(image, size, interpolation=cv2.INTER_AREA), cv2.COLOR_RGB2GRAY)
+        cv2.resize(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), size, interpolation=cv2.INTER_AREA)
         for image in (first, second)
     )
     background = np.full(before.shape, 255, np.uint8)

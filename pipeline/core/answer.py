@@ -158,7 +158,8 @@ def _peaks(moved: Sequence[_Moved]) -> str:
     parts, errors, left_out = [], [], 0
     for of, limbs in moved:
         every = numbered(of, "peak")
-        peaks = [peak for peak, agrees in zip(every, _agree(of, limbs), strict=False) if agrees]
+        agrees = _agree(of, limbs)
+        peaks = [peak for peak in every if agrees[peak.number or 0]]
         left_out += len(every) - len(peaks)
         if not peaks:
             continue
@@ -173,7 +174,7 @@ def _peaks(moved: Sequence[_Moved]) -> str:
 
 
 def _agree(of: Group, limbs: Sequence[Group]) -> list[bool]:
-    """Of each peak of a movement, whether all limbs agree with their keypoints then."""
+    """Of each repetition, by number, whether all limbs agree with their keypoints at its peak."""
     at_s, peaks = moments(of, "peak_at"), numbered(of, "peak")
     spans = [
         span for limb in limbs for span in zip(moments(limb, "start"), moments(limb, "stop"), strict=True)

@@ -103,6 +103,12 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "At {fps:.4g} frames a second the legs {gait}, and pass each other every {step_s:.2f} s, {times:.1f} times "
         "too {way} for steps of that length: give the rate at which the camera captured with --fps, about {fits:.2g} "
             f"frames a second by the gait; {_DEPENDS}."),
+    "movement-against-rate": ("suspicious", "clock",
+        "At {fps:.4g} frames a second the body moves about {times:.1f} times too {way} for people; at about {fits:.2g} "
+        "it moves as usual: give the rate at which the camera captured with --fps. "
+            f"{_DEPENDS[0].upper()}{_DEPENDS[1:]}."),
+    "played-backwards": ("suspicious", "clock",
+        "The body moves as in a clip that is played backwards: sort the frames, unless the person moves backwards."),
     "rows-lost": ("suspicious", "clock",
         "At {count:~row} the whole body moves on by more than one frame's movement, {how}: frames may have been left "
         "out of the file without a trace; write it with frame numbers or times, or give --fps."),
@@ -374,7 +380,17 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{count} of {rows_read:~row} come again exactly: the clip is played more than once, so that counts and "
         "cadences are of the loop."),
     "only-noise": ("suspicious", "poses",
-        "Hands and feet jump to and fro from row to row and move no further: this is noise, or one pose."),
+        "Hands and feet jump to and fro from row to row and move no further: this is noise, one pose, or rows out of "
+        "their order."),
+    "image-stretched": ("suspicious", "files",
+        "The body looks about {times:.2g} times too {way}, as in a stretched image: give the video, or the keypoints "
+        "and the image's size, as the camera filmed it."),
+    "camera-zooms": ("suspicious", "camera",
+        "The body grows in the image by about {percent:.1f} % in 1/30 s, and not by its steps: the camera seems to "
+        "zoom, and then place and speed are wrong."),
+    "keypoints-smooth": ("warning", "files",
+        "Almost no movement of the keypoints' hands and feet is quicker than {hertz:g} Hz ({share_percent:.1f} %), "
+        "less than detectors leave: they were smoothed, so that quick movements are lost or too small, or computed."),
     "no-quick-movement": ("suspicious", "poses",
         "Nothing of the hands' and feet's movement is quicker than {hertz:g} Hz ({share_percent:.1f} % of it): the "
         "poses were smoothed, and quick movements are lost or too small."),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, overload
@@ -29,7 +30,7 @@ class Video:
     codec: name as FFmpeg writes it, such as "h264" or "mpeg4". focal_px: the focal length that the file states, about.
     capture_fps: frames a second of the camera, where the file states it: more than are shown is slow motion.
     part: the first and the last frame that the take is about; None for all. doubts: about a file that seems not to be
-    whole.
+    whole. key_frames: numbers of those that are decoded without the ones before.
     """
 
     path: Path
@@ -42,6 +43,7 @@ class Video:
     capture_fps: float | None = None
     part: tuple[int, int] | None = None
     doubts: tuple[Notice, ...] = ()
+    key_frames: tuple[int, ...] = ()
 
     @property
     def span(self) -> tuple[int, int]:
@@ -151,7 +153,8 @@ class Take:
     filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on, with the covariance of their whole
         error but up's where the lifter states one.
     cutoff_hz: of that filter; None where there is none.
-    kinematics: columns (T,) by name, whose ends tell the units (design.md section 7).
+    kinematics: columns (T,) by name, whose ends tell the units (design.md section 7); those of our stages in single
+        precision (`in_single`), for they are most of what a long take needs of the memory.
     angle_errors: how the errors of its angles are known, and with them those of all that rests on angles: "judged" of
         the built-in lifter, which made the poses; by "disagreement" of another with it; by a "file" that the user gave;
         "none" are. None of a take without angles.
@@ -239,3 +242,11 @@ class Take:
     def saying(self, *notices: Notice) -> Take:
         """A copy with these notices added, each once."""
         return replace(self, notices=without_doubles((*self.notices, *notices)))
+
+
+def in_single(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The columns with floats of 32 bits, which are off by 6e-8 of a value at most; codes stay as they are."""
+    return {
+        name: values.astype(np.float32) if values.dtype == np.float64 else values
+        for name, values in columns.items()
+    }

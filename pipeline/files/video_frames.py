@@ -65,9 +65,9 @@ def frames_from(video: Video, first: int = 0) -> Iterator[tuple[int, VideoFrame]
         yield from film.frames_from(first)
 
 
-def images_at(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:
-    """The images (H, W, 3) uint8 RGB of these frame numbers; one that is not found is left out. InputError as for
-    `images_from`."""
+def images_at(video: Video, frames: Iterable[int], grey_side: int | None = None) -> dict[int, np.ndarray]:
+    """The images (H, W, 3) uint8 RGB of these frame numbers; one that is not found is left out. grey_side: pixels of
+    the longer side, of images in grey (H, W) that are brought to that size. InputError as for `images_from`."""
     found: dict[int, np.ndarray] = {}
     with _opened(video) as film:
         coming: Iterator[tuple[int, VideoFrame]] = iter(())
@@ -76,7 +76,7 @@ def images_at(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:
                 coming = film.frames_from(wanted)
             for number, frame in coming:
                 if number == wanted:
-                    found[number] = _upright(frame, video.rotation_deg)
+                    found[number] = _upright(frame, video.rotation_deg, grey_side)
                 if number >= wanted:
                     break
     return found
@@ -178,7 +178,12 @@ def image_size(take: Take) -> tuple[int, int] | None:
     return take.told.image_size if take.video is None else shown_size(take.video)
 
 
-def _upright(frame: VideoFrame, rotation_deg: int) -> np.ndarray:
+def _upright(frame: VideoFrame, rotation_deg: int, grey_side: int | None = None) -> np.ndarray:
     # Starting threads for each frame costs more than they save.
-    image = frame.to_ndarray(format="rgb24", threads=1)
-    return np.ascontiguousarray(np.rot90(image, -rotation_deg // 90)) if rotation_deg else image
+    if grey_side is None:
+        image = frame.to_ndarray(format="rgb24", threads=1)
+    else:
+        scale = grey_side / max(frame.width, frame.height)
+        width, height = (max(round(side * scale), 16) for side in (frame.width, frame.height))
+        image = frame.to_ndarray(width=width, height=height, format="gray", interpolation="AREA", threads=1)
+    return np.ascontiguousarray(np.rot90(image, -rotation_deg // 90))

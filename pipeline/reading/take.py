@@ -18,7 +18,7 @@ from ..files.digest import sha256
 from ..files.video_frames import shown_size
 from ..plugins.options import call
 from ..signals.findings import findings_of
-from ..signals.shapes import copied, keypoints_unlike, repeated, rows_lost
+from ..signals.shapes import copied, keypoints_movement, keypoints_unlike, repeated, rows_lost
 from ..signals.swap_repair import treated
 from .choose import RANKS, choose_person, misfit, same_person
 from .clock import (
@@ -266,7 +266,9 @@ def _of_no_recording(poses: PoseSequence | None, keypoints: PoseSequence | None)
     """What no recording gives; of poses the findings tell most of it."""
     if poses is not None:
         return rows_lost(poses)
-    return [] if keypoints is None else [*copied(keypoints), *repeated(keypoints), *rows_lost(keypoints)]
+    if keypoints is None:
+        return []
+    return [each for look in (copied, repeated, rows_lost, keypoints_movement) for each in look(keypoints)]
 
 
 def _session(options: RunOptions) -> Session:

@@ -130,28 +130,31 @@ def run_into(
         start = time.perf_counter()
         people = _people(options) if everybody else (Person("", 0, open_take(options)),)
         done("read", time.perf_counter() - start)
-        takes = {person: person.take for person in people if isinstance(person.take, Take)}
-        names = folder_names([person.name for person in takes]) if everybody else [""]
+        who = [(person.name, person.frames) for person in people]
+        ended = {i: person.take for i, person in enumerate(people)}
+        takes = {i: end for i, end in ended.items() if isinstance(end, Take)}
+        ended = {i: end for i, end in ended.items() if i not in takes}
+        del people  # what stages replace is not to be held beside their answers
+        names = folder_names([who[i][0] for i in takes]) if everybody else [""]
         folders = dict(zip(takes, names, strict=True))
         pipelines = {
-            person: _aimed(recipe, folder / name).build() if name else pipeline
-            for person, name in folders.items()
+            i: _aimed(recipe, folder / name).build() if name else pipeline for i, name in folders.items()
         }
-        for person, take in takes.items():
-            pipelines[person].check_rate(_frame_rate(take))
+        for i in takes:
+            pipelines[i].check_rate(_frame_rate(takes[i]))
         require_space(folder, bytes_needed(recipe, *takes.values()), "The run")
-        ended = _by_scene(pipelines, takes, done)
+        ended |= _by_scene(pipelines, takes, done)
     runs = []
-    for person in people:
-        end, name = ended.get(person, person.take), folders.get(person, "")
+    for i, (person, frames) in enumerate(who):
+        end, name = ended[i], folders.get(i, "")
         if isinstance(end, Take):
             (folder / name).mkdir(exist_ok=True)
             add_to_summary(folder / name, device=placement.summary())
-            runs.append(PersonRun(person.name, person.frames, name, end))
+            runs.append(PersonRun(person, frames, name, end))
         elif everybody:
             if name:
                 shutil.rmtree(folder / name, ignore_errors=True)
-            runs.append(PersonRun(person.name, person.frames, code=end.code, reason=str(end)))
+            runs.append(PersonRun(person, frames, code=end.code, reason=str(end)))
         else:
             raise end
     if everybody:
@@ -202,17 +205,18 @@ def bytes_needed(recipe: Recipe, *takes: Take) -> int:
 
 
 def _by_scene(
-    pipelines: Mapping[Person, Pipeline], takes: Mapping[Person, Take], done: Callable[[str, float], None]
-) -> dict[Person, Take | InputError]:
-    """How each person's pipeline ends, those of one scene of the video together."""
-    scenes: dict[int, list[Person]] = {}
-    for person, take in takes.items():
-        scenes.setdefault(take.keypoints.scene if take.keypoints else 0, []).append(person)
+    pipelines: Mapping[int, Pipeline], takes: dict[int, Take], done: Callable[[str, float], None]
+) -> dict[int, Take | InputError]:
+    """How the pipelines of people, by number, end, those of one scene of the video together; no take is left in
+    `takes`."""
+    scenes: dict[int, list[int]] = {}
+    for i, keypoints in [(i, take.keypoints) for i, take in takes.items()]:
+        scenes.setdefault(keypoints.scene if keypoints else 0, []).append(i)
     said = (notice("scenes-apart"),) if len(scenes) > 1 else ()
-    ended: dict[Person, Take | InputError] = {}
+    ended: dict[int, Take | InputError] = {}
     for people in scenes.values():
-        begun = [takes[one].saying(*said) for one in people]
-        ended |= zip(people, run_together([pipelines[one] for one in people], begun, done), strict=True)
+        begun = [takes.pop(i).saying(*said) for i in people]
+        ended |= zip(people, run_together([pipelines[i] for i in people], begun, done), strict=True)
     return ended
 
 

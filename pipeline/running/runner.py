@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from ..core.errors import InputError
+from ..core.system import give_memory_back
 from ..core.take import Take, Told
 from ..plugins.protocols import Stage
 
@@ -73,18 +74,20 @@ class Pipeline:
 
 def run_together(
     pipelines: Sequence[Pipeline],
-    takes: Sequence[Take],
+    takes: list[Take],
     done: Callable[[str, float], None] = lambda stage, seconds: None,
 ) -> list[Take | InputError]:
     """Takes of one person or several, each through a pipeline of its own; all pipelines have the same stages.
 
     All takes go through a stage before any goes on to the next, so that one with `together` gets them at once. A take
     that a stage refuses ends there, as that refusal. `done(stage name, seconds)` is called after each that somebody
-    came through. InputError for a chain that cannot work.
+    came through; the memory that stages used is given back. The list `takes` is emptied: what a stage replaces is not
+    to be held beside its answer. InputError for a chain that cannot work.
     """
-    for pipeline, take in zip(pipelines, takes, strict=True):
-        pipeline.check(take)
-    results: list[Take | InputError] = list(takes)
+    for i, pipeline in enumerate(pipelines):
+        pipeline.check(takes[i])
+    results: list[Take | InputError] = [*takes]
+    takes.clear()
     for stages in zip(*(pipeline.stages for pipeline in pipelines), strict=True):
         start = time.perf_counter()
         going = {i: take for i, take in enumerate(results) if isinstance(take, Take)}
@@ -97,6 +100,8 @@ def run_together(
         results = [ended.get(i, result) for i, result in enumerate(results)]
         if any(isinstance(end, Take) for end in ended.values()):
             done(stages[0].name, time.perf_counter() - start)
+        going.clear()
+        give_memory_back()
     return results
 
 

@@ -8,6 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..core.anthropometry import implied_stature
+from ..core.catalogue import Weight
 from ..core.errors import InputError
 from ..core.layouts import H36M17, Layout
 from ..core.messages import how_many
@@ -23,6 +25,9 @@ _STRONG = 0.2  # agreement at or below this contradicts
 _UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families' reference axes
 _TURNED_OVER = 0.8  # of the frames
 _OFF_UP_DEG = 60.0  # of the trunk, from which nobody is upright; a picture on its side makes 90
+_TRAVELS = (
+    0.5  # statures, that the pelvis goes in a picture of somebody who walks; somebody who lies goes 0.15
+)
 _ROWS = 4096  # judged at a time
 _MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
 _STRAY_S = 0.2  # of frames that the whole pose leaps to and from
@@ -194,7 +199,8 @@ def upside_down(poses: PoseSequence) -> list[Notice]:
 def nobody_upright(rectified: Rectified) -> Notice | None:
     """A notice where the trunk is far off the up that a take was given nearly all the time: the lines of a picture
     that is turned by 90 or 180 degrees say the same as those of an upright one. None elsewhere, and where the source
-    knows its own up or the user has told most of it."""
+    knows its own up or the user has told most of it. Suspicious unless the pelvis is known to stay where it is, as that
+    of a person who lies does."""
     told = sum(rectified.up_shares.get(source, 0.0) for source in TOLD_UP)
     if not rectified.level_ok or rectified.in_world or told > 0.5:
         return None
@@ -204,7 +210,19 @@ def nobody_upright(rectified: Rectified) -> Notice | None:
     share = float((off_deg > _OFF_UP_DEG).mean()) if len(off_deg) else 0.0
     if share < _TURNED_OVER:
         return None
-    return notice("nobody-upright", off_deg=_OFF_UP_DEG, share_percent=100 * share)
+    weight: Weight = "warning" if _stays(rectified.level) else "suspicious"
+    return notice("nobody-upright", weight=weight, off_deg=_OFF_UP_DEG, share_percent=100 * share)
+
+
+def _stays(level: PoseSequence) -> bool:
+    """Whether the pelvis is known to stay where it is, as that of a person who lies does."""
+    if level.root is None:
+        return False
+    root = level.root[np.isfinite(level.root).all(axis=1)]
+    if not len(root):
+        return False
+    low, high = np.percentile(root, [5, 95], axis=0)
+    return bool((high - low).max() < _TRAVELS * implied_stature(level.joints))
 
 
 def grid_rows(sequence: PoseSequence, step: int = 1) -> int:

@@ -7,7 +7,7 @@ earlier or later, backwards, mirrored.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,16 +17,17 @@ from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
 
-_SIDE = 480  # pixels of the longer side of what is looked at
+SIDE = 480  # pixels of the longer side of what is looked at
 _STEP_S = 0.07  # between the two images of a pair
 _PAIRS, _BURST = 32, 4  # pairs looked at, in runs of so many frames
+_FEWEST_KEYS = 4  # so many moments of a video tell as much as eight
 _JOINTS = tuple(
     f"{side}_{part}" for side in "lr" for part in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
 )
 _SCORE = 0.3  # of a keypoint that was seen
 _MOST_LAG = 10  # rows
 _FEWEST = 60  # movements of a joint
-_MOVES = 1.5  # pixels of _SIDE: the root mean square of keypoints' movements below which nothing can be told
+_MOVES = 1.5  # pixels of SIDE: the root mean square of keypoints' movements below which nothing can be told
 # Of eight real and rendered films with their own keypoints (MoveNet's; walk_crop, the demo, four cameras of Pose2Sim's
 # take, the walker) movements are alike by 0.45 and more, and no shift betters that by more than 0.02; of other
 # recordings, mirrored and reversed ones by 0.34 at most, and a shift of two rows costs 0.05 to 0.26.
@@ -51,18 +52,25 @@ class Flow:
     backwards: float
 
 
-def pairs_of(first: int, last: int, fps: float) -> list[tuple[int, int]]:
-    """The pairs of video frames to look at, in short bursts, so that few frames have to be decoded."""
+def pairs_of(first: int, last: int, fps: float, key_frames: Sequence[int] = ()) -> list[tuple[int, int]]:
+    """The pairs of video frames to look at, in short bursts, so that few frames have to be decoded: those behind key
+    frames where there are some, for a frame costs the decoding of all from its key frame on."""
     step = max(1, round(_STEP_S * fps))
-    starts = np.linspace(first, max(last - step - _BURST, first), _PAIRS // _BURST).round().astype(int)
-    found = sorted({int(start + i) for start in starts for i in range(_BURST)})
+    keys = np.array([key for key in key_frames if first <= key <= last - step - _BURST], dtype=int)
+    bursts = _PAIRS // _BURST
+    if len(keys) >= _FEWEST_KEYS:
+        starts = keys[np.unique(np.linspace(0, len(keys) - 1, bursts).round().astype(int))]
+    else:
+        starts = np.linspace(first, max(last - step - _BURST, first), bursts).round().astype(int)
+    found = sorted({int(start + i) for start in starts for i in range(-(-_PAIRS // len(starts)))})
     return [(start, start + step) for start in found if start + step <= last]
 
 
 def flow_of(
-    images: Mapping[int, np.ndarray], pairs: list[tuple[int, int]], keypoints: PoseSequence
+    images: Mapping[int, np.ndarray], pairs: list[tuple[int, int]], keypoints: PoseSequence, width: int
 ) -> Flow | None:
-    """images: {video frame: (H, W, 3) uint8 RGB}; keypoints: in pixels of them. None where too few joints are seen."""
+    """images: {video frame: (H, W) uint8 grey, whose longer side has SIDE pixels}; keypoints: in pixels of a video of
+    that width. None where too few joints are seen."""
     import cv2
 
     names = [name for name in _JOINTS if name in keypoints.layout]
@@ -70,15 +78,10 @@ def flow_of(
     pairs = [(a, b) for a, b in pairs if a in images and b in images]
     if not pairs:
         return None
-    height, width = images[pairs[0][0]].shape[:2]
-    scale = _SIDE / max(height, width)
-    size = (max(round(width * scale), 16), max(round(height * scale), 16))
-    grey = {
-        frame: cv2.resize(cv2.cvtColor(images[frame], cv2.COLOR_RGB2GRAY), size, interpolation=cv2.INTER_AREA)
-        for frame in {frame for pair in pairs for frame in pair}
-    }
+    scale = images[pairs[0][0]].shape[1] / width
     search = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_ULTRAFAST)
-    fields = [search.calc(grey[a], grey[b], np.zeros((*size[::-1], 2), np.float32)) for a, b in pairs]
+    still = np.zeros((*images[pairs[0][0]].shape, 2), np.float32)
+    fields = [search.calc(images[a], images[b], still.copy()) for a, b in pairs]
 
     def compared(change: str, lag: int = 0) -> tuple[float, int, float]:
         both = [

@@ -84,12 +84,35 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
 
 def residuals_of(take: Take) -> Residuals | None:
     """Of a take whose poses are in CAMERA axes; None where it has no keypoints, no camera or other axes."""
+    beside = _beside(take)
+    return None if beside is None else residuals(*beside)
+
+
+def straight_in_image(take: Take) -> dict[str, np.ndarray] | None:
+    """How straight each limb is in the image, {limb: (T,)} of LIMBS in the rows of the poses: the distance of its outer
+    joints over its length there, 1 for a straight one from wherever it is seen. None as for `residuals_of`."""
+    beside = _beside(take)
+    if beside is None:
+        return None
+    rays, _ = keypoint_rays(*beside)
+    result = {}
+    for limb, parts in LIMBS.items():
+        points = rays[:, H36M17.indices(parts)]
+        length = np.linalg.norm(np.diff(points, axis=1), axis=-1).sum(axis=1)
+        result[limb] = np.linalg.norm(points[:, 2] - points[:, 0], axis=-1) / np.where(
+            length > 0, length, np.nan
+        )
+    return result
+
+
+def _beside(take: Take) -> tuple[PoseSequence, PoseSequence, Camera] | None:
+    """Poses in CAMERA axes, keypoints of the same images, and their camera; None where one lacks."""
     poses, keypoints, camera = take.poses, take.keypoints, take.camera
     if poses is None or keypoints is None or camera is None:
         return None
     if (poses.frame.family, poses.frame.axes) != (CAMERA.family, CAMERA.axes) or poses.layout != H36M17:
         return None
-    return residuals(poses, keypoints, camera)
+    return poses, keypoints, camera
 
 
 def keypoint_rays(

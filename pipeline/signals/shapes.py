@@ -6,16 +6,17 @@ Rates of false alarms are of 148 lifts of the test bed's validation takes and fi
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..core.anthropometry import implied_stature
 from ..core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
 from ..core.layouts import H36M17
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
-from .reprojection import residuals
+from .reprojection import LIMBS, Residuals, residuals
 
 _ENOUGH = 30  # rows
 _LIMBS = (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"))
@@ -24,13 +25,20 @@ _SAME = 0.01  # of a trunk: distance, in nine rows of ten, between a limb and th
 _MOVES = 0.05  # of a trunk, that both move at least
 _AGAIN = 0.3  # of the rows that another row, not beside it, repeats to the digit; no recording has any
 _QUICK_HZ = 6.0
-# Of the movement of hands and feet faster than this, as a share of all, and in lengths of a trunk: lifts have 0.0105
-# and 0.0042 at least, smoothed ones 0.005 and 0.001.
-_QUICK = (0.006, 0.0015)
+# Of the movement of hands and feet faster than this, as a share of all, and along an axis in lengths of a trunk: lifts
+# have 0.0105 and 0.0012 at least, smoothed ones 0.005 and 0.0003.
+_QUICK = (0.006, 0.00043)
 _COMPUTED = 1e-4  # share of quick movement below which motion was computed, not recorded: nothing smoothed it
 _NOISE = 0.5  # autocorrelation from row to row; lifts have 0.95 and more, noise has 0
+# The same of keypoints. Quick movement, share and size: 298 sound takes have 0.039 and 0.0094 at least, takes with the
+# noise of good detectors 0.029 and 0.0056, smoothed ones 0.065 and 0.0027 at most, and nine in ten exact projections
+# less too. Autocorrelation where they move by at least so many trunks: 0.66 and more; of shuffled rows 0.23 and less.
+_KEYPOINTS_QUICK = (0.1, 0.003)
+_KEYPOINTS_NOISE, _KEYPOINTS_MOVE = 0.4, 0.1
 _ROWS = 600  # that are compared with keypoints
 _LAGS = range(-8, 9)
+# How many times as far as the poses the keypoints move, where both move alike: at most 1.2 of 300 sound takes.
+_FARTHER, _MOVE_ALIKE = 1.4, 0.8
 # Of statures: how far poses are off their own keypoints. 142 lifts of noisy keypoints have 0.012 to 0.062.
 _OFF = 0.065
 _LATE = (
@@ -40,8 +48,10 @@ _LATE = (
 # in so large a share longer than three in four others. Of 140 noisy takes none has more than 0.26; where every fifth
 # row is lost it is 0.37 to 1.0.
 _LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
-# Once: times the movement before and after, in their direction; of 120 takes one has more than 1.6.
-_LEAP, _ALONG, _FEW_LEAPS = 3.0, 0.6, 2
+_HELD = 12.0  # times as long as those between: more than ten rows are lost at once nowhere
+# Once: times the mean movement of so many rows before and after, in their direction; none of 298 noisy takes of
+# keypoints, and none of their lifts, which are smoother.
+_LEAP, _ALONG, _BESIDE, _FEW_LEAPS = 4.0, 0.55, {2: 3, 3: 1}, {2: 2, 3: 1}
 _SEEN = 0.3  # score of a keypoint that was seen
 
 
@@ -101,21 +111,73 @@ def _movement(poses: PoseSequence) -> list[Notice]:
     ends = ends[
         np.append((np.diff(ends, axis=0) != 0).any(axis=(1, 2)), True)
     ]  # frozen rows are told elsewhere
-    if len(ends) < _ENOUGH:
+    if len(ends) < _ENOUGH or (moves := _moves(ends.reshape(len(ends), -1), fps)).size < 1e-5:
         return []
-    moved = ends - ends.mean(axis=0)
-    all_of_it = float((moved**2).mean())
-    if all_of_it < 1e-10:
-        return []
-    if 1 - (np.diff(ends, axis=0) ** 2).mean() / 2 / all_of_it < _NOISE:
+    if moves.alike < _NOISE:
         return [notice("only-noise")]
-    power = np.abs(np.fft.rfft(moved * np.hanning(len(moved))[:, None, None], axis=0)) ** 2
-    power = power.sum(axis=(1, 2))
-    quick = float(power[np.fft.rfftfreq(len(moved), 1 / fps) > _QUICK_HZ].sum())
-    share, size = np.sqrt(quick / power.sum()), np.sqrt(quick) / len(moved)
-    if fps < 3 * _QUICK_HZ or not _COMPUTED < share < _QUICK[0] or size > _QUICK[1]:
+    if fps < 3 * _QUICK_HZ or not _COMPUTED < moves.quick_share < _QUICK[0] or moves.quick_size > _QUICK[1]:
         return []
-    return [notice("no-quick-movement", hertz=_QUICK_HZ, share_percent=float(100 * share))]
+    return [notice("no-quick-movement", hertz=_QUICK_HZ, share_percent=100 * moves.quick_share)]
+
+
+def keypoints_movement(keypoints: PoseSequence) -> list[Notice]:
+    """A notice where keypoints (T, J, 2) of any layout with hands, feet and trunk jump at random from row to row, or
+    have less quick movement than detectors leave."""
+    names = (*_ENDS, "l_hip", "r_hip")
+    fps = _rate(keypoints)
+    if (
+        len(keypoints) < _ENOUGH
+        or not np.isfinite(fps)
+        or any(name not in keypoints.layout for name in names)
+    ):
+        return []
+    seen = keypoints.joints.astype(np.float64)
+    if keypoints.confidence is not None:
+        seen = np.where((keypoints.confidence <= 0)[..., None], np.nan, seen)
+    ends, hips = (seen[:, keypoints.layout.indices(part)] for part in (names[:4], names[4:]))
+    paths = (
+        ((ends - hips.mean(axis=1, keepdims=True)) / max(_size(keypoints), 1e-12)).reshape(len(ends), -1).T
+    )
+    known = [np.isfinite(path) for path in paths]
+    rows = np.arange(len(ends))
+    whole = [
+        np.interp(rows, rows[there], path[there])
+        for path, there in zip(paths, known, strict=True)
+        if there.mean() > 0.5
+    ]
+    if not whole:
+        return []
+    moves = _moves(np.stack(whole, axis=-1), fps)
+    if moves.alike < _KEYPOINTS_NOISE and moves.size > _KEYPOINTS_MOVE:
+        return [notice("only-noise")]
+    share, size = _KEYPOINTS_QUICK
+    if fps < 3 * _QUICK_HZ or not _COMPUTED < moves.quick_share < share or moves.quick_size > size:
+        return []
+    return [notice("keypoints-smooth", hertz=_QUICK_HZ, share_percent=100 * moves.quick_share)]
+
+
+class _Moves(NamedTuple):
+    """size: of paths about their mean, root mean square; quick_size, quick_share: of what is quicker than _QUICK_HZ;
+    alike: autocorrelation from row to row."""
+
+    size: float
+    quick_size: float
+    quick_share: float
+    alike: float
+
+
+def _moves(paths: np.ndarray, fps: float) -> _Moves:
+    """Of paths (T, N) without gaps."""
+    moved = paths - paths.mean(axis=0)
+    square = max(float((moved**2).mean()), 1e-20)
+    power = np.abs(np.fft.rfft(moved * np.hanning(len(moved))[:, None], axis=0)) ** 2
+    quick = float(power[np.fft.rfftfreq(len(moved), 1 / fps) > _QUICK_HZ].sum())
+    return _Moves(
+        float(np.sqrt(square)),
+        float(np.sqrt(quick / paths.shape[1])) / len(moved),
+        float(np.sqrt(quick / max(float(power.sum()), 1e-20))),
+        float(1 - (np.diff(paths, axis=0) ** 2).mean() / 2 / square),
+    )
 
 
 def _rate(poses: PoseSequence) -> float:
@@ -143,11 +205,15 @@ def keypoints_unlike(
     camera = Camera(image_size, focal, focal * PRIOR_FOCAL_SPREAD, "told" if focal_px else "prior")
     poses = poses.rows(0, min(len(poses), _ROWS))
     off: dict[int, float] = {}
+    times = 1.0
     first = max(-_LAGS.start, 0)
     shifted = keypoints.with_(frame_index=keypoints.frame_index + first)
     for lag in _LAGS:
         at = poses.with_(frame_index=poses.frame_index + first + lag)
-        whole = residuals(at, shifted, camera).whole()
+        found = residuals(at, shifted, camera)
+        whole = found.whole()
+        if lag == 0:
+            times = _farther(poses, found)
         if np.isfinite(whole).sum() >= _ENOUGH:
             off[lag] = float(np.nanmedian(whole))
     if 0 not in off:
@@ -163,9 +229,23 @@ def keypoints_unlike(
                 how=f"; {abs(best)} frames {way} they fit within {100 * off[best]:.1f} %",
             )
         ]
+    if times > _FARTHER:
+        how = f"; the keypoints move {times:.1f} times as far"
+        return [notice("keypoints-not-of-poses", **values, how=how)]
     if off[0] > _OFF:
         return [notice("keypoints-not-of-poses", **values, how="")]
     return []
+
+
+def _farther(poses: PoseSequence, off: Residuals) -> float:
+    """How many times as far as the poses' limbs their keypoints move; NaN where these do not move alike."""
+    limbs = H36M17.indices([name for limb in LIMBS.values() for name in limb[1:]])
+    moved = (poses.joints[:, limbs, :2] / implied_stature(poses.joints)).astype(np.float64)
+    seen = moved - off.statures[:, limbs]
+    moved = np.where(np.isfinite(seen), moved, np.nan)
+    moved, seen = (each - np.nanmean(each, axis=0) for each in (moved, seen))
+    both, own, others = (float(np.nansum(each)) for each in (moved * seen, moved**2, seen**2))
+    return both / own if both > _MOVE_ALIKE * np.sqrt(own * others) > 0 else float("nan")
 
 
 def rows_lost(points: PoseSequence) -> list[Notice]:
@@ -181,22 +261,33 @@ def rows_lost(points: PoseSequence) -> list[Notice]:
     moved = np.where(np.isfinite(moved), moved, 0.0)
     length = np.linalg.norm(moved, axis=1)
     if every := _period(length):
+        if _held(length, every):
+            return []
         fps = points.fps if points.time_s is not None else float("nan")
         how = f"at every {every}th row" + (
             f", as of {fps * every / (every + 1):.3g} frames a second" if fps == fps else ""
         )
         return [notice("rows-lost", count=len(moved) // every, how=how)]
-    beside, at = (moved[:-2] + moved[2:]) / 2, moved[1:-1]
-    alike = (at * beside).sum(axis=1)
+    way = np.cumsum(np.concatenate([np.zeros_like(moved[:1]), moved]), axis=0)
+    reach = _BESIDE[points.frame.dims]
+    at = np.arange(reach, len(moved) - reach)
+    beside = (way[at] - way[at - reach] + way[at + reach + 1] - way[at + 1]) / (2 * reach)
+    alike = (moved[at] * beside).sum(axis=1)
     square = np.maximum((beside**2).sum(axis=1), 1e-12)
-    cosine = alike / np.maximum(np.sqrt(square) * length[1:-1], 1e-12)
-    found = np.flatnonzero(
-        (alike / square > _LEAP) & (cosine > _ALONG) & (np.sqrt(square) > np.median(length) / 2)
-    )
-    if not 0 < len(found) <= _FEW_LEAPS:
+    usual = np.sqrt(square)
+    cosine = alike / np.maximum(usual * length[at], 1e-12)
+    found = np.flatnonzero((alike / square > _LEAP) & (cosine > _ALONG) & (usual > np.median(length) / 2))
+    if not 0 < len(found) <= _FEW_LEAPS[points.frame.dims]:
         return []
-    how = f"by that of {float((alike / square)[found].max()):.0f} frames at row {int(found[0]) + 2}"
+    how = f"by that of {float((alike / square)[found].max()):.0f} frames at row {int(at[found[0]]) + 1}"
     return [notice("rows-lost", count=len(found), how=how)]
+
+
+def _held(length: np.ndarray, every: int) -> bool:
+    """Whether hardly anything moves between these rows: they repeat, as of a slowed video, and none is lost."""
+    first = max(range(every), key=lambda first: float(np.median(length[first::every])))
+    between = np.delete(length, np.s_[first::every])
+    return bool(np.median(between) * _HELD < np.median(length[first::every]))
 
 
 def _period(length: np.ndarray) -> int:

@@ -1,13 +1,13 @@
 """What repeats in a signal: repetitions of an angle, and curves over a cycle of 0 to 100 %.
 
-Nothing here looks across a missing row, a clip boundary or a jump in time. Times lie between rows where the signal
-says so.
+Nothing here looks across a clip boundary or a jump in time, and only repetitions across missing rows, few of them.
+Times lie between rows where the signal says so.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,22 +18,31 @@ from .smoothness import log_dimensionless_jerk, sparc
 
 POINTS = 101  # of a normalised cycle
 
-# Of the rise, where a repetition begins and ends. Rises begin slowly: on the labelled takes, one person left out at a
-# time, 0.07 is nearest to where people see them begin and 0.1 to where they see them end.
-_BEGINS, _ENDS = 0.07, 0.1
+# Of the rise, where a repetition begins and, coming down steadily, ends. Rises begin slowly: on the labelled takes, one
+# person left out at a time, 0.07 is nearest to where people see them begin.
+_EDGE = 0.07
+# It has ended too where the return, below _LOW of the rise, slows to _SETTLED of its fastest: what follows is drift. On
+# the labelled takes, lifted before three cameras each, 0.2 to 0.4 and 0.12 to 0.18 do alike.
+_LOW, _SETTLED = 0.15, 0.3
+_OUTER = 0.1  # of the rise: below it, and above the rest of it, movements are not smooth or jerky
+# Missing rows inside a repetition: no more than a quarter of it, and less than the briefest labelled bends last. The
+# signal has risen before them and returns behind, so that it is one at least.
+_BRIDGED_S, _BRIDGED = 1.0, 0.25
 _BACK = 0.2  # of the rise: a fall by more before the rise is another movement
 _HELD = 0.8  # of the rise: what stays above is held
+_LONG_S = 60.0  # a hole in the time stamps may last for days
 _FINE = 1001  # moments of a repetition: a duration of seconds to milliseconds
 _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut movements so)
 
 
 @dataclass(frozen=True)
 class Repetition:
-    """One rise and return. start_s, peak_s, stop_s: it begins where 7 % of the rise lies below, it ends where a tenth
-    does. peak: the signal's highest value. rise: from the higher of the two valleys beside it. up, down: smoothness of
-    both movements, (SPARC, log dimensionless jerk) of the signal's rate, NaN when they are too short. whole: False
-    where a gap hides how it began or ended, so that all of these but the peak are of a part. held_s: for how long the
-    signal stays beyond four fifths of the rise."""
+    """One rise and return. start_s, peak_s, stop_s: it begins where 7 % of the rise lies below, and ends where they do
+    again, or where the signal settles before. peak: the signal's highest value, NaN where missing rows hide it. rise:
+    from the higher of the two valleys beside it. up, down: smoothness of both movements, (SPARC, log dimensionless
+    jerk) of the signal's rate, NaN where they are too short or lack rows. whole: False where a gap hides how it began,
+    how high it came or how it ended, so that all of these but the peak are of a part. held_s: for how long the signal
+    stays beyond four fifths of the rise."""
 
     start_s: float
     peak_s: float
@@ -51,9 +60,68 @@ def repetitions(
 ) -> list[Repetition]:
     """The times that x (T,) rises by `least` or more and returns as far, in order.
 
-    A rise without its return, or one that a gap cuts, is none; nor is a dip by less than `least` at the top. One that
-    rises and returns by `least` beside a gap, which hides the rest of it, is not `whole`.
+    A rise without its return, or one that a long gap cuts, is none; nor is a dip by less than `least` at the top. Up to
+    a quarter of a repetition, and a second, may be missing: what was seen rises and returns by `least` then. One beside
+    a longer gap, which hides the rest of it, is not `whole`.
     """
+    bridged = [gap for gap in _gaps(x, time_s, seams) if _lasts(gap, time_s) <= _BRIDGED_S]
+    while True:
+        found = _unbroken(_filled(x, time_s, bridged), time_s, least, seams)
+        long = [gap for gap in bridged if any(_cuts(gap, one, time_s) for one in found)]
+        if not long:
+            return [_as_seen(one, bridged, time_s) for one in found]
+        bridged = [gap for gap in bridged if gap not in long]
+
+
+def _gaps(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int]) -> list[slice]:
+    """The rows that x (T,) lacks between others of the same clip, where no rows are lacking."""
+    result = []
+    for clip in runs(np.ones(len(x), dtype=bool), time_s, seams):
+        pieces = runs(np.isfinite(x[clip]), time_s[clip])
+        result += [slice(clip.start + a.stop, clip.start + b.start) for a, b in pairwise(pieces)]
+    return result
+
+
+def _lasts(gap: slice, time_s: np.ndarray) -> float:
+    return float(time_s[gap.stop] - time_s[gap.start - 1])
+
+
+def _filled(x: np.ndarray, time_s: np.ndarray, gaps: Sequence[slice]) -> np.ndarray:
+    """x (T,) with straight lines across gaps: what rises and returns on them does so in what was seen."""
+    filled, known = x.copy(), np.isfinite(x)
+    for gap in gaps:
+        filled[gap] = np.interp(time_s[gap], time_s[known], x[known])
+    return filled
+
+
+def _meets(gap: slice, start_s: float, stop_s: float, time_s: np.ndarray) -> bool:
+    return bool(time_s[gap.start - 1] <= stop_s and start_s <= time_s[gap.stop])
+
+
+def _cuts(gap: slice, one: Repetition, time_s: np.ndarray) -> bool:
+    """Whether too much of a repetition is missing there."""
+    much = _lasts(gap, time_s) > _BRIDGED * (one.stop_s - one.start_s)
+    return much and _meets(gap, one.start_s, one.stop_s, time_s)
+
+
+def _as_seen(one: Repetition, gaps: Sequence[slice], time_s: np.ndarray) -> Repetition:
+    """Without what missing rows hide."""
+
+    def lacks(start_s: float, stop_s: float) -> bool:
+        return any(_meets(gap, start_s, stop_s, time_s) for gap in gaps)
+
+    start_s, peak_s, stop_s = one.start_s, one.peak_s, one.stop_s
+    return replace(
+        one,
+        peak=np.nan if lacks(peak_s, peak_s) else one.peak,
+        up=(np.nan, np.nan) if lacks(start_s, peak_s) else one.up,
+        down=(np.nan, np.nan) if lacks(peak_s, stop_s) else one.down,
+        whole=one.whole and not any(lacks(at_s, at_s) for at_s in (start_s, peak_s, stop_s)),
+    )
+
+
+def _unbroken(x: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[int]) -> list[Repetition]:
+    """`repetitions` that lack no row."""
     found = []
     pieces = runs(np.isfinite(x), time_s, seams)
     for piece in pieces:
@@ -63,9 +131,9 @@ def repetitions(
         edges = [0, *(a + int(np.argmin(values[a:b])) for a, b in pairwise(peaks)), len(values) - 1]
         for i, peak in enumerate(peaks):
             left, right = slice(edges[i], peak + 1), slice(peak, edges[i + 1] + 1)
-            start, rise, up = _movement(values[left], times[left], speed[left], _BEGINS)
+            start, rise, up = _movement(values[left], times[left], speed[left])
             mirrored = values[right][::-1], -times[right][::-1], speed[right][::-1]
-            stop, fall, down = _movement(*mirrored)
+            stop, fall, down = _movement(*mirrored, settles=True)
             begun = i == 0 and piece != pieces[0] and _had_begun(values[left], times[left], fall)
             goes_on = peak == peaks[-1] and piece != pieces[-1] and _had_begun(*mirrored[:2], rise)
             found.append(
@@ -88,7 +156,7 @@ def _had_begun(values: np.ndarray, times: np.ndarray, fall: float) -> bool:
     """Whether a rise to a peak, the last row, had begun before the first row: that is the lowest, but for 0.2 s, and
     higher than a tenth of the fall behind the peak, below which a repetition begins."""
     lowest = int(np.argmin(values))
-    return bool(times[lowest] - times[0] <= BRIDGED_S and values[-1] - values[lowest] < (1 - _ENDS) * fall)
+    return bool(times[lowest] - times[0] <= BRIDGED_S and values[-1] - values[lowest] < (1 - _OUTER) * fall)
 
 
 def hiding(
@@ -101,6 +169,7 @@ def hiding(
 ) -> list[tuple[float, float]]:
     """The gaps of x (T,), (begin, end) in seconds of the rows beside each, that may have kept `repetitions` from
     finding one: with x at its highest in all gaps there is one across it, which lasts briefest_s or longer, and counts.
+    In one of more than a minute there may be any.
     """
     known, step = np.isfinite(x), 1 / rate(time_s)
     gaps = [
@@ -110,14 +179,25 @@ def hiding(
     ]
     if not gaps:
         return []
-    inside = np.concatenate([np.arange(begin + step, end - step / 2, step) for begin, end in gaps])
+    long = [(begin, end) for begin, end in gaps if end - begin > _LONG_S]
+    short = [gap for gap in gaps if gap not in long]
+    inside = np.concatenate([np.zeros(0), *(np.arange(a + step, b - step / 2, step) for a, b in short)])
     times = np.concatenate([time_s[known], inside])
     values = np.concatenate([x[known], np.full(len(inside), x[known].max())])
     order = np.argsort(times)
     cuts = np.searchsorted(times[order], time_s[list(seams)])
     found = [one for one in repetitions(values[order], times[order], least, cuts.tolist()) if counts(one)]
     across = [(one.start_s, one.stop_s) for one in found if one.stop_s - one.start_s >= briefest_s]
-    return [gap for gap in gaps if any(start < gap[1] and gap[0] < stop for start, stop in across)]
+    within = [(one.start_s, one.stop_s) for one in repetitions(x, time_s, least, seams)]
+    return [
+        (begin, end)
+        for begin, end in gaps
+        if (begin, end) in long
+        or (
+            any(a < end and begin < b for a, b in across)
+            and not any(a <= begin and end <= b for a, b in within)
+        )
+    ]
 
 
 def near_ends_s(x: np.ndarray, time_s: np.ndarray, one: Repetition, height: float) -> float:
@@ -175,16 +255,19 @@ def _turns(values: np.ndarray, least: float) -> list[tuple[int, bool]]:
 
 
 def _movement(
-    values: np.ndarray, times: np.ndarray, speed: np.ndarray, begins: float = _ENDS
+    values: np.ndarray, times: np.ndarray, speed: np.ndarray, settles: bool = False
 ) -> tuple[float, float, tuple[float, float]]:
-    """Of a rise from its valley, the first row or later, to its peak, the last row: when the share `begins` of it lies
-    below, by how much it rises, and how smooth it is."""
+    """Of a rise from its valley, the first row or later, to its peak, the last row: when it begins, by how much it
+    rises, and how smooth it is. settles: of a return, mirrored in time, which may end where it slows."""
     valley = _valley(values)
     values, times, speed = values[valley:], times[valley:], speed[valley:]
     rise = float(values[-1] - values[0])
-    start = _left(values, times, values[0] + begins * rise)
-    below = int(np.flatnonzero(values <= values[0] + _ENDS * rise)[-1])
-    high = below + int(np.argmax(values[below:] >= values[-1] - _ENDS * rise))
+    start = _left(values, times, values[0] + _EDGE * rise)
+    slow = np.flatnonzero((values <= values[0] + _LOW * rise) & (speed <= _SETTLED * speed.max()))
+    if settles and len(slow):
+        start = max(start, float(times[slow[-1]]))
+    below = int(np.flatnonzero(values <= values[0] + _OUTER * rise)[-1])
+    high = below + int(np.argmax(values[below:] >= values[-1] - _OUTER * rise))
     # A pause on the way belongs to the movement; rest before a tenth of it and behind nine tenths does not.
     rest = _REST * speed[below : high + 1].max()
     before, behind = np.flatnonzero(speed[: below + 1] <= rest), np.flatnonzero(speed[high:] <= rest)

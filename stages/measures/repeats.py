@@ -96,14 +96,18 @@ def _holds(held: Sequence[Repetition]) -> list[Row]:
 
 
 def _peaks(take: Columns, angle: str, found: Sequence[Repetition], sd: np.ndarray) -> list[Measure]:
-    """With their errors, if all have one, and then the minimal detectable change from one to another."""
-    errors = [float(sd[np.searchsorted(take.times, one.peak_s)]) for one in found]
-    peaks = [with_error("peak", "deg", one.peak, error) for one, error in zip(found, errors, strict=True)]
+    """Those that were seen, with their errors, if all have one; then the minimal detectable change."""
+    seen = [i for i, one in enumerate(found) if np.isfinite(one.peak)]
+    errors = [float(sd[np.searchsorted(take.times, found[i].peak_s)]) for i in seen]
+    peaks = [with_error("peak", "deg", found[i].peak, error) for i, error in zip(seen, errors, strict=True)]
     known = bool(np.isfinite(errors).all())
     usual = middle_sd(np.array(errors))
     mdc90 = half_bar(take.difference_sd(f"peak.{of_both(angle)}", (usual, usual), "repetitions"))
     return [
-        *(replace(one, number=i, error=one.error if known else None) for i, one in enumerate(peaks)),
+        *(
+            replace(one, number=i, error=one.error if known else None)
+            for i, one in zip(seen, peaks, strict=True)
+        ),
         *([Measure("peak_mdc90", mdc90, "deg")] if known and len(peaks) > 1 else []),
     ]
 

@@ -3,7 +3,7 @@ and what it rests on."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -38,7 +38,7 @@ from ...pipeline.signals.angles import ANGLES, MIDLINE, continuous, of_both
 from ...pipeline.signals.filters import breaks
 from ...pipeline.signals.flights import Flight
 from ...pipeline.signals.foot_angles import ALL_ANGLES
-from ...pipeline.signals.reprojection import residuals_of
+from ...pipeline.signals.reprojection import residuals_of, straight_in_image
 from .columns import Columns
 from .cycles import Repetition
 from .figures import (
@@ -106,7 +106,7 @@ class Measures:
             return take.with_(measures=()).saying(notice("figures-withheld"))
         gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
         source = take.need("poses")
-        asked = airborne(take), self.repeated, self.belt_speed
+        asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take)
         found = measures(filtered, rectified, kinematics, source, gait, *asked)
         found += tuple(within("off_keypoints", off_keypoints(residuals_of(take), source.times)))
         said = doubts(gait, source) if rectified.level_ok else []
@@ -122,13 +122,15 @@ def measures(
     flights: Airborne,
     repeated: Sequence[str] = (),
     belt_speed: float | None = None,
+    in_image: Mapping[str, np.ndarray] | None = None,
 ) -> tuple[Row, ...]:
     """Rows, named below as in summary.json (`pipeline.core.measures.nested`). What cannot be had is absent, and its
     group has a `reason`.
 
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the poses that
-    were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill.
+    were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
+    in_image: signals.reprojection.straight_in_image.
 
     An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with; of ranges,
     of right less left and from repetition to repetition (peak_mdc90) by what these were off on lifted takes with truth
@@ -180,7 +182,7 @@ def measures(
     movements = {
         "knee_bends": _knee_bends(take, gait, jumped, apart, "steps" in grouped(walk)),
         "arm_raises": _arm_raises(take),
-        **strikes(filtered, rectified, source.lifted),
+        **strikes(filtered, rectified, source.lifted, in_image),
         "walking": walk,
     }
     return (

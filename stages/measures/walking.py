@@ -43,6 +43,8 @@ FEWEST = 10  # frames
 _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
 _SIGHT_DEG = 30.0  # off the line of sight: nearer to it, cos 30 = 87 % of a step and more is depth
 _SLOW_HZ = 12.0  # a quick step of 0.4 s has fewer than five frames below this
+# Times that the legs pass each other, from which it is no rest: a walk whose feet's contacts are not seen, perhaps.
+_PASSES = 4
 _BELT_SHARE = (
     0.12  # of a belt's speed that the feet's drift tells: what lifted stances are off (validation subjects)
 )
@@ -86,7 +88,9 @@ def walking(
     if not gait.walks:
         if why := uncountable(apart, columns, filtered, rectified, source.frame):
             return [Remark("reason", f"steps cannot be counted: {'; '.join(why)}"), *basis(apart)]
-        hidden = _hidden(apart, filtered.times)
+        hidden, passes = _hidden(apart, filtered.times), _passes(apart)
+        if passes >= _PASSES:
+            hidden = f"; but the legs pass each other {passes} times{hidden}"
         hides = [Remark("reason", f"no three steps in a row, nor two of a run{hidden}")] if hidden else []
         return [Measure("steps", 0), *hides, *basis(apart)]
     lifted, errors = source.lifted, errors_of(source)
@@ -162,6 +166,12 @@ def doubts(gait: Gait, source: PoseSequence) -> list[Notice]:
     told = {"stance_percent": "a stance of {:.0f} % of the stride", "step_time_s": "a step time of {:.2f} s"}
     beyond = " and ".join(told[name].format(style[name]) for name in errors.beyond(gait.kind, style))
     return [notice("gait-unlike-any-seen", gait=gait.kind, figures=beyond)] if beyond else []
+
+
+def _passes(apart: np.ndarray) -> int:
+    """How often the ankles pass each other, by half of the least step at least to either side."""
+    sides = np.sign(apart[np.abs(apart) > LEAST_STEP / 2])
+    return int((np.diff(sides) != 0).sum())
 
 
 def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:

@@ -16,7 +16,7 @@ from .material import Given
 Bases = dict[str, Given]
 CLOCK = (
     "moves-fast", "moves-slowly", "gait-against-rate", "rows-lost", "falls-fast", "falls-slowly",
-    "fps-contradicts",
+    "fps-contradicts", "movement-against-rate",
 )  # fmt: skip
 TOGETHER = (
     "keypoints-of-somebody-else", "keypoints-not-of-poses", "keypoints-not-of-video", "keypoints-shifted",
@@ -242,21 +242,24 @@ LIFTED: dict[str, tuple[Any, tuple[str, ...]]] = {
         lambda given, _: _rows(given, np.tile(np.arange(len(given.frames)), 3)),
         ("repeats-itself", *PEOPLE),
     ),
-    "backwards": (lambda given, _: _rows(given, np.arange(len(given.frames))[::-1]), ("walks-backwards",)),
+    "backwards": (lambda given, _: _rows(given, np.arange(len(given.frames))[::-1]), ("played-backwards",)),
     "shuffled": (
         lambda given, _: _rows(given, np.random.default_rng(0).permutation(len(given.frames))),
-        (*PEOPLE, *CLOCK, *SHAPE),
+        (*PEOPLE, *CLOCK, *SHAPE, "only-noise"),
     ),
     "mirrored": (_points(lambda xy, size: np.stack([size[0] - xy[..., 0], xy[..., 1]], axis=-1)), SIDES),
-    "left and right exchanged": (_points(_mirror_names), SIDES),
+    "left and right exchanged": (
+        lambda given, _: given.with_(points=_mirror_names(given.points, given.size), video=None),
+        SIDES,
+    ),
     "image 1.33 times as wide": (_size(1.33, 1.0), (*SHAPE, "image-stretched")),
     "image 1.33 times as high": (_size(1.0, 1.33), (*SHAPE, "image-stretched")),
     "on its side": (_turned, UP),
     "upside down": (_points(lambda xy, size: size - xy), UP),
     "two people of one ID": (_two, (*PEOPLE, *SHAPE)),
-    "camera that follows": (_points(_followed), ("camera-may-follow",)),
-    "camera that zooms 1 % a frame": (_points(_zoomed), ("camera-may-follow",)),
-    "smoothed over 31 frames": (_points(_smooth(31)), SHAPE),
+    "camera that follows": (_points(_followed), ("camera-zooms",)),
+    "camera that zooms 1 % a frame": (_points(_zoomed), ("camera-zooms",)),
+    "smoothed over 31 frames": (_points(_smooth(31)), (*SHAPE, "keypoints-smooth")),
     "right leg a copy of the left": (_points(_copied(COCO17)), SHAPE),
     "shares of the image as pixels": (_points(lambda xy, size: xy / size), (*SHAPE, *TOGETHER)),
     "focal length told 2.2 times too long": (_focal(2.2), ("focal-against-size", "focal-against-lines")),

@@ -67,14 +67,15 @@ def run(given: Given, folder: Path) -> Take:
         words.pop("fps") if words.get("fps") == 30.0 else None
     if given.poses is not None:
         words["poses"] = folder / "poses.npz"
-        beside = {} if given.time_s is None else {"time_s": given.time_s}
+        beside: dict[str, Any] = {} if given.time_s is None else {"time_s": given.time_s}
         if given.points is not None or not (np.diff(given.frames) == 1).all():
             beside["frame_index"] = given.frames
         np.savez(words["poses"], joints=given.poses.astype(np.float32), **beside)
         words["adapter"] = "arrays"
         words["options"] = {"layout": "H36M17", "frame": "CAMERA", "unit": given.unit}
-        if given.points is None:
+        if given.points is None:  # an image's size and a focal length are refused then, as without use
             words.pop("image_size", None)
+            words.pop("focal", None)
     options = RunOptions(**words, settings=given.settings)
     recipe = planned(options)
     for stage in _WRITE:

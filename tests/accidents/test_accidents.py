@@ -10,7 +10,6 @@ from accidents.material import bases
 from pcnet3d.pipeline.core.take import Take
 
 pytestmark = pytest.mark.data
-# What is neither refused nor told so far, though a figure changes (the command prints the whole table).
 TENTH = [edit for edit in edits() if edit.codes][::10]
 
 
@@ -27,7 +26,7 @@ def before() -> dict[str, Take]:
 def test_most_of_a_tenth_are_refused_told_or_harmless(all_bases, before, tmp_path: Path):
     outcomes = [judged(edit, all_bases, before, tmp_path) for edit in TENTH]
     unsaid = [each.edit for each in outcomes if each.changed and not (each.refused or each.told)]
-    assert len(unsaid) <= 0.2 * len(outcomes), unsaid
+    assert len(unsaid) <= 0.1 * len(outcomes), unsaid
 
 
 @pytest.mark.parametrize(
@@ -42,6 +41,13 @@ def test_most_of_a_tenth_are_refused_told_or_harmless(all_bases, before, tmp_pat
         "07_03 poses: 5 rows late",
         "07_03 poses: right leg a copy of the left",
         "07_03 poses: depth of 200 %",
+        "07_03 poses: half of the movement",
+        "walker: camera that zooms 1 % a frame",
+        "08_04: image 1.33 times as high",
+        "walk_crop: left and right exchanged",
+        "07_03: backwards",
+        "08_04: every second frame kept, numbers lost",
+        "accad-m1_run: smoothed over 31 frames",
     ],
 )
 def test_it_is_told(name, all_bases, before, tmp_path):

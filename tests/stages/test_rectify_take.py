@@ -256,6 +256,10 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
     assert not nobody_upright(told.rectified)
     lies = replace(turned.rectified, up_shares={"camera pitch and roll": 0.9, "frames": 0.1})
     assert not nobody_upright(lies)  # who has told pitch and roll is not asked to
+    for step, weight in ((0.0, "warning"), (0.05, "suspicious")):  # of the pelvis, metres a frame
+        root = np.arange(len(joints))[:, None] * np.array([step, 0.0, 0.0])
+        placed = replace(turned.rectified, level=turned.rectified.level.with_(root=root))
+        assert nobody_upright(placed).weight == weight
 
 
 @pytest.mark.parametrize(

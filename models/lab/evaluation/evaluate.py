@@ -244,8 +244,12 @@ jumps = _report(
     "Judge flights, jump heights and contact times of lifted takes, with their stated errors.",
     bed=(None, "typical"),
 )  # fmt: skip
+verdicts = _report(
+    "verdicts", "verdicts", _BEFORE_CAMERAS,
+    "Judge whether verdicts on poses follow their error, with the lifter as it is and made worse.",
+)  # fmt: skip
 repetitions = _report(
-    "repetitions", "repetitions", ("lifter", "seed", "flip", "bed"),
+    "repetitions", "repetitions", ("lifter", "seeds", "flip", "bed"),
     "Judge counts, beginnings and ends of repeated movements, on labelled takes, captured and lifted.",
     bed=(None, "typical"),
 )  # fmt: skip

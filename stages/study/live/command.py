@@ -18,7 +18,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say, show
 from ....pipeline.core.system import quoted
 from ....pipeline.core.take import Told
-from ....pipeline.files.atomic import add_to_summary, whole_folder
+from ....pipeline.files.atomic import add_to_summary, require_space, whole_folder
 from ....pipeline.files.names import KEYPOINTS
 from ....pipeline.files.viewer import following
 from ....pipeline.plugins.options import call
@@ -39,6 +39,9 @@ from .streams import Send, streaming
 
 LIVE = "live.rrd"
 _VIDEO = "video.ts"
+# What is left on the disk when live ends there: the encoder's last images, the ends of the files and the summary; and
+# of each frame its keypoints.
+_RESERVE_BYTES, _FRAME_BYTES = 16 << 20, 400
 _KNOWN = ("detector", "person_detector", "person_kind", "looks")  # of the options of detect
 
 
@@ -71,7 +74,7 @@ def live(
     """Process a live camera or stream; on Ctrl-C run the full pipeline on the recording.
 
     Each pose uses the frames up to its own, so there is no delay. Images that come too fast are dropped and counted;
-    those of a file wait, unless --realtime is given.
+    those of a file wait, unless --realtime is given. Before the disk is full it ends, and keeps what it has.
     """
     with streaming(stream) as send, redirect_stdout(sys.stderr) if stream == "-" else nullcontext():
         _live(options, open_source(source, realtime), source, output, view or web, web, force, send)
@@ -130,10 +133,12 @@ def _live(
     shown_then = f"what was known at the time: pcnet3d view {quoted(output / LIVE)}"
     if take is None:
         print(shown_then)
-        return
-    show(shown_then)
-    conclude({"": take})
-    point_to(output)
+    else:
+        show(shown_then)
+        conclude({"": take})
+        point_to(output)
+    if seen.full is not None:
+        raise seen.full
 
 
 def _detect(recipe: Recipe) -> Detect:
@@ -188,13 +193,23 @@ def _networks(recipe: Recipe, detect: Detect, told: Told) -> Networks:
 
 @dataclass(frozen=True)
 class _Seen:
-    """What was watched: in words, the image's width and height, if anybody was there, who was shown most, and the
-    entry `live` of summary.json."""
+    """What was watched: in words, the image's width and height, if anybody was there, who was shown most, the entry
+    `live` of summary.json, and the refusal for which it ended where the disk is nearly full."""
 
     words: str
     size: tuple[int, int]
     person: str | None
     summary: dict[str, float]
+    full: InputError | None = None
+
+
+def _full(folder: Path, frames: int) -> InputError | None:
+    """The refusal where a folder's disk has no room for more than the end of so many frames."""
+    try:
+        require_space(folder, _RESERVE_BYTES + _FRAME_BYTES * frames, "The end of what live records")
+    except InputError as error:
+        return error
+    return None
 
 
 def _watch(shown: Source, networks: Networks, folder: Path, frames: bool, send: Send) -> _Seen:
@@ -202,6 +217,8 @@ def _watch(shown: Source, networks: Networks, folder: Path, frames: bool, send: 
     watch, incoming = Watch(networks), Incoming(shown)
     own_video = folder / _VIDEO if shown.video is None and frames else None
     total = None if shown.video is None else len(shown.video.time_s)
+    if (full := _full(folder, 0)) is not None:
+        raise full
     with (
         live_recording(folder / LIVE, networks.detector.layout, own_video, frames) as recording,
         interruptible() as asked,
@@ -212,6 +229,8 @@ def _watch(shown: Source, networks: Networks, folder: Path, frames: bool, send: 
             send(moment.pose)  # before anything is written
             recording.log(shot, moment.found, moment.joints, moment.live)
             count(watch.search.seen, _state(moment.pose))
+            if (full := _full(folder, watch.search.seen)) is not None:
+                break
         recording.close()
     if incoming.broke is not None:
         say("warning", f"{incoming.broke} What came before is kept.")
@@ -222,13 +241,13 @@ def _watch(shown: Source, networks: Networks, folder: Path, frames: bool, send: 
     summary = {"frames": len(watch.latency.ms), "dropped": incoming.dropped, **watch.latency.summary()}
     said = words + (_latency(*watch.latency.summary().values()) if watch.latency.ms else "")
     if not shown_as:
-        return _Seen(said, watch.size, None, summary)
+        return _Seen(said, watch.size, None, summary, full)
     everybody = search.detections(total or search.seen, search.seen)
     everybody.save(folder / KEYPOINTS)
     most = str(shown_as.most_common(1)[0][0])
     if (people := len(np.unique(everybody.person))) > 1:
         said += f"; of {people} people person {most}, who was shown most, is taken"
-    return _Seen(said, watch.size, most, summary)
+    return _Seen(said, watch.size, most, summary, full)
 
 
 def _state(pose: LivePose) -> str:

@@ -26,14 +26,14 @@ def film():
         for joint in range(17):
             far = np.hypot(x - at[frame, joint, 0], y - at[frame, joint, 1])
             image += (130 + texture[joint, 0, 0]) * np.exp(-((far / 7) ** 2)) * (1 if joint % 2 else -0.6)
-        images[frame] = np.repeat(np.clip(image, 0, 255).astype(np.uint8)[..., None], 3, axis=2)
+        images[frame] = np.clip(image, 0, 255).astype(np.uint8)
     return images, at
 
 
 def said(film, points):
     images, _ = film
     keypoints = PoseSequence(points, COCO17, IMAGE, frame_index=np.arange(len(points)))
-    return flow_notice(flow_of(images, pairs_of(0, FRAMES - 1, 30.0), keypoints))
+    return flow_notice(flow_of(images, pairs_of(0, FRAMES - 1, 30.0), keypoints, SIDE))
 
 
 def test_keypoints_of_the_video_move_as_it_does(film):
@@ -55,3 +55,10 @@ def test_those_of_another_are_told(film, change):
 
 def test_of_a_person_who_stands_still_nothing_is_told(film):
     assert said(film, np.repeat(film[1][:1], FRAMES, axis=0)).code == "video-not-compared"
+
+
+def test_where_there_are_key_frames_only_frames_behind_them_are_looked_at():
+    pairs = pairs_of(0, 299, 30.0, range(0, 300, 50))
+    assert {start // 50 for start, _ in pairs} == set(range(6))
+    assert max(end % 50 for _, end in pairs) < 10
+    assert len(pairs) >= len(pairs_of(0, 299, 30.0))

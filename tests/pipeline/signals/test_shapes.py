@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 
+from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline.core.frames import CAMERA
+from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.pose import PoseSequence
-from pcnet3d.pipeline.signals.shapes import rows_lost, shape_findings
+from pcnet3d.pipeline.signals.shapes import keypoints_movement, keypoints_unlike, rows_lost, shape_findings
 
 
 @pytest.fixture(scope="module")
@@ -58,3 +59,43 @@ def test_rows_that_are_lost_regularly_or_at_once_are_told(joints):
     assert "24" in said.values["how"]
     (said,) = rows_lost(poses(np.delete(walk.world[:120], slice(50, 55), axis=0)))
     assert "row 50" in said.values["how"]
+    assert rows_lost(poses(np.repeat(quiet, 4, axis=0))) == []  # repeated, of a video that was slowed
+
+
+@pytest.fixture(scope="module")
+def keypoints():
+    """The walker from the side, by a detector with a pixel and a half of noise."""
+    walk = walker(seconds=8.0)
+    pixels = side_camera(walk).project(walk.world)
+    return pixels + np.random.default_rng(0).normal(0, 1.5, pixels.shape)
+
+
+def seen(pixels):
+    rows = np.arange(len(pixels))
+    return PoseSequence(pixels, H36M17, IMAGE, np.full(pixels.shape[:2], 0.9), rows / 30, rows)
+
+
+def test_keypoints_that_were_smoothed_or_shuffled_are_told(keypoints):
+    from scipy.ndimage import uniform_filter1d
+
+    assert not keypoints_movement(seen(keypoints))
+    (said,) = keypoints_movement(seen(uniform_filter1d(keypoints, 15, axis=0)))
+    assert said.code == "keypoints-smooth"
+    (said,) = keypoints_movement(seen(np.random.default_rng(1).permutation(keypoints)))
+    assert said.code == "only-noise"
+    unseen = seen(np.full_like(keypoints, np.nan))
+    assert not keypoints_movement(unseen)
+
+
+def test_poses_that_move_half_as_far_as_their_keypoints_are_told():
+    walk = walker(seconds=4.0)
+    camera = side_camera(walk)
+    inside = camera.points(walk.world)
+    whole = inside - inside[:, :1]
+    points = seen(camera.project(walk.world))
+    size = (camera.width, camera.height)
+    assert not keypoints_unlike(poses(whole), points, size, camera.focal_px)
+    less = poses(whole.mean(axis=0) + 0.5 * (whole - whole.mean(axis=0)))
+    (said,) = keypoints_unlike(less, points, size, camera.focal_px)
+    assert said.code == "keypoints-not-of-poses"
+    assert "times as far" in said.text

@@ -28,18 +28,17 @@ def stroke(seconds, fps):
 def test_each_wave_is_a_repetition_with_its_times():
     found = repetitions(WAVES, TIME, 40)
     assert len(found) == 5
-    begins, tenth = np.arccos(0.86) / np.pi, np.arccos(0.8) / np.pi  # 50 - 50 cos(pi t) = 7, 10
+    begins = np.arccos(0.86) / np.pi  # 50 - 50 cos(pi t) = 7
     for i, one in enumerate(found):
         assert one.start_s == pytest.approx(2 * i + begins, abs=2e-3)
         assert one.peak_s == pytest.approx(2 * i + 1)
-        assert one.stop_s == pytest.approx(2 * i + 2 - tenth, abs=2e-3)
+        assert one.stop_s == pytest.approx(2 * i + 2 - begins, abs=2e-3)
         assert (one.peak, one.rise) == (pytest.approx(100), pytest.approx(100, abs=0.5))
 
 
 def test_the_same_backwards():
     there, back = repetitions(WAVES, TIME, 40), repetitions(WAVES[::-1], TIME, 40)[::-1]
     np.testing.assert_allclose([10 - one.peak_s for one in back], [one.peak_s for one in there])
-    # Backwards too it begins lower than it ends.
     np.testing.assert_allclose(sorted(one.start_s for one in back), [one.start_s for one in there], atol=2e-3)
     np.testing.assert_allclose([one.down for one in back], [one.up for one in there], atol=1e-6)
 
@@ -50,8 +49,8 @@ def test_who_begins_and_ends_on_a_seat_sits_down_once_less_than_they_rise():
 
 def test_a_repetition_that_begins_and_ends_higher_is_as_much_shorter():
     one = repetitions(WAVES, TIME, 40)[2]
-    begins, higher, tenth, fifth = (np.arccos(1 - 2 * share) / np.pi for share in (0.07, 0.17, 0.1, 0.2))
-    shorter_s = higher - begins + fifth - tenth
+    begins, higher = (np.arccos(1 - 2 * share) / np.pi for share in (0.07, 0.17))
+    shorter_s = 2 * (higher - begins)
     assert near_ends_s(WAVES, TIME, one, 10) == pytest.approx(shorter_s, abs=3e-3)
     assert np.isnan(near_ends_s(WAVES, TIME, one, np.nan))
 
@@ -71,10 +70,31 @@ def test_a_rise_without_its_return_is_none():
     assert repetitions(WAVES[FPS - 5 : 2 * FPS], TIME[FPS - 5 : 2 * FPS], 40) == []
 
 
-def test_nothing_across_gaps_clip_boundaries_and_jumps_in_time():
-    gap = WAVES.copy()
-    gap[FPS] = np.nan  # at the top of the first
-    assert len(repetitions(gap, TIME, 60)) == 4
+def test_a_return_that_settles_ends_before_the_drift():
+    """Down to a tenth of the rise within a second, and from there slowly to the floor for three."""
+    down = np.concatenate([np.linspace(100, 10, FPS), np.linspace(10, 0, 3 * FPS)])
+    x = np.concatenate([np.zeros(FPS), np.linspace(0, 100, FPS), down])
+    (one,) = repetitions(x, np.arange(len(x)) / FPS, 40)
+    assert one.stop_s == pytest.approx(3.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("first", "behind"), [(74, 80), (86, 93), (100, 110)])
+def test_a_short_gap_leaves_the_repetition_without_what_it_hides(first, behind):
+    """On the way up, at the top of 90 and on the way down, for a fifth of the wave at most."""
+    gap = waves_without((first, behind))
+    found = repetitions(gap, TIME, 40)
+    assert len(found) == 5
+    one, top = found[1], first < 90 < behind
+    assert (one.start_s, one.stop_s) == pytest.approx((2.17, 3.83), abs=0.01)
+    assert np.isnan(one.peak) == top
+    assert one.whole == (not top)
+    assert np.isnan(one.up).all() == (first <= 90)
+    assert np.isnan(one.down).all() == (behind >= 90)
+    assert hiding(gap, TIME, 40, briefest_s=1.2) == []
+
+
+def test_nothing_across_long_gaps_clip_boundaries_and_jumps_in_time():
+    assert len(repetitions(waves_without((20, 40)), TIME, 60)) == 4  # at the top of the first
     assert len(repetitions(WAVES, TIME, 60, seams=(3 * FPS,))) == 4
     assert len(repetitions(WAVES, TIME + (TIME >= 5), 60)) == 4
 
@@ -208,3 +228,10 @@ def test_path_length_of_a_circle_with_a_gap():
         pytest.approx(4 * np.pi * 298 / 300, rel=1e-4),
         pytest.approx(298 / 30),
     )
+
+
+def test_a_hole_of_years_in_the_time_stamps_may_hide_anything_and_takes_no_memory():
+    """Rows were once made for all of it."""
+    time_s = np.arange(60) / 30
+    time_s[30:] += 1e9
+    assert hiding(np.zeros(60), time_s, 20.0) == [(time_s[29], time_s[30])]

@@ -85,7 +85,7 @@ def test_a_guard_that_rises_slowly_is_no_part_of_the_punch():
     """The arm opens a little from 2 s on and shoots out at 6 s: the punch lasts under a second."""
     reach = 0.4 + 0.05 * np.clip((TIMES - 2) / 3, 0, 1) + bump(6, 0.12, 0.5)
     (one,) = repetitions(reach, TIMES, 0.25)
-    limb = _Limb(reach, np.zeros_like(TIMES), np.full(len(TIMES), 6.0), 0.6, reach)
+    limb = _Limb(reach, *(np.zeros_like(TIMES) for _ in range(4)), driver=reach)
     punch = _trimmed(limb, TIMES, one)
     assert 5.6 < punch.start_s < 6 < punch.stop_s < 6.4
 
@@ -102,12 +102,24 @@ def test_punches_and_kicks_are_told_by_side():
     )
 
 
-def test_a_slow_reach_is_no_punch_and_a_slow_leg_no_kick():
-    reach = np.full(30, 0.9)
+def test_a_slow_or_swung_arm_is_no_punch_and_a_slow_leg_no_kick():
+    reach = 0.4 + bump(6, 0.12, 0.5)
+    (one,) = repetitions(reach, TIMES, 0.25)
+    zeros = np.zeros(len(TIMES))
+    for away, across, counts in ((1.0, 0.0, False), (6.0, 1.0, True), (6.0, 9.0, False)):
+        limb = _Limb(reach, zeros, zeros + away, zeros + away, zeros + across, reach)
+        assert _punches(limb, TIMES, one) is counts
     for speed, counts in ((1.0, False), (6.0, True)):
-        limb = _Limb(reach, np.zeros(30), np.full(30, speed), 0.6, reach)
-        assert _punches(limb, slice(0, 30), 15) is counts
-        assert _kicks(limb, slice(0, 30), 15) is counts
+        assert _kicks(_Limb(reach, zeros, zeros + speed, zeros, zeros, reach), TIMES, one) is counts
+
+
+def test_a_lifted_punch_is_one_that_the_image_shows():
+    """The lifter leaves 0.2 of the reach; the image has all of it, none of it, or is unknown."""
+    reach = 0.55 + bump(6, 0.15, 0.2)
+    (one,) = repetitions(reach, TIMES, 0.12)
+    zeros = np.zeros(len(TIMES))
+    for image, counts in ((0.4 + bump(6.05, 0.12, 0.6), True), (zeros + 0.6, False), (zeros + np.nan, False)):
+        assert _punches(_Limb(reach, zeros, zeros, zeros, zeros, reach, image), TIMES, one) is counts
 
 
 def test_errors_grow_where_a_limb_contradicts_its_keypoints_and_nowhere_else():

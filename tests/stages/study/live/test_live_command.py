@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import signal
 import subprocess
 import time
@@ -23,6 +24,7 @@ from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.rotations import unit
+from pcnet3d.pipeline.files.detections import load_detections
 from pcnet3d.pipeline.reading.take import read_video
 from pcnet3d.pipeline.signals.swaps import kinds
 from pcnet3d.stages.detect import Detect
@@ -467,3 +469,34 @@ def test_a_pipe_that_is_no_video(toy_detector, tmp_path):
     assert ended.returncode == 2
     assert b"the pipe" in ended.stderr
     assert not any(tmp_path.iterdir())
+
+
+def test_live_ends_before_the_disk_is_full_and_keeps_what_it_has(
+    numbered_film, toy_detector, tmp_path, monkeypatch
+):
+    """The recording was once lost."""
+    free = iter([10**9] * 21)
+    monkeypatch.setattr(
+        shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 0, next(free, 1000))
+    )
+    with pytest.raises(InputError) as refused:
+        live(
+            source=str(numbered_film),
+            output=tmp_path / "out",
+            detector=str(toy_detector),
+            settings=[*GEOMETRIC],
+        )
+    assert refused.value.code == "cannot-write"
+    frames, _ = logged(tmp_path / "out" / "live.rrd", "source/joints", "Points3D:positions")
+    assert 0 < len(frames) < 60
+    assert load_detections(tmp_path / "out" / "keypoints.npz").frames_seen == len(frames)
+
+
+def test_a_disk_that_is_full_is_told_before_anything_is_recorded(
+    numbered_film, toy_detector, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 0, 1000))
+    with pytest.raises(InputError) as refused:
+        live(source=str(numbered_film), output=tmp_path / "out", detector=str(toy_detector))
+    assert refused.value.code == "cannot-write"
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,77 @@
+"""Doubts about keypoints: exchanged sides, by the built-in lifter; other rates and zooms, by a network."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.lifter.builtin import lifted
+from pcnet3d.models.lifter.changes import change_doubts, changes_of, held
+from pcnet3d.models.lifter.sides import sides_doubts
+from pcnet3d.pipeline.core.frames import IMAGE
+from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.pipeline.core.lifted import ToLift
+from pcnet3d.pipeline.core.pose import PoseSequence
+
+WALK = walker(seconds=6.0)
+CAMERA = side_camera(WALK)
+SIZE = (CAMERA.width, CAMERA.height)
+PIXELS = CAMERA.project(WALK.world) + np.random.default_rng(0).normal(0, 1.5, (len(WALK), 17, 2))
+
+
+def keypoints(pixels=PIXELS, fps=30.0):
+    rows = np.arange(len(pixels))
+    return PoseSequence(pixels, H36M17, IMAGE, np.full(pixels.shape[:2], 0.9), rows / fps, rows)
+
+
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_exchanged_sides_are_told(exchanged):
+    asked = ToLift(keypoints(PIXELS[:, H36M17.mirror] if exchanged else PIXELS), SIZE)
+    said = [each.code for each in sides_doubts(asked, lifted(asked).poses)]
+    assert said == (["left-and-right"] if exchanged else [])
+
+
+def test_nothing_is_said_of_the_sides_of_a_moment():
+    asked = ToLift(keypoints(PIXELS[:20]), SIZE)
+    assert not sides_doubts(asked, lifted(asked).poses)
+
+
+def test_a_walk_as_it_was_filmed_has_no_changes():
+    assert not change_doubts(keypoints(), SIZE)
+
+
+def test_a_zoom_is_told():
+    grown = 1.01 ** np.arange(len(PIXELS))[:, None, None]
+    middle = np.array(SIZE) / 2
+    (said,) = change_doubts(keypoints((PIXELS - middle) * grown / grown.mean() + middle), SIZE)
+    assert said.code == "camera-zooms"
+    assert 0.5 < said.values["percent"] < 1.5
+
+
+def test_changes_do_not_depend_on_the_rate_in_which_the_same_is_seen():
+    """Every second row of a walk at half of the rate is the same walk; a clock told twice too fast is another one."""
+    at_30, at_15 = changes_of(keypoints(), SIZE), changes_of(keypoints(PIXELS[::2], 15.0), SIZE)
+    wrong = changes_of(keypoints(PIXELS[::2], 30.0), SIZE)
+    rate = [float(each.rate[:3].sum() - each.rate[-3:].sum()) for each in (at_30, at_15, wrong)]
+    assert abs(rate[0] - rate[1]) < 0.2
+    assert rate[2] < rate[0] - 0.5
+
+
+@pytest.mark.parametrize(
+    "of",
+    [
+        keypoints(PIXELS[:10]),
+        keypoints(np.full_like(PIXELS, np.nan)),
+        keypoints().with_(time_s=None),
+        keypoints(fps=1e-9),  # which would take terabytes at an even rate
+    ],
+)
+def test_nothing_is_said_where_little_is_known(of):
+    assert changes_of(of, SIZE) is None
+    assert not change_doubts(of, None)
+
+
+def test_what_is_not_seen_stays_where_it_was():
+    points = np.arange(6.0).reshape(3, 1, 2)
+    seen = np.array([[False], [True], [False]])
+    assert held(points, seen).ravel().tolist() == [0, 0, 2, 3, 2, 3]
