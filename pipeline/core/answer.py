@@ -130,12 +130,13 @@ def _together(one: Group, other: Group) -> bool:
 
 
 def _held(what: str, of: Group) -> list[str]:
-    """Such as "held the knees bent once for 5.4 s"."""
+    """Such as "held the knees bent once, for 5.4 s"; of several the longest."""
     holds = subgroup(of, "holds")
     count, longest = _count(holds), value(holds, "longest")
     if not count or longest is None:
         return []
-    return [f"{what} {_often(count)}, {'for' if count == 1 else 'at most for'} {longest:.1f} s"]
+    least = "at least " * bool(text(holds, "longest_reason"))
+    return [f"{what} {_often(count)}, {'' if count == 1 else 'the longest '}for {least}{longest:.1f} s"]
 
 
 def _struck(measures: Group, movement: str, did: str) -> list[str]:

@@ -52,7 +52,7 @@ from .figures import (
 from .floor import floor
 from .jumps import absorbs, jumping, jumps, without_leaps
 from .off_keypoints import off_keypoints
-from .outcomes import with_outcome
+from .outcomes import BRIEFEST_S, with_outcome
 from .repeats import repeats
 from .smoothness import path_length
 from .strikes import strikes
@@ -217,7 +217,16 @@ def _knee_bends(
 
     right, left = take("r_knee_flexion"), take("l_knee_flexion")
     sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
-    bends = repeats(take, "knee_flexion", np.minimum(right, left), sd, _BEND, _IN_BENDS, in_place)
+    bends = repeats(
+        take,
+        "knee_flexion",
+        np.minimum(right, left),
+        sd,
+        _BEND,
+        _IN_BENDS,
+        in_place,
+        BRIEFEST_S["knee_bends"],
+    )
     if peaks := numbered(grouped(bends), "peak"):
         bends.append(Measure("squats", sum(peak.value >= _SQUAT for peak in peaks)))
     elif feet_move and not steps_told and not text(grouped(bends), "reason"):
@@ -232,7 +241,9 @@ def _arm_raises(take: Columns) -> list[Row]:
     for words, side in SIDES.items():
         angle = f"{side}_shoulder_elevation"
         shown = [f"{side}_{part}" for part in _IN_RAISES]
-        arm = repeats(take, angle, take(angle), take.sd(angle), _RAISE, shown)
+        arm = repeats(
+            take, angle, take(angle), take.sd(angle), _RAISE, shown, briefest_s=BRIEFEST_S["arm_raises"]
+        )
         curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
         rows += within(words, [row for row in arm if not isinstance(row, Curves)], side_of(angle))
     return [*rows, *([Curves(tuple(curves))] if curves else [])]

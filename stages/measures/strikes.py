@@ -19,6 +19,7 @@ from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.filters import breaks, derivative, rate
 from .cycles import Repetition, hiding, repetitions
 from .figures import basis, figure, moments
+from .outcomes import BRIEFEST_S
 from .walking import FEWEST
 
 # Chosen on 14 takes of single punches and 21 of single kicks of ACCAD m2 (train), beside its walks, runs, blocks and
@@ -133,7 +134,9 @@ def _trimmed(limb: _Limb, times: np.ndarray, one: Repetition) -> Repetition:
 def _told(level: PoseSequence, limb: _Limb, movement: str, found: Sequence[Repetition]) -> list[Row]:
     if is_finite(limb.driver[:, None]).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the limb"), *basis(limb.driver)]
-    gaps = hiding(limb.driver, level.times, _least(limb, movement), breaks(level))
+    gaps = hiding(
+        limb.driver, level.times, _least(limb, movement), breaks(level), briefest_s=BRIEFEST_S[movement]
+    )
     unseen = "count_reason" if found else "reason"
     hides = [f"not seen from {spans_in_words(gaps)}"] if gaps else []
     if limb.image is not None:
