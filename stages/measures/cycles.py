@@ -197,8 +197,9 @@ def hiding(
 ) -> list[tuple[float, float]]:
     """The gaps of x (T,), (begin, end) in seconds of the rows beside each, that may have kept `repetitions` from
     finding one: with x at its highest in all gaps there is one across it, which lasts briefest_s or longer, and counts.
-    x that has not risen by `least` may be so much higher there. The time before x is first seen, and that after it is
-    last seen, are gaps too, if they last for half of briefest_s: in less nothing rises or returns. In one of more than a minute there may be any.
+    x that has not risen by `least` may be so much higher there. The time before x is first seen and that after it is
+    last seen are gaps too, if they last for half of briefest_s: in less nothing rises or returns. In one of more than
+    a minute there may be any.
     """
     known, step = np.isfinite(x), 1 / rate(time_s)
     if not known.any():
