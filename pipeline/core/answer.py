@@ -202,7 +202,9 @@ def _jumped(jumps: Group) -> list[str]:
     errors = [height.bar for height in found if height.bar is not None]
     within = f" (± {max(errors):.0f})" if errors else ""
     heights = f", {_and([f'{height.value:.0f}' for height in found])} cm high by the time in the air{within}"
-    return [f"jumped {_often(count)}{heights if 0 < len(found) <= _MOST else ''}"]
+    unseen = text(jumps, "count_reason")
+    often = f"at least {_often(count)} ({unseen})" if unseen else _often(count)
+    return [f"jumped {often}{heights if 0 < len(found) <= _MOST else ''}"]
 
 
 def _range(ranges: Group, name: str) -> str:
