@@ -178,12 +178,14 @@ def measures(
     ]
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
     gait = without_leaps(gait, jumped)
+    runs = [(step.start_s, step.stop_s) for step in gait.steps if gait.kind == "running"]
+    flies = [(flight.off_s, flight.land_s) for flight in flights.flights]
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     movements = {
         "knee_bends": _knee_bends(take, gait, jumped, apart, "steps" in grouped(walk)),
         "arm_raises": _arm_raises(take),
-        **strikes(filtered, rectified, source.lifted, in_image),
+        **strikes(filtered, rectified, source.lifted, in_image, runs, flies),
         "walking": walk,
     }
     return (
