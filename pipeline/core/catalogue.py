@@ -277,7 +277,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "states{unjudged}."),
     "smoothed-by-estimated-error": ("note", "motion",
         "Paths, velocities and accelerations are smoothed by an error of the joints that is estimated from the "
-        "paths. This does not show slow errors, so {what} have no standard deviations."),
+        "paths. This does not show slow errors, so none of them has a standard deviation."),
     "foot-not-locked": ("note", "motion",
         "No foot is locked: there is no pelvis path from keypoints and a camera that stands still."),
     "gait-errors-unknown": ("note", "motion",
@@ -302,12 +302,12 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "angles-left-out": ("note", "motion",
         "Angles left out, frames: {angles}: {reason}."),
     "angles-from-neutral": ("note", "motion",
-        "All angles are from those of the person standing from {begin_s:g} to {end_s:g} s (--neutral), which are "
-        "subtracted; their errors are those of the difference. Limits of anatomy and the names of OpenSim do not hold "
-        "for them."),
+        "All angles are from those of the person standing from {begin_s:g} to {end_s:g} s{of} (--neutral), which "
+        "are subtracted; their errors are those of the difference. Limits of anatomy and the names of OpenSim do not "
+        "hold for them."),
     "neutral-moves": ("warning", "motion",
-        "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s, which --neutral takes for "
-        "standing still; choose a second in which they stand."),
+        "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s{of}, which --neutral takes "
+        "for standing still; choose a second in which they stand."),
     "angle-errors-unknown": ("note", "motion",
         "The errors of the angles are not known, for nothing says whether the poses were measured or estimated "
         "(-O made_by=measured, or -O made_by=estimated)."),

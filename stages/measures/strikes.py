@@ -19,7 +19,7 @@ from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.filters import breaks, derivative, rate
 from .cycles import Repetition, hiding, repetitions
-from .figures import basis, figure, moments
+from .figures import basis, moments
 from .outcomes import BRIEFEST_S
 from .walking import FEWEST
 
@@ -256,4 +256,4 @@ def _rows(times: np.ndarray, start_s: float, stop_s: float) -> slice:
 
 
 def _numbered(name: str, shares: Sequence[float]) -> list[Measure]:
-    return [Measure(name, figure(100 * share), "percent", number=i) for i, share in enumerate(shares)]
+    return [Measure(name, 100 * float(share), "percent", number=i) for i, share in enumerate(shares)]
