@@ -13,7 +13,16 @@ from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
-from ...pipeline.signals.flights import GRAVITY, LIFTED, MEASURED, NEEDED, SCALE_SD, Flight, flights
+from ...pipeline.signals.flights import (
+    GRAVITY,
+    LIFTED,
+    MEASURED,
+    NEEDED,
+    SCALE_SD,
+    Flight,
+    flights,
+    uncertain,
+)
 from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
 
 BUILT_IN = "pcnet3d"  # lifter
@@ -31,7 +40,8 @@ _ROUNDS = 5  # of weighing joints
 class Airborne:
     """A take's flights, in order. reason: why there may be others that cannot be told, "" where there are none. lifted:
     that they are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known.
-    still: that the camera is known to stand still. looked: False where nothing could be looked at."""
+    still: that the camera is known to stand still. looked: False where nothing could be looked at. uncertain: (begin,
+    end) in seconds, beside flights that were found, of when the feet may have left the floor too."""
 
     flights: tuple[Flight, ...] = ()
     reason: str = ""
@@ -39,6 +49,7 @@ class Airborne:
     judged: bool = False
     still: bool = True
     looked: bool = True
+    uncertain: tuple[tuple[float, float], ...] = ()
 
 
 def no_place(rectified: Rectified) -> str:
@@ -77,7 +88,15 @@ def airborne(take: Take) -> Airborne:
     still = take.stands
     unknown = "neither the user nor the images say that the camera stands still (--camera static)"
     judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN
-    return Airborne(tuple(found), "" if still else unknown, lifted=True, judged=judged, still=still)
+    others = uncertain(level, LIFTED, found) if found else []
+    return Airborne(
+        tuple(found),
+        "" if still else unknown,
+        lifted=True,
+        judged=judged,
+        still=still,
+        uncertain=tuple(others),
+    )
 
 
 def units_a_metre(level: PoseSequence, found: Sequence[Flight]) -> tuple[float, float]:

@@ -131,12 +131,13 @@ def _together(one: Group, other: Group) -> bool:
 
 
 def _held(what: str, of: Group) -> list[str]:
-    """Such as "held the knees bent once for 5.4 s"."""
+    """Such as "held the knees bent once, for 5.4 s"; of several the longest."""
     holds = subgroup(of, "holds")
     count, longest = _count(holds), value(holds, "longest")
     if not count or longest is None:
         return []
-    return [f"{what} {_often(count)}, {'for' if count == 1 else 'at most for'} {longest:.1f} s"]
+    least = "at least " * bool(text(holds, "longest_reason"))
+    return [f"{what} {_often(count)}, {'' if count == 1 else 'the longest '}for {least}{longest:.1f} s"]
 
 
 def _struck(measures: Group, movement: str, did: str) -> list[str]:
@@ -202,7 +203,9 @@ def _jumped(jumps: Group) -> list[str]:
     errors = [height.bar for height in found if height.bar is not None]
     within = f" (± {max(errors):.0f})" if errors else ""
     heights = f", {_and([f'{height.value:.0f}' for height in found])} cm high by the time in the air{within}"
-    return [f"jumped {_often(count)}{heights if 0 < len(found) <= _MOST else ''}"]
+    unseen = text(jumps, "count_reason")
+    often = f"at least {_often(count)} ({unseen})" if unseen else _often(count)
+    return [f"jumped {often}{heights if 0 < len(found) <= _MOST else ''}"]
 
 
 def _range(ranges: Group, name: str) -> str:

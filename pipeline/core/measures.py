@@ -93,7 +93,7 @@ class Measure:
 @dataclass(frozen=True)
 class Remark:
     """A text about a group: `outcome`, a code of those above, `reason` why it has no figures, `count_reason` why there
-    may be more, and others."""
+    may be more, `longest_reason` why it may last longer, and others."""
 
     name: str
     text: str

@@ -6,7 +6,8 @@ limbs do; shown k times too slowly it falls at 9.81 / k^2.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -37,6 +38,7 @@ _MASSES = (
 NEEDED = tuple(dict.fromkeys(joint for start, end, _, _ in _MASSES for joint in (start, end)))
 SCALE_SD = 0.04  # of lifted heights, what the flights of a take share of their error, as a share
 _UP = 0.07  # statures by which both ankles are above their floor in the air; standing on the toes lifts them by 0.05
+_AT_LEAST = 3  # frames above the floor that may be a flight; two are noise
 _FLOOR = 20  # per cent of the time in which an ankle that stands is lower
 _TRIMMED = 0.1  # of the frames at either end, in which a foot may still push
 _HEIGHT = 0.02  # statures, of the parabola
@@ -118,9 +120,30 @@ def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None 
     (Linthorne, Am J Phys 69(11), 2001); of lifted poses the mean of that and of how high the path is over that of
     stretched legs.
     """
+    path = _path(level, rule)
+    if path is None:
+        return []
+    found = (_flight(path, rows, line, stature_m) for rows, line in _spells(path, level.seams))
+    return [flight for flight in found if flight is not None]
+
+
+def uncertain(level: PoseSequence, rule: Rule, found: Sequence[Flight]) -> list[tuple[float, float]]:
+    """(begin, end) in seconds of when both ankles are above their floor, but for too short a time, or fall too unlike a
+    free fall, to be one of the flights found. level, rule: as those of `flights`."""
+    path = _path(level, replace(rule, fewest=_AT_LEAST, least_s=0.0))
+    if path is None:
+        return []
+    spells = [
+        (float(path.time_s[at.start]), float(path.time_s[at.stop - 1]))
+        for at, _ in _spells(path, level.seams)
+    ]
+    return [(a, b) for a, b in spells if not any(one.off_s <= b and a <= one.land_s for one in found)]
+
+
+def _path(level: PoseSequence, rule: Rule) -> _Path | None:
     stature = implied_stature(level.joints) if len(level) else np.nan
     if level.root is None or not stature > 0:
-        return []
+        return None
     world = (level.joints + level.root[:, None]).astype(np.float64) / stature
     mass = sum(share for _, _, share, _ in _MASSES)
     parts = [
@@ -129,10 +152,7 @@ def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None 
     ]
     ankles, knees = (world[:, H36M17.indices((f"r_{at}", f"l_{at}")), 2] for at in ("ankle", "knee"))
     legs = (1 - rule.knees) * ankles + rule.knees * knees
-    path = _Path(level.times, np.sum(parts, axis=0), ankles.min(axis=1), ankles.max(axis=1), legs, rule)
-    spells = _spells(path.lowest, path.time_s, level.seams, rule)
-    found = (_flight(path, rows, line, stature_m) for rows, line in spells)
-    return [flight for flight in found if flight is not None]
+    return _Path(level.times, np.sum(parts, axis=0), ankles.min(axis=1), ankles.max(axis=1), legs, rule)
 
 
 @dataclass(frozen=True)
@@ -212,11 +232,10 @@ def _apart_s(height: np.ndarray, time_s: np.ndarray, row: int, way: int) -> floa
     return float(abs(time_s[last] - time_s[row]))
 
 
-def _spells(
-    height: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...], rule: Rule
-) -> list[tuple[slice, np.ndarray]]:
-    """Rows in which a height (T,) is well above the floor, between two lows that were seen, and the line (T,) that they
-    are above."""
+def _spells(path: _Path, seams: tuple[int, ...]) -> list[tuple[slice, np.ndarray]]:
+    """Rows in which the lower ankle is well above the floor, between two lows that were seen, and the line (T,) that it
+    is above."""
+    height, time_s, rule = path.lowest, path.time_s, path.rule
     spells, edges = [], [0, *seams, len(height)]
     for start, stop in pairwise(edges):
         piece, times = height[start:stop], time_s[start:stop]

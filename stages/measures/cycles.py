@@ -32,6 +32,7 @@ _BACK = 0.2  # of the rise: a fall by more before the rise is another movement
 _HELD = 0.8  # of the rise: what stays above is held
 _LONG_S = 60.0  # a hole in the time stamps may last for days
 _FINE = 1001  # moments of a repetition: a duration of seconds to milliseconds
+_PADDED = 4  # rows of rest beside the rows that were seen
 _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut movements so)
 
 
@@ -159,6 +160,33 @@ def _had_begun(values: np.ndarray, times: np.ndarray, fall: float) -> bool:
     return bool(times[lowest] - times[0] <= BRIDGED_S and values[-1] - values[lowest] < (1 - _OUTER) * fall)
 
 
+def unreturned(
+    x: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[int] = ()
+) -> list[Repetition]:
+    """Rises of x (T,) by `least` or more that last when x is seen for the last time, or have begun before it is seen
+    for the first time. None is `whole`: the end that was not seen is where x ends, and held_s is at least."""
+    known = np.flatnonzero(np.isfinite(x))
+    if len(known) < 2:
+        return []
+    first, last = int(known[0]), int(known[-1])
+    apart = np.arange(1, _PADDED + 1) / rate(time_s)
+    times = np.concatenate([time_s[first] - apart[::-1], time_s[first : last + 1], time_s[last] + apart])
+    low = np.full(_PADDED, x[known].min())
+    padded = np.concatenate([low, x[first : last + 1], low])
+    cuts = [seam - first + _PADDED for seam in seams if first < seam <= last]
+    within_s = (float(time_s[first]), float(time_s[last]))
+    return [
+        replace(
+            one,
+            start_s=max(one.start_s, within_s[0]), stop_s=min(one.stop_s, within_s[1]),
+            held_s=one.held_s - (one.start_s < within_s[0]) * apart[0] - (one.stop_s > within_s[1]) * apart[0],
+            whole=False,
+        )
+        for one in repetitions(padded, times, least, cuts)
+        if one.start_s < within_s[0] or one.stop_s > within_s[1]
+    ]  # fmt: skip
+
+
 def hiding(
     x: np.ndarray,
     time_s: np.ndarray,
@@ -169,22 +197,36 @@ def hiding(
 ) -> list[tuple[float, float]]:
     """The gaps of x (T,), (begin, end) in seconds of the rows beside each, that may have kept `repetitions` from
     finding one: with x at its highest in all gaps there is one across it, which lasts briefest_s or longer, and counts.
-    In one of more than a minute there may be any.
+    x that has not risen by `least` may be so much higher there. The time before x is first seen and that after it is
+    last seen are gaps too, if they last for half of briefest_s: in less nothing rises or returns. In one of more than
+    a minute there may be any.
     """
     known, step = np.isfinite(x), 1 / rate(time_s)
+    if not known.any():
+        return []
     gaps = [
         (float(time_s[a.stop - 1]), float(time_s[b.start]))
         for a, b in pairwise(runs(known, time_s, seams))
         if time_s[b.start] - time_s[a.stop - 1] > 1.5 * step  # a clip boundary lacks no row
     ]
+    first, last = (float(time_s[row]) for row in np.flatnonzero(known)[[0, -1]])
+    begins, ends, return_s = float(time_s[0]), float(time_s[-1]), max(briefest_s / 2, step / 2)
+    gaps = [
+        *[(begins, first)] * (first - begins > return_s),
+        *gaps,
+        *[(last, ends)] * (ends - last > return_s),
+    ]
     if not gaps:
         return []
     long = [(begin, end) for begin, end in gaps if end - begin > _LONG_S]
     short = [gap for gap in gaps if gap not in long]
+    lowest, highest = float(x[known].min()), float(x[known].max())
+    highest += 0.0 if highest - lowest >= least else least
     inside = np.concatenate([np.zeros(0), *(np.arange(a + step, b - step / 2, step) for a, b in short)])
-    times = np.concatenate([time_s[known], inside])
-    values = np.concatenate([x[known], np.full(len(inside), x[known].max())])
-    order = np.argsort(times)
+    outer = [at for at, gap in ((begins, (begins, first)), (ends, (last, ends))) if gap in short]
+    times = np.concatenate([time_s[known], inside, outer])
+    values = np.concatenate([x[known], np.full(len(inside), highest), np.full(len(outer), lowest)])
+    order = np.argsort(times, kind="stable")
     cuts = np.searchsorted(times[order], time_s[list(seams)])
     found = [one for one in repetitions(values[order], times[order], least, cuts.tolist()) if counts(one)]
     across = [(one.start_s, one.stop_s) for one in found if one.stop_s - one.start_s >= briefest_s]

@@ -12,6 +12,7 @@ from ...models.gait.gait import Gait, Step
 from ...models.place.airborne import Airborne
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.measures import Measure, Remark, Row
+from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import Rectified
 from ...pipeline.signals.flights import GRAVITY, Flight
 from .figures import moments, with_error
@@ -79,7 +80,8 @@ def absorbs(flights: Sequence[Flight], low_s: float) -> bool:
 def jumps(airborne: Airborne, found: Sequence[Flight], rectified: Rectified) -> list[Row]:
     """The group `jumps`: how many of `jumping`, when the feet leave the floor, on how many they take off and land,
     flight times, heights by these, and by how much the centre of mass rises (pipeline/signals/flights.py); the time on
-    the floor before a rebound. No count where jumps cannot be told, and why."""
+    the floor before a rebound. `count_reason`: where there may be more. No count where jumps
+    cannot be told, and why."""
     if not found:
         return [Remark("reason", airborne.reason) if airborne.reason else Measure("count", 0)]
     stature = float(implied_stature(rectified.level.joints))
@@ -93,8 +95,14 @@ def jumps(airborne: Airborne, found: Sequence[Flight], rectified: Rectified) -> 
     heights = [
         (i, GRAVITY / 8 * times(flight) ** 2, error.height_m(times(flight))) for i, (flight, error) in each
     ]
+    unsure = spans_in_words(airborne.uncertain)
     return [
         Measure("count", len(found)),
+        *(
+            [Remark("count_reason", f"whether the feet leave the floor from {unsure} is not certain")]
+            if unsure
+            else []
+        ),
         moments("start", (flight.off_s for flight in found)),
         *(Measure("take_off_feet", flight.off_feet, number=i) for i, flight in enumerate(found)),
         *(Measure("landing_feet", flight.land_feet, number=i) for i, flight in enumerate(found)),

@@ -9,7 +9,7 @@ from ...pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, SEEN
 # Seconds of the briefest movement that the program recognises: of knee bends, raised arms, punches and kicks the
 # briefest of the labelled takes (models/lab/evaluation/movements.json), three steps at 120 a minute (Perry & Burnfield
 # 2010) and a flight of 0.2 s with a landing of 0.3 s beside it.
-_LEAST_S = {
+BRIEFEST_S = {
     "walking": 1.5, "knee_bends": 0.8, "arm_raises": 1.6, "jumps": 0.5, "punches": 0.28, "kicks": 0.6,
 }  # fmt: skip
 
@@ -24,7 +24,7 @@ def with_outcome(movement: str, rows: Sequence[Row], lasts_s: float, looked: boo
     rows = list(rows)
     counts = [row for row in rows if isinstance(row, Measure) and row.name in ("count", "steps")]
     seen = any(row.value for row in counts)
-    if looked and not seen and lasts_s < _LEAST_S[movement]:
+    if looked and not seen and lasts_s < BRIEFEST_S[movement]:
         rows = [row for row in rows if not (isinstance(row, Remark) and row.name == "reason")]
         why = f"{lasts_s:.2g} s is too short" if lasts_s else "a single frame shows no movement"
         rows.append(Remark("reason", why))

@@ -14,7 +14,7 @@ from ...pipeline.core.messages import spans_in_words
 from ...pipeline.signals.angles import of_both
 from ...pipeline.signals.filters import rate
 from .columns import Columns
-from .cycles import Repetition, hiding, near_ends_s, repetitions
+from .cycles import Repetition, hiding, near_ends_s, repetitions, unreturned
 from .figures import basis, middle, moments, spread, time_resolution, with_error
 from .walking import FEWEST
 
@@ -35,23 +35,32 @@ def repeats(
     least: float,
     shown: Iterable[str],
     counts: Callable[[Repetition], bool] = lambda one: True,
+    briefest_s: float = 0.0,
 ) -> list[Row]:
     """Of the values (T,) of an angle that drives a movement, with their standard deviations (T,), and of those shown
-    over the cycles of repetitions that count."""
+    over the cycles of repetitions that count. briefest_s: where none is found, how long a gap hides one at least."""
     if np.isfinite(driver).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
     whole = float(np.nanmax(driver) - np.nanmin(driver))
     usual = middle_sd(sd)
+    noise = NOISE * usual if np.isfinite(usual) else 0.0
+    held = unreturned(driver, take.times, max(least, noise), take.seams)
     plain = max(least, _HALF * whole)
-    least = max(plain, NOISE * usual if np.isfinite(usual) else 0.0)
+    least = max(plain, noise)
     every = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
-    holds = [one for one in every if one.held_s > _HOLD_S]
+    holds = [one for one in [*every, *filter(counts, held)] if one.held_s > _HOLD_S]
+    holds.sort(key=lambda one: one.start_s)
     found = [one for one in every if one.held_s <= _HOLD_S]
-    if not every and least > plain and any(map(counts, repetitions(driver, take.times, plain, take.seams))):
-        noise = f"changes by {whole:.0f} degrees, which its error may make (less than {least:.0f})"
-        return [Measure("count", 0), Remark("reason", f"the angle {noise}"), *basis(driver)]
+    if (
+        not (every or holds)
+        and least > plain
+        and any(map(counts, repetitions(driver, take.times, plain, take.seams)))
+    ):
+        why = f"the angle changes by {whole:.0f} degrees, which its error may make (less than {least:.0f})"
+        return [Measure("count", 0), Remark("reason", why), *basis(driver)]
     whole_ones = [one for one in found if one.whole]
-    briefest_s = _AS_LONG * min((one.stop_s - one.start_s for one in whole_ones or found), default=0.0)
+    if found:
+        briefest_s = _AS_LONG * min(one.stop_s - one.start_s for one in whole_ones or found)
     gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)
     unseen = "count_reason" if found else "reason"
     said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
@@ -92,7 +101,10 @@ def _holds(held: Sequence[Repetition]) -> list[Row]:
         moments("stop", (one.stop_s for one in held)),
     ]
     longest = max(one.held_s for one in held)
-    return within("holds", [Measure("count", len(held)), *times, Measure("longest", float(longest), "s")])
+    open_ended = any(not one.whole and one.held_s == longest for one in held)
+    lasts: list[Row] = [Measure("longest", float(longest), "s")]
+    lasts += [Remark("longest_reason", "how it begins or ends was not seen")] if open_ended else []
+    return within("holds", [Measure("count", len(held)), *times, *lasts])
 
 
 def _peaks(take: Columns, angle: str, found: Sequence[Repetition], sd: np.ndarray) -> list[Measure]:

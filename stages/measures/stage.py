@@ -49,7 +49,7 @@ from .figures import (
 from .floor import floor
 from .jumps import absorbs, jumping, jumps, without_leaps
 from .off_keypoints import off_keypoints
-from .outcomes import with_outcome
+from .outcomes import BRIEFEST_S, with_outcome
 from .repeats import repeats
 from .smoothness import path_length
 from .strikes import strikes
@@ -181,12 +181,14 @@ def measures(
     ]
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
     gait = without_leaps(gait, jumped)
+    runs = [(step.start_s, step.stop_s) for step in gait.steps if gait.kind == "running"]
+    flies = [(flight.off_s, flight.land_s) for flight in flights.flights]
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     movements = {
         "knee_bends": _knee_bends(take, gait, jumped, apart, "steps" in grouped(walk)),
         "arm_raises": _arm_raises(take),
-        **strikes(filtered, rectified, source.lifted, in_image),
+        **strikes(filtered, rectified, source.lifted, in_image, runs, flies),
         "walking": walk,
     }
     return (
@@ -220,7 +222,16 @@ def _knee_bends(
 
     right, left = take("r_knee_flexion"), take("l_knee_flexion")
     sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
-    bends = repeats(take, "knee_flexion", np.minimum(right, left), sd, _BEND, _IN_BENDS, in_place)
+    bends = repeats(
+        take,
+        "knee_flexion",
+        np.minimum(right, left),
+        sd,
+        _BEND,
+        _IN_BENDS,
+        in_place,
+        BRIEFEST_S["knee_bends"],
+    )
     if peaks := numbered(grouped(bends), "peak"):
         bends.append(Measure("squats", sum(peak.value >= _SQUAT for peak in peaks)))
     elif feet_move and not steps_told and not text(grouped(bends), "reason"):
@@ -235,7 +246,9 @@ def _arm_raises(take: Columns) -> list[Row]:
     for words, side in SIDES.items():
         angle = f"{side}_shoulder_elevation"
         shown = [f"{side}_{part}" for part in _IN_RAISES]
-        arm = repeats(take, angle, take(angle), take.sd(angle), _RAISE, shown)
+        arm = repeats(
+            take, angle, take(angle), take.sd(angle), _RAISE, shown, briefest_s=BRIEFEST_S["arm_raises"]
+        )
         curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
         rows += within(words, [row for row in arm if not isinstance(row, Curves)], side_of(angle))
     return [*rows, *([Curves(tuple(curves))] if curves else [])]

@@ -1,7 +1,8 @@
 """Punches and kicks: fast movements of a limb that reach out and come back, each with its side and reach.
 
 Straight punches (jab, cross) are told, not hooks and uppercuts, in which the elbow stays bent: to the joints these are
-the same as waving. Kicks are told from the height of the other leg's knee on; lower ones are steps to the joints.
+the same as waving. Kicks are told from 0.7 of the leg's length over the other ankle on; lower ones are steps to the
+joints.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.filters import breaks, derivative, rate
 from .cycles import Repetition, hiding, repetitions
 from .figures import basis, moments
+from .outcomes import BRIEFEST_S
 from .walking import FEWEST
 
 # Chosen on 14 takes of single punches and 21 of single kicks of ACCAD m2 (train), beside its walks, runs, blocks and
@@ -33,11 +35,15 @@ _PUNCH_HEIGHT = (-0.6, 0.6)  # arms, of the wrist over the shoulder: from the bo
 _LIFTED_RISES, _LIFTED_REACH, _IMAGE_RISES = 0.12, 0.7, 0.4
 _SOON_S, _AT_ONCE_S = 1 / 3, 0.13  # within which they rise and return; which the image and the lift are apart
 _STEADY_S = 0.1  # median of the image's: keypoints jump for a frame
-_KICK_HEIGHT, _KICK_SPEED = 0.8, 2.5  # kicks: 1.08 and more, 4.4 (lifted 3.2); a runner's foot rises to 0.61
+_KICK_RISES, _KICK_SPEED = 0.8, 2.5  # kicks: 1.08 and more, 4.4 (lifted 3.2); a runner's foot rises to 0.61
+# While the foot is within _HIGH of its highest: lifted kicks 0.97 and more over the other ankle, 0.81 from the hip,
+# 0.73 beside the pelvis. A foot that is flicked up behind comes to 0.59, 0.80 and 0.28, in a leap to 0.61, 0.80, 0.71.
+_KICK_HEIGHT, _KICK_REACH, _KICK_OUT, _HIGH = 0.7, 0.75, 0.5, 0.25
 _SLOW = 0.1  # of the largest rate of a punch's reach: where it begins and ends
 _LIMBS = {"punches": ("shoulder", "elbow", "wrist"), "kicks": ("hip", "knee", "ankle")}
 HIDES_PUNCHES = "lifted poses show few of them"
 NO_IMAGE = "lifted poses without their keypoints do not show them"
+Spans = Sequence[tuple[float, float]]
 UNJUDGED = "what these figures are off by has not been measured"
 
 
@@ -46,7 +52,8 @@ class _Limb:
     """Of a side: reach (T,) the distance of the outermost joint from the innermost, and height (T,) of it over the
     innermost one (an arm) or over the other ankle (a leg), in lengths of the limb. speed (T,) of it about the trunk,
     away (T,) from the innermost joint and across (T,), those a second. driver: what rises and returns, reach or height.
-    image (T,): how straight the limb is in the image, of lifted poses; None of measured ones."""
+    image (T,): how straight the limb is in the image, of lifted poses; None of measured ones. out (T,): how far a foot
+    is from the pelvis over the floor, in lengths of the leg."""
 
     reach: np.ndarray
     height: np.ndarray
@@ -55,16 +62,23 @@ class _Limb:
     across: np.ndarray
     driver: np.ndarray
     image: np.ndarray | None = None
+    out: np.ndarray | None = None
 
 
 def strikes(
-    level: PoseSequence, rectified: Rectified, lifted: bool, in_image: Mapping[str, np.ndarray] | None = None
+    level: PoseSequence,
+    rectified: Rectified,
+    lifted: bool,
+    in_image: Mapping[str, np.ndarray] | None = None,
+    runs: Spans = (),
+    flies: Spans = (),
 ) -> dict[str, list[Row]]:
     """The rows of `punches` and `kicks`, each side by itself: how many, when they begin and end, and how far the limb
     reaches, `reach_percent` of its length; a kick's `height_percent` of the leg's over the other ankle. No count where
     heights are not known, and why. level: filtered joints (T, 17, 3) in LEVEL. lifted: whether a lifter made the poses,
     which hides most punches: they are told by in_image too, {limb: (T,)} of signals.reprojection.straight_in_image, and
-    not without."""
+    not without. runs, flies: (begin, end) in seconds of the steps of a run, and of flights: a leg that swings there
+    does not kick, for in a kick the other foot stands, and arms that swing in a flight do not punch."""
     if not rectified.level_ok:
         why = Remark("reason", f"the take is not levelled: {rectified.level_reason}")
         return {movement: [why] for movement in _LIMBS}
@@ -75,12 +89,20 @@ def strikes(
             image = none if in_image is None else _steady(in_image[f"{side}_arm"], level.times)
             limbs["punches", side] = replace(limbs["punches", side], image=image)
     found = {key: _found(level, limb, key[0]) for key, limb in limbs.items()}
-    kicks = [kick for side in SIDES.values() for kick in found["kicks", side]]
-    for side in SIDES.values():  # in a kick the arms swing for balance
+    for side in SIDES.values():
+        found["kicks", side] = [
+            one
+            for one in found["kicks", side]
+            if not any(begin <= one.peak_s <= end for begin, end in [*runs, *flies])
+        ]
+    kicks = [(kick.start_s, kick.stop_s) for side in SIDES.values() for kick in found["kicks", side]]
+    # In a kick the arms swing for balance, before and in a flight for height.
+    swings = [*kicks, *((off_s - _SOON_S, land_s) for off_s, land_s in flies)]
+    for side in SIDES.values():
         found["punches", side] = [
             _trimmed(limbs["punches", side], level.times, one)
             for one in found["punches", side]
-            if not any(kick.start_s <= one.peak_s <= kick.stop_s for kick in kicks)
+            if not any(begin <= one.peak_s <= end for begin, end in swings)
         ]
     return {
         movement: [
@@ -99,7 +121,7 @@ def strikes(
 def _least(limb: _Limb, movement: str) -> float:
     """By how much the driver rises and returns at least."""
     if movement == "kicks":
-        return _KICK_HEIGHT
+        return _KICK_RISES
     return _PUNCH_RISES if limb.image is None else _LIFTED_RISES
 
 
@@ -133,7 +155,9 @@ def _trimmed(limb: _Limb, times: np.ndarray, one: Repetition) -> Repetition:
 def _told(level: PoseSequence, limb: _Limb, movement: str, found: Sequence[Repetition]) -> list[Row]:
     if is_finite(limb.driver[:, None]).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the limb"), *basis(limb.driver)]
-    gaps = hiding(limb.driver, level.times, _least(limb, movement), breaks(level))
+    gaps = hiding(
+        limb.driver, level.times, _least(limb, movement), breaks(level), briefest_s=BRIEFEST_S[movement]
+    )
     unseen = "count_reason" if found else "reason"
     hides = [f"not seen from {spans_in_words(gaps)}"] if gaps else []
     if limb.image is not None:
@@ -166,7 +190,10 @@ def _limb(level: PoseSequence, movement: str, side: str) -> _Limb:
     # By the bones of each frame: a lifter's bones vary, and an arm reaches no farther than it is long.
     reach = np.linalg.norm(outer - inner, axis=-1) / np.where(np.isfinite(bones), bones, length)
     height = (outer - below)[:, 2] / length
-    return _Limb(reach, height, speed, away, across, driver=height if legs else reach)
+    out = np.linalg.norm((outer - trunk)[:, :2], axis=-1) / length
+    return _Limb(
+        reach, height, speed, away, across, driver=height if legs else reach, out=out if legs else None
+    )
 
 
 def _steady(straight: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -208,7 +235,16 @@ def _shoots(x: np.ndarray, times: np.ndarray, peak_s: float, least: float) -> bo
 
 
 def _kicks(limb: _Limb, times: np.ndarray, one: Repetition) -> bool:
-    return bool(np.nanmax(limb.speed[_rows(times, one.start_s, one.stop_s)], initial=0.0) >= _KICK_SPEED)
+    """Whether the foot is fast on the way, and high and away from the body with the leg stretched where it is highest:
+    before, beside or behind the body."""
+    rows = _rows(times, one.start_s, one.stop_s)
+    height = limb.height[rows]
+    high = height >= one.peak - _HIGH
+    reach, out = (
+        np.nanmax(x[rows][high], initial=0.0) if x is not None else 0.0 for x in (limb.reach, limb.out)
+    )
+    fast = np.nanmax(limb.speed[rows], initial=0.0) >= _KICK_SPEED
+    return bool(fast and one.peak >= _KICK_HEIGHT and reach >= _KICK_REACH and out >= _KICK_OUT)
 
 
 def _largest(values: np.ndarray, times: np.ndarray, one: Repetition) -> float:

@@ -185,12 +185,15 @@ def _passes(apart: np.ndarray) -> int:
 
 def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
     """What gaps of the separation (T,) at time_s (T,) have to do with it; "" where there are none between frames that
-    have it."""
+    have it, nor any before and after in which somebody may walk."""
     seen = np.flatnonzero(np.isfinite(apart))
     missing = int(seen[-1] - seen[0] + 1 - len(seen))
     words = (
         f"; the legs are hidden in {how_many(missing, 'frame')} between, where a walk ends" if missing else ""
     )
+    ends = [(float(time_s[0]), float(time_s[seen[0]])), (float(time_s[seen[-1]]), float(time_s[-1]))]
+    if ends := [(start, stop) for start, stop in ends if stop - start >= _HIDES_S]:
+        words += f"; the legs are not seen from {spans_in_words(ends)}"
     rows = holes(time_s, BRIDGED_S)
     rows = rows[(seen[0] < rows) & (rows <= seen[-1])]
     if len(rows):

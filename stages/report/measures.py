@@ -56,7 +56,7 @@ _WORDS = {
     "walking_speed": "speed", "walks": "stretches",
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
-    "count_reason": "there may be more",
+    "count_reason": "there may be more", "longest_reason": "the longest may last longer",
     "peak_at": "peak at",
     "peak_mdc90": "MDC90 from peak to peak",
     "nan_share": "share without a value",

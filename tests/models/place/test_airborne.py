@@ -9,6 +9,7 @@ from golden.jumps import STATURE_M, standing
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.place.airborne import airborne, units_a_metre
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
+from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
@@ -168,6 +169,24 @@ def test_a_fall_of_another_pace_is_none():
     found = airborne(filmed(world, 2 * time_s))
     assert found.flights == ()
     assert "at 0.2" in found.reason
+
+
+def test_hops_that_are_too_brief_to_tell_make_a_count_at_least():
+    """Of four hops of two jumping jacks one was counted, without "at least"."""
+    time_s = np.arange(0, 5, 1 / 30)
+    world = standing() + np.tile(AT_M, (len(time_s), 1, 1))
+    high, low = rises(time_s, (1.5,), 0.3), rises(time_s, (3.0,), 0.04)
+    world[..., 2] += (high + low)[:, None]
+    take = filmed(world, time_s)
+    found = airborne(take)
+    assert len(found.flights) == 1
+    ((begin, end),) = found.uncertain
+    assert 2.8 < begin < 3.0 < end < 3.2
+    done = Measures()(Angles()(Trajectories()(Scale()(take))))
+    jumps = nested(done.measures)["jumps"]
+    assert (jumps["count"], bool(jumps["count_reason"])) == (1, True)
+    assert "umped at least once (" in answer(done)[0]
+    assert airborne(filmed(*jumping())).uncertain == ()
 
 
 def test_falls_give_metres_with_their_error():

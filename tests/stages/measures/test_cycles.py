@@ -138,7 +138,6 @@ def test_gaps_at_rest_and_clip_boundaries_hide_nothing():
     assert hiding(WAVES, TIME, 40, seams=(3 * FPS,)) == []
     two = waves_without((80, 100), (172, 188), (262, 280))
     assert len(hiding(two, TIME, 40, briefest_s=1.2)) == 2  # at the tops of 90 and 270; a valley is at 180
-    assert hiding(np.where(TIME < 2, WAVES, np.nan), TIME, 40) == []  # the end is not a gap
     assert hiding(np.full(len(TIME), np.nan), TIME, 40) == []
     clips = np.where((TIME < 3) | (TIME > 9), 0.0, 60.0)  # of two clips: the rise is the seam
     clips[5 * FPS : 6 * FPS] = np.nan

@@ -109,8 +109,41 @@ def test_a_slow_or_swung_arm_is_no_punch_and_a_slow_leg_no_kick():
     for away, across, counts in ((1.0, 0.0, False), (6.0, 1.0, True), (6.0, 9.0, False)):
         limb = _Limb(reach, zeros, zeros + away, zeros + away, zeros + across, reach)
         assert _punches(limb, TIMES, one) is counts
-    for speed, counts in ((1.0, False), (6.0, True)):
-        assert _kicks(_Limb(reach, zeros, zeros + speed, zeros, zeros, reach), TIMES, one) is counts
+
+
+@pytest.mark.parametrize(
+    ("speed", "height", "reach", "out", "counts"),
+    [
+        (6.0, 1.1, 0.95, 0.9, True),
+        (1.0, 1.1, 0.95, 0.9, False),  # slow
+        (4.3, 0.59, 0.8, 0.28, False),  # a skater's foot that flicked up behind was a kick
+        (5.7, 0.56, 0.8, 0.67, False),  # and so was the leading leg of a leap
+        (6.0, 1.1, 0.5, 0.4, False),  # a knee that is lifted
+    ],
+)
+def test_a_kick_is_fast_high_stretched_and_away_from_the_body(speed, height, reach, out, counts):
+    rises = bump(6, 0.3, height)
+    (one,) = repetitions(rises, TIMES, 0.5)
+    zeros = np.zeros(len(TIMES))
+    limb = _Limb(zeros + reach, rises, zeros + speed, zeros, zeros, rises, out=zeros + out)
+    assert _kicks(limb, TIMES, one) is counts
+
+
+def test_a_leg_that_swings_in_a_run_or_a_leap_does_not_kick():
+    """A straight leg swings forward to the height of the hip and back, at 6 s."""
+    turn = np.radians(bump(6, 0.3, 95))
+    joints = np.repeat(BODY[None], len(TIMES), axis=0)
+    for part, below in (("knee", 0.45), ("ankle", 0.9)):
+        joints[:, H36M17.index(f"r_{part}"), 1] = -below * np.sin(turn)
+        joints[:, H36M17.index(f"r_{part}"), 2] = -below * np.cos(turn)
+    level = PoseSequence(joints, H36M17, CAMERA, time_s=TIMES)
+    rectified = SimpleNamespace(level_ok=True, level_reason="")
+
+    def kicks(**moves):
+        return nested(strikes(level, rectified, False, **moves)["kicks"])["right"]["count"]
+
+    assert kicks() == kicks(runs=[(2, 3)]) == kicks(flies=[(2, 2.5)]) == 1
+    assert kicks(runs=[(5.7, 6.2)]) == kicks(flies=[(5.9, 6.3)]) == 0
 
 
 def test_a_lifted_punch_is_one_that_the_image_shows():

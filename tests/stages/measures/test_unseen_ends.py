@@ -1,0 +1,76 @@
+"""What a take does not show at its beginning and its end: gaps there, and postures that are held beyond them."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, nested
+from pcnet3d.stages.measures.columns import Columns
+from pcnet3d.stages.measures.cycles import hiding, unreturned
+from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
+from pcnet3d.stages.measures.repeats import repeats
+from pcnet3d.stages.measures.stage import _BEND
+from pcnet3d.stages.measures.walking import _hidden
+
+FPS = 30
+TIME = np.arange(12 * FPS) / FPS
+REST = 10 + np.sin(TIME)
+
+
+def bends(x):
+    """The group `knee_bends` of a knee angle (T,)."""
+    columns = Columns({"x_deg": x}, TIME, (), False)
+    sd = np.full(len(TIME), np.nan)
+    rows = repeats(columns, "knee_flexion", x, sd, _BEND, [], briefest_s=BRIEFEST_S["knee_bends"])
+    return nested(with_outcome("knee_bends", rows, TIME[-1]))
+
+
+@pytest.mark.parametrize("unseen", [TIME < 5, TIME > 7, (TIME > 4) & (TIME < 8)])
+def test_who_stands_still_before_or_after_a_long_gap_may_have_moved_in_it(unseen):
+    """The first 42 % of the frames were not seen, and the page said that there were no knee bends."""
+    found = bends(np.where(unseen, np.nan, REST))
+    assert (found["outcome"], found["count"]) == (CANNOT_BE_TOLD, 0)
+    assert found["reason"].startswith("not seen from")
+
+
+@pytest.mark.parametrize("unseen", [TIME < 0, TIME < 0.3, TIME > 11.6, (TIME > 4) & (TIME < 4.3)])
+def test_no_movement_fits_into_a_moment(unseen):
+    assert bends(np.where(unseen, np.nan, REST))["outcome"] == NONE
+
+
+def test_gaps_at_both_ends_are_told_from_the_first_row_to_the_last():
+    x = np.where((TIME < 3) | (TIME > 8), np.nan, 50 + 50 * np.cos(np.pi * TIME))
+    assert hiding(x, TIME, 40, briefest_s=1.0) == [(0, TIME[90]), (TIME[240], TIME[-1])]
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_hold_to_the_end_of_the_take_is_a_hold(backwards):
+    """An arm went up at 5 s and stayed there until the take ended at 12 s; it counted for nothing."""
+    x = 10 + 100 * np.clip(TIME - 5, 0, 1)
+    found = bends(x[::-1] if backwards else x)
+    holds = found["holds"]
+    assert (found["count"], holds["count"]) == (0, 1)
+    assert holds["longest_s"] == pytest.approx(6.15, abs=0.1)
+    assert holds["longest_reason"]
+    rest_s = (TIME[-1] - holds["stop_s"][0]) if backwards else holds["start_s"][0]
+    assert rest_s == pytest.approx(5.07, abs=0.1)
+
+
+def test_of_two_holds_the_longest_was_seen_whole():
+    x = 10 + 100 * np.clip(np.minimum(TIME, 6 - TIME), 0, 1) + 100 * np.clip(TIME - 7, 0, 1)
+    x[: FPS // 2] = 10
+    holds = bends(x)["holds"]
+    assert holds["count"] == 2
+    assert "longest_reason" not in bends(np.where(TIME < 11, x, np.nan))["holds"]
+
+
+def test_a_rise_at_the_end_is_no_hold_and_rest_no_rise():
+    assert "holds" not in bends(10 + 100 * np.clip(TIME - 10, 0, 1))
+    assert unreturned(REST, TIME, _BEND) == []
+    assert unreturned(np.full(len(TIME), np.nan), TIME, _BEND) == []
+
+
+def test_legs_that_are_not_seen_for_long_before_the_first_frame_may_have_walked():
+    apart = np.zeros(len(TIME))
+    assert _hidden(apart, TIME) == ""
+    assert "0.00 to 5.00 s" in _hidden(np.where(TIME < 5, np.nan, apart), TIME)
+    assert _hidden(np.where(TIME < 0.5, np.nan, apart), TIME) == ""
