@@ -131,6 +131,8 @@ def _version(asked: bool) -> None:
         from .core.pose import package_version
 
         print(f"pcnet3d {package_version()}")
+        for network in registry.networks():
+            print(*network)
         raise typer.Exit
 
 
@@ -188,7 +190,13 @@ app = typer.Typer(
 @app.callback()
 def _program(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+        bool,
+        typer.Option(
+            "--version",
+            callback=_version,
+            is_eager=True,
+            help="Print the version and the networks that come with it.",
+        ),
     ] = False,
     quiet: Annotated[bool, _detail_option("quiet")] = False,
     verbose: Annotated[bool, _detail_option("verbose")] = False,
