@@ -24,7 +24,7 @@ from .kit.numpy import peek
 
 name = "videopose3d"
 gives = "poses"
-made_by = MadeBy("estimated", "VideoPose3D or its kin")
+made_by = MadeBy("estimated", "a lifter of VideoPose3D's format (such as MHFormer)")
 reads = "VideoPose3D, MixSTE, video-to-pose3D (.npy), MHFormer, StridedTransformer (.npz or the vis.py folder), metres"
 
 _KEY = "reconstruction"

@@ -20,6 +20,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import MadeBy, PoseSequence, Rectified
 from ..pipeline.core.take import AngleErrors, Take, in_single
+from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
@@ -32,6 +33,8 @@ ANGLE_ERRORS = (
     "angle-errors-unknown", "angle-errors-of-world", "angle-errors-unjudged", "angle-errors-by-disagreement",
     "angle-errors-of-file", "angle-errors-unused",
 )  # fmt: skip
+_KEYPOINTS = "the video's keypoints too, or "
+_SIZE = "the size of the video's images too (--set read.image_size=WIDTHxHEIGHT), or "
 
 
 @dataclass(frozen=True)
@@ -77,10 +80,12 @@ class Angles:
             filtered = filtered.with_(covariance=joint_covariance(own, filtered.joints, turning, noise))
         kinematics = {**(take.kinematics or {}), **columns}
         take = take.with_(kinematics=kinematics, filtered=filtered, angle_errors=basis)
-        return take.saying(*_notices(columns), *said, *self._known(poses, basis, noise))
+        return take.saying(*_notices(columns), *said, *self._known(poses, basis, noise, _lacking(take)))
 
-    def _known(self, poses: PoseSequence, basis: AngleErrors, noise: JointNoise | None) -> Iterator[Notice]:
-        """What is said of how the errors are known."""
+    def _known(
+        self, poses: PoseSequence, basis: AngleErrors, noise: JointNoise | None, more: str
+    ) -> Iterator[Notice]:
+        """What is said of how the errors are known. more: as for `errors_unknown`."""
         by = _by(poses.made_by)
         if basis == "disagreement":
             yield notice("angle-errors-by-disagreement", by=by)
@@ -92,8 +97,15 @@ class Angles:
                 yield notice(
                     "angle-errors-unused", are="were measured" if measured else "are in a world's axes"
                 )
-            elif unknown := errors_unknown(poses):
+            elif unknown := errors_unknown(poses, more):
                 yield unknown
+
+
+def _lacking(take: Take) -> str:
+    """What the built-in lifter would need for lifting a take's keypoints beside its poses."""
+    if take.keypoints is None:
+        return _KEYPOINTS
+    return _SIZE if image_size(take) is None else ""
 
 
 def errors_of(poses: PoseSequence) -> JointNoise | None:
@@ -102,16 +114,16 @@ def errors_of(poses: PoseSequence) -> JointNoise | None:
     return noise if poses.lifted and poses.made_by.by == noise.lifter else None
 
 
-def errors_unknown(poses: PoseSequence) -> Notice | None:
+def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None:
     """Why the errors of the angles of poses are not known, where nothing else tells them; None where they were
-    measured."""
+    measured. more: what would tell them, besides a file."""
     if poses.made_by.kind == "measured":
         return None
     if poses.made_by.kind == "unknown":
         return notice("angle-errors-unknown")
     if not poses.lifted:
         return notice("angle-errors-of-world", by=_by(poses.made_by))
-    return notice("angle-errors-unjudged", by=_by(poses.made_by))
+    return notice("angle-errors-unjudged", by=_by(poses.made_by), more=more)
 
 
 def joint_angles(

@@ -16,7 +16,7 @@ from ..pipeline.core.take import Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.checks import NEAR_S, grid_rows, strays_of
 from ..pipeline.signals.filters import BRIDGED_S, holes
-from ..pipeline.signals.visibility import not_seen, unseen
+from ..pipeline.signals.visibility import not_seen, size_doubted, unseen
 
 _LISTED = 3  # gaps named in a sentence
 
@@ -51,7 +51,10 @@ class Clean:
         if counts["values_missing"]:
             notices.append(notice("joints-missing", count=counts["values_missing"]))
         if take.keypoints is not None and poses.layout == H36M17:
-            hidden, out = unseen(take.keypoints, image_size(take), poses.frame_index, poses.times)
+            size = image_size(take)
+            if doubt := size_doubted(take.keypoints, size):
+                notices, size = [*notices, doubt], None
+            hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
             poses = without(poses, hidden)
             notices += not_seen(hidden, out, poses.times)
         return take.with_(poses=poses).saying(*notices)

@@ -122,6 +122,17 @@ def _notices(found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSe
         more = f" and {len(people) - _LISTED} more" if len(people) > _LISTED else ""
         first, last = (int(frame) for frame in chosen.frame_index[[0, -1]])
         values: dict[str, Any] = {"people": len(people), "listed": listed + more, "person": chosen.person}
+        again = [
+            one.person
+            for one in people
+            if one is not chosen and not np.isin(one.frame_index, chosen.frame_index).any()
+        ]
+        values["unsure"] = (
+            f"; {' and '.join(again[:_LISTED])} may be {chosen.person} again, for who is lost for a second gets a new "
+            "number"
+            if again
+            else ""
+        )
         notices.append(notice("person-chosen", **values, first=first, last=last))
     notices += found.doubts(chosen)
     if found.frames_seen < found.frames:

@@ -119,7 +119,9 @@ def _said(path: PelvisPath, camera: Camera, poses: PoseSequence, seen: np.ndarra
         within=half_bar(float(np.median(own))),
         unit="m" if poses.frame.unit == "m" else "units",
         size_percent=half_bar(100 * SCALE_SD),
-        focal_percent=half_bar(100 * path.focal_sd),
+        depth=f"the distance from the camera is within {share:g} % for the focal length"
+        if (share := half_bar(100 * path.focal_sd)) < 100
+        else "the distance from the camera is not known, nor is the focal length",
         guess=guess,
         unjudged=""
         if made_by_the_built_in(poses)

@@ -41,13 +41,17 @@ class Airborne:
     looked: bool = True
 
 
+def no_place(rectified: Rectified) -> str:
+    """Why there is no path of the pelvis over the floor."""
+    moves = rectified.camera == "moving"
+    return "the camera moves" if moves else "where the person is in the room is not known"
+
+
 def airborne(take: Take) -> Airborne:
     """The flights of a rectified take. InputError without poses, or where nothing has rectified them."""
     poses, rectified, level = take.need("poses"), take.need("rectified"), take.need("rectified").level
     if level.root is None:
-        return Airborne(
-            reason="where the person is in the room is not known, or the camera moves", looked=False
-        )
+        return Airborne(reason=no_place(rectified), looked=False)
     if not rectified.level_ok:
         return Airborne(reason=f"the take is not levelled: {rectified.level_reason}")
     seen = is_finite(level.joints[:, level.layout.indices(NEEDED)]).all(axis=1) & is_finite(level.root)

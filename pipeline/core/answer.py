@@ -17,6 +17,7 @@ from .measures import (
     subgroup,
     text,
     value,
+    why_untold,
     without_error,
 )
 from .messages import how_many
@@ -26,7 +27,7 @@ _MOST = 4  # depths that are told one by one
 _SIDES = ("right", "left")
 _MOVEMENTS = {
     "walking": "walking", "knee_bends": "knee bends", "arm_raises": "raised arms", "jumps": "jumps",
-    "punches": "punches", "kicks": "kicks", "sitting": "sitting",
+    "punches": "punches", "kicks": "kicks",
 }  # fmt: skip
 _TIMES = ("never", "once", "twice")
 # What is told of the joints: where movements were recognised, and where none were.
@@ -70,8 +71,7 @@ def _not_seen(measures: Group, seconds: float) -> list[str]:
         group = subgroup(measures, name)
         if (code := text(group, "outcome")) not in by:
             continue
-        why = [text(group, "reason"), *(text(subgroup(group, side), "reason") for side in _SIDES)]
-        reason = "" if code == NONE else next(filter(None, why), "")
+        reason = "" if code == NONE else why_untold(group)
         by[code].setdefault(reason, []).append(words)
     said = {code: [_because(words, why) for why, words in of.items()] for code, of in by.items()}
     sentences = [f"no {_and(by[NONE][''], 'or')} in {seconds:.1f} s"] if by[NONE] else []
@@ -113,10 +113,20 @@ def _raised(arms: Group, limbs: Group) -> list[str]:
     sides = {side: (subgroup(arms, side), [subgroup(limbs, f"{side[0]}_arm")]) for side in _SIDES}
     right, left = ((_count(of), text(of, "count_reason")) for of, _ in sides.values())
     held = [words for side, (of, _) in sides.items() for words in _held(f"held the {side} arm up", of)]
-    if right == left and right[0]:
+    if right == left and right[0] and _together(*(of for of, _ in sides.values())):
         return [f"raised both arms {_counted(list(sides.values()))}", *held]
     raised = (f"raised the {side} arm {_counted([arm])}" for side, arm in sides.items() if _count(arm[0]))
     return [*raised, *held]
+
+
+def _together(one: Group, other: Group) -> bool:
+    """Whether each repetition of the one is at its highest within the same one of the other, and the other way
+    round."""
+    each = [
+        list(zip(*(moments(of, name) for name in ("start", "peak_at", "stop")), strict=True))
+        for of in (one, other)
+    ]
+    return all(a[0] < b[1] < a[2] and b[0] < a[1] < b[2] for a, b in zip(*each, strict=False))
 
 
 def _held(what: str, of: Group) -> list[str]:
@@ -131,15 +141,16 @@ def _held(what: str, of: Group) -> list[str]:
 def _struck(measures: Group, movement: str, did: str) -> list[str]:
     """Such as "punched 5 times with the right arm and at least twice with the left (why there may be more)"."""
     limb = "arm" if movement == "punches" else "leg"
-    parts = []
-    for side in _SIDES:
-        of = subgroup(measures, movement, side)
-        if count := _count(of):
-            unseen = text(of, "count_reason")
-            parts.append(
-                f"{'at least ' * bool(unseen)}{_often(count)} with the {side} {limb}{f' ({unseen})' * bool(unseen)}"
-            )
-    return [f"{did} {_and(parts)}"] if parts else []
+    found = {side: of for side in _SIDES if _count(of := subgroup(measures, movement, side))}
+    unseen = {side: text(of, "count_reason") for side, of in found.items()}
+    once = len(found) > 1 and len({*unseen.values()}) == 1  # one reason behind both
+    parts = [
+        f"{'at least ' * bool(unseen[side])}{_often(_count(of))} with the {side} {limb}"
+        f"{f' ({unseen[side]})' * bool(unseen[side] and not once)}"
+        for side, of in found.items()
+    ]
+    behind = f" ({next(iter(unseen.values()))})" if once and any(unseen.values()) else ""
+    return [f"{did} {_and(parts)}{behind}"] if parts else []
 
 
 # A movement, and the groups of the limbs that make it in `off_keypoints`.
@@ -187,7 +198,7 @@ def _jumped(jumps: Group) -> list[str]:
     if not count:
         return []
     found = numbered(jumps, "height_by_flight_time")
-    errors = [height.error for height in found if height.error is not None]
+    errors = [height.bar for height in found if height.bar is not None]
     within = f" (± {max(errors):.0f})" if errors else ""
     heights = f", {_and([f'{height.value:.0f}' for height in found])} cm high by the time in the air{within}"
     return [f"jumped {_often(count)}{heights if 0 < len(found) <= _MOST else ''}"]

@@ -124,8 +124,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "detected": ("note", "files",
         "The 2D keypoints were detected in the video by {detector}."),
     "person-chosen": ("note", "files",
-        "Of {people} people (frames in brackets) {listed}, person {person} is taken, seen in frames {first} to "
-        "{last}; choose with --person."),
+        "People were followed under {people:~number} (frames in brackets): {listed}{unsure}. Number {person} is taken, "
+        "seen in frames {first} to {last}; choose with --person."),
     "hardly-a-person": ("warning", "view",
         "The detector is hardly sure that person {person} is a person: the scores of shoulders and hips are "
         "{score:.2f} (people have 0.6 and more). Look at the key frames: a tree or a shadow may have passed for "
@@ -145,7 +145,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "camera-motion-unknown": ("note", "camera",
         "Whether the camera moves cannot be told from its images: too few corners of the background are found again."),
     "image-without-up": ("note", "camera",
-        "The image does not tell which way is up: {reason}."),
+        "Which way is up does not rest on the image: {reason}."),
     "image-up-in-frames": ("note", "camera",
         "The image tells which way is up in {looks} of the frames looked at."),
     "image-up": ("note", "camera",
@@ -222,12 +222,16 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{count:~joint position is missing and stays so./joint positions are missing and stay so.}"),
     "not-in-image": ("warning", "view",
         "The {part} {parts:?is/are} not in the image {when}; what needs {parts:?it/them} is left out there."),
+    "image-size-doubtful": ("warning", "view",
+        "{share_percent:.0f} % of the 2D keypoints lie far outside an image of {width} x {height} pixels, up to x = "
+        "{right:.0f} and y = {down:.0f}: the told size (--set read.image_size) seems to be another image's. What the "
+        "picture cuts off is not told, and the person's place is wrong then."),
     "not-seen": ("warning", "view",
         "The {part} {parts:?is/are} not seen by the detector {when}; what needs {parts:?it/them} is left out "
         "there."),
     "no-scale": ("warning", "",
-        "The source has no scale: lengths are in units of its own. Give the person's height (--stature "
-        "METRES) for metres."),
+        "Lengths are not in metres but in units of their own, for nothing tells the scale. Give the person's height "
+        "(--stature METRES) for metres."),
     "scaled": ("repair", "",
         "Scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scaled-by-flights": ("warning", "",
@@ -239,8 +243,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "placed": ("note", "place",
         "The pelvis's path rests on the keypoints, in {placed} of {frames} frames{bridges}: each "
         "frame is within {within:g} {unit}, mostly in depth, and the whole within "
-        "{size_percent:g} % for the body's size and {focal_percent:g} % of the depth for the focal "
-        "length{guess}{unjudged}."),
+        "{size_percent:g} % for the body's size; {depth}{guess}{unjudged}."),
     "size-levelled": ("repair", "place",
         "The lifted body grew with its image, by {grown_percent:.0f} % in all, and was brought to one size."),
     # Up
@@ -253,8 +256,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "lies or bends down, or the picture is turned. If it is, turn the video, or tell read.pitch and "
         "read.roll."),
     "up-drifts": ("warning", "up",
-        "The camera was taken for one that stands still, but the frames' ups before and after frame {frame} are "
-        "{drift_deg:.0f} degrees apart: a cut, a moving camera (--camera moving), or a body that lies or bends "
+        "The camera was taken for one that stands still, but by the body up changes by {drift_deg:.0f} degrees at "
+        "frame {frame}: a cut, a moving camera (--camera moving), or a body that lies or bends "
         "down for long."),
     "up-of-one-apart": ("warning", "up",
         "This person's own up is {apart_deg:.0f} degrees from the one that all of the recording share: they lean, "
@@ -306,14 +309,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s, which --neutral takes for "
         "standing still; choose a second in which they stand."),
     "angle-errors-unknown": ("note", "motion",
-        "The errors of the angles are not known: nobody says who made the poses, which may err as a lifter's do "
-        "(-O made_by=measured, or estimated)."),
+        "The errors of the angles are not known, for nothing says whether the poses were measured or estimated "
+        "(-O made_by=measured, or -O made_by=estimated)."),
     "angle-errors-of-world": ("note", "motion",
         "The errors of the angles are not known: the poses were estimated{by} in a world's axes, where no "
         "estimator has been judged."),
     "angle-errors-unjudged": ("note", "motion",
         "The errors of the angles are not known: the poses were estimated{by}, which was not compared with a truth; "
-        "give the video's keypoints too, or a file of its errors (--set angles.errors=FILE)."),
+        "give {more}a file of its errors (--set angles.errors=FILE)."),
     "angle-errors-by-disagreement": ("note", "motion",
         "The errors of these poses{by} were not measured; those of the angles are stated by how far they are from "
         "the built-in lifter's on the same keypoints."),
@@ -348,6 +351,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "video-copied": ("note", "files",
         "The recording holds an H.264 copy of the video, because {reason}."),
     # What is wrong with poses
+    "too-few-frames": ("suspicious", "poses",
+        "Fewer than two frames have all joints: they show neither steady bones nor movement, so nobody can say that "
+        "the poses are good."),
     "gaps": ("note", "poses",
         "{lost} of {frames:~frame} {lost:?is/are} not there: {absent} without a row (at most {longest} in a row), "
         "{incomplete} with NaN, {empty} with all joints on one point."),
@@ -395,9 +401,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Nothing of the hands' and feet's movement is quicker than {hertz:g} Hz ({share_percent:.1f} % of it): the "
         "poses were smoothed, and quick movements are lost or too small."),
     "bones": ("suspicious", "poses",
-        "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), {worst} by {worst_percent:.0f} %."),
+        "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), that from {worst} by "
+        "{worst_percent:.0f} %."),
     "limbs-unlike": ("suspicious", "poses",
-        "{bone} is {times:.2f} times as long as the left one."),
+        "The bone from {bone} is {times:.2f} times as long as the left one."),
     "mirrored": ("unusable", "poses",
         "The body is mirrored or its left and right are exchanged (--set read.handedness=mirror or swap): {evidence}."),
     "legs-against-arms": ("unusable", "poses",

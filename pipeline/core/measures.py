@@ -225,6 +225,14 @@ def moments(of: Mapping[str, Any], name: str) -> tuple[float, ...]:
     return found.at_s if isinstance(found, Moments) else ()
 
 
+def why_untold(of: Group) -> str:
+    """The reason of a movement, or of its sides, and that none was found where they were counted all the same."""
+    for own in (of, subgroup(of, "right"), subgroup(of, "left")):
+        if why := text(own, "reason"):
+            return f"none was found, but {why}" if value(own, "count") == 0 else why
+    return ""
+
+
 def nested(rows: Iterable[Row]) -> dict[str, Any]:
     """The rows as plain nested dicts, as summary.json has them: units end the keys, an error stands behind its figure,
     numbered figures are lists, None for a repetition that has none."""

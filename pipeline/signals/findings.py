@@ -37,6 +37,7 @@ _STILL, _MOVING = 1e-3, 0.02  # movement along an axis over the trunk
 _DEPTH = 1.5  # how many times too small depth is
 _STRETCHED = 0.75  # the same of depth that is too large; lifts have 0.87 to 1.26
 _ENOUGH_ROWS = 10
+_FEWEST_ROWS = 2  # complete ones, for a verdict at all
 _LIMBS = tuple(bone for bone in H36M17.bones if bone[1].endswith(("knee", "ankle", "elbow", "wrist")))
 _AXES = "xyz"
 
@@ -142,7 +143,9 @@ def _pelvis(source: PoseSequence, joints: np.ndarray) -> np.ndarray:
 
 def pose_findings(poses: PoseSequence) -> list[Notice]:
     """What the body shows. poses: H36M17 relative to the pelvis, in CAMERA or a world's axes."""
+    few = [notice("too-few-frames")] if len(_complete(poses)) < _FEWEST_ROWS else []
     return [
+        *few,
         *_depth(poses),
         *_bones(poses),
         *_sides(poses),
@@ -232,7 +235,11 @@ def _bones(poses: PoseSequence) -> list[Notice]:
     of = spread_of_bones(poses)
     worst = max(of, key=of.__getitem__)
     percent: dict[str, Any] = {"spread_percent": 100 * spread, "worst_percent": 100 * of[worst]}
-    return [notice("bones", weight=weight, worst=worst, **percent)]
+    return [notice("bones", weight=weight, worst=" to ".join(map(_plainly, worst.split("-"))), **percent)]
+
+
+def _plainly(joint: str) -> str:
+    return joint.replace("r_", "right ").replace("l_", "left ")
 
 
 def _sides(poses: PoseSequence) -> list[Notice]:
@@ -243,7 +250,13 @@ def _sides(poses: PoseSequence) -> list[Notice]:
     for (start, end), right in length.items():
         left = length.get((start.replace("r_", "l_"), end.replace("r_", "l_")), 0.0)
         if end.startswith("r_") and max(right, left) > _SIDES * min(right, left):
-            return [notice("limbs-unlike", bone=f"{start}-{end}", times=float(right / max(left, 1e-12)))]
+            return [
+                notice(
+                    "limbs-unlike",
+                    bone=f"{_plainly(start)} to {_plainly(end)}",
+                    times=float(right / max(left, 1e-12)),
+                )
+            ]
     return []
 
 

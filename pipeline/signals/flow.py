@@ -29,10 +29,11 @@ _MOST_LAG = 10  # rows
 _FEWEST = 60  # movements of a joint
 _MOVES = 1.5  # pixels of SIDE: the root mean square of keypoints' movements below which nothing can be told
 # Of eight real and rendered films with their own keypoints (MoveNet's; walk_crop, the demo, four cameras of Pose2Sim's
-# take, the walker) movements are alike by 0.45 and more, and no shift betters that by more than 0.02; of other
-# recordings, mirrored and reversed ones by 0.34 at most, and a shift of two rows costs 0.05 to 0.26.
-_ALIKE = 0.36
-_BETTER = 0.04
+# take, the walker) movements are alike by 0.45 and more, and no shift betters that by more than 0.03 in a track of two
+# seconds, 0.05 in one of 23 frames, which loses a part of its pairs by a shift; of other recordings, mirrored and
+# reversed ones by 0.34 at most, and a shift of three rows costs 0.04 to 0.26.
+_ALIKE, _USUAL = 0.36, 0.45
+_BETTER, _CLEARLY_BETTER = 0.04, 0.08  # than what is less than usual, and than any
 _OTHER_WAY = 0.15
 
 
@@ -156,7 +157,8 @@ def flow_notice(flow: Flow | None) -> Notice:
             if way == "mirrored"
             else ": as of a video that runs backwards",
         )
-    if flow.best > max(flow.alike + _BETTER, _ALIKE) and abs(flow.lag) > 1:
+    better = _BETTER if flow.alike < _USUAL else _CLEARLY_BETTER
+    if flow.best > max(flow.alike + better, _ALIKE) and abs(flow.lag) > 1:
         way = "later" if flow.lag > 0 else "earlier"
         return notice("keypoints-not-of-video", **alike, how=f": they fit {abs(flow.lag)} frames {way}")
     if flow.alike < _ALIKE:

@@ -106,10 +106,12 @@ def told(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
             told += [f"{end}" for end in ends if f"{end}" not in told]
         else:
             ranges.setdefault(f"perhaps {swap.kind} in frames", []).append(span)
-    return "; ".join(
-        f"{what} {', '.join(told[:_MOST_RANGES])}" + (", ..." if len(told) > _MOST_RANGES else "")
-        for what, told in ranges.items()
-    )
+    said = []
+    for what, told in ranges.items():
+        one = len(told) == 1 and "-" not in told[0]
+        more = ", ..." if len(told) > _MOST_RANGES else ""
+        said.append(f"{what.removesuffix('s') if one else what} {', '.join(told[:_MOST_RANGES])}{more}")
+    return "; ".join(said)
 
 
 def settled(poses: PoseSequence, swaps: Iterable[Swap]) -> tuple[tuple[Swap, ...], tuple[str, ...]]:

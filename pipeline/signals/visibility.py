@@ -20,6 +20,7 @@ _WINDOW_S = 0.5  # a joint is unseen where it is so in most frames of so long
 _BORDER_PX = 1.0
 _SHORTEST_S = 0.3  # of a time that is worth a sentence
 _NEAR = 0.012  # of the image's side: so far from it detectors put joints that are beyond it
+_BEYOND = 0.05  # of the side, and of the points: detectors put few of those that they see so far outside
 _INSIDE = 3.0  # of that: from here on a joint is well inside again
 _SHORT = 0.85  # of a limb's own length: shorter at the edge, and its end is beyond it
 _FEWEST = 8  # frames well inside, by which a limb's own length is known
@@ -59,6 +60,20 @@ def certain(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Pose
     needed."""
     doubtful = _out(keypoints.joints, image_size) | (keypoints.confidence < LEAST_SCORE)
     return keypoints.with_(joints=np.where(doubtful[..., None], np.nan, keypoints.joints))
+
+
+def size_doubted(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Notice | None:
+    """A warning where many keypoints that were seen lie far beyond an image of that size, as told by the user; None
+    where they do not, or it is not known."""
+    points = keypoints.joints[is_finite(keypoints.joints) & ~(keypoints.confidence < LEAST_SCORE)]
+    if image_size is None or not len(points):
+        return None
+    share = float((points > (1 + _BEYOND) * np.array(image_size)).any(axis=-1).mean())
+    if share <= _BEYOND:
+        return None
+    width, height = image_size
+    reach = dict(zip(("right", "down"), points.max(axis=0).tolist(), strict=True))
+    return notice("image-size-doubtful", width=width, height=height, share_percent=100 * share, **reach)
 
 
 def _out(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndarray:

@@ -11,6 +11,7 @@ from ...models.gait.errors import own_covariance
 from ...models.gait.foot_lock import flat_rows
 from ...models.gait.gait import Gait
 from ...models.gait.walked_floor import FEWEST, walked_floor
+from ...models.place.airborne import no_place
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.measures import Measure, Remark, Row, grouped, text
 from ...pipeline.core.pose import PoseSequence, Rectified
@@ -30,7 +31,7 @@ def floor(
     again, which tells its height only. walking: the rows of the group `walking`. judged: whether the built-in lifter
     made the poses; what a run has estimated by others' has no errors."""
     if filtered.root is None:
-        return [Remark("reason", "where the person is in the room is not known, or the camera moves")]
+        return [Remark("reason", no_place(rectified))]
     walked = grouped(walking)
     if why := text(walked, "reason"):
         return [Remark("reason", why)]

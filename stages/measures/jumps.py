@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
-from ...models.gait.gait import Gait
+from ...models.gait.gait import Gait, Step
 from ...models.place.airborne import Airborne
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.measures import Measure, Remark, Row
@@ -18,6 +19,7 @@ from .figures import moments, with_error
 _REBOUND_S = 1.0  # longer on the floor, and the next jump is another one
 _ABSORBED_S = 0.6  # after a landing: by then the knees have given way
 _STRIDE_S = 0.3  # nobody flies longer from step to step of a run
+_FEWEST_STEPS = {"walking": 3, "running": 2}  # as models/gait/events.py counts them
 _CM = 100.0
 
 
@@ -54,6 +56,19 @@ def jumping(airborne: Airborne, gait: Gait) -> list[Flight]:
         if flight.land_s - flight.off_s > _STRIDE_S
         or not any(step.start_s < flight.land_s and flight.off_s < step.stop_s for step in steps)
     ]
+
+
+def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:
+    """The gait without the steps in which the person jumps, as over a hurdle: a walk or run ends before, and the next
+    begins behind."""
+    middles = [(flight.off_s + flight.land_s) / 2 for flight in jumped]
+
+    def leaps(step: Step) -> bool:
+        return any(step.start_s <= at_s < step.stop_s for at_s in middles)
+
+    fewest = _FEWEST_STEPS.get(gait.kind, 0)
+    pieces = [(leap, list(steps)) for walk in gait.walks for leap, steps in groupby(walk, leaps)]
+    return replace(gait, walks=[steps for leap, steps in pieces if not leap and len(steps) >= fewest])
 
 
 def absorbs(flights: Sequence[Flight], low_s: float) -> bool:

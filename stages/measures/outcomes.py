@@ -26,7 +26,8 @@ def with_outcome(movement: str, rows: Sequence[Row], lasts_s: float, looked: boo
     seen = any(row.value for row in counts)
     if looked and not seen and lasts_s < _LEAST_S[movement]:
         rows = [row for row in rows if not (isinstance(row, Remark) and row.name == "reason")]
-        rows.append(Remark("reason", f"{lasts_s:.2g} s is too short"))
+        why = f"{lasts_s:.2g} s is too short" if lasts_s else "a single frame shows no movement"
+        rows.append(Remark("reason", why))
     hidden = any(isinstance(row, Remark) and row.name == "reason" for row in rows)
     if seen:
         code = SEEN
@@ -35,8 +36,3 @@ def with_outcome(movement: str, rows: Sequence[Row], lasts_s: float, looked: boo
     else:
         code = NONE if counts and not hidden else CANNOT_BE_TOLD
     return [Remark("outcome", code), *rows]
-
-
-def never_looked_for() -> list[Row]:
-    """The rows of a movement that no part of the program recognises."""
-    return [Remark("outcome", NOT_LOOKED_FOR)]

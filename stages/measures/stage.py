@@ -50,15 +50,16 @@ from .figures import (
     with_error,
 )
 from .floor import floor
-from .jumps import absorbs, jumping, jumps
+from .jumps import absorbs, jumping, jumps, without_leaps
 from .off_keypoints import off_keypoints
-from .outcomes import never_looked_for, with_outcome
+from .outcomes import with_outcome
 from .repeats import repeats
 from .smoothness import path_length
 from .strikes import strikes
 from .walking import FEWEST, doubts, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
+_OUTERMOST = 0.05  # of the frames: what the 5th to the 95th percentile leaves out at either end
 _BEND, _RAISE, _ANY = 35.0, 50.0, 20.0  # degrees that a repetition rises by at least
 # Degrees of knee flexion from which a knee bend is a squat: a half squat is 70 to 100, a deep one more (Schoenfeld,
 # J Strength Cond Res 24(12), 2010, "Squatting kinematics and kinetics"); less is a partial one, or a duck.
@@ -158,7 +159,6 @@ def measures(
         the height, and `slope_reason`.
     jumps: flights in which the centre of mass falls freely, where the pelvis path is known (stages/measures/jumps.py).
     punches, kicks: fast movements of a limb, by side (stages/measures/strikes.py); they have no errors yet, and say so.
-    sitting: nobody looks for it.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
     Each movement has an `outcome`: seen, none, cannot-be-told or not-looked-for, with a `reason` where one is known.
@@ -177,6 +177,7 @@ def measures(
         for row in within(name, repeats(take, name, take(name), take.sd(name), _ANY, [name]), side_of(name))
     ]
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
+    gait = without_leaps(gait, jumped)
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     movements = {
@@ -192,7 +193,6 @@ def measures(
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
         *within("jumps", with_outcome("jumps", jumps(flights, jumped, rectified), lasts_s, flights.looked)),
-        *within("sitting", never_looked_for()),
         *within("paths", _paths(take, rectified)),
     )
 
@@ -244,6 +244,10 @@ def _range(take: Columns, name: str) -> list[Row]:
     if len(known) < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have this angle"), *basis(values)]
     sd = take.sd(name)
+    if np.isfinite(sd).any() and (hidden := take.untold(name)) > _OUTERMOST:
+        # A lift's frames near the axis are the outermost, of an arm raised sideways; which they are differs by camera.
+        why = f"{100 * hidden:.0f} % of the frames are near its axis or too uncertain; the others do not show its range"
+        return [Remark("reason", why), *basis(values)]
     (low, high), (at_low, at_high) = ends(values, sd)
     error = float(np.hypot(at_low, at_high))
     if take.judged:

@@ -29,19 +29,22 @@ from ...models.gait.gait import (
     time_values,
 )
 from ...models.gait.of_take import NOISE, SIDES, separation_sd, unjudged
+from ...models.place.airborne import no_place
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.measures import Curve, Curves, Measure, Remark, Row, within
 from ...pipeline.core.messages import how_many, spans_in_words
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import transpose
-from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, rate
+from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, rate, stretches
 from .figures import basis, deviation, moments, symmetry, with_error
 from .strides import peaks
 
 FEWEST = 10  # frames
 _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
 _SIGHT_DEG = 30.0  # off the line of sight: nearer to it, cos 30 = 87 % of a step and more is depth
+_HIDES_S = 1.5  # three steps at 120 a minute, the shortest walk
+_MOST = 0.9  # of the take, which is then named as a whole
 _SLOW_HZ = 12.0  # a quick step of 0.4 s has fewer than five frames below this
 # Times that the legs pass each other, from which it is no rest: a walk whose feet's contacts are not seen, perhaps.
 _PASSES = 4
@@ -87,7 +90,7 @@ def walking(
         return [Remark("reason", f"fewer than {FEWEST} frames have both legs"), *basis(apart)]
     if not gait.walks:
         if why := uncountable(apart, columns, filtered, rectified, source.frame):
-            return [Remark("reason", f"steps cannot be counted: {'; '.join(why)}"), *basis(apart)]
+            return [Remark("reason", "; ".join(why)), *basis(apart)]
         hidden, passes = _hidden(apart, filtered.times), _passes(apart)
         if passes >= _PASSES:
             hidden = f"; but the legs pass each other {passes} times{hidden}"
@@ -305,8 +308,7 @@ def _lengths(
     """Lengths and speed of the walks, what is said of the belt or why there are none, and the share of the belt's speed
     by which that is off. belt_share: this share where the speed is not told; NaN where unknown."""
     if rectified.camera == "moving" or (filtered.root is None and belt_speed is None):
-        why = "where the person is in the room is not known, or the camera moves"
-        return {}, [Remark("lengths_reason", why)], 0.0
+        return {}, [Remark("lengths_reason", no_place(rectified))], 0.0
     level, seams = filtered.joints.astype(np.float64), breaks(filtered)
     ankles = {side: level[:, filtered.layout.index(f"{side}_ankle"), :2] for side in SIDES.values()}
     root = np.zeros((len(level), 2)) if filtered.root is None else filtered.root[:, :2]
@@ -338,33 +340,35 @@ def uncountable(
     """Why steps would not be seen if there were any; empty when they would. apart: (T,) the separation in lengths of a
     leg. columns: (T,) of the take's kinematics. source: the frame that the poses came in."""
     why = []
-    off = sight_deg(rectified, source)
-    if off < _SIGHT_DEG:
+    if spans := along_sight(rectified, source, filtered.times):
+        whole = spans[0][1] - spans[0][0] > _MOST * (filtered.times[-1] - filtered.times[0])
+        when = "" if whole else f" from {spans_in_words(spans, 2)}"
         why.append(
-            f"the person faces along the camera's line of sight ({off:.0f} degrees off it), so the feet pass each "
-            "other in depth, which one camera sees worst; film the walk from the side"
+            f"the person faces along the line of sight{when}, where the feet pass each other in depth: film the walk "
+            "from the side"
         )
     change, sd = (
         float(np.nanmax(apart) - np.nanmin(apart)),
         separation_sd(columns, unjudged(filtered, rectified)),
     )
     if LEAST_STEP < change < NOISE * sd:
-        why.append(
-            f"the ankles' separation changes by {change:.1f} leg lengths, which lies within its error "
-            f"({NOISE * sd:.1f})"
-        )
+        why.append(f"the feet part by {change:.1f} leg lengths, less than the error of {NOISE * sd:.1f}")
     fps = rate(filtered.times)
     if fps < _SLOW_HZ:
         why.append(f"at {fps:.3g} frames per second a quick step of 0.4 s has {0.4 * fps:.2g} frames")
     return why
 
 
-def sight_deg(rectified: Rectified, source: Frame) -> float:
-    """Median angle, 0 to 90 degrees, between where the person faces (or faces away from) and the camera's axis; NaN
-    where the source is no camera."""
+def along_sight(rectified: Rectified, source: Frame, times: np.ndarray) -> list[tuple[float, float]]:
+    """From when to when the person faces along the camera's axis, or away from it, within _SIGHT_DEG in most frames of
+    _HIDES_S; stretches that are shorter hide no walk. None where the source is no camera."""
     if source.family != "camera":
-        return float("nan")
+        return []
     ahead = -rectified.R_source_from_body[:, :, 0]  # BODY's x is back
-    along = np.abs(ahead @ source.basis[:, 2])  # CAMERA's z is away
-    known = along[np.isfinite(along)]
-    return float(np.degrees(np.arccos(min(1.0, np.median(known))))) if len(known) else float("nan")
+    with np.errstate(invalid="ignore"):
+        near = np.abs(ahead @ source.basis[:, 2]) > np.cos(np.radians(_SIGHT_DEG))  # CAMERA's z is away
+    first, last = (np.searchsorted(times, times + shift * _HIDES_S / 2) for shift in (-1, 1))
+    sums = np.r_[0, np.cumsum(near)]
+    mostly = sums[last] - sums[first] > 0.5 * (last - first)
+    spans = [(float(times[a]), float(times[b - 1])) for a, b in stretches(mostly)]
+    return [(start, stop) for start, stop in spans if stop - start >= _HIDES_S]

@@ -91,6 +91,8 @@ def _difference(symmetry: Group) -> Cell:
 def angle_charts(take: Take) -> Markup:
     """HTML of every angle over time, both sides in one chart, with its band; empty where the take has none."""
     columns, times = take.kinematics or {}, take.need("poses").times
+    if len(times) < 2:  # a chart of one value is empty
+        return angle_table(columns)
     figures = []
     for name in ALL_OF_BOTH:
         if (shown := angle_bands(take, name)) is None:

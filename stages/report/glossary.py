@@ -31,7 +31,7 @@ _EXPLAINED = {
     "landings": "When the foot first touches the floor (initial contact).",
     "toe_offs": "When the foot leaves the floor.",
     "belt_speed": "Speed of the treadmill.",
-    "count": "How often it was seen in the whole take.",
+    "count": "How often it was made in the whole take; what is held for over 3 s is counted by itself.",
     "squats": "Knee bends in which the less bent knee reaches 70 degrees.",
     "duration": "From 7 % of the rise going out to 10 % coming back; not given if a gap hides either.",
     "rise": "By how much the angle grows; not given if a gap hides its start or end.",

@@ -130,11 +130,11 @@ def _write(image: np.ndarray, number: str, at: np.ndarray) -> None:
     """The number of degrees beside a place (2,), whose sign no font of OpenCV has, so it is drawn."""
     import cv2
 
-    font, size = cv2.FONT_HERSHEY_SIMPLEX, 0.6
+    font, size = cv2.FONT_HERSHEY_SIMPLEX, 0.9
     (width, height), _ = cv2.getTextSize(number, font, size, 2)
     left = int(np.clip(at[0] + 10, 0, image.shape[1] - width - 8))
     base = int(np.clip(at[1] + height / 2, height + 2, image.shape[0] - 4))
-    for colour, thick in (((255, 255, 255), 4), ((40, 32, 28), 1)):
+    for colour, thick in (((255, 255, 255), 7), ((40, 32, 28), 2)):
         cv2.putText(image, number, (left, base), font, size, colour, thick, cv2.LINE_AA)
         cv2.circle(image, (left + width + 3, base - height), 2, colour, thick, cv2.LINE_AA)
 

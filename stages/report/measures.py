@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from ...pipeline.core.measures import (
     CANNOT_BE_TOLD,
     NOT_LOOKED_FOR,
     SD_90,
+    SEEN,
     UNITS,
     Curves,
     Group,
@@ -23,6 +24,7 @@ from ...pipeline.core.measures import (
     subgroup,
     text,
     value,
+    why_untold,
     without_error,
 )
 from ...pipeline.core.measures import (
@@ -95,27 +97,24 @@ def happened(rows: Iterable[Row], length: str) -> Markup:
             shown = gait(group, length) if name == "walking" else measure_tables(group, length, level=3)
             parts.append(heading(_title(name, group)) + shown)
         else:
-            outcome = _OUTCOMES.get(text(group, "outcome"), "none")
-            absent.append(f"{worded(name).capitalize()}: {': '.join(filter(None, (outcome, _why(group))))}.")
+            outcome = _OUTCOMES.get(text(group, "outcome"), "not known" if "reason" in group else "none")
+            absent.append(
+                f"{worded(name).capitalize()}: {': '.join(filter(None, (outcome, why_untold(group))))}."
+            )
     single: Group = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict)}
     shown = measure_tables(single, length) + joined(parts)
-    none = small("No movement that is counted was recognised.") if absent else Markup("")
-    return (small(_ERRORS) + shown if shown else none) + details(
-        "What was looked for and not found", bullets(absent)
-    )
-
-
-def _why(group: Group) -> str:
-    """The reason of a movement, or of its sides."""
-    return text(group, "reason") or next(
-        filter(None, (text(subgroup(group, side), "reason") for side in ("right", "left"))), ""
-    )
+    missed = details("What was looked for and not found", bullets(absent))
+    if shown:
+        return small(_ERRORS) + missed + shown
+    return small("No movement that is counted was recognised.") + missed if absent else Markup("")
 
 
 def _found(group: Group) -> bool:
     """Whether there is more in it than a count of nothing, or a reason."""
     if (holds := subgroup(group, "holds")) and _found(holds):
         return True
+    if "outcome" in group:
+        return text(group, "outcome") == SEEN
     for name in ("steps", "count"):
         if name in group:
             return bool(value(group, name))
@@ -258,12 +257,23 @@ def _rows(members: Mapping[str, Any], length: str) -> Markup:
     columns = [_whole([_cell_of(member, name) for member in members.values()]) for name in order]
     if not order:
         return Markup("")
+    alike = {name: {text(member, name) for member in members.values()} for name in order}
+    said = [name for name, texts in alike.items() if len(texts) == 1 and "" not in texts]
+    if said and len(members) > 1:
+        once = joined(small(f"{worded(name).capitalize()}: {alike[name].pop()}.") for name in said)
+        return once + _rows(_without(members, said), length)
     names = [named(shown[name], length) for name in order]
     if len(members) <= _FEW < len(order):
         rows = [[name, *map(_worded, cells)] for name, cells in zip(names, columns, strict=True)]
         return table(("", *map(worded, members)), rows)
     rows = [[worded(name), *cells] for name, *cells in zip(members, *columns, strict=True)]
     return table(("", *names), rows)
+
+
+def _without(members: Mapping[str, Any], names: Sequence[str]) -> Group:
+    return {
+        key: {name: leaf for name, leaf in of.items() if name not in names} for key, of in members.items()
+    }
 
 
 def _worded(cell: Cell) -> Cell:
@@ -297,7 +307,9 @@ def _each(leaf: Any) -> list[str]:
 
 def _unknown(one: Measure) -> str:
     """A figure whose error is not known, or that has none: two digits, but whole degrees and counts."""
-    if one.unit in ("", "deg") or float(one.value).is_integer():
+    if one.unit == "deg":
+        return f"{one.value:z.0f}"
+    if not one.unit or float(one.value).is_integer():
         return _shown(one.value)
     return without_error(one.value)
 
@@ -315,7 +327,8 @@ def _cell_of(member: Mapping[str, Any], name: str) -> Cell:
         return _percent(value(member, name) or 0)
     if leaf is None or isinstance(leaf, Remark):
         return None if leaf is None else leaf.text
-    cell = _cell(leaf.value) if isinstance(leaf, Measure) and leaf.error is None else _both(leaf)
+    whole = isinstance(leaf, Measure) and not leaf.unit  # a count
+    cell = _cell(leaf.value) if whole else _both(leaf)
     lies_within = isinstance(leaf, Measure) and leaf.within_error
     if lies_within or (name in _RANGES and value(member, "beyond_anatomy_frames")):
         return Soft(cell if isinstance(cell, str) else _shown(cell))

@@ -55,7 +55,7 @@ def skeleton_player(take: Take) -> Markup:
     }
     squares = f" The squares are {square:g} m wide." if unit == "m" else ""
     caption = (
-        f"The skeleton turned upright, on the floor.{squares} {on_floor} Orange is the person's right, blue the left. "
+        f"The skeleton turned upright, on the floor.{squares} {on_floor} "
         "Drag to turn it; the slider moves the cursor of every chart of time."
     )
     return player(
@@ -77,7 +77,7 @@ def _standing(level: PoseSequence, rows: np.ndarray) -> tuple[np.ndarray, str]:
             0,
             0,
             1,
-        ), "Where the person is is not known: the lower foot stands on the floor."
+        ), "The person's place is not known: the lower foot stands on the floor."
     joints = joints + level.root[rows][:, None]
     lowest = joints[:, feet, 2]
     floor = (
@@ -85,4 +85,4 @@ def _standing(level: PoseSequence, rows: np.ndarray) -> tuple[np.ndarray, str]:
         if np.isfinite(lowest).any()
         else float(np.nanmin(joints[..., 2]))
     )
-    return joints - (0, 0, floor), "The floor is where the lowest foot stands."
+    return joints - (0, 0, floor), "The floor is at the lowest height of the feet."

@@ -42,10 +42,21 @@ def session_words(take: Take, facts: Facts) -> Markup:
         f"Person {take.session.person_id}" if take.session.person_id else "",
         take.session.date,
         take.name if take.name != take.title else "",
-        f"{how_many(len(facts.poses), 'frame')}, {facts.duration_s:.1f} s{rate_in_words(facts.poses.fps, ' at ')}",
+        f"{_frames(take, facts)}, {facts.duration_s:.1f} s{rate_in_words(facts.poses.fps, ' at ')}",
         facts.camera_motion and f"camera {facts.camera_motion}",
     ]
     return small(" · ".join(words for words in told if words))
+
+
+def _frames(take: Take, facts: Facts) -> str:
+    """How many frames the page is about, and of how many where the person was followed in a part of the video alone."""
+    own = len(facts.poses)
+    first, last = (0, -1) if take.video is None else take.video.span
+    return (
+        f"{own} of the {last + 1 - first} frames of the video"
+        if own < last + 1 - first
+        else how_many(own, "frame")
+    )
 
 
 def files_beside(names: Sequence[str]) -> Markup:

@@ -65,15 +65,17 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
     facts, measures = facts_of(take), grouped(take.measures or ())
     said = [*seen(take), *sides_compared(measures)]
-    head = session_words(take, facts) + answer(said) + (small(_ERRORS) if said else Markup(""))
+    bars = small(_ERRORS) if any("±" in sentence for sentence in said) else Markup("")
+    head = session_words(take, facts) + answer(said or _withheld(take)) + bars
     head += trust(take, facts) + told_of(take)
+    several = len(take.poses) > 1  # charts over time of one frame are empty
     sections = [
         ("Key frames", skeleton_player(take) + _key_frames(take)),
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("What happened", happened(take.measures or (), length_unit(take.poses))),
         ("Joint angles over time", angle_charts(take) + _off_keypoints(measures, length_unit(take.poses))),
-        ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, length_unit(take.poses))),
-        ("Wrist paths before and after", _wrists(take)),
+        ("Speeds and accelerations", _motion(take, measures) if several else Markup("")),
+        ("Wrist paths before and after", _wrists(take) if several else Markup("")),
         ("Which way is up", _gravity(take, facts)),
         ("Files beside this page", files_beside(files)),
         ("Where this comes from", provenance(facts, take)),
@@ -81,9 +83,16 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     return page(take.title, head, sections)
 
 
-def _path_lengths(measures: Group, length: str) -> Markup:
+def _withheld(take: Take) -> list[str]:
+    """Why there is nothing to be said of the movements."""
+    return [each.text for each in take.notices if each.code == "figures-withheld"]
+
+
+def _motion(take: Take, measures: Group) -> Markup:
+    length = length_unit(take.need("poses"))
     paths: Group = {name: path for name, path in subgroup(measures, "paths").items() if name != "reason"}
-    return details("Lengths of the paths", measure_tables(paths, length, level=3) if paths else Markup(""))
+    lengths = measure_tables(paths, length, level=3) if paths else Markup("")
+    return motion_charts(take) + details("Lengths of the paths", lengths)
 
 
 def _off_keypoints(measures: Group, length: str) -> Markup:
@@ -177,7 +186,7 @@ def _components(poses: PoseSequence, when: str) -> Iterator[Markup]:
 def _gravity(take: Take, facts: Facts) -> Markup:
     poses, rectified = take.need("poses"), take.need("rectified")
     times, figures = poses.times, []
-    if voted(rectified):
+    if voted(rectified) and len(poses) > 1:
         votes, shared, bound = tilt(take)
         for i, (name, words) in enumerate(
             (
@@ -196,7 +205,7 @@ def _gravity(take: Take, facts: Facts) -> Markup:
         ("Each frame's own up off the take's (°)", off, "angle between the two."),
         ("Expected error of the rotation (°)", rectified.error_deg, "of BODY, as the rectifier states it."),
     ):
-        if np.isfinite(values).any():
+        if np.isfinite(values).sum() > 1:
             chart = over_time([Curve(title, values)], times, f"{title} over time")
             more.append(figure([chart], title, words))
     return (

@@ -6,6 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
+from ...pipeline.core.measures import grouped, moments, subgroup
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
@@ -24,6 +25,7 @@ _WELL = 6.0
 _TOLD = 15.0
 _WHOLE = 0.05  # share of the joints that may be missing "except for moments": one second in twenty
 _MOST = 5  # stretches that are told
+_LIMBS = {f"{side[0]}_{limb}": f"{side} {limb}" for side in ("right", "left") for limb in ("leg", "arm")}
 _SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
 # Trunk lengths, about a quarter of a metre, that some joint goes in a take that shows how somebody moves. The joints of
 # lifts wander by 0.2 to 0.3 in a video of one photo, or of a person who stands still.
@@ -51,6 +53,7 @@ def _poses(take: Take, facts: Facts) -> list[Check]:
         return []
     level: Level = {"unusable": "bad", "suspicious": "care"}.get(facts.verdict, "good")  # type: ignore[assignment]
     doubts = [doubt.text for doubt in facts.doubts] or [_undoubted(take.need("poses"))]
+    doubts += [each.text for each in take.notices if each.about == "poses" and each.weight == "warning"]
     return [(f"The poses are {facts.verdict}", level, doubts)]
 
 
@@ -58,9 +61,7 @@ def _undoubted(poses: PoseSequence) -> str:
     """What poses without doubts are, in a sentence, as far as they show it."""
     joints = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))]
     if len(joints) < 2:
-        return (
-            "No fault was found, but fewer than two complete frames show neither steady bones nor movement."
-        )
+        return "No fault was found."
     thorax, pelvis = (joints[:, poses.layout.index(name)] for name in ("thorax", "pelvis"))
     trunk = float(np.median(np.linalg.norm(thorax - pelvis, axis=-1)))
     goes = float(np.linalg.norm(np.ptp(joints, axis=0), axis=-1).max())
@@ -118,7 +119,16 @@ def _sides(take: Take) -> Check:
     if texts or wrong:
         words = texts or ["They are doubtful in the whole take; see the poses."]
         return "Left and right", "care" if warned else "good", words
-    return "Left and right", "good", ["No limbs look exchanged."]
+    limbs = subgroup(grouped(take.measures or ()), "off_keypoints")
+    off = []
+    for name, words in _LIMBS.items():
+        of = subgroup(limbs, name)
+        if spans := list(zip(moments(of, "start"), moments(of, "stop"), strict=True)):
+            off.append(f"{words} from {spans_in_words(spans, _MOST)}")
+    if not off:
+        return "Left and right", "good", ["No limbs look exchanged."]
+    words = "No limbs look exchanged, but where they contradict their keypoints that cannot be told"
+    return "Left and right", "care", [f"{words}: {', '.join(off)}."]
 
 
 def _view(take: Take) -> Check:

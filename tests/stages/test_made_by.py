@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.jumps import jumping
-from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.lifter.builtin import lift
@@ -213,3 +213,21 @@ def test_what_rests_on_an_estimators_path_has_no_error(walk):
     assert own["walking"]["walking_speed"] > 0
     assert not {"walking_speed_error", "mean_step_length_error"} & own["walking"].keys()
     assert not {"floor_height_error", "slope_error_deg"} & own["floor"].keys()
+
+
+def test_what_would_tell_the_errors_is_what_is_missing(walk):
+    """Keypoints were asked for that had been given: the size of their image was missing."""
+    other = MadeBy("estimated", "another lifter")
+    camera = side_camera(walk)
+    poses = camera_poses(walk, camera).with_(made_by=other)
+    points = PoseSequence(
+        camera.project(walk.world), H36M17, IMAGE, time_s=walk.time_s, frame_index=np.arange(len(walk))
+    )
+
+    def said(take) -> str:
+        return next(each.text for each in STAGES(take).notices if each.code == "angle-errors-unjudged")
+
+    assert "keypoints" in said(Take("bare", poses=poses))
+    beside = said(Take("beside", poses=poses, keypoints=points))
+    assert "read.image_size" in beside
+    assert "keypoints" not in beside

@@ -234,12 +234,32 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
     take = Take("walk", video=walk_film)
     default = Detect()(take)
     assert default.keypoints.person == "0"
-    assert "Of 2 people (frames in brackets) 0 (40), 1 (35), person 0 is taken" in default.notices[1].text
+    chosen = default.notices[1]
+    assert (chosen.code, chosen.values["listed"], chosen.values["unsure"]) == (
+        "person-chosen",
+        "0 (40), 1 (35)",
+        "",
+    )
     assert not any(each.code == "interrupted" for each in default.notices)
     other = Detect()(take.telling(person="1")).keypoints
     assert (other.person, len(other)) == ("1", 35)
     with pytest.raises(InputError, match="no person '7'"):
         Detect()(take.telling(person="7"))
+
+
+def test_who_is_lost_and_found_again_is_not_counted_as_somebody_else(walk_film, monkeypatch):
+    """One network looks at one person at a time: a man lost for a somersault came back as the third of two people."""
+
+    class Lost(_Two):
+        def people(self, image, before=()):
+            self._frame = max(self._frame, 5)
+            far, near = super().people(image, before)
+            return (far,) if self._frame < 30 else (near,)
+
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Lost())
+    chosen = Detect()(Take("walk", video=walk_film)).notices[1]
+    assert chosen.values["people"] == 2
+    assert "1 may be 0 again" in chosen.text
 
 
 def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, monkeypatch):

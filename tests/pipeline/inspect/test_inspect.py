@@ -265,8 +265,8 @@ def test_clip_boundaries_are_told_with_their_step(walker, tmp_path):
     assert steps[1] > 3
 
 
-def test_one_frame_is_described_without_faults(walker, tmp_path):
-    assert faults(looked_at(tmp_path, walker[:1])) == {}
+def test_one_frame_is_described_but_not_called_good(walker, tmp_path):
+    assert faults(looked_at(tmp_path, walker[:1])) == {"too-few-frames": "suspicious"}
 
 
 def test_the_videos_length_is_compared(walker, tmp_path):

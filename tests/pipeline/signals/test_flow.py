@@ -4,7 +4,7 @@ import pytest
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.pose import PoseSequence
-from pcnet3d.pipeline.signals.flow import flow_notice, flow_of, pairs_of
+from pcnet3d.pipeline.signals.flow import Flow, flow_notice, flow_of, pairs_of
 
 FRAMES, SIDE = 60, 240
 
@@ -55,6 +55,18 @@ def test_those_of_another_are_told(film, change):
 
 def test_of_a_person_who_stands_still_nothing_is_told(film):
     assert said(film, np.repeat(film[1][:1], FRAMES, axis=0)).code == "video-not-compared"
+
+
+@pytest.mark.parametrize(
+    ("alike", "best", "code"),
+    [
+        (0.61, 0.66, "keypoints-move-as-video"),  # 23 frames of the man who runs, with their own keypoints
+        (0.52, 0.66, "keypoints-not-of-video"),  # the walker, five frames late
+        (0.40, 0.46, "keypoints-not-of-video"),
+    ],
+)
+def test_a_shift_has_to_better_by_far_what_is_as_alike_as_usual(alike, best, code):
+    assert flow_notice(Flow(229, 13.3, alike, best, 3, 0.1, 0.1)).code == code
 
 
 def test_where_there_are_key_frames_only_frames_behind_them_are_looked_at():

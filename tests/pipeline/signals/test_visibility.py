@@ -9,7 +9,7 @@ from pcnet3d.pipeline import H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.signals.angles import UNSEEN
-from pcnet3d.pipeline.signals.visibility import not_seen, unseen
+from pcnet3d.pipeline.signals.visibility import not_seen, size_doubted, unseen
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.rectify import Rectify
@@ -154,3 +154,16 @@ def test_feet_that_pile_up_at_the_edge_are_out_from_when_they_left(seed):
 def test_who_only_stands_near_the_edge_is_in_the_image():
     given, size, times, _ = _leaving(np.random.default_rng(0), sinks_px_a_s=0.0)
     assert not unseen(given, size, given.frame_index, times)[0].any()
+
+
+def test_a_size_that_many_keypoints_exceed_is_doubted_not_the_keypoints():
+    """Feet of a boxer were "not in the image", which was told to be 640 x 360 and was 854 x 480."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform((200, 70), (600, 470), (30, 17, 2))
+    seen = np.full((30, 17), 0.9)
+    keypoints = PoseSequence(points, H36M17, IMAGE, seen)
+    assert size_doubted(keypoints, (640, 360)).code == "image-size-doubtful"
+    assert size_doubted(keypoints, (854, 480)) is None
+    assert size_doubted(keypoints, None) is None
+    hardly = keypoints.with_(confidence=np.full((30, 17), 0.1))
+    assert size_doubted(hardly, (640, 360)) is None

@@ -1,12 +1,16 @@
 """Outcomes of movements: a knee bend that takes up a landing is no squat, and what cannot be seen is not absent."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
+from pcnet3d.models.gait.events import Stance, Step
 from pcnet3d.models.gait.gait import Gait
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, nested
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
+from pcnet3d.stages.measures.jumps import without_leaps
 from pcnet3d.stages.measures.outcomes import with_outcome
 from pcnet3d.stages.measures.stage import _knee_bends
 
@@ -45,3 +49,15 @@ def test_what_a_take_is_too_short_for_is_not_said_to_be_absent(movement):
             lasts_s = 0.1
         assert nested(with_outcome(movement, [Measure("count", 0)], lasts_s))["outcome"] == outcome
         assert nested(with_outcome(movement, [Measure("count", 1)], lasts_s))["outcome"] == SEEN
+
+
+def test_a_leap_is_no_step_of_the_run_that_it_ends():
+    """A leap over a hurdle made the fourth step of a run, and its flight of 0.5 s the run's mean."""
+    lands = [1.0, 1.4, 1.8, 2.15, 2.95, 3.35, 3.75]
+    feet = {side: [Stance(side, at, at + 0.25) for at in lands[first::2]] for first, side in enumerate("rl")}
+    steps = [Step("lr"[i % 2], start, stop) for i, (start, stop) in enumerate(pairwise(lands))]
+    leap = Flight(off_s=2.4, apex_s=2.65, land_s=2.9, fall=5.8, rise=0.18, off_feet=1, land_feet=1)
+    run = Gait(feet, [steps])
+    assert run.kind == "running"
+    assert [len(walk) for walk in without_leaps(run, [leap]).walks] == [3, 2]
+    assert without_leaps(run, []).walks == run.walks

@@ -18,11 +18,11 @@ from pcnet3d.models.gait.events import Stance, Stride, walks
 from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take, Told
 from pcnet3d.pipeline.core.answer import answer
-from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
+from pcnet3d.pipeline.core.frames import CAMERA, PC_CAMERA, change_frame
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.files.measures import Row, read_measures
-from pcnet3d.pipeline.signals.angles import ANGLES, MIDLINE, near
+from pcnet3d.pipeline.signals.angles import ANGLES, FINE, MIDLINE, UNTRUSTED, near
 from pcnet3d.pipeline.signals.foot_angles import ALL_ANGLES
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
@@ -35,6 +35,7 @@ from pcnet3d.stages.export.measures import (
 from pcnet3d.stages.measures.figures import spread
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.measures.strides import peaks, stride_rows
+from pcnet3d.stages.measures.walking import along_sight
 from pcnet3d.stages.record.measures import measures_markdown
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.measures import happened
@@ -852,3 +853,40 @@ def test_a_table_that_somebody_has_changed_has_words(tmp_path, text):
     (tmp_path / "measures.csv").write_text(text.replace("ROWS", ",".join(Row._fields)))
     with pytest.raises(InputError, match=r"measures\.csv"):
         read_measures(tmp_path)
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.04, True), (0.2, False)])
+def test_an_angle_that_many_frames_lack_near_its_axis_has_no_range_and_no_difference(walk, take, share, told):
+    """Lifted upper arms differed by -146 to +189 %, by which camera looked: the frames that a range lacked were its
+    outermost."""
+    lacking = np.arange(len(walk)) < share * len(walk)
+    name, both = "r_upper_arm_sagittal", "upper_arm_sagittal"
+    changed = columns_with(
+        take,
+        **{f"{side}_{both}_sd_deg": np.full(len(walk), 5.0) for side in "rl"},
+        **{f"{name}_deg": np.where(lacking, np.nan, take.kinematics[f"{name}_deg"])},
+        **{f"{name}_reason": np.where(lacking, UNTRUSTED, FINE)},
+    )
+    found = nested(STAGES[3](take.with_(kinematics=changed)).measures)
+    assert ("p05_deg" in found["range_of_motion"][name]) == told
+    assert ("symmetry_index_percent" in found["symmetry"][both]) == told
+    assert ("reason" in found["range_of_motion"][name]) != told
+
+
+def test_facing_the_camera_hides_a_walk_only_while_it_lasts():
+    """One figure for the take said that steps of a man in full profile could not be told."""
+    times = np.arange(300) / 30
+    level = walker(seconds=10).poses
+    rectified = Pipeline(STAGES[:1])(Take("walker", poses=level)).rectified
+
+    def facing(degrees):
+        a = np.radians(degrees)
+        back = np.stack([np.sin(a), 0 * a, np.cos(a)], axis=-1)
+        R = np.stack([back, np.cross((0, 1, 0), back), np.broadcast_to((0.0, 1, 0), back.shape)], axis=-1)
+        return along_sight(replace(rectified, R_source_from_body=R), CAMERA, times)
+
+    assert facing(np.full(300, 90.0)) == []
+    ((start, stop),) = facing(np.where(times < 4, 10.0, 90.0))
+    assert start == 0
+    assert stop == pytest.approx(4, abs=0.1)
+    assert facing(np.where((times > 4) & (times < 5), 10.0, 90.0)) == []  # no walk is so short

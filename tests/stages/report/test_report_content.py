@@ -12,19 +12,21 @@ import pytest
 
 from golden.measures import rows_of
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, PoseSequence, Take, change_frame
-from pcnet3d.pipeline.core.notices import own_notice
+from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, Pipeline, PoseSequence, Take, change_frame
+from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.signals.angles import ANGLES
+from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.drawing import page as page_module
 from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT, SLICES, Curve, over_time, ranges, sides
 from pcnet3d.stages.drawing.page import answer, page, table
 from pcnet3d.stages.drawing.words import spoken
+from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.angles import angle_table
 from pcnet3d.stages.report.measures import _percent
 from pcnet3d.stages.report.stage import Report, report
-from pcnet3d.stages.trajectories import UNCERTAIN
+from pcnet3d.stages.trajectories import UNCERTAIN, Trajectories
 from refusals import refused
 
 
@@ -482,3 +484,31 @@ def test_body_is_seen_from_the_front_and_from_its_right(walk_take):
 
 def test_shares_are_written_in_full():
     assert [_percent(share) for share in (1.0, 0.153, 0.0065)] == ["100 %", "15 %", "0.65 %"]
+
+
+def test_one_frame_has_no_empty_charts_and_its_angles_in_a_table():
+    one = walker(seconds=1.0).poses
+    one = PoseSequence(one.joints[:1], H36M17, one.frame, time_s=one.time_s[:1])
+    take = Pipeline((Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()))(
+        Take("one", poses=one)
+    )
+    said = report(take)
+    assert "<svg" not in said.split("Joint angles over time</h2>")[1]
+    assert "right knee flexion" in said
+    assert "<h3>" not in said.split("What happened</h2>")[1].split("<h2>")[0]
+    assert "0 s is too short" not in said
+
+
+def test_why_no_figures_are_made_is_the_first_thing_said(walk_take):
+    """It stood in the terminal alone: the page drew the angles of unusable poses and said no word."""
+    take = walk_take.with_(findings=(own_notice("test.flat", "no depth", "unusable"),))
+    said = report(Measures()(take))
+    (first,) = re.findall(r'<div class="answer"><p>(.*?)</p>', said)
+    assert first == notice("figures-withheld").text
+    assert first in said.split('class="gauge')[1]
+
+
+def test_the_head_says_of_how_many_frames_the_person_was_followed_in_some(walk_take, film):
+    """157 of 230 frames were called "157 frames"."""
+    assert "60 of the 75 frames of the video" in report(walk_take.with_(video=film(75)).telling(images=False))
+    assert "60 frames, 2.0 s" in report(walk_take.with_(video=film(60)).telling(images=False))

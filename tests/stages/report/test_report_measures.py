@@ -9,6 +9,7 @@ import pytest
 from golden.measures import rows_of
 from pcnet3d.pipeline.core.measures import Measure, Moments, grouped, half_bar
 from pcnet3d.stages.drawing.words import range_words
+from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.report.angles import ranges, sides_compared
 from pcnet3d.stages.report.glossary import explained
 from pcnet3d.stages.report.measures import FOR_FILES, happened, measure_tables, named
@@ -64,11 +65,11 @@ def test_every_figure_is_there_once_under_its_name():
     at = cells(said).index("range between them (°)")
     assert cells(said)[at + 3 : at + 11] == [
         "right knee flexion",
-        "58.2",
+        "58",
         "-1",
         "240",
         "left knee flexion",
-        "61.5",
+        "62",
         "–",
         "231",
     ]
@@ -89,7 +90,7 @@ def test_lists():
         "walk": {"step_times_s": [0.51, 0.5], "all_steps_s": [0.5] * 40},
     }
     said = tables(made)
-    assert cells(said)[1:9] == ["start (s)", "knee (°)", "1", "1.00", "90", "2", "3.50", "85.5"]
+    assert cells(said)[1:9] == ["start (s)", "knee (°)", "1", "1.00", "90", "2", "3.50", "86"]
     assert figures(said)["step times"] == "0.51, 0.5 s"
     assert "40 values, in summary.json" in said
 
@@ -164,7 +165,7 @@ def test_only_what_happened_is_shown_and_the_rest_is_named_on_demand():
     }
     said = happened(rows_of(walked), "m")
     assert re.findall(r"<h3>(.*?)</h3>", said) == ["Running", "Arm raises"]
-    shown, absent = said.split("What was looked for and not found")
+    absent, shown = said.split("</details>", 1)  # the fold comes first: no movement's heading is above it
     assert "Knee bends" not in shown
     assert "Jumps: cannot be told: nobody &lt;knows&gt;." in absent
     assert "Knee bends: none." in absent
@@ -263,3 +264,26 @@ def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
     (apart,) = compared({"symmetry": {"knee_flexion": knee, "hip_flexion": hip}, "walking": walking})
     assert "in 2 of 3 figures" in apart
     assert apart.endswith(": range of hip flexion +30 ± 10 %, step length +30 ± 10 %.")
+
+
+def test_no_heading_stands_above_nothing(walk_take):
+    """Every page had the heading "Sitting" with nothing below it."""
+    said = happened(Measures()(walk_take).measures, "m")
+    assert "<h3>" in said
+    for title, below in re.findall(r"<h3>(.*?)</h3>(.*?)(?=<h3>|$)", said, flags=re.S):
+        assert below.strip(), title
+
+
+def test_a_reason_that_both_sides_share_is_told_once():
+    side = {
+        "count": 3,
+        "error_reason": "not measured",
+        "reach_percent": 77.0,
+        "duration_s": 0.29441,
+        "lean_deg": -0.01,
+    }
+    said = tables({"right": side, "left": side}, level=3)
+    assert said.count("not measured") == 1
+    assert "0.29" in cells(said)
+    assert "0.2944" not in cells(said)
+    assert "0" in cells(said)

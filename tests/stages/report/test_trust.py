@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.measures import rows_of
 from pcnet3d.pipeline.core.notices import own_notice
 from pcnet3d.pipeline.signals.angles import ANGLES
+from pcnet3d.pipeline.signals.findings import findings_of
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.report.trust import trust
 
@@ -85,7 +87,10 @@ def test_one_frame_shows_no_movement(walk_take):
     take = take.with_(poses=take.poses.with_(joints=joints))
     said = trust(take, facts_of(take))
     assert "moves as people do" not in said
-    assert "show neither steady bones nor movement" in said
+    judged = take.with_(findings=findings_of(take.poses))
+    assert "too-few-frames" in {each.code for each in judged.findings}
+    assert level(judged) != "good"
+    assert "The poses are good" not in trust(judged, facts_of(judged))
 
 
 def gone(take, share: float):
@@ -121,3 +126,18 @@ def test_it_says_when_joints_are_missing(walk_take):
     joints[::2] = np.nan
     often = take.with_(poses=replace(take.poses, joints=joints))
     assert re.search(r"and \d+ more times\.", trust(often, facts_of(often)))
+
+
+def test_where_limbs_contradict_their_keypoints_no_exchange_is_ruled_out(walk_take):
+    """Both legs of a man in profile were drawn exchanged, beside "No limbs look exchanged"."""
+    legs = {
+        "off_keypoints": {"r_leg": {"start_s": [3.4], "stop_s": [4.0]}, "l_arm": {"median_in_image_px": 2.0}}
+    }
+    take = known(walk_take, 2.7)
+    assert (
+        level(take.with_(measures=rows_of({"off_keypoints": {"l_arm": legs["off_keypoints"]["l_arm"]}})))
+        == "good"
+    )
+    off = take.with_(measures=rows_of(legs))
+    assert level(off) == "care"
+    assert "cannot be told: right leg from 3.40 to 4.00 s." in trust(off, facts_of(off))
