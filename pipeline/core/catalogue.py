@@ -123,8 +123,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "detected": ("note", "files",
         "The 2D keypoints were detected in the video by {detector}."),
     "person-chosen": ("note", "files",
-        "People were followed under {people:~number} (frames in brackets): {listed}{unsure}. Number {person} was taken, "
-        "seen in frames {first} to {last}; --person chooses another."),
+        "People were followed under {people:~number} (frames in brackets): {listed}{unsure}. Number {person} was "
+        "taken, seen in frames {first} to {last}; --person chooses another."),
     "hardly-a-person": ("warning", "view",
         "The detector is hardly sure that person {person} is a person: shoulders and hips score {score:.2f} "
         "(people have 0.6 or more). Look at the key frames: it may be a tree or a shadow, or the image may cut the "
@@ -224,8 +224,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The {part} {parts:?is/are} not in the image {when}; results that need {parts:?it/them} are missing there."),
     "image-size-doubtful": ("warning", "view",
         "{share_percent:.0f} % of the 2D keypoints lie far outside an image of {width} x {height} pixels, up to x = "
-        "{right:.0f} and y = {down:.0f}. The given size (--set read.image_size) seems to be that of another image. Then "
-        "it is not known what the image cuts off, and the person's place is wrong."),
+        "{right:.0f} and y = {down:.0f}. The given size (--set read.image_size) seems to be that of another image. "
+        "Then it is not known what the image cuts off, and the person's place is wrong."),
     "not-seen": ("warning", "view",
         "The detector does not see the {part} {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("warning", "",

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .catalogue import About, Weight
 
-_APART = "They are taken for different movements, so only their ranges and cycles are compared."
-_ONE = "Check that they show one movement, and that the shift is right."
+_APART = "They are taken for different motions, so only their ranges and cycles are compared."
+_ONE = "Check that they show one motion, and that the shift is right."
 _FITS = (
-    "Another shift of {run} fits about as well (r {runner_up:.2f} against {r:.2f}), as it does where a movement "
+    "Another shift of {run} fits about as well (r {runner_up:.2f} against {r:.2f}), as it does where a motion "
     "repeats itself, also in two takes of walking."
 )
 _NARROW = "narrow the search with --offset and --search"
@@ -38,7 +38,7 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
         "of motion (the knee's in walking by 3 degrees from 30 to 60), so film at one rate what you want to "
         "compare."),
     "told-apart": ("warning", "motion",
-        f"{{run}} and {{other}} have different {{what}}. {_APART} If they are the same movement, give "
+        f"{{run}} and {{other}} have different {{what}}. {_APART} If they are the same motion, give "
         "--align correlate."),
     "no-common-time": ("warning", "clock",
         "{run} and {other} share no second by their clocks, within {search_s:g} s (--search) of {offset_s:g} s "
@@ -48,10 +48,10 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
     "angles-weak": ("warning", "motion",
         f"The angles of {{run}} and {{other}} correlate weakly (r {{r:.2f}}). {_ONE}"),
     "angles-unusual": ("warning", "motion",
-        "The angles of {run} and {other} correlate less (r {r:.2f}) than those of one movement usually do (r "
+        "The angles of {run} and {other} correlate less (r {r:.2f}) than those of one motion usually do (r "
         f"{{usual:g}} or more). {_ONE}"),
     "shift-unknown": ("warning", "clock",
-        f"{_FITS} {_APART} If they are the same movement, {_NARROW}, or give --align stamps if both began together."),
+        f"{_FITS} {_APART} If they are the same motion, {_NARROW}, or give --align stamps if both began together."),
     "shift-ambiguous": ("warning", "clock",
         f"{_FITS} The shift nearest to {{offset_s:g}} s (--offset) was used: {_NARROW}."),
     "partly-common": ("warning", "motion",
@@ -72,7 +72,7 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
         "sensor is on that segment and side, from this take, and within the search."),
     "imu-lag-ambiguous": ("warning", "clock",
         f"Another lag fits nearly as well (r {{runner_up:.2f}} against {{r:.2f}}), as in a periodic "
-        f"movement; {_NARROW}."),
+        f"motion; {_NARROW}."),
     "imu-clock-differs": ("warning", "clock",
         "The sensor's clock is {way}: {rate:.5f} of its seconds pass in one of the video's. It was corrected to "
         "the video's rate."),

@@ -22,7 +22,8 @@ class Meaning(NamedTuple):
 
 REFUSALS: dict[Refusal, Meaning] = {
     # Of the files that are read
-    "cannot-open": Meaning("The file or folder does not exist, or may not be opened", "correct the path or its permissions"),
+    "cannot-open": Meaning("The file or folder does not exist, or may not be opened",
+        "correct the path or its permissions"),
     "file-damaged": Meaning("The file is empty, cut short or damaged", "copy or write it again"),
     "format-unknown": Meaning("The file does not have the expected format", "name an adapter, or export it again"),
     "format-ambiguous": Meaning("Several formats fit the file", "name one of those that the message lists"),
@@ -47,7 +48,8 @@ REFUSALS: dict[Refusal, Meaning] = {
     "choose-entry": Meaning("The file or folder holds several cameras, clips, arrays or runs", "name one"),
     "needs-rate": Meaning("No file states the frame rate", "give it (`fps`)"),
     "needs-input": Meaning("A file or a value is needed, but was not given", "give it"),
-    "needs-stage": Meaning("A stage needs something that no earlier stage gives", "add the stage that gives it, or put it earlier"),
+    "needs-stage": Meaning("A stage needs something that no earlier stage gives",
+        "add the stage that gives it, or put it earlier"),
     # Of the machine and of what is installed
     "needs-package": Meaning("A package or program is not installed", "install it"),
     "plugin-broken": Meaning("An installed package does not work as it must", "repair or uninstall it"),

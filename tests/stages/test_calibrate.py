@@ -49,7 +49,7 @@ def test_the_stage_gives_the_camera_and_says_so(video, shown):
     take = Calibrate()(Take("street", video=video))
     assert isinstance(take.camera, Camera)
     assert angle_deg(take.camera.looks[0].up, shown.up) < 2.5
-    assert any("By the straight lines" in event.text for event in take.notices)
+    assert any(event.code == "image-up" and "the straight lines" in event.text for event in take.notices)
     assert take.camera.focal_source in ("lines", "prior")
 
 

@@ -92,7 +92,7 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "answers": (
         Annotated[
             Path | None,
-            typer.Option(help="Test the poses in this folder: another lifter's, from the files of testbed --keypoints."),
+            typer.Option(help="Test the poses in this folder, by another lifter from testbed --keypoints."),
         ], None
     ),
     "errors": (
