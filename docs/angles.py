@@ -75,7 +75,7 @@ def bent(*joints: str, start: np.ndarray, end: np.ndarray) -> Pose:
 PANELS: tuple[tuple[str, float, str, str, Pose], ...] = (
     ("r_knee_flexion", 70, "r_ankle", "from its right", bent("r_ankle", start=DOWN, end=BACK)),
     ("r_elbow_flexion", 80, "r_wrist", "from its right", bent("r_wrist", start=DOWN, end=FORWARD)),
-    ("r_hip_flexion", 60, "r_knee", "from its right", bent("r_knee", "r_ankle", start=DOWN, end=FORWARD)),
+    ("r_thigh_trunk_flexion", 60, "r_knee", "from its right", bent("r_knee", "r_ankle", start=DOWN, end=FORWARD)),
     ("r_hip_abduction", 35, "r_knee", "from the front", bent("r_knee", "r_ankle", start=DOWN, end=RIGHT)),
     ("r_shoulder_flexion", 120, "r_elbow", "from its right", bent("r_elbow", "r_wrist", start=DOWN, end=FORWARD)),
     ("r_shoulder_abduction", 70, "r_elbow", "from the front", bent("r_elbow", "r_wrist", start=DOWN, end=RIGHT)),

@@ -2,7 +2,7 @@
 
 Each take is a folder of OUT, made by the commands that are printed; a take whose folder is there is left as it is. All
 but the walker need the data folder (PCNET3D_DATA). Into the folder PICTURES, which is docs for those of the page, the
-program chromium draws the first screens of three reports.
+program chromium draws the first screens of three reports, and the viewer the walker's recording (screenshot.py).
 """
 
 from __future__ import annotations
@@ -15,10 +15,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import cv2
+from screenshot import screenshot
 
 PCNET3D = Path(sys.executable).with_name("pcnet3d")
 SCREEN = (1000, 1000)  # pixels of the page that a picture shows
 WIDTH = 640  # of the picture
+DEMO_FRAME = 60  # of the walker, in the middle of a step
 SHOWN = {
     "gallery-walk.jpg": "walk_crop/report.html",
     "gallery-skating.jpg": "skating/report.html",
@@ -74,6 +76,7 @@ def main() -> None:
     for folder in map(Path, sys.argv[2:]):
         for name, page in SHOWN.items():
             picture(out / page, folder / name)
+        screenshot(out / "walker" / "take.rrd", DEMO_FRAME, folder / "demo.png")
 
 
 if __name__ == "__main__":

@@ -9,36 +9,53 @@ from __future__ import annotations
 import argparse
 import os
 import socket
+import subprocess
 import time
+from contextlib import suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 
 from pcnet3d.pipeline.files.viewer import QUIET, viewer_executable
 
+if TYPE_CHECKING:
+    from rerun.experimental import ViewerClient
+
 TOP_BAR = 37  # rows of pixels; it would speak of the machine that rendered the picture
 
 
-def screenshot(recording: Path, frame: int, picture: Path, settle_s: float = 6.0) -> None:
-    """Open the recording at a video frame, wait until the video is decoded and messages are gone, take a picture."""
+def screenshot(
+    recording: Path, frame: int, picture: Path, size: str = "1280x720", settle_s: float = 8.0
+) -> None:
+    """Open the recording at a video frame, wait until the video is decoded and messages are gone, take a picture.
+
+    A processor that draws for others too is late with it: so the picture is asked for more than once."""
     from rerun.experimental import ViewerClient
 
-    os.environ.update(QUIET)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    viewer = ViewerClient.spawn(
-        headless=True, port=port, hide_welcome_screen=True, executable_path=viewer_executable()
-    )
-    try:
-        viewer.open(str(recording.resolve()))
-        viewer.set_time("frame", sequence=frame, play_state="paused")
-        time.sleep(settle_s)
-        shot = cv2.imdecode(np.frombuffer(viewer.take_screenshot(), np.uint8), cv2.IMREAD_COLOR)
-    finally:
-        viewer.quit()
+    options = ["--headless", "--bind", "127.0.0.1", "--port", str(port), "--window-size", size]
+    command = [viewer_executable(), *options, str(recording.resolve())]
+    with subprocess.Popen(command, env=os.environ | QUIET) as viewer:
+        try:
+            time.sleep(settle_s)  # until it listens
+            client = ViewerClient(f"rerun+http://127.0.0.1:{port}/proxy")
+            client.set_time("frame", sequence=frame, play_state="paused")
+            time.sleep(settle_s)
+            shot = cv2.imdecode(np.frombuffer(_taken(client), np.uint8), cv2.IMREAD_COLOR)
+        finally:
+            viewer.terminate()
     cv2.imwrite(str(picture), np.asarray(shot)[TOP_BAR:])
+
+
+def _taken(client: ViewerClient, tries: int = 5) -> bytes:
+    for _ in range(tries):
+        with suppress(TimeoutError):
+            return client.take_screenshot()
+    raise SystemExit("The viewer draws too slowly here.")
 
 
 def main() -> None:
@@ -46,8 +63,9 @@ def main() -> None:
     parser.add_argument("recording", type=Path)
     parser.add_argument("frame", type=int)
     parser.add_argument("picture", type=Path)
+    parser.add_argument("--size", default="1280x720")
     given = parser.parse_args()
-    screenshot(given.recording, given.frame, given.picture)
+    screenshot(given.recording, given.frame, given.picture, given.size)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,8 @@ from ..models.angle_error.take_angles import AngleSeries, angle_series, in_refer
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import MadeBy, PoseSequence, Rectified
-from ..pipeline.core.take import AngleErrors, Take, in_single
+from ..pipeline.core.take import AngleErrors, Take, Told, in_single
+from ..pipeline.files.finished import read_run
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
@@ -51,12 +52,17 @@ class Angles:
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered")
     gives: ClassVar[tuple[str, ...]] = ("kinematics", "filtered", "angle_errors")
     renews: ClassVar[tuple[str, ...]] = ("kinematics",)  # which hold: of `filtered` only the error changes
-    reads: ClassVar[tuple[str, ...]] = (*Lift.reads, "neutral_s")  # Lift, which lifts a second time
+    reads: ClassVar[tuple[str, ...]] = (*Lift.reads, "neutral")  # Lift, which lifts a second time
 
     def __post_init__(self) -> None:
         """InputError for a file that holds no such errors, before a run has begun."""
         if self.errors is not None:
             read_noise(self.errors)
+
+    def check_told(self, told: Told) -> None:
+        """InputError for a neutral posture in a run that has no angles, or none of its own."""
+        if isinstance(told.neutral, str):
+            _standing(told.neutral)
 
     def __call__(self, take: Take) -> Take:
         poses, rectified = take.need("poses"), take.need("rectified")
@@ -70,10 +76,10 @@ class Angles:
         if basis != "none":
             series = widened(series, residuals_of(take))
         said: list[Notice] = []
-        if take.told.neutral_s is not None:
-            series, said = _from_neutral(series, times, take.told.neutral_s, basis == "judged")
-            start_s, end_s = take.told.neutral_s
-            filtered = filtered.noted("neutral", start_s=start_s, end_s=end_s)
+        if (neutral := take.told.neutral) is not None:
+            of = _standing(neutral) if isinstance(neutral, str) else _Standing(series, times, neutral)
+            series, said = _from_neutral(series, of, basis == "judged")
+            filtered = filtered.noted("neutral", start_s=of.span_s[0], end_s=of.span_s[1], of=of.run)
         columns = _columns(series, times, breaks(poses), self.smoother == "auto", noise)
         own = rectified.level.covariance
         if noise is not None and turning is not None and own is not None:
@@ -149,18 +155,50 @@ def joint_angles(
     return _columns(series, times, breaks(poses), rates_by_error, noise)
 
 
+class _Standing(NamedTuple):
+    """The angles of a person who stands still in a span of times (T,). run: name of another run that this is of."""
+
+    series: dict[str, AngleSeries]
+    times: np.ndarray
+    span_s: tuple[float, float]
+    run: str = ""
+
+
+def _standing(folder: str) -> _Standing:
+    """The whole of a finished run. InputError for one without angles, or whose angles are from a neutral themselves."""
+    run = read_run(folder)
+    columns, times = run.kinematics or {}, run.need("poses").times
+    names = [name for name in ALL_ANGLES if f"{name}_deg" in columns]
+    if run.told.neutral is not None or not names:
+        lacks = (
+            "no angles" if run.told.neutral is None else "angles that are from a neutral posture themselves"
+        )
+        raise InputError(
+            "bad-value",
+            f"Expected --neutral to name a run with the angles of a person standing, got {folder}, which has {lacks}.",
+        )
+    series = {
+        name: AngleSeries(
+            columns[f"{name}_deg"], sd := columns[f"{name}_sd_deg"], columns[f"{name}_reason"], sd
+        )
+        for name in names
+    }
+    return _Standing(series, times, (float(times[0]), float(times[-1])), Path(folder).name)
+
+
 def _from_neutral(
-    series: dict[str, AngleSeries], times: np.ndarray, span_s: tuple[float, float], judged: bool
+    series: dict[str, AngleSeries], of: _Standing, judged: bool
 ) -> tuple[dict[str, AngleSeries], list[Notice]]:
-    """The angles less those of the person standing in a span, and what is to be said of that."""
-    neutral = neutral_deg(series, times, span_s)
-    begin_s, end_s = span_s
-    told: dict[str, Any] = {"begin_s": begin_s, "end_s": end_s}
+    """The angles less those of the person standing, and what is to be said of that. Errors of another run count as
+    independent, for the camera may have stood elsewhere."""
+    neutral = neutral_deg(*of[:3])
+    begin_s, end_s = of.span_s
+    told: dict[str, Any] = {"begin_s": begin_s, "end_s": end_s, "of": f" of {of.run}" if of.run else ""}
     said = [notice("angles-from-neutral", **told, neutral={name: deg for name, (deg, _) in neutral.items()})]
-    moved = moves_deg(series, times, span_s)
+    moved = moves_deg(*of[:3])
     if moved > STILL_DEG:
         said.append(notice("neutral-moves", **told, moved_deg=moved))
-    return less_neutral(series, neutral, judged), said
+    return less_neutral(series, neutral, judged and not of.run), said
 
 
 def _by_disagreement(take: Take, series: dict[str, AngleSeries]) -> dict[str, AngleSeries] | None:

@@ -28,7 +28,7 @@ from ..models.angle_error.joint_noise import made_by_the_built_in
 from ..models.gait.contact import SIDES, contacts
 from ..models.gait.events import stances
 from ..models.gait.of_take import body_joints
-from ..models.smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
+from ..models.smoother import LIFTED, Motion, known_noise
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.measures import UNITS
 from ..pipeline.core.notices import Notice, notice
@@ -113,10 +113,10 @@ class Trajectories:
             columns |= in_single({f"root_{axis}_sd": path.root_sd[:, i] for i, axis in enumerate("xyz")})
         notices = [notice("relative-to-camera")] if rectified.camera == "moving" else []
         if known_error and level.covariance is None:
-            notices.append(notice("smoothed-by-estimated-error", what="positions" if lifted else "they"))
+            notices.append(notice("smoothed-by-estimated-error"))
         elif known_error:
             unjudged = (
-                "" if judged else "; that error was not checked, and positions have no standard deviations"
+                "" if judged else "; that error was not checked, and none of them has a standard deviation"
             )
             notices.append(notice("smoothed-by-stated-error", unjudged=unjudged))
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
@@ -143,9 +143,9 @@ def known_motions(
     """The motion of these joints, and of the root where there is one, smoothed by what is known of their errors, each
     as one path by name.
 
-    The error is the poses' covariance. Without one it is estimated from the paths, which do not show slow errors:
-    then positions state no error, and neither does anything of the root, or of poses that are not lifted
-    (PoseSequence.lifted). The stated error of a lifter that was not measured smooths the paths, but positions get none.
+    The error is the poses' covariance. Without one it is estimated from the paths, which do not show slow errors: it
+    smooths them, but nothing states it, and nothing of the root. So does the stated error of a lifter that was not
+    measured.
     Where a joint is missing its motion has values in between, with the error of that, but not across frames in which
     nobody was seen.
     """
@@ -156,10 +156,9 @@ def known_motions(
     stated = level.covariance
     errors = None if stated is None else stated[:, level.layout.indices(joints)]
     motion = known_noise(points, level.times, errors, cuts, lifted)
-    if lifted:
-        motion = motion.widened(LIFTED if judged and stated is not None else LIFTED_UNSTATED)
-    elif stated is None:
-        motion = motion.unstated()
+    # What a path tells of its errors is not what a lifter errs by: one that smooths or lags does not shake.
+    known = stated is not None and (judged or not lifted)
+    motion = motion.widened(LIFTED) if known and lifted else motion if known else motion.unstated()
     motions = {joint: motion.of(i) for i, joint in enumerate(joints)}
     if level.root is not None:
         motions["root"] = known_noise(level.root[:, None], level.times, None, cuts).unstated()

@@ -94,7 +94,7 @@ class Motion:
         for side in "lr":
             cycle = self._cycle(side, t)
             angles |= {
-                f"{side}_hip_flexion_deg": blend("thigh", _THIGH, cycle) + lean,
+                f"{side}_thigh_trunk_flexion_deg": blend("thigh", _THIGH, cycle) + lean,
                 f"{side}_knee_flexion_deg": blend("knee", _KNEE, cycle),
                 f"{side}_foot_pitch_deg": walk * _evaluate(_FOOT, cycle),
                 f"{side}_shoulder_flexion_deg": blend("shoulder", _SHOULDER, cycle),

@@ -36,7 +36,7 @@ def skeleton(
     for joint, place in (("nose", _NOSE), ("head", _HEAD_TOP)):
         points[joint] = points["thorax"] + stature_m * on_head(*place, angles_deg["head_lean_deg"], facing)
     for side, sign in (("l", 1), ("r", -1)):
-        thigh = angles_deg[f"{side}_hip_flexion_deg"] - lean
+        thigh = angles_deg[f"{side}_thigh_trunk_flexion_deg"] - lean
         shank = thigh - angles_deg[f"{side}_knee_flexion_deg"]
         upper_arm = angles_deg[f"{side}_shoulder_flexion_deg"] - lean
         forearm = upper_arm + angles_deg[f"{side}_elbow_flexion_deg"]

@@ -24,7 +24,7 @@ class Walk:
     heading_deg: (T,) where the person faces: 0 is north (+x), positive towards west (+y).
     angles_deg, rates_degps: (T,) by name, the angles that make the motion and their rates. All lie in the
         sagittal plane and are 0 when straight: `trunk_lean_deg` forward from the vertical; with `l_` and `r_`,
-        `hip_flexion_deg` between thigh and trunk line, `knee_flexion_deg`, `shoulder_flexion_deg` between upper
+        `thigh_trunk_flexion_deg` between thigh and trunk line, `knee_flexion_deg`, `shoulder_flexion_deg` between upper
         arm and trunk line, `elbow_flexion_deg`, `foot_pitch_deg` toes above heel; `head_lean_deg`. Besides,
         `pelvis_turn_deg` of the hip axis to the left; the shoulder axis turns as far to the right.
     heel_strikes_s: by side "l" and "r", while walking at full speed.

@@ -54,7 +54,13 @@ def moves_deg(series: Mapping[str, AngleSeries], time_s: np.ndarray, span_s: tup
     percentile; 0 where none of them is there."""
     inside = (time_s >= span_s[0]) & (time_s <= span_s[1])
     moving = [0.0]
-    for name in ("r_knee_flexion", "l_knee_flexion", "r_hip_flexion", "l_hip_flexion", "trunk_lean_sagittal"):
+    for name in (
+        "r_knee_flexion",
+        "l_knee_flexion",
+        "r_thigh_trunk_flexion",
+        "l_thigh_trunk_flexion",
+        "trunk_lean_sagittal",
+    ):
         values = series[name].value_deg[inside]
         values = values[np.isfinite(values)]
         if len(values) >= FEWEST:

@@ -18,6 +18,7 @@ from .measures import (
     text,
     value,
     why_untold,
+    with_bar,
     without_error,
 )
 from .messages import how_many
@@ -33,9 +34,9 @@ _TIMES = ("never", "once", "twice")
 # What is told of the joints: where movements were recognised, and where none were.
 _MOVED = ("knee_flexion",)
 _RAISED = ("shoulder_elevation",)
-_ALL = ("knee_flexion", "hip_flexion", "shoulder_elevation", "elbow_flexion", "trunk_lean_sagittal")
+_ALL = ("knee_flexion", "thigh_trunk_flexion", "shoulder_elevation", "elbow_flexion", "trunk_lean_sagittal")
 _JOINTS = {
-    "knee_flexion": "knees", "hip_flexion": "hips", "elbow_flexion": "elbows",
+    "knee_flexion": "knees", "thigh_trunk_flexion": "thighs against trunk", "elbow_flexion": "elbows",
     "shoulder_elevation": "arms from hanging", "trunk_lean_sagittal": "trunk forward",
 }  # fmt: skip
 
@@ -224,9 +225,9 @@ def _range(ranges: Group, name: str) -> str:
 
 def _figure(of: Measure, unit: str) -> str:
     """With the words of its unit, and its error or that this is not known."""
-    if of.bar is None:
+    if of.error is None:
         return f"about {without_error(of.value)} {unit} (error not known)"
-    return f"{of.value:g} ± {of.bar:g} {unit}"
+    return f"{with_bar(of.value, of.error)} {unit}"
 
 
 def _count(of: Group, name: str = "count") -> int:

@@ -143,7 +143,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "camera-motion-unknown": ("note", "camera",
         "It cannot be told whether the camera moves: too few corners of the background can be followed."),
     "image-without-up": ("note", "camera",
-        "The image does not show which way is up: {reason}."),
+        "The image was not used to find which way is up: {reason}."),
     "image-up-in-frames": ("note", "camera",
         "The image shows which way is up in {looks} of the frames that were checked."),
     "image-up": ("note", "camera",
@@ -229,8 +229,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "not-seen": ("warning", "view",
         "The detector does not see the {part} {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("warning", "",
-        "The source has no scale, so lengths are in its own units. For metres give the person's height (--stature "
-        "METRES)."),
+        "Lengths are in units of their own, because nothing tells the scale. For metres give the person's height "
+        "(--stature METRES)."),
     "scaled": ("repair", "",
         "Lengths were scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scaled-by-flights": ("warning", "",
@@ -256,8 +256,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "lies or bends down, or the image is turned. If the image is turned, turn the video, or set read.pitch and "
         "read.roll."),
     "up-drifts": ("warning", "up",
-        "The camera was taken to stand still, but up before and after frame {frame} differs by {drift_deg:.0f} "
-        "degrees: there is a cut, the camera moves (--camera moving), or the person lies or bends down for long."),
+        "The camera was taken to stand still, but by the body up changes by {drift_deg:.0f} degrees at frame "
+        "{frame}: there is a cut, the camera moves (--camera moving), or the person lies or bends down for long."),
     "up-of-one-apart": ("warning", "up",
         "Up from this person alone is {apart_deg:.0f} degrees away from the up of the whole recording: the person "
         "leans, bends down or lies for long, or the lifter tilted the poses."),
@@ -276,7 +276,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "states{unjudged}."),
     "smoothed-by-estimated-error": ("note", "motion",
         "Paths, velocities and accelerations are smoothed according to a joint error that is estimated from the "
-        "paths. This estimate does not show slow errors, so {what} have no standard deviations."),
+        "paths. This estimate does not show slow errors, so none of them has a standard deviation."),
     "foot-not-locked": ("note", "motion",
         "Feet were not held in place on the floor: this needs a camera that stands still and a pelvis path from "
         "keypoints."),
@@ -302,10 +302,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "angles-left-out": ("note", "motion",
         "Angles left out (in brackets: frames): {angles}. Reason: {reason}."),
     "angles-from-neutral": ("note", "motion",
-        "All angles are relative to the person standing from {begin_s:g} to {end_s:g} s (--neutral); the errors "
+        "All angles are relative to the person standing from {begin_s:g} to {end_s:g} s{of} (--neutral); the errors "
         "are those of the difference. Anatomical limits and OpenSim's names do not hold for these angles."),
     "neutral-moves": ("warning", "motion",
-        "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s, but --neutral takes this as "
+        "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s{of}, but --neutral takes this as "
         "standing still; choose a span in which the person stands still."),
     "angle-errors-unknown": ("note", "motion",
         "The errors of the angles are not known, because it is not known whether the poses were measured or "

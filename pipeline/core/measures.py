@@ -5,6 +5,7 @@ Files and pages are made from these rows: the keys of summary.json and of measur
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
@@ -53,9 +54,10 @@ class Measure:
     """One figure.
 
     group: names of what it belongs to, the outermost first, such as ("walking", "right"). name: without a unit. value:
-    rounded to its error. unit: of UNITS. error: one standard deviation, None where it is not known. number: of the
-    repetition that it is of, from 0 on; None for a figure of the take. within_error: of a difference of the sides, that
-    zero lies in the 90 % band about it; None where that cannot be told and for other figures.
+    in full, as files have it; pages show it `with_bar`. unit: of UNITS. error: one standard deviation, None where it is
+    not known. number: of the repetition that it is of, from 0 on; None for a figure of the take. within_error: of a
+    difference of the sides, that zero lies in the 90 % band about it; None where that cannot be told and for other
+    figures.
     """
 
     name: str
@@ -156,6 +158,22 @@ def half_bar(error: float) -> float:
     """Of a standard deviation, half the width of the bar that holds nine in ten, in two digits: what stands behind "±"
     and "within" wherever people read, where files have the standard deviation."""
     return float(f"{SD_90 * error:.2g}")
+
+
+def decimals(error: float) -> int:
+    """How many decimals a figure is shown with whose error is that, more than 0: to its first digit (JCGM 100:2008,
+    7.2.6)."""
+    return max(0, -math.floor(math.log10(error)))
+
+
+def shown(value: float, error: float) -> str:
+    """A figure with the decimals that its error leaves; counts and figures without an error in six digits."""
+    return f"{value:z.{decimals(error)}f}" if error > 0 and isinstance(value, float) else f"{value:g}"
+
+
+def with_bar(value: float, error: float) -> str:
+    """A figure and the half width of its 90 % bar, as people read them."""
+    return f"{shown(value, error)} ± {half_bar(error):g}"
 
 
 def without_error(value: float) -> str:

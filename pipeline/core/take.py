@@ -72,7 +72,8 @@ class Told:
     focal length. gravity: which way things fall, in the camera's axes (x right, y down, z away), any length. pitch_deg,
     roll_deg: of the camera, positive when it looks down, and when the image's content turns counter-clockwise; both or
     neither, for an angle that nobody told is not 0. image_size: width and height in pixels, of a take without a video.
-    stature_m: the person's height. neutral_s: from when to when they stand in a posture that all angles are from.
+    stature_m: the person's height. neutral: from when to when they stand in a posture that all
+    angles are from, in seconds, or the folder of a finished run in which they do.
     images: False keeps every image of the person out of the results. fps: frames a second, instead of what a file says.
     person: who of several, by name, or "longest" or "largest". handedness: what is done where left and right of poses
     are exchanged, and swaps, where limbs are for some frames.
@@ -87,7 +88,7 @@ class Told:
     roll_deg: float | None = None
     image_size: tuple[int, int] | None = None
     stature_m: float | None = None
-    neutral_s: tuple[float, float] | None = None
+    neutral: tuple[float, float] | str | None = None
     images: bool = True
     fps: float | None = None
     person: str | None = None

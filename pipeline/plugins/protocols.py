@@ -67,7 +67,7 @@ class Stage(Protocol):
 class Writer(Protocol):
     """Writes one more file of a run, on `--also NAME`.
 
-    file: its name in the run's folder. what: one line for `pcnet3d list writers`.
+    file: its name, or that of a folder, in the run's folder. what: one line for `pcnet3d list writers`.
     write(take, path): writes it, whole or not at all; InputError when the take lacks what the file holds. It may return
         notices: what a user of the file has to know, for summary.json and the report.
 

@@ -20,6 +20,7 @@ from typer.models import ParameterInfo
 from ..core.device import Device
 from ..core.errors import InputError
 from ..core.take import Handedness, Swaps, Told
+from ..files.atomic import SUMMARY
 from ..plugins.options import did_you_mean, pairs
 from .normalise import Missing
 
@@ -82,7 +83,7 @@ def _date(value: Any) -> Any:
 
 
 def _neutral(value: Any) -> Any:
-    if not isinstance(value, str):
+    if not isinstance(value, str) or (Path(value) / SUMMARY).is_file():
         return value
     try:
         start, end = (
@@ -90,7 +91,9 @@ def _neutral(value: Any) -> Any:
         )
     except ValueError:
         raise InputError(
-            "bad-value", f"Expected --neutral START-END, such as 0:00-0:02 or 0-2 (seconds), got '{value}'."
+            "bad-value",
+            "Expected --neutral START-END, such as 0:00-0:02 or 0-2 (seconds), or the folder of a finished run of the "
+            f"person standing, got '{value}'.",
         ) from None
     if not start < end:
         raise InputError("bad-value", f"Expected a --neutral that ends after it starts, got '{value}'.")
@@ -191,10 +194,10 @@ class RunOptions(BaseModel):
         Tells("stature_m"),
     ] = None
     neutral: Annotated[
-        tuple[float, float] | None,
+        tuple[float, float] | str | None,
         BeforeValidator(_neutral),
         typer.Option(hidden=True),  # `run --help` has 22 options at most; the page of angles tells this one
-        Tells("neutral_s"),
+        Tells("neutral"),
     ] = None
     camera: Annotated[
         str | None,

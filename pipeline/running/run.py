@@ -176,7 +176,8 @@ def _list(runs: Sequence[PersonRun], folder: Path) -> None:
 def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
     """The files that a run is given, which it must not replace: its own, and those that options of readers and stages
     name, such as networks and cameras."""
-    own = (options.poses, options.keypoints, options.video, options.recipe)
+    neutral = Path(options.neutral) if isinstance(options.neutral, str) else None
+    own = (options.poses, options.keypoints, options.video, options.recipe, neutral)
     told = (options.options, options.keypoints_options, *(entry.options for entry in recipe.stages))
     named = [path for each in told for name, path in files_among(each).items() if name not in _LEFT]
     return [path for path in own if path] + named

@@ -66,7 +66,7 @@ class Angle:
 _ANATOMY = {
     "knee_flexion": (-20.0, 165.0),
     "elbow_flexion": (-20.0, 165.0),
-    "hip_flexion": (-60.0, 165.0),
+    "thigh_trunk_flexion": (-60.0, 165.0),
     "hip_abduction": (-60.0, 80.0),
     "shoulder_flexion": (-90.0, 210.0),
     "shoulder_abduction": (-75.0, 90.0),
@@ -97,7 +97,7 @@ def _of_side(side: str) -> dict[str, Angle]:
             "hand towards the shoulder; negative is an elbow bent back",
             _union(arm, forearm, _THORAX),
         ),
-        "hip_flexion": Angle(
+        "thigh_trunk_flexion": Angle(
             "Hips",
             "of the thigh against the trunk line about the hip line", "thigh forward",
             _union(thigh, _PELVIS), centre_deg=45.0,
@@ -231,12 +231,12 @@ def angles(body: np.ndarray) -> dict[str, np.ndarray]:
         of[f"{side}_elbow_flexion"] = _hinge(
             arm, forearm, arm_reference(arm, shoulders, thorax_forward, thorax_up, out)
         )
-        for joint, segment, frame in (
-            ("hip", thigh, (pelvis_forward, hips, pelvis_up)),
-            ("shoulder", arm, (thorax_forward, shoulders, thorax_up)),
+        for joint, flexion, segment, frame in (
+            ("hip", "thigh_trunk_flexion", thigh, (pelvis_forward, hips, pelvis_up)),
+            ("shoulder", "shoulder_flexion", arm, (thorax_forward, shoulders, thorax_up)),
         ):
             forward, right, up = (_dot(segment, axis) for axis in frame)
-            of[f"{side}_{joint}_flexion"] = _turn(forward, -up)
+            of[f"{side}_{flexion}"] = _turn(forward, -up)
             of[f"{side}_{joint}_abduction"] = _lift(out * right)
             if joint == "shoulder":
                 of[f"{side}_shoulder_elevation"] = _degrees(np.hypot(forward, right), -up)

@@ -191,6 +191,15 @@ def shared_up(rectified: Rectified) -> np.ndarray:
     return np.broadcast_to(rectified.R_source_from_level[..., :, 2], rectified.up_votes.shape)
 
 
+def up_of_camera(take: Take) -> np.ndarray:
+    """(T, 3) the take's up in CAMERA axes; NaN where it is not levelled or the poses are not a camera's."""
+    rectified, frame = take.need("rectified"), take.need("poses").frame
+    up = shared_up(rectified)
+    if frame.family != "camera" or not rectified.level_ok:
+        return np.full_like(up, np.nan)
+    return rotate(frame.basis.T, up)
+
+
 def voted(rectified: Rectified) -> bool:
     """Whether frames voted on up, and what came of it is known."""
     return bool((is_finite(rectified.up_votes) & is_finite(shared_up(rectified))).any())

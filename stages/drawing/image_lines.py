@@ -6,10 +6,11 @@ import numpy as np
 
 from ...pipeline.core.camera import Camera, Look
 from ...pipeline.core.intrinsics import Intrinsics, undistorted_image
+from .palette import GREEN, PURPLE, YELLOW
 
 # Green runs up; the two level directions and the horizon have colours that nothing else in an image has.
-COLOURS = {0: (0, 158, 115), 1: (204, 121, 167), 2: (240, 228, 66)}
-HORIZON, UP = (255, 255, 255), (0, 158, 115)
+COLOURS = {0: GREEN, 1: PURPLE, 2: YELLOW}
+HORIZON, UP = (255, 255, 255), GREEN
 WORDS = "Green: lines taken for vertical; purple and yellow: for level, at right angles; white: the horizon."
 
 

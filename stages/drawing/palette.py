@@ -9,6 +9,17 @@ Colour = tuple[int, int, int]
 LEFT: Colour = (31, 130, 200)
 RIGHT: Colour = (222, 100, 10)
 MIDDLE: Colour = (150, 150, 150)
+DARK: Colour = (28, 30, 34)  # ground of skeletons
+# Of what is neither side: Okabe and Ito's other colours.
+GREEN: Colour = (0, 158, 115)
+PURPLE: Colour = (204, 121, 167)
+YELLOW: Colour = (240, 228, 66)
+
+
+def faint(colour: Colour, share: float, towards: int = 105) -> Colour:
+    """The colour with that share of its difference from a grey, which shows on dark and on white ground."""
+    red, green, blue = (round(towards + share * (part - towards)) for part in colour)
+    return red, green, blue
 
 
 def side_colour(*joints: str) -> Colour:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,14 +11,15 @@ from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import Layout
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
-from .palette import Colour, side_colour
+from .bodies import FACES, along, normals, surface
+from .palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT, YELLOW, Colour, side_colour
 from .rerun_video import Part
 
 if TYPE_CHECKING:
     import pyarrow as pa
     import rerun as rr
 
-_AXES = {"back": (238, 102, 119), "right": (80, 190, 110), "up": (110, 140, 255)}  # of BODY: x, y, z
+_AXES = {"back": PURPLE, "right": GREEN, "up": YELLOW}  # of BODY: x, y, z
 _LEVELS = {"warning": "WARN", "repair": "INFO", "mark": "INFO", "note": "DEBUG"}
 _ROWS = 1 << 14  # of a skeleton that are sent at a time, nine minutes at 30 frames a second
 _LETTERS = {"away": "F", "toward": "B", "north": "F", "south": "B", "west": "L", "east": "R"}
@@ -63,35 +64,92 @@ def log_looks(
     """What stays the same of a skeleton: its axes, colours, names and radii."""
     import rerun as rr
 
-    points, lines = (rr.Points3D, rr.LineStrips3D) if frame.dims == 3 else (rr.Points2D, rr.LineStrips2D)
+    _log_looks_of_joints(recording, entity, layout, frame, radius)
+    lines = rr.LineStrips3D if frame.dims == 3 else rr.LineStrips2D
+    look = lines.from_fields(colors=[side_colour(*bone) for bone in layout.bones], radii=[0.55 * radius])
+    recording.log(f"{entity}/bones", look, static=True)
+
+
+def _log_looks_of_joints(
+    recording: rr.RecordingStream, entity: str, layout: Layout, frame: Frame, radius: float
+) -> None:
+    import rerun as rr
+
     if frame.dims == 3:
         letters = [_LETTERS.get(word, word[0].upper()) for word in frame.axes]
         recording.log(entity, getattr(rr.ViewCoordinates, "".join(letters)), static=True)
+    points = rr.Points3D if frame.dims == 3 else rr.Points2D
     colours = [side_colour(joint) for joint in layout.joints]
     look = points.from_fields(colors=colours, radii=[radius], labels=layout.joints, show_labels=False)
     recording.log(f"{entity}/joints", look, static=True)
-    look = lines.from_fields(colors=[side_colour(*bone) for bone in layout.bones], radii=[0.55 * radius])
-    recording.log(f"{entity}/bones", look, static=True)
 
 
 def log_rows(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
     """Where a skeleton's joints and bones are at each of its times."""
     import rerun as rr
 
-    layout, dims = poses.layout, poses.frame.dims
-    points, lines = (rr.Points3D, rr.LineStrips3D) if dims == 3 else (rr.Points2D, rr.LineStrips2D)
-    ends = np.array([layout.indices(bone) for bone in layout.bones])
-    for start in range(0, len(poses), _ROWS):
-        rows = slice(start, start + _ROWS)
-        joints, clock = poses.joints[rows], time_columns(poses.frame_index[rows], poses.times[rows])
-        columns = points.columns(positions=joints.reshape(-1, dims))
-        recording.send_columns(
-            f"{entity}/joints", clock, columns.partition(np.full(len(joints), len(layout)))
-        )
+    _log_rows_of_joints(recording, entity, poses)
+    lines = rr.LineStrips3D if poses.frame.dims == 3 else rr.LineStrips2D
+    ends = np.array([poses.layout.indices(bone) for bone in poses.layout.bones])
+    for clock, joints in _pieces(recording, poses):
         columns = lines.columns(strips=_segments(joints[:, ends]))
         recording.send_columns(f"{entity}/bones", clock, columns.partition(np.full(len(joints), len(ends))))
+
+
+def _log_rows_of_joints(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
+    import rerun as rr
+
+    points = rr.Points3D if poses.frame.dims == 3 else rr.Points2D
+    for clock, joints in _pieces(recording, poses):
+        columns = points.columns(positions=joints.reshape(-1, poses.frame.dims))
+        columns = columns.partition(np.full(len(joints), len(poses.layout)))
+        recording.send_columns(f"{entity}/joints", clock, columns)
+
+
+def _pieces(
+    recording: rr.RecordingStream, poses: PoseSequence
+) -> Iterator[tuple[list[rr.TimeColumn], np.ndarray]]:
+    """Times and joints of at most _ROWS rows each; between them what was sent is written, or the columns of a long
+    take pile up in memory."""
+    for start in range(0, len(poses), _ROWS):
+        rows = slice(start, start + _ROWS)
+        yield time_columns(poses.frame_index[rows], poses.times[rows]), poses.joints[rows]
         if len(poses) > _ROWS:
-            recording.flush()  # or the columns of a long take pile up in memory
+            recording.flush()
+
+
+def log_joints(recording: rr.RecordingStream, entity: str, poses: PoseSequence, radius: float) -> None:
+    """`entity`/joints alone, as `log_skeleton` logs them."""
+    _log_looks_of_joints(recording, entity, poses.layout, poses.frame, radius)
+    _log_rows_of_joints(recording, entity, poses)
+
+
+def log_body(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
+    """`entity`/right, /left and /middle: the body's tapered bones, one surface that each row puts wherever a bone is
+    known."""
+    import rerun as rr
+
+    points = surface(np.eye(3)[0])
+    for side, colour in {"right": RIGHT, "left": LEFT, "middle": MIDDLE}.items():
+        bones = [bone for bone in poses.layout.bones if side_colour(*bone) == colour]
+        shape = rr.Mesh3D(
+            vertex_positions=points,
+            triangle_indices=FACES,
+            vertex_normals=normals(points),
+            albedo_factor=colour,
+        )
+        recording.log(f"{entity}/{side}", shape, static=True)
+        starts, ends = (poses.layout.indices(joints) for joints in zip(*bones, strict=True))
+        for clock, joints in _pieces(recording, poses):
+            bone = joints[:, ends] - joints[:, starts]
+            length = np.linalg.norm(bone, axis=-1)
+            known = length > 0  # and not NaN
+            columns = rr.InstancePoses3D.columns(
+                translations=joints[:, starts][known],
+                quaternions=along(bone[known]),
+                scales=np.repeat(length[known][:, None], 3, axis=1),
+            )
+            recording.send_columns(f"{entity}/{side}", clock, columns.partition(known.sum(axis=1)))
 
 
 def _segments(ends: np.ndarray) -> pa.Array:

@@ -16,6 +16,7 @@ ERRORS_OF_ANGLES: dict[AngleErrors, str] = {
 
 _PLAINLY = {
     "thorax_pelvis_rotation": "turn of the chest against the pelvis",
+    "thigh_trunk_flexion": "thigh against trunk",
     "trunk_lean_sagittal": "trunk lean forward",
     "trunk_lean_frontal": "trunk lean to the side",
     **{

@@ -1,4 +1,4 @@
-"""annotated.mp4: the run's video with 2D keypoints and the horizon, and the rectified skeleton beside it."""
+"""annotated.mp4: the run's video with 2D keypoints, joint angles and the horizon; beside it the rectified skeleton."""
 
 from __future__ import annotations
 
@@ -19,16 +19,19 @@ from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take, Video
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import images_ahead, shown_size
+from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.visibility import LEAST_SCORE
-from ..drawing.facts import shared_up
+from ..drawing.facts import angle_bands, up_of_camera
 from ..drawing.image_lines import HORIZON, horizon, ideal
-from ..drawing.palette import Colour, side_colour
+from ..drawing.palette import DARK, Colour, faint, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
 
-_MOST = (1280, 720)  # pixels of the video's part
-_DARK: Colour = (28, 30, 34)
+_MOST, _LEAST_HEIGHT, _ENLARGED = (1280, 720), 480, 2.0  # pixels of the video's part; small ones are enlarged
 _PALE: Colour = (235, 235, 235)
+_GROUND = 0.8  # share of its side's colour under a number, which is pale
 _FIXED = 4  # bits of a pixel's fraction, as OpenCV draws
+_ANGLES = {"knee_flexion": "knee", "elbow_flexion": "elbow", "trunk_lean_sagittal": "trunk"}
+_TRUNK = ("r_shoulder", "l_shoulder", "r_hip", "l_hip")  # its angle is written in the middle of these
 # What is to the right, up and near there, in BODY (back, right, up).
 _SIDES = {
     "from the front": ((0, -1.0, 0), (0, 0, 1.0), (-1.0, 0, 0)),
@@ -55,10 +58,11 @@ def write_annotated(take: Take, path: Path) -> tuple[Notice, ...]:
     variable frame rate stays what it is; sound is left out.
 
     On the image: the 2D keypoints, each a ring that is filled as far as the detector is sure of it, and the horizon by
-    the take's up, where it is levelled and the camera's focal length known or assumed. Images of a calibrated camera
-    are shown without its distortion. Beside it: the skeleton in BODY from the front and from the right; in frames
-    without a pose nothing. InputError for a take without a video, or without a frame of it, and where it cannot be
-    decoded or written.
+    the take's up, where it is levelled and the camera's focal length known or assumed. Flexion of knees and elbows and
+    the trunk's lean in degrees, where the angle is known and its keypoint seen. Images of a calibrated camera are shown
+    without its distortion. Beside it: the skeleton in BODY from the front and from the right, and the angles with
+    their 90 % bands; in frames without a pose nothing. InputError for a take without a video, or without a frame of
+    it, and where it cannot be decoded or written.
     """
     import av
     from av.error import FFmpegError
@@ -101,18 +105,22 @@ class _Page:
 
     def __init__(self, take: Take, video: Video) -> None:
         width, height = shown_size(video)
-        self.scale = min(1.0, _MOST[0] / width, _MOST[1] / height)
+        larger = min(_ENLARGED, max(1.0, _LEAST_HEIGHT / height))
+        self.scale = min(larger, _MOST[0] / width, _MOST[1] / height)
         self.image_size = _even(width * self.scale), _even(height * self.scale)
         side = _even(self.image_size[1] / 2)
-        self.size = self.image_size[0] + side, self.image_size[1]
+        self.size = self.image_size[0] + len(_SIDES) * side, self.image_size[1]
         self.camera = take.camera
         self.body = with_feet(take.need("rectified").body)
         self.rows = _by_frame(self.body)
-        self.views = _views(self.body, side)
-        self.up = _up(take)
+        self.angles = {name: band for name in _ANGLES if (band := angle_bands(take, name)) is not None}
+        self.thick = max(1, round(self.image_size[1] / 240))
+        self.line = 14 + 4 * self.thick
+        below = (len(self.angles) + 2) * self.line
+        self.views = _views(self.body, side, self.size[1] - below)
+        self.up = up_of_camera(take)
         self.keypoints = take.keypoints
         self.keypoint_rows = _by_frame(take.keypoints) if take.keypoints is not None else {}
-        self.thick = max(1, round(self.image_size[1] / 240))
 
     def drawn(self, number: int, image: np.ndarray) -> np.ndarray:
         """(H, W, 3) RGB of a frame's image."""
@@ -124,7 +132,9 @@ class _Page:
         if self.camera is not None and row is not None and np.isfinite(self.up[row]).all():
             self._draw_horizon(small, self.camera, self.up[row])
         if self.keypoints is not None and number in self.keypoint_rows:
-            self._draw_keypoints(small, self.keypoints, self.keypoint_rows[number])
+            at = self._draw_keypoints(small, self.keypoints, self.keypoint_rows[number])
+            if row is not None:
+                self._write_angles(small, row, dict(zip(self.keypoints.layout.joints, at, strict=True)))
         return np.ascontiguousarray(np.concatenate([small, self._panel(number, row)], axis=1))
 
     def _draw_horizon(self, small: np.ndarray, camera: Camera, up: np.ndarray) -> None:
@@ -134,12 +144,13 @@ class _Page:
         if edge is None:
             return
         start, end = sorted(self._on_small(edge).tolist())
-        for colour, width in ((_DARK, self.thick + 2), (HORIZON, self.thick)):
+        for colour, width in ((DARK, 3), (HORIZON, 1)):
             cv2.line(small, _fixed(start), _fixed(end), colour, width, cv2.LINE_AA, _FIXED)
         words = "horizon" + (" (focal length assumed)" if camera.focal_source == "prior" else "")
         _write(small, words, (start[0] + 8, start[1] + 12 + 8 * self.thick), self.thick)
 
-    def _draw_keypoints(self, small: np.ndarray, keypoints: PoseSequence, row: int) -> None:
+    def _draw_keypoints(self, small: np.ndarray, keypoints: PoseSequence, row: int) -> np.ndarray:
+        """(J, 2) where they are, NaN of those that are not seen."""
         import cv2
 
         points = keypoints.joints[row]
@@ -147,7 +158,8 @@ class _Page:
             points = undistorted(points, self.camera.intrinsics)
         at = self._on_small(points)
         unseen = keypoints.confidence[row] < LEAST_SCORE  # for a while so, nothing rests on it
-        _draw_bones(small, np.where(unseen[:, None], np.nan, at), keypoints.layout, self.thick)
+        seen = np.where(unseen[:, None], np.nan, at)
+        _draw_bones(small, seen, keypoints.layout, self.thick)
         radius = 3.0 * self.thick
         for name, point, sure in zip(keypoints.layout.joints, at, keypoints.confidence[row], strict=True):
             if not is_finite(point):
@@ -158,24 +170,72 @@ class _Page:
                 small, _fixed(point), _unit(radius), _PALE, max(1, self.thick // 2), cv2.LINE_AA, _FIXED
             )
 
+        return seen
+
+    def _write_angles(self, small: np.ndarray, row: int, at: dict[str, np.ndarray]) -> None:
+        """Those of the two sides outwards of both, that of the trunk in its middle."""
+        nothing = np.full(2, np.nan)
+        for name, (values, _) in self.angles.items():
+            joints = [_TRUNK if part == name else (f"{part[:2]}{_ANGLES[name]}",) for part in sides_of(name)]
+            places = np.array([np.mean([at.get(joint, nothing) for joint in own], axis=0) for own in joints])
+            aside = (
+                np.sign(places[:, 0] - np.nanmean(places[:, 0]))
+                if is_finite(places).all()
+                else places[:, 0] > 0
+            )
+            for own, value, place, to in zip(joints, values[row], places, aside, strict=True):
+                if np.isfinite(value) and is_finite(place):
+                    (width, height), _ = _extent(text := f"{value:z.0f}", self.thick)
+                    left = place[0] + to * (4 * self.thick + width / 2 + 4) - width / 2
+                    _write(
+                        small,
+                        text,
+                        (left, place[1] + height / 2),
+                        self.thick,
+                        faint(side_colour(*own), _GROUND),
+                    )
+
     def _on_small(self, pixels: np.ndarray) -> np.ndarray:
         """Pixels (..., 2) of the video, whose centres are whole numbers, in the smaller image."""
         return (pixels + 0.5) * self.scale - 0.5
 
     def _panel(self, number: int, row: int | None) -> np.ndarray:
-        """The two views of the skeleton, and the time."""
+        """The two views of the skeleton, the angles, and the time."""
         height, width = self.size[1], self.size[0] - self.image_size[0]
-        panel = np.full((height, width, 3), _DARK, np.uint8)
+        panel, line = np.full((height, width, 3), DARK, np.uint8), self.line
         for i, view in enumerate(self.views):
-            top = i * height // 2
-            _write(panel, view.name, (8, top + 14 + 4 * self.thick), self.thick)
+            left = i * width // len(self.views)
+            _write(panel, view.name, (left + 8, line), self.thick)
             if row is not None:
                 _draw_bones(
-                    panel, view.places[row] + (0, top), self.body.layout, 2 * self.thick, view.near[row]
+                    panel, view.places[row] + (left, 0), self.body.layout, 3 * self.thick, view.near[row]
                 )
+        bottom = height - 8 - (len(self.angles) + 1) * line
+        if row is not None and self.angles:
+            _write(panel, "degrees, +/- half the 90 % band", (8, bottom), self.thick)
+            for name, (values, bands) in self.angles.items():
+                bottom += line
+                _write(panel, _ANGLES[name], (8, bottom), self.thick)
+                told = zip(sides_of(name), values[row], bands[row], strict=True)
+                for i, (part, value, band) in enumerate(told):
+                    left = width * (1 + i) // 3
+                    _write(
+                        panel,
+                        _in_words(value, band),
+                        (left, bottom),
+                        self.thick,
+                        faint(side_colour(part), _GROUND),
+                    )
         at = f"{self.body.times[row]:.2f} s" if row is not None else "no pose"
         _write(panel, f"{at}, frame {number}", (8, height - 8), self.thick)
         return panel
+
+
+def _in_words(value: float, band: float) -> str:
+    """Degrees, and how far the 90 % band reaches to each side."""
+    if np.isnan(value):
+        return "-"
+    return f"{value:z.0f} +/- {band:.0f}" if np.isfinite(band) else f"{value:z.0f} +/- ?"
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,15 +247,15 @@ class _View:
     near: np.ndarray
 
 
-def _views(body: PoseSequence, side: int) -> list[_View]:
-    """All at one scale, in which the whole take's body fits into a square of `side` pixels."""
+def _views(body: PoseSequence, width: int, height: int) -> list[_View]:
+    """All at one scale, in which the whole take's body fits into so many pixels."""
     seen = {name: rotate(np.array(axes), body.joints) for name, axes in _SIDES.items()}
     reach = {name: _range(points[..., :2]) for name, points in seen.items()}
-    scale = 0.76 * side / max(float(np.max(high - low)) for low, high in reach.values())
+    scale = 0.9 * min(float(np.min((width, height) / (high - low))) for low, high in reach.values())
     return [
         _View(
             name,
-            (points[..., :2] - (low + high) / 2) * (scale, -scale) + (side / 2, 0.52 * side),
+            (points[..., :2] - (low + high) / 2) * (scale, -scale) + (width / 2, 0.52 * height),
             points[..., 2],
         )
         for name, points in seen.items()
@@ -210,15 +270,6 @@ def _range(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.zeros(2), np.ones(2)
     low, high = np.percentile(seen, [0.2, 99.8], axis=0)
     return low, np.maximum(high, low + 1e-6)
-
-
-def _up(take: Take) -> np.ndarray:
-    """(T, 3) the take's up in CAMERA axes; NaN where it is not levelled or the poses are not a camera's."""
-    rectified, frame = take.need("rectified"), take.need("poses").frame
-    up = shared_up(rectified)
-    if frame.family != "camera" or not rectified.level_ok:
-        return np.full_like(up, np.nan)
-    return rotate(frame.basis.T, up)
 
 
 def _by_frame(poses: PoseSequence) -> dict[int, int]:
@@ -240,15 +291,21 @@ def _draw_bones(
             cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), side_colour(*bone), thick, cv2.LINE_AA, _FIXED)
 
 
-def _write(image: np.ndarray, text: str, at: Sequence[float], thick: int) -> None:
+def _write(image: np.ndarray, text: str, at: Sequence[float], thick: int, ground: Colour = DARK) -> None:
     import cv2
 
     place, font, size = (round(at[0]), round(at[1])), cv2.FONT_HERSHEY_SIMPLEX, 0.15 + 0.15 * thick
-    wide = max(1, thick // 2)
-    (width, height), below = cv2.getTextSize(text, font, size, wide)
+    (width, height), below = _extent(text, thick)
     corners = (place[0] - 3, place[1] - height - 3), (place[0] + width + 3, place[1] + below)
-    cv2.rectangle(image, *corners, _DARK, -1)
-    cv2.putText(image, text, place, font, size, _PALE, wide, cv2.LINE_AA)
+    cv2.rectangle(image, *corners, ground, -1)
+    cv2.putText(image, text, place, font, size, _PALE, max(1, thick // 2), cv2.LINE_AA)
+
+
+def _extent(text: str, thick: int) -> tuple[Sequence[int], int]:
+    """Width and height in pixels, and what reaches below the line."""
+    import cv2
+
+    return cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 0.15 + 0.15 * thick, max(1, thick // 2))
 
 
 def _fixed(point: Sequence[float] | np.ndarray) -> tuple[int, int]:

@@ -20,6 +20,8 @@ from .provenance import provenance
 
 _LONGEST, _MOST = 100, 255  # characters of a text, texts of a parameter: a C3D file counts both in one byte
 
+_EVENTS = {"landings": "Foot Strike", "toe_offs": "Foot Off"}
+
 
 def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
     """Points in millimetres, x back, y right, z up, named as our joints; a missing one has the residual -1.
@@ -70,20 +72,25 @@ def _add_events(file: Any, take: Take, from_s: float) -> None:
     """The group EVENT: initial contacts and toe-offs of the walks by the names that gait programs look for, at minutes
     and seconds after from_s, in order; none where nobody walks. As many as a parameter can hold (C3D's user guide, "The
     EVENT group")."""
-    walking = subgroup(grouped(take.measures or ()), "walking")
-    found = [
-        (at_s - from_s, side, label)
-        for side in ("right", "left")
-        for name, label in (("landings", "Foot Strike"), ("toe_offs", "Foot Off"))
-        for at_s in moments(subgroup(walking, side), name)
-    ]
+    found = [(at_s - from_s, side, _EVENTS[name]) for at_s, side, name in contacts(take)]
     if not found:
         return
-    times, sides, labels = zip(*sorted(found)[:_MOST], strict=True)
+    times, sides, labels = zip(*found[:_MOST], strict=True)
     file.add_parameter("EVENT", "USED", [len(times)])
     file.add_parameter("EVENT", "CONTEXTS", [side.capitalize() for side in sides])
     file.add_parameter("EVENT", "LABELS", list(labels))
     file.add_parameter("EVENT", "TIMES", np.array([np.floor_divide(times, 60), np.mod(times, 60)]))
+
+
+def contacts(take: Take) -> list[tuple[float, str, str]]:
+    """Of the walks of a take, in order: seconds, the side, and what happens to that foot, "landings" or "toe_offs"."""
+    walking = subgroup(grouped(take.measures or ()), "walking")
+    return sorted(
+        (at_s, side, name)
+        for side in ("right", "left")
+        for name in _EVENTS
+        for at_s in moments(subgroup(walking, side), name)
+    )
 
 
 def _wrapped(line: str) -> list[str]:

@@ -19,6 +19,7 @@ from ...pipeline.core.rotations import rotate, transpose, unit
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.skeletons import Skeleton
+from ..drawing.bodies import FACES, normals, surface
 from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour
 from .armature import ANIMATION, Armature, armature
 from .provenance import provenance
@@ -26,10 +27,6 @@ from .provenance import provenance
 _TYPES = {np.dtype(np.float32): 5126, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
 _VERTICES, _INDICES = 34962, 34963  # what the bytes are for
 _MATERIALS = {"right": RIGHT, "left": LEFT, "middle": MIDDLE}
-# A bone's surface: a point at each end, and rings between them at shares of its length, as wide as shares of its width.
-_RINGS = np.array([(0.03, 0.5), (0.12, 0.9), (0.25, 1.0), (0.9, 0.55), (0.97, 0.35)])
-_CORNERS = 8  # of a ring
-_WIDTH = 0.09  # half a bone's width, in its length
 _SHORTEST = 1e-6  # what is shorter has neither a direction nor a surface
 
 
@@ -214,20 +211,20 @@ def _mesh(found: Armature, bones: list[int], hidden: list[int], arrays: _Arrays)
     parts = []
     for number, side in enumerate(_MATERIALS):
         joints = [joint for joint in bones if _side(skeleton.names[joint]) == side]
-        surfaces = [_surface(unit(skeleton.offsets[joint])) for joint in joints]
+        surfaces = [surface(unit(skeleton.offsets[joint])) for joint in joints]
         if not joints:
             continue
         starts = np.repeat([skeleton.parents[joint] for joint in joints], len(surfaces[0]))
         ends = np.repeat(joints, len(surfaces[0]))
         lengths = np.linalg.norm(skeleton.offsets[ends], axis=1, keepdims=True)
         points = (rest[starts] + lengths * np.concatenate(surfaces)).astype(np.float32)
-        faces = np.concatenate([_FACES + i * len(surfaces[0]) for i in range(len(joints))])
+        faces = np.concatenate([FACES + i * len(surfaces[0]) for i in range(len(joints))])
         turned_by = np.zeros((len(points), 4), np.uint8)
         turned_by[:, 0] = starts
         part: dict[str, Any] = {
             "attributes": {
                 "POSITION": arrays.add(points, _VERTICES),
-                "NORMAL": arrays.add(np.concatenate([_normals(surface) for surface in surfaces]), _VERTICES),
+                "NORMAL": arrays.add(np.concatenate([normals(each) for each in surfaces]), _VERTICES),
                 "JOINTS_0": arrays.add(turned_by, _VERTICES),
                 "WEIGHTS_0": arrays.add(np.tile(np.eye(1, 4, dtype=np.float32), (len(points), 1)), _VERTICES),
             },
@@ -285,40 +282,6 @@ def _animation(
             {"input": at, "output": values, "interpolation": between} for _, _, at, values, between in moving
         ],
     }
-
-
-def _faces() -> np.ndarray:
-    """(F, 3) corners of the triangles of a bone's surface, counter-clockwise from outside."""
-    rings = 1 + np.arange(len(_RINGS) * _CORNERS).reshape(-1, _CORNERS)
-    beside = np.roll(rings, -1, axis=1)
-    first, last = np.zeros(_CORNERS, int), np.full(_CORNERS, rings.size + 1)
-    faces = [(first, beside[0], rings[0]), (last, rings[-1], beside[-1])]
-    for i in range(len(rings) - 1):
-        faces += [(rings[i], beside[i], beside[i + 1]), (rings[i], beside[i + 1], rings[i + 1])]
-    return np.concatenate([np.stack(face, axis=1) for face in faces])
-
-
-_FACES = _faces()
-
-
-def _surface(bone: np.ndarray) -> np.ndarray:
-    """(V, 3) the points of the surface of a bone from 0 to `bone` (3,), which is 1 long."""
-    least = np.eye(3)[np.abs(bone).argmin()]
-    across = unit(np.cross(bone, least))
-    other = np.cross(bone, across)
-    turn = 2 * np.pi * np.arange(_CORNERS)[:, None] / _CORNERS
-    circle = _WIDTH * (np.cos(turn) * across + np.sin(turn) * other)
-    rings = [along * bone + wide * circle for along, wide in _RINGS]
-    return np.concatenate([np.zeros((1, 3)), *rings, bone[None]])
-
-
-def _normals(surface: np.ndarray) -> np.ndarray:
-    """(V, 3) the mean direction of the faces around each point, by their area."""
-    a, b, c = np.moveaxis(surface[_FACES], 1, 0)
-    sums = np.zeros(surface.shape)
-    for corner in range(3):
-        np.add.at(sums, _FACES[:, corner], np.cross(b - a, c - a))
-    return unit(sums).astype(np.float32)
 
 
 def _quaternions(R: np.ndarray) -> np.ndarray:

@@ -40,15 +40,20 @@ def markers(take: Take, frame: Frame) -> Markers:
     without a filtered skeleton.
     """
     found = evenly(take, frame)
-    if found.unit != "m":
-        raise InputError(
-            "needs-input",
-            "TRC and C3D hold metres, and the source has no scale; give the person's height (--stature METRES).",
-        )
+    require_metres(found.unit)
     if found.root is None:
         return found
     root = over_the_floor(take, found.root, frame)
     return replace(found, joints=found.joints + root[:, None], root=root)
+
+
+def require_metres(unit: str) -> None:
+    """InputError for another unit than "m"."""
+    if unit != "m":
+        raise InputError(
+            "needs-input",
+            "TRC, C3D and BIDS hold metres, and the source has no scale; give the person's height (--stature METRES).",
+        )
 
 
 def over_the_floor(take: Take, root: np.ndarray, frame: Frame) -> np.ndarray:

@@ -20,22 +20,26 @@ from ...pipeline.signals.angles import FINE, trunk_axes
 from .markers import OPENSIM, markers, over_the_floor
 from .provenance import provenance
 
-# Our angles that a coordinate of OpenSim's Rajagopal 2016 model measures the same way, and its sign.
+# Our angles that a coordinate of OpenSim's Rajagopal 2016 model measures the same way, and its sign. Those against the
+# trunk line are not among them: that model's back bends, so that its hips and arms are against pelvis and torso.
 _COORDINATES = {
     f"{side}_{angle}": (f"{coordinate}_{side}", sign)
     for side in "rl"
     for angle, coordinate, sign in (
         ("knee_flexion", "knee_angle", 1),
         ("ankle_dorsiflexion", "ankle_angle", 1),
-        ("hip_flexion", "hip_flexion", 1),
         ("hip_abduction", "hip_adduction", -1),
         ("elbow_flexion", "elbow_flex", 1),
-        ("shoulder_flexion", "arm_flex", 1),
         ("shoulder_abduction", "arm_add", -1),
     )
 }
-# The pelvis of that model and of gait2392 (ground_pelvis): turned about the ground's z, then about its own x and y.
-_TURNS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
+# Of the hip line and the trunk line, as that model and gait2392 turn their pelvis (ground_pelvis): about the ground's
+# z, then about its own x and y.
+_TURNS = ("trunk_tilt", "trunk_list", "trunk_rotation")
+_LOCKED = (
+    "in a model whose lumbar joint is locked at 0, trunk_* are its pelvis_*, r_thigh_trunk_flexion its hip_flexion_r "
+    "and r_shoulder_flexion its arm_flex_r; where the back bends they are not"
+)
 _HIPS_IN_PELVIS = np.array(
     [-0.0563, -0.0785, 0.0]
 )  # metres, the middle of its hip joints, before the model is scaled
@@ -68,11 +72,12 @@ def write_trc(take: Take, path: Path) -> None:
 def write_mot(take: Take, path: Path) -> None:
     """angles.mot: the joint angles in degrees over time in seconds.
 
-    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. The pelvis turns
-    with the hip line and the line from pelvis to thorax, which the hips' angles are against too; it has no rotation in
-    frames in which the angles of these lines against gravity have no value. Where the source knows where the person is,
-    in metres, its origin moves: pelvis_tx, ty and tz, forward, up and right, over the
-    floor where that is known. InputError when the take has no angles.
+    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours; all of them ours
+    where they are from a neutral posture. trunk_tilt, trunk_list and trunk_rotation turn the hip line and the line from
+    pelvis to thorax, which thighs and arms are against too; they have no value in frames in which the angles of these
+    lines against gravity have none. Where the source knows where the person is, in metres, trunk_tx, ty and tz are
+    where that model's pelvis would have its origin: forward, up and right, over the floor where that is known.
+    InputError when the take has no angles.
     """
     poses = take.need("poses")
     columns = take.kinematics or {}
@@ -83,16 +88,17 @@ def write_mot(take: Take, path: Path) -> None:
     }
     if not all(f"{name}_reason" in columns for name in _OF_PELVIS):
         raise InputError("needs-stage", "MOT holds joint angles; put the stage 'angles' before 'export'.")
-    renamed = {name: _COORDINATES.get(name, (name, 1)) for name in angles}
+    alike = _COORDINATES if take.told.neutral is None else {}
+    renamed = {name: alike.get(name, (name, 1)) for name in angles}
     notes = [
         f"{ours} is {'-' * (sign < 0)}{theirs}" for ours, (theirs, sign) in renamed.items() if ours != theirs
     ]
-    pelvis = _pelvis(take)
-    notes.append(f"{', '.join(_TURNS)} are of the hip line and the line from pelvis to thorax")
-    if len(pelvis) > len(_TURNS):
+    trunk = _trunk(take)
+    notes += [f"{', '.join(_TURNS)} are of the hip line and the line from pelvis to thorax", _LOCKED]
+    if len(trunk) > len(_TURNS):
         forward, up, _ = -1000 * _HIPS_IN_PELVIS
         notes.append(
-            "pelvis_tx, pelvis_ty and pelvis_tz are metres, of the pelvis's origin in the model before scaling, "
+            "trunk_tx, trunk_ty and trunk_tz are metres, of the pelvis's origin in the model before scaling, "
             f"{forward:.0f} mm in front of the middle of the hips and {up:.0f} mm above it"
         )
     lines = [f"{name}: {text}" for name, text in provenance(take).items()]
@@ -100,21 +106,21 @@ def write_mot(take: Take, path: Path) -> None:
         path.name,
         "version=1",
         f"nRows={len(poses)}",
-        f"nColumns={len(angles) + len(pelvis) + 1}",
+        f"nColumns={len(angles) + len(trunk) + 1}",
         "inDegrees=yes",
         *(line.replace("=", ":") for line in [*lines, *notes]),
         "endheader",
-        "\t".join(["time", *pelvis, *(theirs for theirs, _ in renamed.values())]),
+        "\t".join(["time", *trunk, *(theirs for theirs, _ in renamed.values())]),
     ]
     signed = [sign * angles[name] for name, (_, sign) in renamed.items()]
     with whole_file(path) as partial:
-        body = np.column_stack([poses.times, *pelvis.values(), *signed])
+        body = np.column_stack([poses.times, *trunk.values(), *signed])
         _write(partial, head, body, ["%.6f"] * body.shape[1])
 
 
-def _pelvis(take: Take) -> dict[str, np.ndarray]:
-    """The pelvis's coordinates (T,) by their names: degrees, without whole turns between frames, and metres where its
-    path is known in metres."""
+def _trunk(take: Take) -> dict[str, np.ndarray]:
+    """The coordinates (T,) of hip line and trunk line by their names: degrees, without whole turns between frames, and
+    metres where the pelvis's path is known in metres."""
     path, columns = take.need("filtered"), take.need("kinematics")
     R_ground_from_level = OPENSIM.basis @ LEVEL.basis.T
     r_hip, l_hip, middle, thorax = (
@@ -133,7 +139,7 @@ def _pelvis(take: Take) -> dict[str, np.ndarray]:
     if path.root is not None and path.frame.unit == "m":
         hips = over_the_floor(take, rotate(R_ground_from_level, path.root), OPENSIM)
         origin = hips - rotate(R_ground_from_pelvis, _HIPS_IN_PELVIS[None])[:, 0]
-        coordinates |= {f"pelvis_t{axis}": origin[:, i] for i, axis in enumerate("xyz")}
+        coordinates |= {f"trunk_t{axis}": origin[:, i] for i, axis in enumerate("xyz")}
     return coordinates
 
 

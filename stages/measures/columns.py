@@ -11,7 +11,7 @@ from ...pipeline.core.measures import Curve
 from ...pipeline.signals.angles import UNDEFINED, UNTRUSTED, unwrapped
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .cycles import alike, normalised
-from .figures import FEWEST_FOR_SD, figures
+from .figures import FEWEST_FOR_SD
 
 
 @dataclass(frozen=True)
@@ -48,5 +48,5 @@ class Columns:
         )
         if not len(curves):
             return None
-        sd = figures(curves.std(axis=0, ddof=1)) if len(curves) >= FEWEST_FOR_SD else None
-        return Curve(angle, len(curves), figures(curves.mean(axis=0)), sd)
+        sd = tuple(curves.std(axis=0, ddof=1).tolist()) if len(curves) >= FEWEST_FOR_SD else None
+        return Curve(angle, len(curves), tuple(curves.mean(axis=0).tolist()), sd)

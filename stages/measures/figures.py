@@ -1,9 +1,8 @@
-"""Figures of measures with their errors: every error is one standard deviation, and digits end at its first."""
+"""Figures of measures with their errors: every error is one standard deviation; pages end digits at its first."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
@@ -28,7 +27,7 @@ def time_resolution(fps: float) -> float:
 def basis(values: np.ndarray) -> list[Measure]:
     """How many frames of (T,) a figure rests on, and the share that has no value."""
     known = np.isfinite(values)
-    return [Measure("frames", int(known.sum())), Measure("nan_share", figure(1 - known.mean()))]
+    return [Measure("frames", int(known.sum())), Measure("nan_share", float(1 - known.mean()))]
 
 
 def spread(
@@ -49,8 +48,7 @@ def spread(
     own = np.fmax(sd, resolution) / np.sqrt(len(values))
     known = np.isfinite(sd) or shared
     error = float(np.hypot(own, shared) if known else 0.0) or float("nan")  # none is known to be 0
-    digits = error if np.isfinite(error) else resolution
-    mean = Measure(f"mean_{name}", rounded(values.mean(), digits), unit, stated(error))
+    mean = Measure(f"mean_{name}", float(values.mean()), unit, stated(error))
     return [mean, *deviation(name, unit, values, resolution)]
 
 
@@ -61,17 +59,17 @@ def deviation(name: str, unit: str, values: np.ndarray, resolution: float) -> li
         words = f"a standard deviation takes {FEWEST_FOR_SD} values"
         return [Remark("sd_reason", words)] if len(values) > 1 else []
     sd = float(values.std(ddof=1))
-    return [Measure(f"sd_{name}", figure_of_error(sd), unit)] if sd > resolution else []
+    return [Measure(f"sd_{name}", sd, unit)] if sd > resolution else []
 
 
 def with_error(name: str, unit: str, value: float, error: float) -> Measure:
     """A figure and its standard error, which is left out where it is not known."""
-    return Measure(name, rounded(value, error), unit, stated(error))
+    return Measure(name, float(value), unit, stated(error))
 
 
 def stated(error: float) -> float | None:
-    """An error in two digits, None for one that is not known."""
-    return figure_of_error(error) if np.isfinite(error) else None
+    """An error, None for one that is not known."""
+    return float(error) if np.isfinite(error) else None
 
 
 def symmetry(right: float, left: float, error: float, of: str = "") -> list[Measure]:
@@ -82,44 +80,14 @@ def symmetry(right: float, left: float, error: float, of: str = "") -> list[Meas
         return []
     error = 200 * error / (right + left)
     judged = bool(abs(index) <= SD_90 * error) if np.isfinite(error) else None
-    value = rounded(index, error)
-    return [Measure(f"{of}symmetry_index", value, "percent", stated(error), within_error=judged)]
+    return [Measure(f"{of}symmetry_index", float(index), "percent", stated(error), within_error=judged)]
 
 
 def middle(name: str, values: np.ndarray) -> list[Measure]:
     """The median of (N,) by that name; nothing of none."""
-    return [Measure(name, figure(np.median(values)))] if len(values) else []
+    return [Measure(name, float(np.median(values)))] if len(values) else []
 
 
-def figures(values: Iterable[Any]) -> tuple[float, ...]:
-    """Each as `figure`."""
-    return tuple(figure(value) for value in values)
-
-
-def moments(name: str, values: Iterable[Any]) -> Moments:
-    """Times in a take in seconds, each as `figure` but to the millisecond at least: stamps may count from 1970."""
-    return Moments(
-        name, tuple(figure(value) if abs(value) < 1000 else round(float(value), 3) for value in values)
-    )
-
-
-def figure(value: Any) -> float:
-    """As a Python number of six digits, for what no error is known of."""
-    return float(f"{value:.6g}")
-
-
-def figure_of_error(error: float) -> float:
-    """Two digits, as errors are stated (JCGM 100:2008, 7.2.6)."""
-    return float(f"{error:.2g}")
-
-
-def rounded(value: Any, error: float) -> float:
-    """The figure to the decimal of its error's first digit, whole numbers at least. Without an error as `figure`."""
-    if not (np.isfinite(error) and error > 0):
-        return figure(value)
-    return round(float(value), decimals(error)) + 0.0  # no -0
-
-
-def decimals(error: float) -> int:
-    """How many decimals a figure has whose error is that, more than 0."""
-    return max(0, -int(np.floor(np.log10(error))))
+def moments(name: str, values: Iterable[float]) -> Moments:
+    """Times in a take in seconds."""
+    return Moments(name, tuple(map(float, values)))

@@ -8,7 +8,7 @@ from ...models.angle_error.off_keypoints import agrees, steady
 from ...pipeline.core.measures import Measure, Remark, Row, side_of, within
 from ...pipeline.signals.filters import BRIDGED_S
 from ...pipeline.signals.reprojection import LIMBS, Residuals
-from .figures import figure, moments
+from .figures import moments
 
 
 def off_keypoints(residuals: Residuals | None, time_s: np.ndarray) -> list[Row]:
@@ -25,7 +25,7 @@ def off_keypoints(residuals: Residuals | None, time_s: np.ndarray) -> list[Row]:
             rows += within(limb, [Remark("reason", "its keypoints were not seen")], side_of(limb))
             continue
         own: list[Row] = [
-            Measure(f"{name}_{what}", figure(np.percentile(values[known], percentile)), unit)
+            Measure(f"{name}_{what}", float(np.percentile(values[known], percentile)), unit)
             for what, unit, values in (("in_image", "px", px), ("of_stature", "percent", 100 * share))
             for name, percentile in (("median", 50), ("p95", 95))
         ]

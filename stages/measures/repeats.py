@@ -9,13 +9,13 @@ import numpy as np
 
 from ...models.angle_error.repeatability import middle_sd
 from ...models.gait.of_take import NOISE
-from ...pipeline.core.measures import Curves, Measure, Remark, Row, half_bar, within
+from ...pipeline.core.measures import SD_90, Curves, Measure, Remark, Row, within
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.signals.angles import of_both
 from ...pipeline.signals.filters import rate
 from .columns import Columns
 from .cycles import Repetition, hiding, near_ends_s, repetitions
-from .figures import basis, figure, middle, moments, spread, time_resolution, with_error
+from .figures import basis, middle, moments, spread, time_resolution, with_error
 from .walking import FEWEST
 
 _HALF = 0.5  # a repetition rises by this part of the largest change in the take
@@ -92,7 +92,7 @@ def _holds(held: Sequence[Repetition]) -> list[Row]:
         moments("stop", (one.stop_s for one in held)),
     ]
     longest = max(one.held_s for one in held)
-    return within("holds", [Measure("count", len(held)), *times, Measure("longest", figure(longest), "s")])
+    return within("holds", [Measure("count", len(held)), *times, Measure("longest", float(longest), "s")])
 
 
 def _peaks(take: Columns, angle: str, found: Sequence[Repetition], sd: np.ndarray) -> list[Measure]:
@@ -102,7 +102,7 @@ def _peaks(take: Columns, angle: str, found: Sequence[Repetition], sd: np.ndarra
     peaks = [with_error("peak", "deg", found[i].peak, error) for i, error in zip(seen, errors, strict=True)]
     known = bool(np.isfinite(errors).all())
     usual = middle_sd(np.array(errors))
-    mdc90 = half_bar(take.difference_sd(f"peak.{of_both(angle)}", (usual, usual), "repetitions"))
+    mdc90 = SD_90 * take.difference_sd(f"peak.{of_both(angle)}", (usual, usual), "repetitions")
     return [
         *(
             replace(one, number=i, error=one.error if known else None)

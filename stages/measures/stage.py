@@ -43,9 +43,6 @@ from .columns import Columns
 from .cycles import Repetition
 from .figures import (
     basis,
-    figure,
-    figure_of_error,
-    rounded,
     symmetry,
     with_error,
 )
@@ -67,7 +64,13 @@ _SQUAT = 70.0
 _STAYS = (
     0.4  # legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing
 )
-_IN_BENDS = ("r_knee_flexion", "l_knee_flexion", "r_hip_flexion", "l_hip_flexion", "trunk_lean_sagittal")
+_IN_BENDS = (
+    "r_knee_flexion",
+    "l_knee_flexion",
+    "r_thigh_trunk_flexion",
+    "l_thigh_trunk_flexion",
+    "trunk_lean_sagittal",
+)
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
 
@@ -257,11 +260,11 @@ def _range(take: Columns, name: str) -> list[Row]:
     return [
         with_error("lowest", "deg", known.min(), at_low),
         with_error("highest", "deg", known.max(), at_high),
-        Measure("full_range", rounded(known.max() - known.min(), error), "deg"),
+        Measure("full_range", float(known.max() - known.min()), "deg"),
         with_error("p05", "deg", low, at_low),
         with_error("p95", "deg", high, at_high),
         with_error("p05_p95", "deg", high - low, error),
-        *([Measure("sd", figure_of_error(middle_sd(sd)), "deg")] if np.isfinite(sd).any() else []),
+        *([Measure("sd", middle_sd(sd), "deg")] if np.isfinite(sd).any() else []),
         *([Measure("beyond_anatomy_frames", beyond)] if beyond else []),
         *basis(values),
     ]
@@ -314,9 +317,9 @@ def _paths(take: Columns, rectified: Rectified) -> list[Row]:
             result += within(joint, [Remark("reason", why), *rests_on], side_of(joint))
             continue
         way = [
-            Measure("path_length", figure(length), "length"),
-            Measure("mean_speed", figure(length / duration), "speed"),
-            Measure("duration", figure(duration), "s"),
+            Measure("path_length", float(length), "length"),
+            Measure("mean_speed", float(length / duration), "speed"),
+            Measure("duration", float(duration), "s"),
         ]
         result += within(joint, [*way, *rests_on], side_of(joint))
     return result or [Remark("reason", "no paths were written; run trajectories first")]

@@ -90,8 +90,8 @@ def peaks(
     K2, K5, H3).
 
     knee_at_contact: knee flexion at initial contact. knee_loading_peak: its highest in the first half of stance.
-    knee_swing_peak: its highest in swing. hip_lowest: the lowest hip flexion of the stride, which is the largest hip
-    extension where it is negative. columns: (T,) with angles at times (T,). A stride in which the angle is missing
+    knee_swing_peak: its highest in swing. thigh_trunk_lowest: the thigh's lowest flexion against the trunk in the
+    stride, in place of hip extension. columns: (T,) with angles at times (T,). A stride in which the angle is missing
     there has none.
     """
     result: list[Row] = []
@@ -121,7 +121,7 @@ _PEAKS = {
     "knee_at_contact": ("knee_flexion", 1, lambda s: (s.start_s, s.start_s)),
     "knee_loading_peak": ("knee_flexion", 1, lambda s: (s.start_s, (s.start_s + s.off_s) / 2)),
     "knee_swing_peak": ("knee_flexion", 1, lambda s: (s.off_s, s.stop_s)),
-    "hip_lowest": ("hip_flexion", -1, lambda s: (s.start_s, s.stop_s)),
+    "thigh_trunk_lowest": ("thigh_trunk_flexion", -1, lambda s: (s.start_s, s.stop_s)),
 }
 
 

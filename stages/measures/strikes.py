@@ -18,7 +18,7 @@ from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.filters import breaks, derivative, rate
 from .cycles import Repetition, hiding, repetitions
-from .figures import basis, figure, moments
+from .figures import basis, moments
 from .walking import FEWEST
 
 # Chosen on 14 takes of single punches and 21 of single kicks of ACCAD m2 (train), beside its walks, runs, blocks and
@@ -220,4 +220,4 @@ def _rows(times: np.ndarray, start_s: float, stop_s: float) -> slice:
 
 
 def _numbered(name: str, shares: Sequence[float]) -> list[Measure]:
-    return [Measure(name, figure(100 * share), "percent", number=i) for i, share in enumerate(shares)]
+    return [Measure(name, 100 * float(share), "percent", number=i) for i, share in enumerate(shares)]

@@ -51,7 +51,13 @@ _PASSES = 4
 _BELT_SHARE = (
     0.12  # of a belt's speed that the feet's drift tells: what lifted stances are off (validation subjects)
 )
-_IN_STRIDES = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion", "shoulder_flexion", "elbow_flexion")
+_IN_STRIDES = (
+    "thigh_trunk_flexion",
+    "knee_flexion",
+    "ankle_dorsiflexion",
+    "shoulder_flexion",
+    "elbow_flexion",
+)
 _PHASES = ("stance_percent", "swing_percent", "single_support_percent")
 _OF_BOTH = ("walking_speed", "step_length", "stride_length", "step_width")
 _TIMES = ("step_time_s", "stride_time_s", "stance_time_s", "swing_time_s")

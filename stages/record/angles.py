@@ -6,21 +6,35 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.core.measures import Moments
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import MIDLINE, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.facts import angle_bands
-from ..drawing.palette import LEFT, RIGHT
-from ..drawing.rerun_log import log_curves
+from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour, faint
+from ..drawing.rerun_log import log_curves, time_columns
 
 if TYPE_CHECKING:
     import rerun as rr
     import rerun.blueprint as rrb
+    from rerun.components import MarkerShapeLike as MarkerShape
 
 _GROUPS: dict[str, list[str]] = {}
 for _name in ALL_OF_BOTH:
     _GROUPS.setdefault(ALL_ANGLES[sides_of(_name)[0]].group, []).append(_name)
-_ONE = (110, 140, 255)  # colour of an angle without sides
+_FIRST = ("knee_flexion", "elbow_flexion", "trunk_lean_sagittal")
+# Of each kind of moment: its marker, and its words behind the movement.
+_MARKS: dict[str, tuple[MarkerShape, str]] = {
+    "landings": ("down", "foot lands"),
+    "toe_offs": ("up", "foot leaves the floor"),
+    "start": ("plus", "begins"),
+    "stop": ("cross", "ends"),
+    "peak_at": ("diamond", "peak"),
+}
+_MOVED = {
+    "walking": "legs", "knee_bends": "legs", "jumps": "legs", "kicks": "legs", "arm_raises": "arms", "punches": "arms",
+}  # fmt: skip
+_SIDES: dict[str, Colour] = {"right": RIGHT, "left": LEFT, "": MIDDLE}
 
 
 def angled(take: Take) -> bool:
@@ -36,13 +50,38 @@ def log_angles(recording: rr.RecordingStream, take: Take) -> None:
         if (shown := angle_bands(take, name)) is None:
             continue
         (value, band), parts = shown, sides_of(name)
-        colours = [_ONE] if len(parts) == 1 else [RIGHT, LEFT]
+        colours = [MIDDLE] if len(parts) == 1 else [RIGHT, LEFT]
         log_curves(recording, f"angles/{name}", poses, value, [f"{p} (deg)" for p in parts], colours)
         if np.isfinite(band).any():
-            faint = [(red // 2, green // 2, blue // 2) for red, green, blue in colours]
+            thin = [faint(colour, 0.4) for colour in colours]
             for end, values in (("low", value - band), ("high", value + band)):
                 names = [f"{part}, {end} end of its 90 % band (deg)" for part in parts]
-                log_curves(recording, f"angles/{name}/{end}", poses, values, names, faint, width=0.75)
+                log_curves(recording, f"angles/{name}/{end}", poses, values, names, thin, width=0.75)
+
+
+def log_marks(recording: rr.RecordingStream, take: Take) -> None:
+    """marks/<legs or arms>/<movement>/<kind>/<side>: the moments of events that the measures tell, at 0."""
+    import rerun as rr
+
+    poses = take.need("poses")
+    for told in take.measures or ():
+        limbs = _MOVED.get(told.group[0]) if told.group else None
+        if not isinstance(told, Moments) or told.name not in _MARKS or not limbs:
+            continue
+        shape, words = _MARKS[told.name]
+        movement, side = told.group[0], told.side
+        entity = f"marks/{limbs}/{movement}/{told.name}/{side or 'both'}"
+        name = f"{side} {movement.replace('_', ' ')}: {words}".strip()
+        look = rr.SeriesPoints(names=name, colors=_SIDES[side], markers=shape, marker_sizes=4)
+        recording.log(entity, look, static=True)
+        at_s = np.array(told.at_s)
+        frame = poses.frame_index[np.abs(poses.times[:, None] - at_s).argmin(axis=0)]
+        recording.send_columns(entity, time_columns(frame, at_s), rr.Scalars.columns(scalars=0 * at_s))
+
+
+def first_angles(take: Take) -> list[rrb.View]:
+    """Knees, elbows and trunk, with the marks of events."""
+    return [_view(name, _title(name)) for name in _FIRST if angle_bands(take, name)]
 
 
 def angle_views(take: Take) -> rrb.Container:
@@ -54,17 +93,23 @@ def angle_views(take: Take) -> rrb.Container:
         shown = [name for name in group if angle_bands(take, name)]
         # The viewer names the tab of a single view after the view, so its name must be short.
         named = {name: title if len(shown) == 1 else _title(name) for name in shown}
-        views = [
-            rrb.TimeSeriesView(
-                origin=f"angles/{name}",
-                name=f"{words} (deg)",
-                plot_legend=rrb.PlotLegend(visible=False),  # the band's thin lines would fill it
-            )
-            for name, words in named.items()
-        ]
+        views = [_view(name, words) for name, words in named.items()]
         if views:
             tabs.append(rrb.Vertical(*views, name=title) if len(views) > 1 else views[0])
     return rrb.Tabs(*tabs, active_tab=0)
+
+
+def _view(name: str, words: str) -> rrb.View:
+    import rerun.blueprint as rrb
+
+    joints = " ".join(ALL_ANGLES[sides_of(name)[0]].joints)
+    limbs = "" if name in MIDLINE else "/arms" if "elbow" in joints else "/legs"
+    return rrb.TimeSeriesView(
+        origin=f"angles/{name}",
+        contents=["+ $origin/**", f"+ /marks{limbs}/**"],
+        name=f"{words} (deg)",
+        plot_legend=rrb.PlotLegend(visible=False),  # the band's thin lines would fill it
+    )
 
 
 def _title(name: str) -> str:

@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
+from ..drawing.facts import up_of_camera
 from ..drawing.image_lines import COLOURS, HORIZON, UP, horizon, ideal, up_arrow
+from ..drawing.rerun_log import time_columns
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -45,6 +48,29 @@ def log_camera(recording: rr.RecordingStream, take: Take) -> None:
     foot, tip = up_arrow(take.camera, look)
     arrow = rr.Arrows2D(origins=[foot], vectors=[np.asarray(tip - foot)], colors=[UP], radii=[-2.0])
     recording.log("camera/up", arrow, static=True)
+
+
+def log_horizon(recording: rr.RecordingStream, take: Take) -> None:
+    """video/horizon, by the take's up; nothing where the take is not levelled, the focal length not known, or the
+    lens bends the line."""
+    import rerun as rr
+
+    camera, poses = take.camera, take.need("poses")
+    if camera is None or camera.intrinsics is not None:
+        return
+    ups = up_of_camera(take)
+    steady = take.need("rectified").R_source_from_level.ndim == 2
+    edges = [horizon(camera, up) if is_finite(up) else None for up in (ups[:1] if steady else ups)]
+    look = rr.LineStrips2D.from_fields(colors=[HORIZON], radii=[-0.6])
+    recording.log("video/horizon", look, static=True)
+    if steady:
+        recording.log(
+            "video/horizon", rr.LineStrips2D([each for each in edges if each is not None]), static=True
+        )
+        return
+    columns = rr.LineStrips2D.columns(strips=[each for each in edges if each is not None])
+    rows = columns.partition([int(each is not None) for each in edges])
+    recording.send_columns("video/horizon", time_columns(poses.frame_index, poses.times), rows)
 
 
 def camera_view(take: Take) -> rrb.View:

@@ -17,31 +17,35 @@ from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
 from ...pipeline.signals.reprojection import LIMBS, residuals_of
 from ..drawing.facts import length_unit, shared_up, voted
+from ..drawing.palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT
 from ..drawing.rerun_file import recording_file
-from ..drawing.rerun_log import log_axes, log_curves, log_notices, log_skeleton, log_video
+from ..drawing.rerun_log import (
+    log_axes,
+    log_body,
+    log_curves,
+    log_joints,
+    log_notices,
+    log_skeleton,
+    log_video,
+)
 from ..drawing.rerun_video import on_clock, viewable
-from .angles import log_angles
-from .camera import log_camera
+from .angles import log_angles, log_marks
+from .camera import log_camera, log_horizon
+from .first import log_first
 from .gaps import angles_with_gaps_marked, gaps_marked
 from .measures import measures_markdown
 from .prints import foot_prints
 from .summary import summary_markdown
 from .up import log_up
 from .views import OFF_KEYPOINTS, blueprint
-from .walk import log_person, log_room
+from .walk import log_room
 
 if TYPE_CHECKING:
     import rerun as rr
 
-# For x, y and z: cool colours on the left, warm ones on the right (Okabe and Ito's palette).
-_WRISTS = {
-    "l_wrist": ((0, 114, 178), (86, 180, 233), (0, 158, 115)),
-    "r_wrist": ((213, 94, 0), (230, 159, 0), (204, 121, 167)),
-}
-# Arms and legs, right and left.
-_LIMBS = ((213, 94, 0), (0, 114, 178), (230, 159, 0), (86, 180, 233))
-_FRAME_BYTES, _FIXED_BYTES = 2048, 1 << 20  # of a recording without its video; 10,000 frames take 13 MB
-_UP, _BOUND, _ERROR = (110, 140, 255), (150, 150, 150), (213, 94, 0)
+_LIMBS = (RIGHT, LEFT, (240, 160, 100), (120, 190, 235))  # arms, and paler legs, right and left
+_FRAME_BYTES, _FIXED_BYTES = 2048, 1 << 20  # of a recording without its video; 10,000 frames take 17 MB
+_UP, _BOUND, _ERROR = GREEN, MIDDLE, PURPLE
 
 
 @dataclass(frozen=True)
@@ -64,13 +68,13 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     """Write a take into one rerun recording that opens with its own views.
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
-    Entities: video (which frame of which of video_parts), video/keypoints; source (the skeleton in the axes it came
-    in, and the body's axes there), body, level; walk (LEVEL in the room, with the path over the
-    floor and its error, foot prints and the camera); wrists/source,
+    Entities: video (which frame of which of video_parts), video/keypoints, video/horizon; source (the skeleton in the
+    axes it came in, and the body's axes there), body, level (joints and tapered bones); walk (LEVEL's room: the floor,
+    the path over it and its error, foot prints, the camera, and what goes along with the person); wrists/source,
     wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt and up (the
     votes as the camera's pitch and roll, and on the unit sphere); camera (the frame whose straight lines tell up, with
-    them and the horizon); angles/<angle> with the ends of its 90 % band;
-    off_keypoints (how far each limb is from its keypoints); events; summary; measures.
+    them and the horizon); angles/<angle> with the ends of its 90 % band; marks (moments of events); off_keypoints (how
+    far each limb is from its keypoints); events; summary; measures.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
@@ -104,11 +108,14 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
         file.check()
         shown = gaps_marked(take)
         _log_poses(recording, shown, size)
+        log_first(recording, shown, prints, size)
         _log_rotation(recording, shown, size)
         del shown
         _log_off_keypoints(recording, take)
         file.check()
         log_room(recording, take, prints, size)
+        log_marks(recording, take)
+        log_horizon(recording, take)
         log_angles(recording, angles_with_gaps_marked(take))
         log_camera(recording, take)
         log_notices(recording, take.notices, poses)
@@ -125,16 +132,16 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
     rectified = take.need("rectified")
     if take.keypoints is not None:
         log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.0)
-    skeletons = {"source": take.need("poses"), "body": rectified.body, "level": rectified.level}
-    for entity, skeleton in skeletons.items():
+    source, level = take.need("poses"), rectified.level
+    for entity, skeleton in {"source": source, "body": rectified.body}.items():
         log_skeleton(recording, entity, with_feet(skeleton), radius=0.024 * size)
-    log_person(recording, rectified, size)
-    for entity in ("source", "level"):
-        skeleton = skeletons[entity]
-        unit = length_unit(skeleton)
-        for wrist, colours in _WRISTS.items():
-            names = [f"{wrist} {axis} ({unit})" for axis in "xyz"]
-            log_curves(recording, f"wrists/{entity}/{wrist}", skeleton, skeleton.joint(wrist), names, colours)
+    log_joints(recording, "level", with_feet(level), radius=0.024 * size)
+    log_body(recording, "level", with_feet(level))
+    for entity, skeleton in {"source": source, "level": level}.items():
+        unit, wrists = length_unit(skeleton), [skeleton.joint(wrist) for wrist in ("r_wrist", "l_wrist")]
+        for axis, values in zip("xyz", np.stack(wrists, axis=-1).swapaxes(0, 1), strict=True):
+            names = [f"{wrist} {axis} ({unit})" for wrist in ("r_wrist", "l_wrist")]
+            log_curves(recording, f"wrists/{entity}/{axis}", skeleton, values, names, [RIGHT, LEFT])
 
 
 def _log_off_keypoints(recording: rr.RecordingStream, take: Take) -> None:

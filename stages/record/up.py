@@ -9,6 +9,7 @@ import numpy as np
 from ...pipeline.core.rotations import angle_deg, from_columns, is_finite, rotate, unit
 from ...pipeline.core.take import Take
 from ..drawing.facts import shared_up, tilt
+from ..drawing.palette import PURPLE, YELLOW, faint
 from ..drawing.rerun_log import log_curves, time_columns
 
 if TYPE_CHECKING:
@@ -16,10 +17,10 @@ if TYPE_CHECKING:
 
 _MOST_VOTES = 10_000  # in the cloud
 _WHITE, _GRID, _MARK = (235, 235, 235), (85, 85, 85), (170, 170, 170)
-_EARLY, _LATE = np.array([70, 90, 255]), np.array([255, 225, 60])  # far apart for every common colour vision
+_EARLY, _LATE = np.array([120, 50, 130]), np.array(YELLOW)  # far apart for every common colour vision
 # For pitch and roll.
-_TAKE, _VOTES = ((110, 140, 255), (230, 159, 0)), ((72, 92, 175), (155, 110, 15))
-_BOUND = ((85, 92, 125), (122, 104, 74))
+_TAKE = (PURPLE, YELLOW)
+_VOTES, _BOUND = ([faint(colour, share) for colour in _TAKE] for share in (0.65, 0.5))
 
 
 class Cap(NamedTuple):
@@ -70,7 +71,7 @@ def _log_tilt(recording: rr.RecordingStream, take: Take) -> None:
 
 
 def _log_votes(recording: rr.RecordingStream, take: Take) -> None:
-    """up/votes: all of them, early ones blue, late ones yellow; up/vote: that of the frame."""
+    """up/votes: all of them, early ones purple, late ones yellow; up/vote: that of the frame."""
     import rerun as rr
 
     poses = take.need("poses")

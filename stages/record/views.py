@@ -11,8 +11,10 @@ from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.signals.reprojection import residuals_of
 from ..drawing.facts import OWN_WAYS, voted, ways_of_level
-from .angles import angle_views, angled
+from ..drawing.palette import DARK
+from .angles import angle_views, angled, first_angles
 from .camera import camera_view, looked
+from .first import first_view
 from .prints import FootPrint
 from .up import cap
 from .walk import floor, walk_view, walked
@@ -26,77 +28,85 @@ _EYES = {
     "camera": (0.5, -0.4, -2.4),  # near the camera itself
     "world": (-2.2, 1.1, 0.5),
     "body": (-2.2, 1.1, 0.5),  # in front of the person, who faces -x, to the right and a little above
-    "level": (-2.2, 1.1, 0.5),
 }
 
 
 def blueprint(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Blueprint:
-    """Left what came in, in the middle the rectified person and the angles, right the curves and the words.
-    Where the person's place is known, it opens with their walk.
+    """A tab for a first look: the video, the person on the floor, and below them knees, elbows and trunk; another for
+    all else. Views of what the take lacks are not there.
 
-    size: about half the person's height, in the poses' unit. Views of what the take lacks are not there.
+    size: about half the person's height, in the poses' unit.
     """
     import rerun.blueprint as rrb
 
-    rectified = take.need("rectified")
-    source = take.need("poses").frame
-    unit = source.unit if source.metric else "arbitrary units"
-    front, right = ways = ways_of_level(rectified.level_heading)
-    after = "back, right, up" if ways == OWN_WAYS else f"from {front}, to {right}, up"
-    after = after if rectified.camera != "moving" else "back, right (relative), up"
-    level = "one heading" if rectified.camera != "moving" else "camera's heading"
     flat = {"Video": take.video, "2D keypoints": take.keypoints}
     title = " and ".join(name for name, part in flat.items() if part is not None)
-    votes, placed = voted(rectified), walked(rectified)
+    video = [rrb.Spatial2DView(origin="video", name=title, visual_bounds=_bounds(take))] if title else []
+    charts = first_angles(take)
+    first = rrb.Vertical(
+        rrb.Horizontal(*video, first_view(take, prints, size)),
+        *([rrb.Horizontal(*charts)] if charts else []),
+        row_shares=[5, 3] if charts else [1],
+        name="First look",
+    )
+    return rrb.Blueprint(
+        rrb.Tabs(first, _details(take, size), active_tab=0),
+        rrb.TimePanel(state="collapsed", timeline="video_time"),
+        collapse_panels=True,
+    )
+
+
+def _details(take: Take, size: float) -> rrb.Container:
+    """On the left poses before and after, in the middle the path, what tells up and the angles, on the right wrists,
+    rotation and words."""
+    import rerun.blueprint as rrb
+
+    rectified, source = take.need("rectified"), take.need("poses").frame
+    placed, votes = walked(rectified), voted(rectified)
+    front, right = ways = ways_of_level(rectified.level_heading)
+    after = ("back", "right", "up") if ways == OWN_WAYS else (f"from {front}", f"to {right}", "up")
+    after = after if rectified.camera != "moving" else ("back", "right (relative)", "up")
     words: list[rrb.View] = [rrb.TextDocumentView(origin="summary", name="Summary")]
     if take.measures:
         words.append(rrb.TextDocumentView(origin="measures", name="Measures"))
     if take.notices:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
         words.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
-    return rrb.Blueprint(
-        rrb.Horizontal(
-            rrb.Vertical(
-                *(
-                    [rrb.Spatial2DView(origin="video", name=title, visual_bounds=_bounds(take))]
-                    if title
-                    else []
-                ),
-                _person("source", f"Before: {source.name} axes", take, size),
-            ),
-            rrb.Vertical(
-                rrb.Tabs(
-                    *([walk_view(take, placed, prints, size)] if placed is not None else []),
-                    _person("body", "After: BODY, facing you", take, size),
-                    _person("level", f"After: LEVEL, {level}", take, size),
-                    *([_votes(take)] if votes else []),
-                    *([camera_view(take)] if looked(take) else []),
-                    active_tab=0,
-                ),
-                *([angle_views(take)] if angled(take) else []),
-                row_shares=[2, 1] if angled(take) else [1],
-            ),
-            rrb.Vertical(
-                _curves("wrists/source", f"Wrists before: {', '.join(source.axes)} ({unit})"),
-                _curves("wrists/level", f"Wrists after: {after} ({unit})"),
-                rrb.Tabs(
-                    _curves("rotation", "Rotation (deg)"),
-                    *([_tilt()] if votes else []),
-                    *(
-                        [_curves(OFF_KEYPOINTS, "Limbs off keypoints (% of stature)")]
-                        if residuals_of(take)
-                        else []
-                    ),
-                    active_tab=0,
-                ),
-                rrb.Tabs(*words, active_tab=0),
-                row_shares=[7, 7, 5, 6],
-            ),
-            column_shares=[3, 4, 4],
-        ),
-        rrb.TimePanel(state="collapsed", timeline="video_time"),
-        collapse_panels=True,
-    )
+    ups = [
+        *([walk_view(take, placed, size)] if placed is not None else []),
+        *([_votes(take)] if votes else []),
+        *([camera_view(take)] if looked(take) else []),
+    ]
+    unit = source.unit if source.metric else "arbitrary units"
+    curves = [
+        _wrists("level", f"Wrists after ({unit})", after),
+        _wrists("source", f"Wrists before ({unit})", source.axes),
+        _curves("rotation", "Rotation (deg)"),
+        *([_tilt()] if votes else []),
+        *([_curves(OFF_KEYPOINTS, "Limbs off keypoints (% of stature)")] if residuals_of(take) else []),
+    ]
+    columns = [
+        [
+            _person("source", f"Before: {source.name} axes", take, size),
+            _person("body", "After: BODY, facing you", take, size),
+        ],
+        [*([rrb.Tabs(*ups, active_tab=0)] if ups else []), *([angle_views(take)] if angled(take) else [])],
+        [rrb.Tabs(*curves, active_tab=0), rrb.Tabs(*words, active_tab=0)],
+    ]
+    return rrb.Horizontal(*(rrb.Vertical(*column) for column in columns if column), name="Details")
+
+
+def _wrists(entity: str, name: str, axes: Sequence[str]) -> rrb.Container:
+    """A view for each axis, right orange, left blue."""
+    import rerun.blueprint as rrb
+
+    views = [
+        rrb.TimeSeriesView(
+            origin=f"wrists/{entity}/{letter}", name=axis, plot_legend=rrb.PlotLegend(visible=False)
+        )
+        for letter, axis in zip("xyz", axes, strict=True)
+    ]
+    return rrb.Vertical(*views, name=name)
 
 
 def _bounds(take: Take) -> rrb.VisualBounds2D | None:
@@ -119,7 +129,7 @@ def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
     import rerun.blueprint as rrb
 
     rectified = take.need("rectified")
-    poses = {"source": take.need("poses"), "body": rectified.body, "level": rectified.level}[entity]
+    poses = take.need("poses") if entity == "source" else rectified.body
     eye = size * poses.frame.basis @ np.array(_EYES[poses.frame.family])
     grid = rrb.LineGrid3D(False)
     if entity != "source":
@@ -130,6 +140,7 @@ def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
         origin=entity,
         name=name,
         eye_controls=rrb.EyeControls3D(position=eye, look_target=(0, 0, 0)),
+        background=DARK,
         line_grid=grid,
     )
 
@@ -148,8 +159,9 @@ def _votes(take: Take) -> rrb.View:
     )
     return rrb.Spatial3DView(
         origin="up",
-        name="Votes on up, early blue",
+        name="Votes on up, early purple",
         eye_controls=controls,
+        background=DARK,
         line_grid=rrb.LineGrid3D(False),
     )
 
@@ -160,7 +172,7 @@ def _tilt() -> rrb.View:
     # Of the eight curves four are thin lines of the bound; a legend would hide them all.
     return rrb.TimeSeriesView(
         origin="tilt",
-        name="Camera's pitch (blue) and roll (orange): votes, take, 90 % bound (deg)",
+        name="Camera's pitch (purple) and roll (yellow): votes, take, 90 % bound (deg)",
         plot_legend=rrb.PlotLegend(visible=False),
     )
 

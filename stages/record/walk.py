@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,14 +13,14 @@ from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import breaks, runs
-from ..drawing.rerun_log import log_skeleton
+from ..drawing.palette import DARK, MIDDLE
 from .prints import FootPrint, log_prints
 
 if TYPE_CHECKING:
     import rerun as rr
     import rerun.blueprint as rrb
 
-_PATH, _ERROR, _CAMERA = (110, 140, 255), (85, 92, 125), (170, 170, 170)
+_PATH, _ERROR, _CAMERA = (215, 215, 215), (110, 110, 110), MIDDLE
 # Where the eye stands, from the middle of the scene and in its reach: along LEVEL's axes; or along the camera's view,
 # to the side that the person faces, and up.
 _EYE, _BESIDE_CAMERA = (-1.6, 1.3, 0.7), (-0.55, 2.1, 1.05)
@@ -34,13 +34,6 @@ def walked(rectified: Rectified) -> PoseSequence | None:
         return None
     root = level.root[:, None]
     return level.mapped(lambda points: points + root, root=None, root_covariance=None)
-
-
-def log_person(recording: rr.RecordingStream, rectified: Rectified, size: float) -> None:
-    """`walk`: the skeleton at its place, on the rectification's clock."""
-    placed = walked(rectified)
-    if placed is not None:
-        log_skeleton(recording, "walk", with_feet(placed), radius=0.024 * size)
 
 
 def log_room(recording: rr.RecordingStream, take: Take, prints: Sequence[FootPrint], size: float) -> None:
@@ -109,24 +102,45 @@ def _ellipses(
     return found
 
 
-def walk_view(take: Take, placed: PoseSequence, prints: Sequence[FootPrint], size: float) -> rrb.View:
+def camera_ahead(take: Take) -> np.ndarray | None:
+    """(2,) unit, where a camera that stands still looks over the floor of LEVEL; None as `_camera_axes`, and where it
+    looks straight up or down."""
+    R_level_from_camera = _camera_axes(take)
+    ahead = np.zeros(2) if R_level_from_camera is None else R_level_from_camera[:2, 2]
+    length = np.linalg.norm(ahead)
+    return ahead / length if length > 1e-6 else None
+
+
+def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
     """All of the path at once, the camera too, and every foot print up to the view's time. size: about half the
     person's height."""
-    import rerun as rr
     import rerun.blueprint as rrb
 
     low, high = (np.nanpercentile(placed.joints, share, axis=(0, 1)) for share in (1, 99))
-    eye, R_level_from_camera = np.array(_EYE), _camera_axes(take)
-    if R_level_from_camera is not None:
+    eye, ahead = np.array(_EYE), camera_ahead(take)
+    if ahead is not None:
         low, high = np.minimum(low, 0), np.maximum(high, 0)
-        away = R_level_from_camera[:2, 2] / np.linalg.norm(R_level_from_camera[:2, 2])
-        aside = np.array([away[1], -away[0]])
+        aside = np.array([ahead[1], -ahead[0]])
         aside = -aside if aside[0] > 0 else aside  # LEVEL's people face -x, and come towards the eye
         along, across, up = _BESIDE_CAMERA
-        eye = np.append(along * away + across * aside, up)
+        eye = np.append(along * ahead + across * aside, up)
     reach = max(size, 0.45 * float(np.linalg.norm(high - low)))
-    plane = rr.components.Plane3D.XY.with_distance(floor(placed, prints))
     middle = (low + high) / 2
+    return rrb.Spatial3DView(
+        origin="walk",
+        contents=["+ /walk/**", "+ /level/**"],
+        name="All of the path: LEVEL",
+        eye_controls=rrb.EyeControls3D(position=middle + reach * eye, look_target=middle),
+        background=DARK,
+        line_grid=rrb.LineGrid3D(False),
+        overrides=prints_so_far(),
+    )
+
+
+def prints_so_far() -> dict[Any, rrb.VisibleTimeRanges]:
+    """For a view's overrides: foot prints stay from when they are made."""
+    import rerun.blueprint as rrb
+
     so_far = rrb.VisibleTimeRanges(
         [
             rrb.VisibleTimeRange(
@@ -137,13 +151,7 @@ def walk_view(take: Take, placed: PoseSequence, prints: Sequence[FootPrint], siz
             for timeline in ("frame", "video_time")
         ]
     )
-    return rrb.Spatial3DView(
-        origin="walk",
-        name="On the floor: LEVEL",
-        eye_controls=rrb.EyeControls3D(position=middle + reach * eye, look_target=middle),
-        line_grid=rrb.LineGrid3D(plane=plane, spacing=size / 2, color=(128, 128, 128, 110)),
-        overrides={f"walk/prints/{side}": so_far for side in ("right", "left")},
-    )
+    return {f"walk/prints/{side}": so_far for side in ("right", "left")}
 
 
 def floor(placed: PoseSequence, prints: Sequence[FootPrint] = ()) -> float:

@@ -24,7 +24,7 @@ _EXPLAINED = {
     "knee_at_contact": "Knee flexion when the foot lands.",
     "knee_loading_peak": "The highest knee flexion in the first half of stance (loading response).",
     "knee_swing_peak": "The highest knee flexion while the foot is in the air.",
-    "hip_lowest": "The lowest hip flexion (thigh against trunk) of a stride; negative is extension.",
+    "thigh_trunk_lowest": "The thigh's lowest flexion against the trunk in a stride; negative: behind it.",
     "symmetry_index": "Right minus left, divided by their mean: 0 % when equal, positive when the right is larger.",
     "stride_start": "When each stride begins: the foot lands.",
     "stride_stop": "When each stride ends: the same foot lands again, in the same walk.",

@@ -25,6 +25,7 @@ from ...pipeline.core.measures import (
     text,
     value,
     why_untold,
+    with_bar,
     without_error,
 )
 from ...pipeline.core.measures import (
@@ -47,7 +48,6 @@ from ..drawing.page import (
     told,
 )
 from ..drawing.words import spoken
-from ..measures.figures import decimals
 from .glossary import explained
 
 _WORDS = {
@@ -293,14 +293,7 @@ def _each(leaf: Any) -> list[str]:
     if isinstance(leaf, Moments):
         return [f"{at_s:.2f}" for at_s in leaf.at_s]
     return [
-        _unknown(one)
-        if one.error is None
-        else (
-            f"{one.value:.{decimals(one.error)}f}"
-            if isinstance(one.value, float) and one.error
-            else _shown(one.value)
-        )
-        + f" ± {_shown(one.bar)}"
+        _unknown(one) if one.error is None else with_bar(one.value, one.error)
         for one in (leaf if isinstance(leaf, list) else [leaf])
     ]
 

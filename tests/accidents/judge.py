@@ -19,7 +19,13 @@ SD_90 = 1.645
 _UNSTATED = {"deg": 20.0}
 _UNSTATED_SHARE = 0.15
 _FIGURES = ("cadence", "walking_speed", "mean_step_length", "mean_stance", "mean_step_time")
-_ANGLES = ("knee_flexion", "hip_flexion", "shoulder_elevation", "elbow_flexion", "trunk_lean_sagittal")
+_ANGLES = (
+    "knee_flexion",
+    "thigh_trunk_flexion",
+    "shoulder_elevation",
+    "elbow_flexion",
+    "trunk_lean_sagittal",
+)
 
 Figures = dict[str, tuple[float | str, float]]
 

@@ -33,7 +33,9 @@ from pcnet3d.stages.trajectories import Trajectories
 STAGES = (Rectify(), Trajectories(), Angles())
 JUDGED = MadeBy("estimated", shipped_noise().lifter)
 WINDOW = 30  # frames
-STANDS = [f"{side}_{part}" for side in "rl" for part in ("knee_flexion", "hip_flexion", "thigh_sagittal")]
+STANDS = [
+    f"{side}_{part}" for side in "rl" for part in ("knee_flexion", "thigh_trunk_flexion", "thigh_sagittal")
+]
 
 
 def series(take: Take) -> dict[str, AngleSeries]:

@@ -79,7 +79,7 @@ def test_joint_angles_recomputed_from_positions(walk, side):
     )
     # Right-handed about left, a segment that hangs down swings backwards.
     found = {
-        "hip_flexion": -signed_deg(-trunk, thigh, left),
+        "thigh_trunk_flexion": -signed_deg(-trunk, thigh, left),
         "knee_flexion": signed_deg(thigh, shank, left),
         "shoulder_flexion": -signed_deg(-trunk, upper_arm, left),
         "elbow_flexion": -signed_deg(upper_arm, forearm, left),
@@ -169,7 +169,7 @@ def test_walking_speed_stride_and_cadence_fit_each_other(walk):
 def test_gait_is_the_published_one(side):
     walk = walker(fps=1000.0, seconds=10.0)
     cycle = cycles(walk, side)
-    thigh = walk.angles_deg[f"{side}_hip_flexion_deg"] - walk.angles_deg["trunk_lean_deg"]
+    thigh = walk.angles_deg[f"{side}_thigh_trunk_flexion_deg"] - walk.angles_deg["trunk_lean_deg"]
     rows = [np.nanargmin(np.abs(cycle - percent / 100)) for percent in PERRY[:, 0]]
     np.testing.assert_allclose(thigh[rows], PERRY[:, 1], atol=3.5)
     np.testing.assert_allclose(walk.angles_deg[f"{side}_knee_flexion_deg"][rows], PERRY[:, 2], atol=3.5)
@@ -182,7 +182,7 @@ def test_gait_is_the_published_one(side):
 def test_arms_swing_against_the_legs(walk, side):
     walking = np.isfinite(cycles(walk, side))
     arm = walk.angles_deg[f"{side}_shoulder_flexion_deg"][walking]
-    leg = walk.angles_deg[f"{side}_hip_flexion_deg"][walking]
+    leg = walk.angles_deg[f"{side}_thigh_trunk_flexion_deg"][walking]
     assert np.corrcoef(arm, leg)[0, 1] < -0.7
 
 

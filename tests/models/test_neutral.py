@@ -70,7 +70,7 @@ def test_a_span_without_frames_is_refused():
     ("told", "seconds"), [("0:00-0:02", (0, 2)), ("1.5-3", (1.5, 3)), ("1:01-1:02.5", (61, 62.5))]
 )
 def test_what_is_told(told, seconds):
-    assert RunOptions(video="x.mp4", neutral=told).told.neutral_s == seconds
+    assert RunOptions(video="x.mp4", neutral=told).told.neutral == seconds
 
 
 @pytest.mark.parametrize("told", ["2", "2-1", "a-b", "1-2-3"])

@@ -44,7 +44,11 @@ def test_angles_of_the_walkers_feet(columns, walk):
     """But for a sole that lies on the floor; the middle of the toes is 4 degrees outwards."""
     made = walk.angles_deg
     for side in "rl":
-        shank = made[f"{side}_hip_flexion_deg"] - made["trunk_lean_deg"] - made[f"{side}_knee_flexion_deg"]
+        shank = (
+            made[f"{side}_thigh_trunk_flexion_deg"]
+            - made["trunk_lean_deg"]
+            - made[f"{side}_knee_flexion_deg"]
+        )
         found = np.array(columns[f"{side}_ankle_dorsiflexion_deg"])
         off = np.abs(found - (made[f"{side}_foot_pitch_deg"] - shank))
         assert np.nanmedian(off) < 3

@@ -89,7 +89,7 @@ def test_exports_put_the_person_where_they_walked(placed):
     np.testing.assert_allclose(markers[:, pelvis : pelvis + 3], opensim, atol=0.015)  # but for the low-pass
     lines = (folder / "angles.mot").read_text().splitlines()
     end = lines.index("endheader")
-    assert lines[end + 1].split("\t")[4:7] == ["pelvis_tx", "pelvis_ty", "pelvis_tz"]
+    assert lines[end + 1].split("\t")[4:7] == ["trunk_tx", "trunk_ty", "trunk_tz"]
     origin = np.loadtxt(lines[end + 2 :])[:, 4:7]
     # The pelvis's origin is in front of its hips and above them.
     away = np.linalg.norm(origin - markers[:, pelvis : pelvis + 3], axis=1)

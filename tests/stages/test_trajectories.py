@@ -377,7 +377,7 @@ def test_short_slow_and_fast_takes_have_paths(facing_camera, rows, fps):
         assert np.isfinite(take.kinematics[column]).all()
 
 
-def test_what_a_lifter_states_that_nobody_has_judged_is_no_error_of_its_positions(facing_camera):
+def test_what_a_lifter_states_that_nobody_has_judged_is_no_error_of_its_paths(facing_camera):
     take = lifted(facing_camera, 0.01)
     judged, other = (
         kinematics(take.with_(poses=take.need("poses").with_(made_by=made_by)))
@@ -385,16 +385,14 @@ def test_what_a_lifter_states_that_nobody_has_judged_is_no_error_of_its_position
     )
     np.testing.assert_array_equal(judged["r_wrist_x"], other["r_wrist_x"])
     assert np.isfinite(judged["r_wrist_x_sd"]).all()
-    assert np.isnan(other["r_wrist_x_sd"]).all()
-    assert np.isfinite(other["r_wrist_vx_sd"]).all()  # which the path itself shows
+    assert all(np.isnan(other[f"r_wrist_{name}x_sd"]).all() for name in ("", "v", "a"))
 
 
-def test_without_a_stated_error_only_rates_of_lifts_have_bars(facing_camera):
+def test_nothing_has_bars_without_a_stated_error(facing_camera):
+    # A lifter that smooths or lags does not shake: two thirds of simulated ones were inside such bars.
     lift = lifted(facing_camera, 0.01).need("poses").with_(covariance=None)
-    for poses, of_lifter in ((lift, True), (walker(turn_deg=0.0).poses, False)):
+    for poses in (lift, walker(turn_deg=0.0).poses):
         found = kinematics(Take("t", poses=poses))
-        for column in ("r_wrist_vx_sd", "r_wrist_speed_sd", "r_wrist_ax_sd", "r_wrist_acceleration_sd"):
-            assert np.isfinite(found[column]).all() == of_lifter
-            assert np.isnan(found[column]).all() != of_lifter
-        assert np.isnan(found["r_wrist_x_sd"]).all()  # what errs slowly cannot be told
-        assert np.isfinite(found["r_wrist_x"]).all()
+        for name in ("x", "vx", "speed", "ax", "acceleration"):
+            assert np.isnan(found[f"r_wrist_{name}_sd"]).all()
+            assert np.isfinite(found[f"r_wrist_{name}"]).all()

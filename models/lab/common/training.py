@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import IO, Any, Literal, TypeVar
 
 import numpy as np
 import torch
@@ -49,7 +49,8 @@ Net = TypeVar("Net", bound=nn.Module)
 
 class Schedule(BaseModel):
     """How a network learns: `warmup` steps up to the rate, constant, and down to nothing over the last `cooldown`
-    share of the steps. A run may be lengthened as long as it does not cool down yet."""
+    share of the steps, in a line or along half a cosine (Loshchilov & Hutter 2017). A run may be lengthened as long as
+    it does not cool down yet. optimiser: "muon" for matrices with AdamW for the rest, or AdamW for all."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     steps: PositiveInt
@@ -60,13 +61,16 @@ class Schedule(BaseModel):
     average: float = Field(
         ge=0, lt=1
     )  # decay of the weights' moving average, which is what is judged and kept
+    optimiser: Literal["muon", "adamw"] = "muon"
+    decline: Literal["linear", "cosine"] = "linear"
     every: PositiveInt = 250  # steps between looks at the validation, each with a checkpoint
 
     def share(self, step: int) -> float:
         """Of the highest rate, at a step counted from 1."""
         if step <= self.warmup:
             return step / self.warmup
-        return min(1.0, (self.steps - step + 1) / max(self.steps - self.cools_from, 1))
+        left = min(1.0, (self.steps - step + 1) / max(self.steps - self.cools_from, 1))
+        return left if self.decline == "linear" else (1 - math.cos(math.pi * left)) / 2
 
     @property
     def cools_from(self) -> int:
@@ -234,9 +238,9 @@ def device_of(name: str) -> torch.device:
 def optimisers_of(
     net: nn.Module, schedule: Schedule, matrices: Iterable[nn.Parameter]
 ) -> list[torch.optim.Optimizer]:
-    """Muon (Jordan et al. 2024) for the matrices, at AdamW's step size; AdamW for everything else, without decay for
-    what is no matrix."""
-    matrices = list(matrices)
+    """Muon (Jordan et al. 2024) for the matrices, at AdamW's step size, unless the schedule says AdamW; AdamW for
+    everything else, without decay for what is no matrix."""
+    matrices = list(matrices) if schedule.optimiser == "muon" else []
     taken = {id(p) for p in matrices}
     others = [p for p in net.parameters() if id(p) not in taken]
     groups = [

@@ -15,7 +15,7 @@ import numpy as np
 from .judge import Stated, tenths
 
 _CASES = 250  # of a take
-_COVERED = 0.92  # of the people of the fit, that COVERED of strangers are: they are few, and their errors fit too well
+STRANGERS = 0.92  # covered of the people of the fit, that judge.COVERED of strangers are
 _SOFT = 0.02  # of the loss's corner, in logarithms
 _TINY = 1e-12
 _NOTHING = 9.0  # in logarithms, by which a part that is none is smaller than usual squares of errors
@@ -23,7 +23,7 @@ _NOTHING = 9.0  # in logarithms, by which a part that is none is smaller than us
 Squares = Callable[[Stated], np.ndarray]  # (N, K) what the square of the bar is a weighted sum of
 
 
-def fitted(takes: Sequence[Stated], squares: Squares) -> np.ndarray:
+def fitted(takes: Sequence[Stated], squares: Squares, covered: float = STRANGERS) -> np.ndarray:
     """(K,) the weights, none below 0."""
     from scipy.optimize import minimize
 
@@ -41,8 +41,8 @@ def fitted(takes: Sequence[Stated], squares: Squares) -> np.ndarray:
         total = parts.sum(axis=1) + _TINY
         over = error - 0.5 * np.log(total)
         soft = np.logaddexp(0, over / _SOFT) * _SOFT  # max(over, 0), with a round corner
-        value = weight @ (soft - (1 - _COVERED) * over)
-        slope = 1 / (1 + np.exp(-np.clip(over / _SOFT, -50, 50))) - (1 - _COVERED)
+        value = weight @ (soft - (1 - covered) * over)
+        slope = 1 / (1 + np.exp(-np.clip(over / _SOFT, -50, 50))) - (1 - covered)
         return float(value), -0.5 * ((weight * slope / total) @ parts)
 
     start = np.full(x.shape[1], np.log(3 / x.shape[1]))
@@ -68,12 +68,14 @@ def with_bars(take: Stated, squares: Squares, found: np.ndarray) -> Stated:
     return replace(take, half=np.sqrt(squares(take) @ found))
 
 
-def held_out(by_group: Mapping[str, Sequence[Stated]], squares: Squares) -> dict[str, list[Stated]]:
+def held_out(
+    by_group: Mapping[str, Sequence[Stated]], squares: Squares, covered: float = STRANGERS
+) -> dict[str, list[Stated]]:
     """Each person's takes with the bars that those of all the others ask for, of all groups together; by group."""
     takes = [take for group in by_group.values() for take in group]
     out: dict[str, list[Stated]] = {name: [] for name in by_group}
     for person in sorted({take.person for take in takes}):
-        found = fitted([take for take in takes if take.person != person], squares)
+        found = fitted([take for take in takes if take.person != person], squares, covered)
         for name, group in by_group.items():
             out[name] += [with_bars(take, squares, found) for take in group if take.person == person]
     return out

@@ -46,11 +46,12 @@ def compared(found: Group, true: Group) -> dict[str, tuple[np.ndarray, np.ndarra
     if not len(spans) or not len(true_spans):
         return {}
     shared = np.minimum(spans[:, None, 1], true_spans[:, 1]) - np.maximum(spans[:, None, 0], true_spans[:, 0])
-    peaks, true_peaks = numbered(found, "peak"), numbered(true, "peak")
+    true_peaks = {peak.number: peak for peak in numbered(true, "peak")}  # one that a gap hides has none
+    rows = [(peak, shared[peak.number or 0]) for peak in numbered(found, "peak")]
     pairs = [
-        (peak, true_peaks[int(row.argmax())])
-        for peak, row in zip(peaks, shared, strict=True)
-        if row.max() > 0
+        (peak, true_peaks[nearest])
+        for peak, row in rows
+        if row.max() > 0 and (nearest := int(row.argmax())) in true_peaks
     ]
     figures = {"peak, deg": pairs}
     for name, figure in _MEANS.items():

@@ -28,8 +28,9 @@ from ..evaluation.foreign import Answers, Simulated
 from ..evaluation.sets import Question
 from ..evaluation.tables import Page, Table
 from ..mocap.clips import data_folder
+from ..mocap.restyle import NAMED
 from . import judge
-from .fit import Squares, fitted, held_out, thinned
+from .fit import STRANGERS, Squares, fitted, held_out, thinned
 from .judge import Stated
 from .movements import movements
 from .paths import paths
@@ -58,8 +59,8 @@ PAGE = Page(
     "Stated errors",
     ". How many lie inside the stated 90 %; every person counts the same, and every take of a person. In brackets the "
     "90 % interval over people, then the least share of any tenth of the cases by what is known where it is stated, "
-    "and what the bars would have to be multiplied by. Errors: median size; root mean square; bar: the median. In "
-    "degrees where no unit is named.",
+    "and what the bars would have to be multiplied by. Bias: mean of found less true. Errors: median size; root mean "
+    "square; bar: the median. In degrees where no unit is named.",
     [
         Table(
             "Inside",
@@ -71,6 +72,7 @@ PAGE = Page(
                 "inside": "{inside:.0%} ({low:.0%} to {high:.0%})",
                 "worst tenth": "{worst_bin:.0%}",
                 "needed": "{needed:.2f}",
+                "bias": "{bias:+.2g}",
                 "error": "{p50:.3g}; {rms:.3g}",
                 "bar": "{bar:.3g}",
             },
@@ -117,9 +119,9 @@ def asked(question: Question, answers: Answers | None = None) -> dict[str, Confi
         "typical, focal told": replace(own, bed="typical", focal_known=True),
         "60 fps": replace(own, fps=60.0),
         "capture": replace(own, lifter=""),
-        "restyled walks": replace(own, restyled=True),
-        "restyled walks, typical": replace(own, bed="typical", restyled=True),
-        "restyled walks, capture": replace(own, lifter="", restyled=True),
+        "drawn walks": replace(own, style="drawn"),
+        **{f"{style} walks, typical": replace(own, bed="typical", style=style) for style in NAMED},
+        **{f"{style} walks, capture": replace(own, lifter="", style=style) for style in NAMED},
         "simulated foreign lifters": Configuration(foreign=Simulated()),
         "real take": replace(own, real=True),
         "real take, image": replace(own, real=True, image=True),
@@ -161,7 +163,8 @@ def tables(
     ]
     results: dict[str, Any] = {**question.heading(), "statements": {}, "sizes": {}, "strangers": {}}
     for row in rows:
-        results["statements"].setdefault(row["statement"], {})[row["configuration"]] = row
+        bias = judge.mean(cases[row["configuration"]][row["statement"]], lambda take: take.error)
+        results["statements"].setdefault(row["statement"], {})[row["configuration"]] = {**row, "bias": bias}
     for angle, size, figures in by_size(next(iter(cases.values()), {})):
         results["sizes"].setdefault(angle, {})[size] = figures
     if output is not None:
@@ -188,7 +191,7 @@ def collected(question: Question, configurations: Mapping[str, Configuration]) -
         by_statement = cases.setdefault(name, {})
         for take in finished(question, configuration):
             # What is drawn of a walk's feet leaves the rest of the body as it was: of that nothing is judged.
-            sources = (walks,) if configuration.restyled else SOURCES
+            sources = (walks,) if configuration.style else SOURCES
             for stated in chain.from_iterable(source(take) for source in sources):
                 if len(stated.error):
                     by_statement.setdefault(stated.statement, []).append(stated)
@@ -292,7 +295,8 @@ def _turn(takes: Sequence[Stated], known: tuple[float, float, float]) -> tuple[f
 
 
 def _rate(takes: Sequence[Stated]) -> tuple[float, float, float]:
-    share, of_rate, least = np.sqrt(fitted(takes, _of_rate))
+    # Rates err quickly, in a take more than between people: those of strangers are as those of the fit.
+    share, of_rate, least = np.sqrt(fitted(takes, _of_rate, judge.COVERED))
     return round(float(share), 3), round(float(of_rate), 3), round(float(least), 2)
 
 
@@ -316,15 +320,16 @@ def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
         if len({take.person for takes in by_group.values() for take in takes}) < 2:  # nobody to fit them to
             continue
         squares: Squares
+        covered = STRANGERS
         if statement in needs_gravity:
             squares = _of_angle([*chain.from_iterable(by_group.values())], needs_gravity[statement])[1]
         elif statement.removeprefix("rate of ") in needs_gravity:
-            squares = _of_rate
+            squares, covered = _of_rate, judge.COVERED
         elif statement in ("joints in depth", "joints across"):
             squares = _of_turn
         else:
             continue
-        found = held_out(by_group, squares)
+        found = held_out(by_group, squares, covered)
         out[statement] = {name: round(judge.inside(takes).inside, 3) for name, takes in found.items()}
     return out
 

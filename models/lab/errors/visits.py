@@ -44,7 +44,7 @@ from ...angle_error.repeatability import (
 from ...common.metrics import SD_90
 from ...lifter.builtin import lift
 from ..common.modules import run_command
-from ..evaluation.sets import evaluation_sets
+from ..evaluation.sets import EvaluationSet, evaluation_sets
 from ..evaluation.testbed import see
 from ..mocap.clips import lying
 from ..synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place
@@ -54,6 +54,7 @@ from .judge import Stated
 from .within import ranges, repetitions, true_angles
 
 Kind = Literal["same tripod", "set up again", "elsewhere", "sides", "repetitions"]
+Visit = tuple[Kind, str, str, str]
 KINDS: tuple[Kind, ...] = ("same tripod", "set up again", "elsewhere")  # of two visits
 _RANGE = "range_of_motion."
 _STAGES = ("place", "rectify", "scale", "trajectories", "angles", "measures")
@@ -85,6 +86,11 @@ class Visits:
     errors: tuple[float, float]
     same_place: bool = True
     true: float = 0.0
+
+    @property
+    def visit(self) -> Visit:
+        """What is the same for all figures of two visits."""
+        return self.kind, self.person, self.clip, self.bed
 
     def stated(self) -> Stated:
         """The difference's error, and the 90 % bar that independent errors of both would give it."""
@@ -208,10 +214,10 @@ def _inside(cameras: Cameras[np.ndarray], world: np.ndarray) -> bool:
     return bool((joints[..., 2] > 0).all() and (off <= _MARGIN * half).all())
 
 
-def clips() -> list[Clip]:
-    """The upright motions of validation people that are long enough."""
+def clips(sets: Sequence[EvaluationSet]) -> list[Clip]:
+    """The upright motions of the sets' people that are long enough."""
     found = []
-    for of in evaluation_sets("val"):
+    for of in sets:
         for clip in of.clips():
             longest, whole = round(_LONGEST_S * clip.fps), len(clip)
             cut = replace(clip, joints=clip.joints[: min(longest, whole)])
@@ -220,10 +226,20 @@ def clips() -> list[Clip]:
     return found
 
 
+def collected(sets: Sequence[EvaluationSet], seed: int) -> list[Visits | Stated]:
+    """The `visits` of all clips of the sets, before typical and wild cameras in turn."""
+    chosen = clips(sets)
+    return [
+        case
+        for i, clip in enumerate(each(iter(chosen), "visits", len(chosen)))
+        for case in visits(clip, *_BEDS[i % len(_BEDS)], seed)
+    ]
+
+
 def fit(cases: Sequence[Visits | Stated]) -> dict[str, object]:
     """What repeatability.json holds."""
     of_ranges = fitted_ranges([case for case in cases if isinstance(case, Stated)])
-    pairs = [_with_ranges(case, of_ranges) for case in cases if isinstance(case, Visits)]
+    pairs = [with_ranges(case, of_ranges) for case in cases if isinstance(case, Visits)]
     return {
         "made_by": "python -m pcnet3d.models.lab.errors.visits",
         "lifter": shipped_noise().lifter,
@@ -250,7 +266,7 @@ def fitted_ranges(takes: Sequence[Stated]) -> dict[str, tuple[float, float, floa
     }
 
 
-def _with_ranges(pair: Visits, of_ranges: Mapping[str, Sequence[float]]) -> Visits:
+def with_ranges(pair: Visits, of_ranges: Mapping[str, Sequence[float]]) -> Visits:
     """A pair of ranges with the errors that these parts give them; others as they are."""
     if not pair.figure.startswith(_RANGE):
         return pair
@@ -293,20 +309,18 @@ def _enough(pairs: Sequence[Stated]) -> bool:
 def freedom(pairs: Sequence[Visits]) -> int:
     """Degrees of freedom of Student's t by which at most a tenth of the unchanged visits have a figure that is said to
     differ, from the same place and from elsewhere, each person by the factors of all the others."""
-    comparisons: dict[tuple[Kind, str, str, str], list[float]] = {}
+    comparisons: dict[Visit, list[Stated]] = {}
     pairs = [pair for pair in pairs if pair.kind in KINDS]
     for person in sorted({pair.person for pair in pairs}):
         known = factors([pair for pair in pairs if pair.person != person])
         for pair in (pair for pair in pairs if pair.person == person):
             factor = known[_place(pair.kind)].get(pair.figure, 1.0)
-            ratio = (pair.found[1] - pair.found[0]) / (factor * float(np.hypot(*pair.errors)))
-            comparisons.setdefault((pair.kind, person, pair.clip, pair.bed), []).append(ratio)
+            own = pair.stated()
+            comparisons.setdefault(pair.visit, []).append(replace(own, half=factor * own.half))
     for degrees in range(_MOST_FREEDOM, 1, -1):
         called: dict[str, list[Stated]] = {}
-        for (kind, person, *_), ratios in comparisons.items():
-            found = differing(difference_chance(np.array(ratios), degrees)).any()
-            one = Stated("differs", person, np.array([float(found)]), np.array([0.5]))
-            called.setdefault(_place(kind), []).append(one)
+        for (kind, *_), of in comparisons.items():
+            called.setdefault(_place(kind), []).append(differs(of, degrees))
         if all(judge.inside(of).inside >= judge.COVERED for of in called.values()):
             return degrees
     return 1
@@ -316,18 +330,19 @@ def _place(kind: Kind) -> Between:
     return "again" if kind == "same tripod" or kind == "set up again" else kind
 
 
+def differs(of: Sequence[Stated], freedom: float | None = None) -> Stated:
+    """Whether any of the figures of two visits is said to differ: 1, which lies outside, or 0."""
+    ratio = SD_90 * np.concatenate([one.error / one.half for one in of])
+    found = differing(difference_chance(ratio, freedom)).any()
+    return Stated("differs", of[0].person, np.array([float(found)]), np.array([0.5]))
+
+
 def main(
     output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = REPEATABILITY_FILE,
     seed: Annotated[int, typer.Option(min=0, help="Random seed of cameras and detectors.")] = 0,
 ) -> None:
     """Fit the errors of differences."""
-    chosen = clips()
-    cases = [
-        case
-        for i, clip in enumerate(each(iter(chosen), "visits", len(chosen)))
-        for case in visits(clip, *_BEDS[i % len(_BEDS)], seed)
-    ]
-    content = fit(cases)
+    content = fit(collected(evaluation_sets("val"), seed))
     with whole_file(output) as partial:
         partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 

@@ -84,7 +84,9 @@ def repetitions(take: Take, true: Mapping[str, np.ndarray]) -> Iterator[Repeated
         spans = zip(moments(group, "start"), moments(group, "stop"), strict=True)
         at = [true[angle][(times >= start) & (times <= stop)] for start, stop in spans]
         peaks = [float(np.max(values)) if len(values) else np.nan for values in at]  # NaN where one is
-        both: list[tuple[Measure, float]] = [*zip(numbered(group, "peak"), peaks, strict=True)]
+        both: list[tuple[Measure, float]] = [
+            (peak, peaks[peak.number or 0]) for peak in numbered(group, "peak")
+        ]
         for (one, first), (other, second) in combinations(both, 2):
             if np.isfinite(first + second) and one.error is not None and other.error is not None:
                 errors = (one.error, other.error)

@@ -199,6 +199,11 @@ errors = _report(
     """,
     file="stated_errors",
 )  # fmt: skip
+visits = _report(
+    "visits", "..errors.unchanged", ("seed", "sets", "because"),
+    "Judge differences of two visits between which nothing changed; their errors were fitted with seed 0.",
+    file="visits",
+)  # fmt: skip
 lifters = _report(
     "lifters", "lifters", ("networks", "seeds", "part"),
     """Compare lifters person by person, to choose one.

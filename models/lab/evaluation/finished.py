@@ -46,8 +46,8 @@ class Configuration:
     up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
     the usual one is assumed, as of a video without lines. real: the man who balances before four real cameras
-    (real_data.py), in place of virtual takes; then the image is the video's own. restyled: the takes' straight walks in
-    one drawn style each (mocap/restyle.py), in place of the takes. foreign: another lifter made the poses, and the run
+    (real_data.py), in place of virtual takes; then the image is the video's own. style: the takes' straight walks in
+    it, one draw each (mocap/restyle.py), in place of the takes. foreign: another lifter made the poses, and the run
     is given them with the keypoints beside. errors: a file of angles' errors, as a user gives one."""
 
     image: bool = False
@@ -58,7 +58,7 @@ class Configuration:
     fps: float = 30.0
     focal_known: bool = False
     real: bool = False
-    restyled: bool = False
+    style: str = ""
     foreign: Foreign | None = None
     errors: Path | None = None
 
@@ -74,7 +74,7 @@ class Configuration:
                 *(["with the image"] if self.image else []),
                 *(["up told"] if self.up_told else []),
                 *(["focal known"] if self.focal_known else []),
-                *(["restyled walks"] if self.restyled else []),
+                *([f"{self.style} walks"] if self.style else []),
             ]
         )
 
@@ -137,9 +137,9 @@ def _virtual(
     for of in sets:
         clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES and only(clip)]
         takes: list[tuple[Clip, Spells | None]] = [(clip, None) for clip in clips]
-        if configuration.restyled:
+        if configuration.style:
             walking = [clip for clip in clips if data_set(clip) != "tennis"]
-            takes = [*restyled_walks(walking, 1, question.seed)]
+            takes = [*restyled_walks(walking, 1, question.seed, configuration.style)]
         for clip, spells in each(takes, f"{of.label}, {configuration}", len(takes)):
             truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
             yield of.label, truth, _asked(truth, question.seed, configuration), spells

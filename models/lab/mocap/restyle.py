@@ -10,8 +10,9 @@ and thighs and shanks keep their lengths: knees bend as the captured ones did, a
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
@@ -38,6 +39,15 @@ _STANCE = (0.5, 0.8)  # what styles are drawn from: the mean stance as a share o
 _TEMPO, _SLOWER = (0.75, 1.4), 0.3
 _UNEVEN = 0.3
 _SHORTER, _LOWER = 0.7, 0.8  # at the longest stance
+# Styles by name, for judging: each value is drawn evenly between two, others are as captured. Elderly stance is that of
+# acted walks of old people, on which the project was judged from outside.
+NAMED: dict[str, dict[str, tuple[float, float]]] = {
+    "normal": {},
+    "elderly": {"stance": (0.72, 0.77), "tempo": (1.0, 1.4), "even": (0, 1), "step": (0.5, 0.8), "lift": (0.4, 0.8)},
+    "hurried": {"stance": (0.54, 0.59), "tempo": (0.75, 0.9), "even": (0, 1)},
+    "limping": {"stance": (0.60, 0.70), "tempo": (1.0, 1.2), "even": (0, 1), "uneven": (0.15, 0.3)},
+    "short-stepped": {"stance": (0.64, 0.72), "even": (0, 1), "step": (0.3, 0.5), "lift": (0.3, 0.6)},
+}  # fmt: skip
 _LEAST_DOUBLE = 0.04  # of the time: less double support is too little to be stretched
 
 Spells = dict[str, np.ndarray]
@@ -241,14 +251,17 @@ def _knee(
     return hip + along[:, None] * axis + bent[:, None] * unit(aside)
 
 
-def restyled_walks(clips: Iterable[Clip], each: int, seed: int) -> Iterator[tuple[Clip, Spells]]:
-    """Each straight walk of the clips in so many drawn styles, by the seed and the clip's name only, with what is on
-    the floor."""
+def restyled_walks(
+    clips: Iterable[Clip], each: int, seed: int, style: str = "drawn"
+) -> Iterator[tuple[Clip, Spells]]:
+    """Each straight walk of the clips in so many styles, drawn by the seed and the clip's name only, with what is on
+    the floor. style: one of NAMED, or "drawn", any."""
+    draw = draw_style if style == "drawn" else partial(draw_named, NAMED[style])
     for clip in clips:
         for part, spells in walked_pieces(clip):
             rng = np.random.default_rng([seed, zlib.crc32(part.name.encode())])
             for i in range(each):
-                made, kept = restyled(part, spells, draw_style(rng))
+                made, kept = restyled(part, spells, draw(rng))
                 yield replace(made, name=f"{part.name}_style{i}"), kept
 
 
@@ -265,3 +278,8 @@ def draw_style(rng: np.random.Generator) -> Style:
         step=rng.uniform(1 - _SHORTER * long, 1),
         lift=rng.uniform(1 - _LOWER * long, 1),
     )
+
+
+def draw_named(between: Mapping[str, tuple[float, float]], rng: np.random.Generator) -> Style:
+    """A style of NAMED."""
+    return Style(**{name: rng.uniform(*ends) for name, ends in between.items()})

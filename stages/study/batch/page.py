@@ -10,7 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.measures import UNITS, Measure
+from ....pipeline.core.measures import UNITS, Measure, half_bar, shown
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import WARNS
 from ....pipeline.core.pose import package_version
@@ -225,8 +225,8 @@ def _of(rows: Rows, key: str) -> list[Cell]:
 def _figure(measure: Measure | None) -> Cell:
     if measure is None:
         return None
-    if measure.bar is not None:
-        return Stated(measure.value, measure.bar)
+    if measure.error is not None:
+        return Stated(float(shown(measure.value, measure.error)), half_bar(measure.error))
     counts = not measure.unit and measure.value.is_integer()
     return int(measure.value) if counts else measure.value
 

@@ -19,7 +19,7 @@ import numpy as np
 from ....models.angle_error.repeatability import difference_sd, figure_of, judged
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.measures import OF_LENGTH, Measure, Row, grouped, half_bar, nested, subgroup, text
+from ....pipeline.core.measures import OF_LENGTH, SD_90, Measure, Row, grouped, nested, subgroup, text
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
@@ -312,7 +312,7 @@ def _mdc90(rows: Sequence[Mapping[str, Any]], key: str) -> float | None:
             else:
                 found.append(float(np.hypot(*errors)))
     usual = float(np.median(found))
-    return half_bar(usual) if np.isfinite(usual) else None
+    return SD_90 * usual if np.isfinite(usual) else None
 
 
 def believed(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:

@@ -16,7 +16,7 @@ from .side import LEAST_S, Side
 _ANGLES = tuple(
     f"{side}_{name}"
     for side in "rl"
-    for name in ("knee_flexion", "elbow_flexion", "hip_flexion", "shoulder_flexion")
+    for name in ("knee_flexion", "elbow_flexion", "thigh_trunk_flexion", "shoulder_flexion")
 )
 WEAK = 0.5  # r of the angles below which two takes are not of one motion
 # And below which they hardly are: of 81 pairs of cameras that saw one captured walk (lifted) one was, of 108 of their

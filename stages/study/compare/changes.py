@@ -19,10 +19,9 @@ from ....models.angle_error.repeatability import (
     same_place,
 )
 from ....models.common.metrics import SD_90
-from ....pipeline.core.measures import OF_LENGTH, Group, Measure, grouped, half_bar, measure, subgroup, text
+from ....pipeline.core.measures import OF_LENGTH, Group, Measure, grouped, measure, subgroup, text, with_bar
 from ....pipeline.signals.angles import ANGLES
 from ...drawing.words import spoken
-from ...measures.figures import rounded
 from ...report.measures import unit_of, worded
 from .side import Side
 
@@ -47,8 +46,8 @@ class Change(NamedTuple):
 
     @property
     def by(self) -> float:
-        """The other less the reference, to the first digit of its error."""
-        return rounded(self.values[1] - self.values[0], self.error)
+        """The other less the reference."""
+        return self.values[1] - self.values[0]
 
     @property
     def mdc90(self) -> float:
@@ -58,18 +57,19 @@ class Change(NamedTuple):
     @property
     def within_error(self) -> bool:
         """Whether zero lies in the 90 % band about the difference, looked at by itself."""
-        return abs(self.values[1] - self.values[0]) <= self.mdc90
+        return abs(self.by) <= self.mdc90
 
     @property
     def chance(self) -> float:
         """How often a figure that did not change differs by as much."""
-        off = self.values[1] - self.values[0]
-        return float(difference_chance(np.array(off / self.error))) if self.error > 0 else float(off == 0)
+        if self.error <= 0:
+            return float(self.by == 0)
+        return float(difference_chance(np.array(self.by / self.error)))
 
     @property
     def words(self) -> str:
         """The difference and its minimal detectable change, with a sign and without a unit."""
-        return f"{self.by:+g} ± {half_bar(self.error):g}"
+        return f"{'+' * (self.by >= 0)}{with_bar(self.by, self.error)}"
 
 
 def changes(side: Side, reference: Side, near: bool) -> list[Change]:
@@ -132,8 +132,8 @@ def as_figures(changes: list[Change]) -> list[dict[str, Any]]:
             "reference": change.values[0],
             "value": change.values[1],
             "difference": change.by,
-            "error": float(f"{change.error:.2g}"),
-            "mdc90": float(f"{change.mdc90:.2g}"),
+            "error": change.error,
+            "mdc90": change.mdc90,
             "within_error": change.within_error,
             "differs": change.differs,
         }

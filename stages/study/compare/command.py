@@ -142,7 +142,7 @@ def compared(
         )
     reference, *others = sides
     notices = [each for side in sides for each in side.notices]
-    from_neutral = [side.name for side in sides if side.run and side.run.told.neutral_s is not None]
+    from_neutral = [side.name for side in sides if side.run and side.run.told.neutral is not None]
     if 0 < len(from_neutral) < len(sides):
         without = ", ".join(side.name for side in sides if side.name not in from_neutral)
         notices.append(notice("neutral-of-some", with_neutral=", ".join(from_neutral), without=without))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from markupsafe import Markup
 
-from ....pipeline.core.measures import grouped, half_bar, subgroup
+from ....pipeline.core.measures import grouped, subgroup, with_bar
 from ....pipeline.core.pose import package_version
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.page import (
@@ -193,10 +193,7 @@ def _movements(pair: Pair) -> Markup:
     rows: list[list[Cell]] = [
         [
             f"{named(change)} ({change.unit})",
-            *(
-                f"{value:g} ± {half_bar(sd):g}"
-                for value, sd in zip(change.values, change.errors, strict=True)
-            ),
+            *(with_bar(value, sd) for value, sd in zip(change.values, change.errors, strict=True)),
             _by(change),
         ]
         for change in pair.changes

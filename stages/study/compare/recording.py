@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from ....pipeline.files.atomic import whole_file
+from ...drawing.palette import GREEN, PURPLE, YELLOW
 from ...drawing.rerun_file import recording_file
 from ...drawing.rerun_log import log_curves, log_skeleton
 from .comparison import Comparison, Pair
 from .side import as_poses
 
-# Of Okabe and Ito's palette, in the sides' order.
-COLOURS = ((213, 94, 0), (0, 114, 178), (0, 158, 115), (204, 121, 167), (230, 159, 0))
+# In the runs' order; none is the colour of a body's side.
+COLOURS = (GREEN, PURPLE, YELLOW, (150, 75, 60), (120, 90, 200))
 _REFERENCE = (200, 200, 200)  # on the viewer's dark ground
 _SHOWN = ("r_knee_flexion", "l_knee_flexion", "r_elbow_flexion", "l_elbow_flexion", "trunk_lean_sagittal")
 

@@ -16,7 +16,7 @@ from ....pipeline.files.atomic import whole_file
 from ....pipeline.files.names import RECORDING
 from ...drawing.charts import Curve, over_time
 from ...drawing.page import answer, box, charts, figure, page
-from ...drawing.palette import as_hex
+from ...drawing.palette import GREEN, MIDDLE, PURPLE, as_hex
 from ...drawing.rerun_file import recording_file
 from ...drawing.rerun_log import time_columns
 from .align import Alignment, Signal
@@ -29,7 +29,7 @@ _AXES = {"x": "back", "y": "right", "z": "up", "norm": "norm"}
 _COLUMNS = {
     "r": "r", "rmse_mps2": "RMSE (m/s^2)", "gain": "gain", "lag_s": "own lag (ms)", "offset_mps2": "offset (m/s^2)",
 }  # fmt: skip
-_VIDEO, _IMU, _PER_FRAME = (0, 114, 178), (230, 159, 0), (150, 150, 150)  # Okabe and Ito's blue and orange
+_VIDEO, _IMU, _PER_FRAME = PURPLE, GREEN, MIDDLE  # none is the colour of a body's side
 _SHOWN_S = 20.0  # of a long take, where most happens
 
 

@@ -80,7 +80,7 @@ def test_every_angle_of_the_walker(walk, body):
     }
     for side, out in (("r", 1), ("l", -1)):
         knee, elbow, hip, shoulder = (
-            made[f"{side}_{joint}_flexion_deg"] for joint in ("knee", "elbow", "hip", "shoulder")
+            made[f"{side}_{joint}_flexion_deg"] for joint in ("knee", "elbow", "thigh_trunk", "shoulder")
         )
         # The walker's limbs swing in the plane of progress while hips and shoulders turn against it.
         turn = np.radians(made["pelvis_turn_deg"])
@@ -89,7 +89,7 @@ def test_every_angle_of_the_walker(walk, body):
         expected |= {
             f"{side}_knee_flexion": knee,
             f"{side}_elbow_flexion": elbow,
-            f"{side}_hip_flexion": hip,
+            f"{side}_thigh_trunk_flexion": hip,
             f"{side}_hip_abduction": np.degrees(np.arcsin(across)),
             f"{side}_shoulder_flexion": shoulder,
             f"{side}_shoulder_abduction": np.degrees(np.arcsin(arm)),
@@ -117,8 +117,8 @@ SIGNS = [
         13,
     ),  # half of it is out of plane
     ({"r_elbow": FORWARD, "r_wrist": between(FORWARD, UP, 40)}, "r_elbow_flexion", 40),
-    ({"r_knee": between(DOWN, FORWARD, 90)}, "r_hip_flexion", 90),
-    ({"r_knee": between(DOWN, BACK, 20)}, "r_hip_flexion", -20),
+    ({"r_knee": between(DOWN, FORWARD, 90)}, "r_thigh_trunk_flexion", 90),
+    ({"r_knee": between(DOWN, BACK, 20)}, "r_thigh_trunk_flexion", -20),
     ({"r_knee": between(DOWN, RIGHT, 30)}, "r_hip_abduction", 30),
     ({"r_elbow": between(DOWN, FORWARD, 178)}, "r_shoulder_flexion", 178),
     ({"r_elbow": between(DOWN, FORWARD, 185)}, "r_shoulder_flexion", 185),

@@ -20,7 +20,8 @@ from refusals import refused
 STAMPS_MS = (0, 30, 70, 100, 180, 210, 250, 290, 390, 420, 450, 500)
 ROWS = np.array([2, 3, 4, 6, 7, 8, 9])  # frame 5 has no pose
 SIZE = (64, 48)
-PANEL = 24  # pixels wide
+WIDTH, HEIGHT = 128, 96  # so small an image is enlarged
+PANEL = 96  # pixels wide
 
 
 @pytest.fixture
@@ -57,14 +58,14 @@ def near(image: np.ndarray, colour, off: int = 60) -> np.ndarray:
 def test_frames_keep_their_time_stamps(take, tmp_path):
     time_s, images = shown(take, tmp_path)
     np.testing.assert_allclose(time_s, (np.array(STAMPS_MS[2:10]) - STAMPS_MS[2]) / 1000, atol=1e-4)
-    assert {image.shape for image in images} == {(SIZE[1], SIZE[0] + PANEL, 3)}
+    assert {image.shape for image in images} == {(HEIGHT, WIDTH + PANEL, 3)}
 
 
 def test_keypoints_are_where_they_are_and_filled_as_far_as_they_are_sure(take, tmp_path):
-    image = shown(take, tmp_path)[1][0][:, : SIZE[0]]
+    image = shown(take, tmp_path)[1][0][:, :WIDTH]
     right, left = near(image, RIGHT), near(image, LEFT)
     assert len(right) >= 4
-    np.testing.assert_allclose(right.mean(axis=0), (15, 40), atol=1.5)
+    np.testing.assert_allclose(right.mean(axis=0), (30.5, 80.5), atol=1.5)
     assert len(left) < len(right) / 2
 
 
@@ -76,14 +77,14 @@ def test_no_bone_goes_to_a_point_that_was_not_seen(take, tmp_path):
     for score, drawn in ((0.05, False), (0.9, True)):
         sure[:, COCO17.index("l_wrist")] = score
         told = take.with_(keypoints=keypoints.with_(joints=pixels, confidence=sure))
-        left = near(shown(told, tmp_path)[1][0][:, : SIZE[0]], LEFT)
-        between = (left[:, 1] > 18) & (left[:, 1] < 32) & (np.abs(left[:, 0] - 45) < 4)
+        left = near(shown(told, tmp_path)[1][0][:, :WIDTH], LEFT)
+        between = (left[:, 1] > 36) & (left[:, 1] < 64) & (np.abs(left[:, 0] - 90) < 8)
         assert between.any() == drawn
 
 
 def test_the_horizon_of_a_level_camera_is_in_the_middle(take, tmp_path):
-    columns = shown(take, tmp_path)[1][0][:, 30:60].sum(axis=-1)
-    assert np.abs(columns[:34].argmax(axis=0) - 24).max() <= 2  # keypoints lie below
+    columns = shown(take, tmp_path)[1][0][:, 60:120].sum(axis=-1)
+    assert np.abs(columns[:68].argmax(axis=0) - 48).max() <= 2  # keypoints lie below
 
 
 @pytest.mark.parametrize(
@@ -93,11 +94,11 @@ def test_no_horizon_that_is_not_known(take, tmp_path, change):
     if "rectified" in change:
         change = {"rectified": replace(take.rectified, **change["rectified"])}
     image = shown(take.with_(**change), tmp_path)[1][0]
-    assert np.ptp(image[18:32, 30:60]) < 40
+    assert np.ptp(image[36:64, 60:120]) < 40
 
 
 def test_the_skeleton_stands_beside_it_with_its_right_on_the_left(take, tmp_path):
-    image = shown(take, tmp_path)[1][0][: SIZE[1] // 2, SIZE[0] :]
+    image = shown(take, tmp_path)[1][0][:, WIDTH : WIDTH + PANEL // 2]
     right, left = near(image, RIGHT, 90), near(image, LEFT, 90)
     assert len(right) > 3
     assert right[:, 0].mean() < left[:, 0].mean() - 1
@@ -105,8 +106,27 @@ def test_the_skeleton_stands_beside_it_with_its_right_on_the_left(take, tmp_path
 
 def test_a_frame_without_a_pose_has_no_skeleton(take, tmp_path):
     _, images = shown(take, tmp_path)
-    coloured = [np.ptp(image[:24, SIZE[0] :], axis=-1).max() > 60 for image in images]
+    coloured = [np.ptp(image[:, WIDTH + 4 :], axis=-1).max() > 100 for image in images]
     assert coloured == [number in ROWS for number in range(2, 10)]
+
+
+def test_an_angle_is_written_beside_its_joint_where_both_are_known(take, tmp_path):
+    """The right side's colour around the number; none for a joint that is not seen, or an angle that is not known."""
+    keypoints, flexion = take.keypoints, np.full(len(ROWS), 40.0)
+    pixels, sure = keypoints.joints.copy(), keypoints.confidence.copy()
+    pixels[:, COCO17.index("r_elbow")] = (15, 12)
+    flexion[0] = np.nan
+    written = {}
+    for score in (0.9, 0.05):
+        sure[:, COCO17.index("r_elbow")] = score
+        told = take.with_(
+            keypoints=keypoints.with_(joints=pixels, confidence=sure),
+            kinematics={"r_elbow_flexion_deg": flexion},
+        )
+        images = shown(told, tmp_path)[1]
+        beside = [near(image[15:36, 36:60], RIGHT, 90) for image in (images[0], images[1])]
+        written[score] = [len(pixels) > 20 for pixels in beside]
+    assert written == {0.9: [False, True], 0.05: [False, False]}
 
 
 def test_where_it_begins_is_told(take, tmp_path):

@@ -4,6 +4,7 @@ import csv
 import json
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -14,6 +15,7 @@ from pcnet3d.adapters import c3d
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
 from pcnet3d.pipeline.core.notices import own_notice
 from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.export.bids import write_bids
 from pcnet3d.stages.export.c3d import write_c3d
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
@@ -264,8 +266,14 @@ def test_mot_bears_the_coordinates_of_a_model_where_they_mean_the_same(take, tmp
     names = lines[end + 1].split("\t")
     expected = {"version": "1", "nRows": str(ROWS), "nColumns": str(len(names)), "inDegrees": "yes"}
     assert header == expected
-    assert names[:4] == ["time", "pelvis_tilt", "pelvis_list", "pelvis_rotation"]
-    assert set(names) > {"knee_angle_r", "hip_adduction_l", "trunk_lean_frontal"}
+    assert names[:4] == ["time", "trunk_tilt", "trunk_list", "trunk_rotation"]
+    assert set(names) > {
+        "knee_angle_r",
+        "hip_adduction_l",
+        "trunk_lean_frontal",
+        "r_thigh_trunk_flexion",
+        "l_shoulder_flexion",
+    }
     assert "l_hip_abduction is -hip_adduction_l" in lines
     rows = np.array([[float(cell) for cell in line.split("\t")] for line in lines[end + 2 :]])
     assert rows.shape == (ROWS, len(names))
@@ -276,6 +284,18 @@ def test_mot_bears_the_coordinates_of_a_model_where_they_mean_the_same(take, tmp
         ("hip_adduction_l", -take.kinematics["l_hip_abduction_deg"]),
     ):
         np.testing.assert_allclose(found[name], values, atol=1e-6)
+
+
+def test_mot_has_no_name_of_opensim_for_what_is_against_the_trunk_or_a_neutral(take, tmp_path):
+    """A lumbar bend would read as hip flexion or pelvic tilt; an angle from a neutral is no model's coordinate."""
+
+    def names(of):
+        lines = (exported(of, tmp_path, "mot") / "angles.mot").read_text().splitlines()
+        return set(lines[lines.index("endheader") + 1].split("\t"))
+
+    theirs = ("hip_flexion", "arm_flex", "pelvis_t", "pelvis_list", "pelvis_rotation", "lumbar")
+    assert not [name for name in names(take) if name.startswith(theirs)]
+    assert {"r_knee_flexion", "l_hip_abduction"} < names(take.telling(neutral=(0.0, 1.0)))
 
 
 def test_mot_without_angles_is_refused(take, tmp_path):
@@ -340,6 +360,50 @@ def test_opensim_opens_trc_and_mot(take, tmp_path):
     assert angles.getTableMetaDataAsString("inDegrees") == "yes"
     knee = angles.getDependentColumn("knee_angle_r").to_numpy()
     np.testing.assert_allclose(knee, take.kinematics["r_knee_flexion_deg"], atol=1e-6)
+
+
+def test_bids_has_the_channels_of_motion_bids(take, tmp_path):
+    """By the schema of BIDS 1.10: rules/sidecars/motion.yaml, rules/tabular_data/motion.yaml."""
+    told = replace(take.session, person_id="P 07", date="2026-11-02")
+    walked = rows_of({"walking": {"right": {"landings_s": [0.9]}, "left": {"toe_offs_s": [0.5]}}})
+    write_bids(take.with_(session=told, measures=walked), tmp_path / "bids")
+    about = json.loads((tmp_path / "bids" / "dataset_description.json").read_text())
+    assert about["DatasetType"] == "raw"
+    assert {"Name", "BIDSVersion"} < set(about)
+    stem = (
+        tmp_path
+        / "bids"
+        / "sub-P07"
+        / "ses-20261102"
+        / "motion"
+        / "sub-P07_ses-20261102_task-waving_tracksys-pcnet3d"
+    )
+    with open(f"{stem}_channels.tsv", encoding="utf-8", newline="") as file:
+        channels = list(csv.DictReader(file, delimiter="\t"))
+    assert [*channels[0]][:5] == ["name", "component", "type", "tracked_point", "units"]
+    sidecar = json.loads(Path(f"{stem}_motion.json").read_text(encoding="utf-8"))
+    assert sidecar["TaskName"] == "waving"
+    assert sidecar["SamplingFrequency"] == pytest.approx(FPS)
+    assert sidecar["POSChannelCount"] == 51 == sum(one["type"] == "POS" for one in channels)
+    assert sidecar["MotionChannelCount"] == len(channels)
+    assert sidecar["TrackedPointsCount"] == 17
+    rows = [line.split("\t") for line in Path(f"{stem}_motion.tsv").read_text(encoding="utf-8").splitlines()]
+    assert len(rows) == ROWS
+    assert {len(row) for row in rows} == {len(channels)}
+    values = np.array([[np.nan if cell == "n/a" else float(cell) for cell in row] for row in rows])
+    found = dict(zip((one["name"] for one in channels), values.T, strict=True))
+    np.testing.assert_array_equal(found["r_knee_flexion"], take.kinematics["r_knee_flexion_deg"])  # in full
+    np.testing.assert_array_equal(found["latency"], take.poses.times - take.poses.times[0])
+    np.testing.assert_array_equal(found["head_z"], take.filtered.joint("head")[:, 2].astype(float))
+    events = [
+        line.split("\t") for line in Path(f"{stem}_events.tsv").read_text(encoding="utf-8").splitlines()[1:]
+    ]
+    assert [kind for _, _, kind in events] == ["left toe-off", "right initial contact"]
+    assert [float(onset) for onset, *_ in events] == pytest.approx([0.1, 0.5])  # from the first row, at 0.4 s
+    frames = json.loads(Path(f"{stem}_channels.json").read_text(encoding="utf-8"))["reference_frame"][
+        "Levels"
+    ]
+    assert set(frames) == {one["reference_frame"] for one in channels if one["type"] == "POS"}
 
 
 def test_netcdf_has_the_layout_of_movement(take, tmp_path):

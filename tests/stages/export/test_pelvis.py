@@ -1,4 +1,5 @@
-"""The pelvis's coordinates of angles.mot: they pose a body with OpenSim's axes so that its joints are as in TRC."""
+"""The trunk's coordinates of angles.mot: they pose a body with OpenSim's axes, whose back does not bend, so that its
+joints are as in TRC."""
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from pcnet3d.stages.export.opensim import write_mot
 
 # Rajagopal2016.osim: hip_r and hip_l in the pelvis, metres.
 HIP_IN_PELVIS = np.array([-0.0563, -0.0785, 0.0773])
-TURNS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
+TURNS = ("trunk_tilt", "trunk_list", "trunk_rotation")
 
 
 @pytest.fixture
@@ -68,11 +69,11 @@ def test_hips_and_knees_are_where_the_angles_say(walked, written, attitude):
     found, _ = written(take)
     at, (half, thigh) = in_opensim(take), lengths(in_opensim(take))
     R = Rotation.from_euler("ZXY", np.stack([found[name] for name in TURNS], axis=1), degrees=True)
-    origin = np.stack([found[f"pelvis_t{axis}"] for axis in "xyz"], axis=1)
+    origin = np.stack([found[f"trunk_t{axis}"] for axis in "xyz"], axis=1)
     for side, out in (("r", 1), ("l", -1)):
         hip = origin + R.apply(HIP_IN_PELVIS * (1, 1, 0) + (0, 0, out * half))
         np.testing.assert_allclose(hip, at[f"{side}_hip"], atol=2e-5)
-        flexion, adduction = found[f"hip_flexion_{side}"], out * found[f"hip_adduction_{side}"]
+        flexion, adduction = found[f"{side}_thigh_trunk_flexion"], out * found[f"hip_adduction_{side}"]
         of_hip = Rotation.from_euler("ZX", np.stack([flexion, adduction], axis=1), degrees=True)
         knee = hip + (R * of_hip).apply([0, -thigh, 0])
         np.testing.assert_allclose(knee, at[f"{side}_knee"], atol=5e-5)
@@ -81,9 +82,9 @@ def test_hips_and_knees_are_where_the_angles_say(walked, written, attitude):
 @pytest.mark.parametrize(
     ("name", "axis", "turn", "change"),
     [
-        ("pelvis_tilt", "right", -10, -10),  # forward: z is right, and turns x, which is forward, up
-        ("pelvis_list", "back", -10, 10),  # to the right: x is forward, and turns up to the right
-        ("pelvis_rotation", "up", 10, 10),  # to the left: y is up
+        ("trunk_tilt", "right", -10, -10),  # forward: z is right, and turns x, which is forward, up
+        ("trunk_list", "back", -10, 10),  # to the right: x is forward, and turns up to the right
+        ("trunk_rotation", "up", 10, 10),  # to the left: y is up
     ],
 )
 def test_signs_are_those_of_opensim(walked, written, name, axis, turn, change):
@@ -91,7 +92,7 @@ def test_signs_are_those_of_opensim(walked, written, name, axis, turn, change):
     before, _ = written(take)
     R = Rotation.from_euler("xyz"[LEVEL.axes.index(axis)], turn, degrees=True)
     after, _ = written(turned(take, R.as_matrix()))
-    ahead = np.abs(before["pelvis_rotation"]) < 2  # tilt and list are about the ground's axes then
+    ahead = np.abs(before["trunk_rotation"]) < 2  # tilt and list are about the ground's axes then
     assert (after[name] - before[name])[ahead].mean() == pytest.approx(change, abs=0.5)
 
 
@@ -114,7 +115,7 @@ def test_opensim_poses_its_own_body_so(walked, written, tmp_path):
             if not name.startswith(
                 "hip_rotation"
             ):  # a thigh's turn about itself, which 17 joints do not give
-                value = values[name] if name[:-1] == "pelvis_t" else np.radians(values[name])
+                value = values[name] if name[:-1] == "trunk_t" else np.radians(values[name])
                 coordinates.get(i).setValue(state, value)
         model.realizePosition(state)
         for i in range(model.getMarkerSet().getSize()):
@@ -126,14 +127,14 @@ def test_opensim_poses_its_own_body_so(walked, written, tmp_path):
 def _written_model(half, thigh):
     """A .osim file's text: pelvis and thighs with markers at hips and knees."""
     x, y, z = np.eye(3)
-    moves = [(f"pelvis_t{name}", axis) for name, axis in zip("xyz", (x, y, z), strict=True)]
+    moves = [(f"trunk_t{name}", axis) for name, axis in zip("xyz", (x, y, z), strict=True)]
     joints = [
         _joint("ground_pelvis", "/ground", np.zeros(3), "pelvis", zip(TURNS, (z, x, y), strict=True), moves)
     ]
     markers_ = []
     for side, out in (("r", 1), ("l", -1)):
         hip = HIP_IN_PELVIS * (1, 1, 0) + out * half * z
-        names = (f"hip_{turn}_{side}" for turn in ("flexion", "adduction", "rotation"))
+        names = (f"{side}_thigh_trunk_flexion", f"hip_adduction_{side}", f"hip_rotation_{side}")
         turns = zip(names, (z, out * x, out * y), strict=True)
         joints.append(_joint(f"hip_{side}", "/bodyset/pelvis", hip, f"femur_{side}", turns))
         markers_ += [
@@ -182,7 +183,7 @@ def test_gaps_are_those_of_the_lines_against_gravity(gappy, written):
     found, _ = written(take)
     gone = np.zeros(120, bool)
     gone[:4] = gone[60:70] = gone[90:95] = True
-    for name in (*TURNS, "pelvis_tx", "pelvis_ty", "pelvis_tz"):
+    for name in (*TURNS, "trunk_tx", "trunk_ty", "trunk_tz"):
         np.testing.assert_array_equal(np.isnan(found[name]), gone)
 
 
@@ -190,9 +191,9 @@ def test_a_turn_on_the_spot_goes_on_beyond_180_degrees(walked, written):
     take = Angles()(walked())
     path, angles = take.filtered, np.linspace(0, 700, len(take.poses))
     R = Rotation.from_euler("z", angles[:, None], degrees=True).as_matrix()
-    spun = written(take.with_(filtered=path.with_(joints=rotate(R, path.joints))))[0]["pelvis_rotation"]
+    spun = written(take.with_(filtered=path.with_(joints=rotate(R, path.joints))))[0]["trunk_rotation"]
     assert np.abs(np.diff(spun)).max() < 15
-    np.testing.assert_allclose(spun - written(take)[0]["pelvis_rotation"], angles, atol=10)
+    np.testing.assert_allclose(spun - written(take)[0]["trunk_rotation"], angles, atol=10)
 
 
 def test_the_floor_is_at_0_where_it_is_known(walked, written):
@@ -200,12 +201,12 @@ def test_the_floor_is_at_0_where_it_is_known(walked, written):
     before, after = (
         written(take.with_(measures=rows_of(of)))[0] for of in ({}, {"floor": {"floor_height": 0.3}})
     )
-    np.testing.assert_allclose(before["pelvis_ty"] - after["pelvis_ty"], 0.3, atol=2e-6)
-    np.testing.assert_allclose(before["pelvis_tx"], after["pelvis_tx"])
+    np.testing.assert_allclose(before["trunk_ty"] - after["trunk_ty"], 0.3, atol=2e-6)
+    np.testing.assert_allclose(before["trunk_tx"], after["trunk_tx"])
 
 
-def test_without_a_path_the_pelvis_turns_and_does_not_move(walked, written):
+def test_without_a_path_the_trunk_turns_and_does_not_move(walked, written):
     take = Angles()(walked())
     found, _ = written(take.with_(filtered=take.filtered.with_(root=None)))
     assert set(TURNS) < set(found)
-    assert "pelvis_tx" not in found
+    assert "trunk_tx" not in found

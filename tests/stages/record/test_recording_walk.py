@@ -77,7 +77,8 @@ def test_foot_prints_lie_on_the_floor_where_and_when_the_feet_landed(walk, take,
     assert len(set(ground)) == 1
     low = min(level.joint(f"{side}_ankle")[:, 2].min() for side in "rl")
     assert ground[0] == pytest.approx(low, abs=0.06)
-    assert any(plane[3] == pytest.approx(ground[0]) for plane in recording.blueprint("LineGrid3D:plane"))
+    floor = np.concatenate(recording.static("walk/floor", "LineStrips3D:strips"))
+    np.testing.assert_allclose(floor[:, 2], ground[0], rtol=1e-6)
 
 
 def test_feet_point_where_the_person_heads(walk, take, seen_by):
@@ -108,7 +109,8 @@ def test_the_camera_at_its_place_sees_the_joints_at_their_keypoints(take, record
     (columns,) = recording.static("walk/camera", "Transform3D:mat3x3")
     (lens,) = recording.static("walk/camera", "Pinhole:image_from_camera")
     R_level_from_camera, image_from_camera = (np.reshape(each, (3, 3)).T for each in (columns, lens))
-    _, _, joints = recording.over_time("walk/joints", "Points3D:positions")
+    _, _, joints = recording.over_time("level/joints", "Points3D:positions")
+    joints = np.array(joints) + recording.over_time("level", "Transform3D:translation")[2]
     rays = rotate(image_from_camera @ R_level_from_camera.T, np.array(joints) - np.array(place))
     np.testing.assert_allclose(rays[..., :2] / rays[..., 2:], take.keypoints.joints, atol=0.05)
     assert recording.static("walk/camera", "Pinhole:resolution") == [list(SIZE)]

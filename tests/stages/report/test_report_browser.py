@@ -59,7 +59,7 @@ def test_it_prints(content, opened):
 def test_values_are_read_off_under_the_pointer_in_every_chart_of_time(content, opened):
     browser = opened(content)
     chart = "[...document.querySelectorAll('figure')].find(f => f.textContent.startsWith('{}')).querySelector('.chart')"
-    knee, hip = chart.format("Knee flexion"), chart.format("Hip flexion")
+    knee, thigh = chart.format("Knee flexion"), chart.format("Thigh against trunk")
     table = f"[...{knee}.querySelectorAll('tbody tr')].map(r => [...r.cells].map(c => c.textContent))"
     browser.value(f"{knee}.scrollIntoView({{block: 'center'}})")
     left, top, width, height = browser.value(
@@ -73,8 +73,8 @@ def test_values_are_read_off_under_the_pointer_in_every_chart_of_time(content, o
     assert at.endswith(" s")
     assert float(at.split()[0]) == pytest.approx(float(list(rows)[-1]) / 2, abs=0.02)
     assert browser.value(said.format(knee)) == rows[at.split()[0]]
-    assert all(browser.value(said.format(hip)))
-    left_of = f"{hip}.querySelector('{{}}').getBoundingClientRect().left"
+    assert all(browser.value(said.format(thigh)))
+    left_of = f"{thigh}.querySelector('{{}}').getBoundingClientRect().left"
     cursor, axis = (browser.value(left_of.format(part)) for part in (".cursor", ".axis"))
     assert cursor - axis == pytest.approx(width / 2, abs=4)
     browser.ask("Input.dispatchMouseEvent", type="mouseMoved", x=1, y=1)

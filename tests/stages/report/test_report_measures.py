@@ -112,7 +112,7 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
                 "symmetry_index_error_percent": 25.0,
                 "within_error": True,
             },
-            "hip_flexion": {
+            "thigh_trunk_flexion": {
                 "right_deg": 58.0,
                 "symmetry_index_percent": 45.0,
                 "symmetry_index_error_percent": 16.0,
@@ -123,7 +123,7 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
             "r_elbow_flexion": {"p05_deg": -156.0, "p95_deg": 20.0, "beyond_anatomy_frames": 2, "nan_share": 0.5},
             "l_elbow_flexion": {"p05_deg": 15.0, "p95_deg": 20.0, "nan_share": 0.0},
             "r_knee_flexion": {"p05_deg": 1.0, "p95_deg": 50.0},
-            "r_hip_flexion": {"p05_deg": 1.0, "p95_deg": 59.0},
+            "r_thigh_trunk_flexion": {"p05_deg": 1.0, "p95_deg": 59.0},
         },
         "knee_bends": {
             "count": 2, "start_s": [0.96496, 2.0], "peak_deg": [57.0, 52.0], "peak_error_deg": [9.1, 8.5],
@@ -261,9 +261,9 @@ def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
     (same,) = compared({"symmetry": {"knee_flexion": knee}, "walking": walking})
     assert "in range of motion or steps is" in same
     walking = {f"step_length_{key}": value for key, value in hip.items()}
-    (apart,) = compared({"symmetry": {"knee_flexion": knee, "hip_flexion": hip}, "walking": walking})
+    (apart,) = compared({"symmetry": {"knee_flexion": knee, "thigh_trunk_flexion": hip}, "walking": walking})
     assert "in 2 of 3 figures" in apart
-    assert apart.endswith(": range of hip flexion +30 ± 10 %, step length +30 ± 10 %.")
+    assert apart.endswith(": range of thigh against trunk +30 ± 10 %, step length +30 ± 10 %.")
 
 
 def test_no_heading_stands_above_nothing(walk_take):

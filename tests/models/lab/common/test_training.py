@@ -64,6 +64,8 @@ def test_the_rate_warms_up_stays_and_cools_down():
     np.testing.assert_allclose(shares, [1 / 3, 2 / 3, 1, 1, 1, 1, 1, 0.75, 0.5, 0.25])
     straight_down = [schedule(steps=4, warmup=0, cooldown=1.0).share(step) for step in range(1, 5)]
     np.testing.assert_allclose(straight_down, [1, 0.75, 0.5, 0.25])
+    cosine = [schedule(steps=4, warmup=0, cooldown=1.0, decline="cosine").share(step) for step in range(1, 5)]
+    np.testing.assert_allclose(cosine, [1, (2 + 2**0.5) / 4, 0.5, (2 - 2**0.5) / 4])
 
 
 @pytest.mark.parametrize("wrong", [{"steps": 0}, {"rate": 0}, {"cooldown": 0}, {"average": 1}, {"stop": 3}])
@@ -78,6 +80,13 @@ def test_matrices_go_to_muon_and_the_rest_to_adamw_with_decay_for_matrices_only(
     sizes = [[tuple(p.shape) for p in group["params"]] for group in (*muon.param_groups, *adamw.param_groups)]
     assert sizes == [[(8, 4)], [(1, 8)], [(8,), (1,)]]
     assert [group["weight_decay"] for group in adamw.param_groups] == [0.1, 0.0]
+
+
+def test_adamw_alone_has_all_parameters():
+    (adamw,) = state(Config(schedule=schedule(optimiser="adamw"))).optimisers
+    assert isinstance(adamw, torch.optim.AdamW)
+    sizes = [[tuple(p.shape) for p in group["params"]] for group in adamw.param_groups]
+    assert sizes == [[(8, 4), (1, 8)], [(8,), (1,)]]
 
 
 def test_in_pieces_it_comes_to_the_same(tmp_path):

@@ -1,6 +1,7 @@
 """Virtual visits: where the second camera stands, and fits of known answers."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.repeatability import shipped
 from pcnet3d.models.lab.errors import visits as module
 from pcnet3d.models.lab.errors.judge import Stated
+from pcnet3d.models.lab.errors.unchanged import PAGE, judged
 from pcnet3d.models.lab.errors.visits import (
     KINDS,
     Visits,
@@ -21,6 +23,7 @@ from pcnet3d.models.lab.errors.visits import (
     set_up_again,
     visits,
 )
+from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.lab.synthetic.cameras import TYPICAL, WILD, place
 from pcnet3d.pipeline.core.camera import pitch_roll_deg
 from pcnet3d.pipeline.reading.mocap.clip import Clip
@@ -70,7 +73,7 @@ def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch
     assert len({pair.found for pair in knees}) > 1
     assert not any(pair.same_place for pair in found if pair.kind == "elsewhere")
     assert all(pair.same_place for pair in found if pair.kind == "same tripod")
-    monkeypatch.setattr(module, "clips", lambda: [clip])
+    monkeypatch.setattr(module, "clips", lambda _: [clip])
     monkeypatch.setattr(module, "visits", lambda *_: iter(cases))
     main(tmp_path / "fitted.json", seed=0)
     assert json.loads((tmp_path / "fitted.json").read_text()).keys() == shipped().keys()
@@ -90,7 +93,7 @@ def pairs(
 
 
 def test_the_factor_is_how_much_smaller_differences_are_than_independent_errors_say():
-    knee, hip = "range_of_motion.knee_flexion", "range_of_motion.hip_flexion"
+    knee, hip = "range_of_motion.knee_flexion", "range_of_motion.thigh_trunk_flexion"
     fitted = factors(
         [
             *pairs(knee, 0.3 * np.hypot(5, 5), "abcdefgh", 400),
@@ -151,3 +154,22 @@ def test_freedom_tells_heavy_tails_from_a_gaussian():
     assert fit(pairs("range_of_motion.a", 3.0, "abcdefgh", 10)).keys() == {
         "made_by", "lifter", "freedom", "ranges", "factors"
     }  # fmt: skip
+
+
+def test_unchanged_visits_are_judged_by_the_errors_that_compare_states():
+    """Knees whose ranges differ by as much as is stated: one in ten lies outside, and is said to differ."""
+    knee = "range_of_motion.knee_flexion"
+    share, of_range, least = shipped()["ranges"]["knee_flexion"]
+    sd = np.sqrt((share * np.hypot(5, 5)) ** 2 + (of_range * 50) ** 2 + least**2)  # of one of both
+    sd = shipped()["factors"]["again"][knee] * np.hypot(sd, sd)
+    knees = [replace(pair, errors=(np.hypot(5, 5),) * 2) for pair in pairs(knee, sd, "abcdefgh", 400)]
+    cadence = pairs("walking.cadence", 0.0, "a", 1)
+    found = judged([*knees, *cadence])
+    one = found["figures"]["all"][knee]["same tripod"]
+    assert (one["cases"], one["people"]) == (3200, 8)
+    assert one["inside"] == pytest.approx(0.9, abs=0.02)
+    assert one["mdc90"] == pytest.approx(1.645 * sd, rel=0.01)
+    assert one["p90"] == pytest.approx(one["mdc90"], rel=0.05)
+    assert found["called"]["all"]["same tripod"]["changed"] == pytest.approx(0.1, abs=0.02)
+    assert found["figures"]["walks"].keys() == {knee, "walking.cadence"}  # of the one visit with a walk
+    assert "| all | range_of_motion.knee_flexion | same tripod | 3200 | 8 |" in written(found, PAGE)

@@ -5,7 +5,16 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.contact import SIDES
-from pcnet3d.models.lab.mocap.restyle import Style, draw_style, on_floor, restyled, walked_pieces
+from pcnet3d.models.lab.mocap.restyle import (
+    NAMED,
+    Style,
+    draw_named,
+    draw_style,
+    on_floor,
+    restyled,
+    restyled_walks,
+    walked_pieces,
+)
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 
@@ -96,3 +105,18 @@ def test_drawn_styles_reach_from_hurried_to_shuffling():
     assert 0.35 < np.mean([style.uneven == 0 for style in drawn]) < 0.65
     slow = np.mean([style.tempo for style in drawn if style.stance > 0.7])
     assert slow > 1.1 * np.mean([style.tempo for style in drawn if style.stance < 0.6])
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_a_style_by_name_lies_where_it_says(name):
+    rng = np.random.default_rng(0)
+    drawn = [draw_named(NAMED[name], rng) for _ in range(50)]
+    for value, (low, high) in NAMED[name].items():
+        assert all(low <= getattr(style, value) <= high for style in drawn)
+    walk = walker(seconds=8)
+    clip = Clip("01_walk", "01", "walker", 30.0, walk.world.astype(np.float32))
+    ((made, on),) = restyled_walks([clip], 1, 0, name)
+    low, high = NAMED[name].get("stance", (0.6, 0.7))
+    time_s = np.arange(len(made)) / clip.fps
+    share = np.mean([on_floor(on[side], time_s) for side in SIDES])
+    assert low - 0.02 <= share <= high + 0.02

@@ -112,13 +112,13 @@ def test_what_differs_by_more_than_its_rounding_keeps_its_spread():
 
 
 def test_the_page_names_a_real_change_before_one_that_was_rounded_to_the_same():
-    """Six subjects: knees by 8 to 12 degrees, hips by what was rounded to 1 in all."""
-    hip = NAME.replace("knee", "hip")
+    """Six subjects: knees by 8 to 12 degrees, thighs by what was rounded to 1 in all."""
+    hip = NAME.replace("knee", "thigh_trunk")
     rows = [row(f"s{i}", v, 60.0 + i + (8.0 + i % 5) * (v == "2")) for i in range(6) for v in "12"]
     for i, one in enumerate(rows):
         one["measures"] |= by_place({hip: 40.0 + i // 2 + i % 2})
     page = as_page("Study", [{**one, "name": "t", "state": "done"} for one in rows], changes(rows))
-    assert page.index("knee flexion (°) +9.67") < page.index("hip flexion (°) +1")
+    assert page.index("knee flexion (°) +9.67") < page.index("thigh against trunk (°) +1")
 
 
 def test_the_first_visit_is_the_one_that_the_manifest_names_first():

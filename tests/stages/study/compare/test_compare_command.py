@@ -120,7 +120,7 @@ def test_motion_capture_of_part_of_the_joints_is_compared_in_what_both_have(
     for name in legs:
         assert pair["angles"][name]["rmse_deg"] == pytest.approx(whole["angles"][name]["rmse_deg"], abs=0.3)
     if lacks == "head":  # one trunk line in both, so no bias by definition
-        assert abs(pair["angles"]["r_hip_flexion"]["bias_deg"]) < 3
+        assert abs(pair["angles"]["r_thigh_trunk_flexion"]["bias_deg"]) < 3
     assert (pair["wrists"] is None) == (lacks == "arms")
 
 
@@ -444,10 +444,10 @@ def test_a_difference_of_two_visits_stands_with_its_error(sides):
     page = as_page(found)
     assert 'data-label="right: difference (± MDC90)">+20 ± 9.3 *</td>' in page
     assert "different places" in page
-    assert re.search(r"<td[^>]*class=soft[^>]*>\+0\.1 ± 0\.12</td>", page)
+    assert re.search(r"<td[^>]*class=soft[^>]*>\+0\.10 ± 0\.12</td>", page)
     (entry,) = (one for one in figures(found)["pairs"]["front"]["changes"] if one["unit"] == "m/s")
     assert (entry["reference"], entry["value"], entry["within_error"]) == (1.0, 1.1, True)
-    assert (entry["mdc90"], entry["differs"]) == (pytest.approx(0.12), False)
+    assert (entry["mdc90"], entry["differs"]) == (pytest.approx(0.12, abs=0.01), False)
     assert figures(found)["pairs"]["front"]["same_place"] is False
 
 
