@@ -76,7 +76,7 @@ def test_run_with_a_lifter(files, per_frame, facing_camera, pcnet3d, tmp_path):
     arguments = ("run", files.video, "--keypoints", files.keypoints, "--lifter", lifter, "-o", folder)
     code, said = pcnet3d(*arguments)
     assert code == 0, said
-    assert "lift by mine.onnx@" in said
+    assert "lifted by mine.onnx@" in said
     summary = json.loads((folder / "summary.json").read_text())
     (step,) = (step for step in summary["history"] if step["name"] == "lift")
     assert step["options"]["kind"] == "motionbert"
