@@ -16,6 +16,7 @@ from pcnet3d.pipeline.cli import load_command
 
 ROOT = Path(__file__).parents[2]
 problems = run_path(str(ROOT / "docs/site/check.py"))["problems"]
+sys.path.insert(0, str(ROOT / "docs"))  # gallery.py takes pictures by screenshot.py beside it
 commands = run_path(str(ROOT / "docs/gallery.py"))["commands"]
 NOTEBOOK = ROOT / "docs/first_take.ipynb"
 sphinx = pytest.mark.skipif(
