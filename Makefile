@@ -1,5 +1,7 @@
 # Two commands that do all the set-up on a fresh machine: `make demo` and `make test`.
 PYTHON ?= python3
+# Where an environment has its programs.
+BIN := $(if $(filter Windows_NT,$(OS)),Scripts,bin)
 # The newest torch brings gigabytes of CUDA; this one has a small CPU build. Only the tests need it.
 TORCH ?= torch==2.13.0
 
@@ -9,63 +11,63 @@ PYTHONS ?= python3.11 python3.12 python3.13
 .PHONY: demo test lint audit docs package clean
 
 demo: .venv/.installed
-	.venv/bin/pcnet3d demo -o demo-run
-	@echo "here: .venv/bin/pcnet3d view demo-run, or with --web in a browser"
+	.venv/$(BIN)/pcnet3d demo -o demo-run
+	@echo "here: .venv/$(BIN)/pcnet3d view demo-run, or with --web in a browser"
 
 test: .venv-test/.installed
-	.venv-test/bin/python -m pytest
+	.venv-test/$(BIN)/python -m pytest
 
 lint: .venv-test/.installed
-	.venv-test/bin/ruff check .
-	.venv-test/bin/ruff format --check .
-	.venv-test/bin/lint-imports --no-logo --no-cache
+	.venv-test/$(BIN)/ruff check .
+	.venv-test/$(BIN)/ruff format --check .
+	.venv-test/$(BIN)/lint-imports --no-logo --no-cache
 	for system in Linux Windows Darwin; do \
-		.venv-test/bin/pyright --pythonplatform $$system --pythonpath .venv-test/bin/python || exit 1; done
+		.venv-test/$(BIN)/pyright --pythonplatform $$system --pythonpath .venv-test/$(BIN)/python || exit 1; done
 
 # Asks PyPI about known vulnerabilities of every installed version, and fails (--strict) where it cannot be asked.
 audit: .venv-test/.installed
-	.venv-test/bin/pip check
-	.venv-test/bin/pip install -q pip-audit
-	.venv-test/bin/pip freeze --exclude-editable | sed 's/+cpu//' > .venv-test/installed.txt
-	.venv-test/bin/pip-audit --strict --no-deps --disable-pip -r .venv-test/installed.txt
+	.venv-test/$(BIN)/pip check
+	.venv-test/$(BIN)/pip install -q pip-audit
+	.venv-test/$(BIN)/pip freeze --exclude-editable | sed 's/+cpu//' > .venv-test/installed.txt
+	.venv-test/$(BIN)/pip-audit --strict --no-deps --disable-pip -r .venv-test/installed.txt
 
 # The site of the documents, the reference of the API in it, and a look at every link; a warning ends it.
 docs: .venv-test/.installed
 	rm -rf build/site
-	.venv-test/bin/sphinx-build -W -q -c docs/site -d build/doctrees . build/site
-	.venv-test/bin/python docs/site/reference.py build/site/api
-	.venv-test/bin/python docs/site/check.py build/site
+	.venv-test/$(BIN)/sphinx-build -W -q -c docs/site -d build/doctrees . build/site
+	.venv-test/$(BIN)/python docs/site/reference.py build/site/api
+	.venv-test/$(BIN)/python docs/site/check.py build/site
 	@echo "here: build/site/index.html"
 
 # The wheel, built from the source archive, in fresh environments with the oldest and the newest packages allowed.
 package: .venv-package/.installed
 	rm -rf dist
-	.venv-package/bin/uv build --quiet
+	.venv-package/$(BIN)/uv build --quiet
 	@set -e; for python in $(PYTHONS); do for packages in lowest-direct highest; do \
 		echo "== $$python, $$packages"; \
 		env=.venv-package/$$python-$$packages; rm -rf $$env; \
-		.venv-package/bin/uv venv --quiet --python $$python $$env; \
-		.venv-package/bin/uv pip install --quiet --python $$env --no-build --resolution $$packages \
+		.venv-package/$(BIN)/uv venv --quiet --python $$python $$env; \
+		.venv-package/$(BIN)/uv pip install --quiet --python $$env --no-build --resolution $$packages \
 			-r pyproject.toml --extra c3d --extra hdf5; \
-		.venv-package/bin/uv pip install --quiet --python $$env --no-deps dist/*.whl; \
-		.venv-package/bin/uv pip check --quiet --python $$env; \
-		(cd $$env && bin/pcnet3d demo --force -o demo 2> demo.log || { cat demo.log; exit 1; }); \
+		.venv-package/$(BIN)/uv pip install --quiet --python $$env --no-deps dist/*.whl; \
+		.venv-package/$(BIN)/uv pip check --quiet --python $$env; \
+		(cd $$env && $(BIN)/pcnet3d demo --force -o demo 2> demo.log || { cat demo.log; exit 1; }); \
 	done; done
 
 .venv-package/.installed:
 	$(PYTHON) -m venv .venv-package
-	.venv-package/bin/pip install -q uv
+	.venv-package/$(BIN)/pip install -q uv
 	touch $@
 
 .venv/.installed: pyproject.toml
 	$(PYTHON) -m venv .venv
-	.venv/bin/pip install -q -e .
+	.venv/$(BIN)/pip install -q -e .
 	touch $@
 
 .venv-test/.installed: pyproject.toml
 	$(PYTHON) -m venv .venv-test
-	.venv-test/bin/pip install -q "$(TORCH)"
-	.venv-test/bin/pip install -q -e ".[train,dev,docs]"
+	.venv-test/$(BIN)/pip install -q "$(TORCH)"
+	.venv-test/$(BIN)/pip install -q -e ".[train,dev,docs]"
 	touch $@
 
 clean:

@@ -34,7 +34,7 @@ def demo(
     device: OnDevice = "auto",
     force: Force = False,
 ) -> None:
-    """Run the built-in example: a person walks, squats and raises both arms before a tilted camera."""
+    """Run the built-in example: a person walks, squats and raises both arms in front of a tilted camera."""
     inputs = Path(f"{output}-input")
     walk = walker()
     camera = side_camera(walk)

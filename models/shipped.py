@@ -8,31 +8,36 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .lifter import SHIPPED
+from .lifter import CHANGES, SHIPPED
 from .rectifier.geometric import Geometric
 
 
 @dataclass(frozen=True)
 class Shipped:
     """A model (pipeline.plugins.protocols.Model). about: one line. open: the object, or the path of its weights.
-    file: of its weights, if it has some."""
+    files: of its weights, if it has some; the first is the network that results name."""
 
     about: str
     open: Callable[[], Any]
-    file: Path | None = None
+    files: tuple[Path, ...] = ()
+
+    @property
+    def digests(self) -> dict[str, str]:
+        """The first 12 digits of the SHA-256 of each file, as every summary has them, by the file's name."""
+        return {file.name: hashlib.sha256(file.read_bytes()).hexdigest()[:12] for file in self.files}
 
     @property
     def what(self) -> str:
-        """One line; of weights also their size and the first 12 digits of their SHA-256, as every summary has them."""
-        if self.file is None:
+        """One line; of weights also their size and digest."""
+        if not self.files:
             return self.about
-        content = self.file.read_bytes()
-        return f"{self.about} ({len(content) / 1e6:.1f} MB, {hashlib.sha256(content).hexdigest()[:12]})"
+        digest = next(iter(self.digests.values()))
+        return f"{self.about} ({self.files[0].stat().st_size / 1e6:.1f} MB, {digest})"
 
 
 def _weights(about: str, name: str) -> Shipped:
     file = Path(__file__).parent / "rectifier" / name
-    return Shipped(about, lambda: file, file)
+    return Shipped(about, lambda: file, (file,))
 
 
 def _own_lifter() -> Any:
@@ -46,4 +51,6 @@ PCNET = _weights("default rectifier, trained on motion capture; models/rectifier
 PAPER = _weights(
     "the paper's network at its full size, in int8; steadier on real clips, slower", "paper.onnx"
 )
-LIFTER = Shipped("2D keypoints to 3D, used without --poses; models/lifter/card.md", _own_lifter, SHIPPED)
+LIFTER = Shipped(
+    "2D keypoints to 3D, used without --poses; models/lifter/card.md", _own_lifter, (SHIPPED, CHANGES)
+)

@@ -131,14 +131,16 @@ def _version(asked: bool) -> None:
         from .core.pose import package_version
 
         print(f"pcnet3d {package_version()}")
+        for network in registry.networks():
+            print(*network)
         raise typer.Exit
 
 
 def _detail_option(detail: Detail, hidden: bool = False) -> Any:
     """-q or -v; it takes effect where it stands."""
     words = {
-        "quiet": "Say errors and the result only.",
-        "verbose": "Say what each stage is given and how long it takes.",
+        "quiet": "Print only errors and the result.",
+        "verbose": "Print the options and the time of each stage.",
     }
 
     def asked(given: bool) -> None:
@@ -178,7 +180,7 @@ def _with_detail(function: Callable[..., Any]) -> Callable[..., Any]:
 app = typer.Typer(
     name="pcnet3d",
     cls=_Commands,
-    help="Kinematics that mean the same thing from every camera.",
+    help="Turn a video of a person, or 3D poses, into kinematics that mean the same from every camera.",
     context_settings=_HELP,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -188,7 +190,13 @@ app = typer.Typer(
 @app.callback()
 def _program(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+        bool,
+        typer.Option(
+            "--version",
+            callback=_version,
+            is_eager=True,
+            help="Print the version and the networks that come with it.",
+        ),
     ] = False,
     quiet: Annotated[bool, _detail_option("quiet")] = False,
     verbose: Annotated[bool, _detail_option("verbose")] = False,
@@ -197,10 +205,12 @@ def _program(
 
 
 def view(
-    folder: Annotated[Path, typer.Argument(help="A run's folder.")],
-    web: Annotated[bool, typer.Option("--web", help="Serve it to a browser on this machine.")] = False,
+    folder: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    web: Annotated[
+        bool, typer.Option("--web", help="Open the recording in a browser on this machine.")
+    ] = False,
     report: Annotated[
-        bool, typer.Option("--report", help="Open the page instead: the report, a study's or a comparison's.")
+        bool, typer.Option("--report", help="Open the HTML page instead: of a run, a study or a comparison.")
     ] = False,
 ) -> None:
     """Open a run's recording, or its report."""
@@ -219,17 +229,30 @@ def view(
 
 def inspect(
     file: Annotated[Path, typer.Argument(help="3D poses, 2D keypoints (a file or a folder), or a video.")],
-    adapter: Annotated[str, typer.Option(help="Its format; see `pcnet3d list adapters`.")] = "auto",
-    person: Annotated[str | None, typer.Option(help="Person ID in the file, or longest, or largest.")] = None,
-    keypoints: Annotated[Path | None, typer.Option(help="2D keypoints that the poses should fit.")] = None,
-    video: Annotated[Path | None, typer.Option(help="The recording that the poses should fit.")] = None,
-    option: Annotated[
-        list[str] | None, typer.Option("--option", "-O", help="KEY=VALUE for the file's adapter; repeatable.")
+    adapter: Annotated[
+        str, typer.Option(help="Format of the file: a name from `pcnet3d list adapters`.")
+    ] = "auto",
+    person: Annotated[
+        str | None,
+        typer.Option(
+            help="Which person: an ID in the file, longest (most frames) or largest (in the image)."
+        ),
     ] = None,
-    plot: Annotated[Path | None, typer.Option(help="PNG to write: four frames from three sides.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
+    keypoints: Annotated[Path | None, typer.Option(help="2D keypoints to check the poses against.")] = None,
+    video: Annotated[Path | None, typer.Option(help="Video to check the poses against.")] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option("--option", "-O", help="Option KEY=VALUE for reading the file; repeatable."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Write this image (PNG): four frames from three sides.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
-    """Say what a file holds and what is wrong with it; exit code 0 good, 3 suspicious, 4 unusable, 2 unreadable."""
+    """Show what a file holds and what is wrong with it.
+
+    Exit codes: 0 good, 3 suspicious, 4 unusable, 2 unreadable.
+    """
     from .core.notices import EXIT_CODES
     from .inspect.inspect import inspect as inspected
     from .plugins.options import pairs
@@ -260,7 +283,7 @@ def list_(
         Literal["adapters", "stages", "models", "writers", "devices"],
         typer.Argument(help="What to list."),
     ],
-    as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
     """List what is installed, one line each."""
     from .core import device

@@ -30,18 +30,18 @@ def calibrate(
     gravity_network: Annotated[
         str | None,
         typer.Option(
-            help="Network to ask where lines do not show which way is up: geocalib, or an .onnx file."
+            help="Network to use if the lines do not show which way is up: geocalib, or an .onnx file."
         ),
     ] = None,
     picture: Annotated[
-        Path | None, typer.Option(help="PNG to write: the lines by direction, the horizon, up.")
+        Path | None, typer.Option(help="Write this image (PNG): the lines, the horizon and up.")
     ] = None,
     device: OnDevice = "auto",
-    as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
     """Find a camera's pitch, roll and focal length from the straight lines in its images.
 
-    Exit code 3 when the lines do not show them. People in the image hardly matter: they are few lines among many.
+    The exit code is 3 if the lines do not show them. People may be in the image.
     """
     with computing_on(device) as where:
         found, image = _looked(files, focal, gravity_network)

@@ -18,16 +18,16 @@ from .common.modules import run_command
 
 def train(
     config: Annotated[
-        Path, typer.Argument(help="What to train and how, e.g. models/lab/training/lifter/lifter.toml.")
+        Path, typer.Argument(help="Config file, such as models/lab/training/lifter/lifter.toml.")
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for weights, checkpoint and log.")],
-    device: Annotated[str, typer.Option(help="auto (a GPU where there is one), cpu or cuda.")] = "auto",
-    threads: Annotated[int, typer.Option(min=1, help="CPU threads.")] = 1,
+    device: Annotated[str, typer.Option(help="auto (a GPU if there is one), cpu or cuda.")] = "auto",
+    threads: Annotated[int, typer.Option(min=1, help="Number of CPU threads.")] = 1,
     minutes: Annotated[
-        float | None, typer.Option(min=0, help="Stop after so many minutes, to go on by the same command.")
+        float | None, typer.Option(min=0, help="Stop after this many minutes; the same command continues.")
     ] = None,
 ) -> None:
-    """Train a network of this package from a config file, or go on with a run."""
+    """Train a network of this package from a config file, or continue a stopped training."""
     with needed_for("Training"):
         import torch
 

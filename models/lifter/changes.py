@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,8 +17,8 @@ from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ..common.onnx import session_of
+from . import CHANGES
 
-CHANGES_FILE = Path(__file__).with_name("changes.onnx")
 JOINTS = (
     "nose", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow", "l_wrist", "r_wrist", "l_hip", "r_hip", "l_knee",
     "r_knee", "l_ankle", "r_ankle",
@@ -153,4 +152,4 @@ def _even(points: np.ndarray, seen: np.ndarray, time_s: np.ndarray) -> tuple[np.
 @cache
 def _session() -> Any:
     """On the CPU, whatever --device says: it is small."""
-    return session_of(CHANGES_FILE.read_bytes(), threads=1)
+    return session_of(CHANGES.read_bytes(), threads=1)

@@ -20,10 +20,14 @@ def _output(text: str, *names: str) -> Any:
 Output = Annotated[Path, _output("Folder for the results.", "-o", "--output")]
 Force = Annotated[bool, _output("Overwrite the output folder even if pcnet3d did not create it.", "--force")]
 Resume = Annotated[
-    bool, _output("Continue the detection or lift that was interrupted in this output folder.", "--resume")
+    bool, _output("Continue an interrupted detection or lift in this output folder.", "--resume")
 ]
 Strict = Annotated[
-    bool, _output("Exit with 3 if the poses are suspicious, 4 if unusable or not levelled.", "--strict")
+    bool,
+    _output(
+        "Exit with code 3 if the poses are suspicious, 4 if they are unusable or up was not found.",
+        "--strict",
+    ),
 ]
 
 

@@ -125,7 +125,7 @@ OnDevice = Annotated[
     Device,
     _option(
         _INPUT,
-        "Where networks compute: auto (the first of `pcnet3d list devices` that works), cpu, ...",
+        "Device for the networks; auto takes the first of `pcnet3d list devices` that works.",
         "--device",
     ),
 ]
@@ -142,34 +142,40 @@ class RunOptions(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     video: Annotated[Path | None, typer.Argument(help="The recorded video.")] = None
-    poses: Annotated[Path | None, _option(_INPUT, "3D poses of a lifter: a file or a folder.")] = None
-    adapter: Annotated[str, _option(_INPUT, "Format of --poses; see `pcnet3d list adapters`.")] = "auto"
+    poses: Annotated[Path | None, _option(_INPUT, "3D poses from a lifter: a file or a folder.")] = None
+    adapter: Annotated[str, _option(_INPUT, "Format of --poses: a name from `pcnet3d list adapters`.")] = (
+        "auto"
+    )
     options: Annotated[
         dict[str, Any],
         BeforeValidator(_pairs),
-        _option(_INPUT, "KEY=VALUE for the adapter of --poses; repeatable.", "-O", "--option"),
+        _option(_INPUT, "Option KEY=VALUE for reading --poses; repeatable.", "-O", "--option"),
     ] = {}
     keypoints: Annotated[Path | None, _option(_INPUT, "2D keypoints: a file or a folder.")] = None
     fps: Annotated[
         float | None,
-        _option(_INPUT, "Frames a second: where no file tells, or instead of what one tells (slow motion)."),
+        _option(
+            _INPUT, "Frames per second, if no file states them or the stated rate is wrong (slow motion)."
+        ),
         Tells("fps", by_reading=True),
     ] = None
     time_range: Annotated[
         tuple[float, float] | None,
         BeforeValidator(_time_range),
-        _option(_INPUT, "START:END in seconds of the video or file: process this part only; 2: and :8 too."),
+        _option(_INPUT, "Process only this part: START:END in seconds, such as 2.5:8, 2: or :8."),
     ] = None
     detector: Annotated[
         str | None,
         _option(
-            _INPUT, "Network that finds joints in the video: a name of `pcnet3d list models`, or a file."
+            _INPUT, "Network that finds joints in the video: a name from `pcnet3d list models`, or a file."
         ),
         Sets("detect.detector"),
     ] = None
     lifter: Annotated[
         str | None,
-        _option(_INPUT, "Lifter when --poses is absent: a name of `pcnet3d list models`, or an .onnx file."),
+        _option(
+            _INPUT, "Lifter to use without --poses: a name from `pcnet3d list models`, or an .onnx file."
+        ),
         Sets("lift.lifter"),
     ] = None
     device: OnDevice = "auto"
@@ -177,14 +183,14 @@ class RunOptions(BaseModel):
         str | None,
         _option(
             _PERSON,
-            "Person ID in the file, or longest, largest, all (one folder each), or pick: only draw everybody, with "
-            "their IDs, into DIR-people.png.",
+            "Which person: an ID in the file, longest, largest, or all (a folder for each). pick only draws "
+            "everybody, with their IDs, into DIR-people.png.",
         ),
         Tells("person", by_reading=True),
     ] = None
     stature: Annotated[
         float | None,
-        _option(_PERSON, "Body height in metres; sets the scale."),
+        _option(_PERSON, "The person's height in metres; it sets the scale."),
         Tells("stature_m"),
     ] = None
     neutral: Annotated[
@@ -195,7 +201,7 @@ class RunOptions(BaseModel):
     ] = None
     camera: Annotated[
         str | None,
-        _option(_CAMERA, "static or moving; else by the background of the images."),
+        _option(_CAMERA, "static or moving; by default the background of the video decides."),
         Tells("camera"),
     ] = None
     focal: Annotated[
@@ -205,18 +211,22 @@ class RunOptions(BaseModel):
         tuple[str, ...],
         _option(
             _OUTPUT,
-            "Further file to write: a name of `pcnet3d list writers`, such as csv or c3d; repeatable.",
+            "Format to write too: a name from `pcnet3d list writers`, such as csv or c3d; repeatable.",
         ),
         Sets("export.also"),
     ] = ()
     no_frames: Annotated[
         bool, _option(_OUTPUT, "Keep images of the person out of the results.", "--no-frames")
     ] = False  # of Told.images
-    recipe: Annotated[Path | None, _option(_OUTPUT, "TOML file of stages and their options.")] = None
+    recipe: Annotated[Path | None, _option(_OUTPUT, "TOML file that lists the stages and their options.")] = (
+        None
+    )
     settings: Annotated[
         dict[str, Any],
         _option(
-            _OUTPUT, "STAGE.KEY=VALUE: any option of a stage; STAGE=off leaves it out; repeatable.", "--set"
+            _OUTPUT,
+            "STAGE.KEY=VALUE sets an option of a stage; STAGE=off skips the stage; repeatable.",
+            "--set",
         ),
     ] = {}
 

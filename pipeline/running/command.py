@@ -21,10 +21,10 @@ def run(
     strict: Strict = False,
     force: Force = False,
 ) -> None:
-    """Turn a recorded video, its keypoints or a lifter's poses into levelled kinematics.
+    """Turn a video, 2D keypoints or 3D poses into joint angles, paths, gait and a report.
 
-    Without --poses the built-in lifter, or --lifter, lifts the keypoints. Without --keypoints they are first detected
-    in the video.
+    Without --poses, a lifter makes 3D poses from the keypoints. Without --keypoints, a detector finds them in the
+    video first.
     """
     chosen = planned(options)
     if options.person == "pick":

@@ -182,7 +182,7 @@ def _guide() -> list[Path]:
 
 def test_every_page_of_the_guide_begins_with_a_block_that_runs():
     assert len(_guide()) == 10
-    begins = re.compile(r"# .+\n\n(?:[^#`<|\n].*\n)+\n```(?:sh|python)\n")
+    begins = re.compile(r"# .+\n\n(?:!\[.+\n\n)?(?:[^#`<|\n].*\n)+\n```(?:sh|python)\n")
     assert [page.name for page in _guide() if not begins.match(page.read_text(encoding="utf-8"))] == []
 
 

@@ -73,7 +73,9 @@ def test_metadata(metadata):
     assert metadata.get_all("Project-URL") is None  # none exists yet
 
 
-def test_the_citation_is_of_this_version():
+def test_citation_and_changes_are_of_this_version():
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.findall(r"^## (\S+)", changes, re.MULTILINE)[0] == PROJECT["version"]
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\nversion: {PROJECT['version']}\n" in citation
     assert PROJECT["description"] in citation

@@ -243,10 +243,31 @@ def test_a_run_has_22_options_at_most_in_panels():
     assert all(option.help for option in shown)
 
 
-def test_version_and_short_help():
+def test_the_version_says_build_and_networks():
+    """Version, and the networks of the package by the digests that a run's summary has; without opening them."""
     from importlib.metadata import version
 
-    assert pcnet3d("--version").stdout == f"pcnet3d {version('pcnet3d')}\n"
+    first, *networks = pcnet3d("--version").stdout.splitlines()
+    assert first == f"pcnet3d {version('pcnet3d')}"
+    listed = pcnet3d("list", "models", "--json").stdout
+    digests = {tuple(line.split()[:3]): line.split()[3] for line in networks}
+    named = {
+        ("lifter", "pcnet3d", "lifter.onnx"),
+        ("rectifier", "pcnet", "pcnet.onnx"),
+        ("rectifier", "paper", "paper.onnx"),
+    }
+    assert named | {("lifter", "pcnet3d", "changes.onnx")} <= digests.keys()
+    assert all(f", {digests[name]})" in listed for name in named)
+
+
+def test_the_version_costs_no_heavy_import():
+    asked = "import sys; sys.argv = ['pcnet3d', '--version']\nfrom pcnet3d.pipeline.cli import main\ntry: main()\n"
+    asked += "finally: print('heavy:', *{'onnxruntime', 'cv2', 'torch', 'rerun'}.intersection(sys.modules))"
+    said = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, timeout=60).stdout
+    assert said.splitlines()[-1].strip() == "heavy:"
+
+
+def test_short_help():
     assert "run [OPTIONS] [video]" in pcnet3d("run", "-h").stdout
 
 

@@ -83,7 +83,7 @@ def test_the_path_and_its_error_go_with_the_poses(placed, walk, camera):
     said = placed.poses.history[-1]
     assert (said.name, said.options["frames_placed"], said.options["focal_sd"]) == ("place", len(walk), 0.02)
     assert placed.poses.root_shared == (said.options["scale_sd"], 0.02)
-    assert "rests on the keypoints, in 240 of 240 frames" in placed.notices[-1].text
+    assert (placed.notices[-1].code, placed.notices[-1].values["placed"]) == ("placed", 240)
 
 
 def test_a_place_that_the_source_knows_is_kept(take):
@@ -123,8 +123,8 @@ def test_poses_of_a_world_and_people_whom_nobody_sees_are_not_placed(take, walk)
 
 def test_a_take_of_two_frames_names_the_frames_and_no_joints(take):
     short = take.with_(poses=take.poses.rows(0, 2))
-    (said,) = [event.text for event in Place()(short).notices if event not in short.notices]
-    assert said.endswith("is not known: a path takes 3 frames, got 2.")
+    (said,) = [event for event in Place()(short).notices if event not in short.notices]
+    assert (said.code, said.values["reason"]) == ("not-placed", "a path takes 3 frames, got 2")
 
 
 def test_without_a_camera_what_is_told_counts_and_a_guess_says_so(take, placed):
@@ -252,9 +252,11 @@ def test_the_floor_of_a_walk_lies_below_the_camera(through, camera, take):
 
 def test_feet_that_cannot_be_locked_are_said(take):
     take = Rectify(rectifier="geometric")(take)
-    said = [event.text for event in Trajectories(foot_lock=True)(take).notices]
-    assert any("No foot is locked" in text for text in said)
-    assert not any("No foot is locked" in event.text for event in Trajectories()(take).notices)
+    asked, usual = (
+        [event.code for event in Trajectories(foot_lock=lock)(take).notices] for lock in (True, False)
+    )
+    assert "foot-not-locked" in asked
+    assert "foot-not-locked" not in usual
 
 
 def test_of_poses_that_nobody_has_judged_speed_and_floor_have_no_error(take):

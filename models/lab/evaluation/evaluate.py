@@ -30,7 +30,7 @@ from .sets import Question, Sets
 from .tables import written
 from .testbed import Bed
 
-evaluate = typer.Typer(help="Judge lifters, rectifiers and what follows them, where the truth is known.")
+evaluate = typer.Typer(help="Test lifters, rectifiers and later stages where the truth is known.")
 
 _BOTH = ["geometric", "pcnet"]
 # Every option of a report, with its default.
@@ -48,14 +48,14 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
         Annotated[list[str], typer.Option(help="A rectifier, or a network's .onnx file; repeatable.")], _BOTH
     ),
     "split": (
-        Annotated[Path | None, typer.Option(help="JSON whose `test` says whom to judge; everybody without.")], None
+        Annotated[Path | None, typer.Option(help="JSON file whose `test` lists the people to test on; else all.")], None
     ),
     "targets": (
-        Annotated[Targets, typer.Option(help="Gravity and heading, or the file's axes.")], "body"
+        Annotated[Targets, typer.Option(help="True axes: gravity and heading (body), or the file's (axes).")], "body"
     ),
     "lifter": (Annotated[str, typer.Option(help="pcnet3d (built-in), or an .onnx file.")], "pcnet3d"),
     "seed": (Annotated[int, typer.Option(min=0, help="Random seed.")], 0),
-    "seeds": (Annotated[int, typer.Option(min=1, help="Cameras of how many random seeds.")], 3),
+    "seeds": (Annotated[int, typer.Option(min=1, help="How many random seeds to draw cameras from.")], 3),
     "part": (
         Annotated[
             list[str] | None,
@@ -65,7 +65,7 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     ),
     "bed": (
         Annotated[
-            Bed, typer.Option(help="wild: steep and tilted with long lenses too; typical: as people film.")
+            Bed, typer.Option(help="Cameras: wild (also steep, tilted, with long lenses) or typical (as people film).")
         ],
         "wild",
     ),
@@ -73,7 +73,7 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
         Annotated[
             Sets,
             typer.Option(
-                help="Whom to judge: those that networks are chosen by, or, with --because, test subjects."
+                help="People to test on: validation people (val), or test people, which need --because."
             ),
         ],
         "val",
@@ -81,22 +81,22 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "because": (
         Annotated[
             str,
-            typer.Option(help="Why test subjects are looked at; kept in docs/accuracy/ledger.csv, or in DIR."),
+            typer.Option(help="Reason for a look at test people; it is added to docs/accuracy/ledger.csv, or to DIR."),
         ],
         "",
     ),
-    "flip": (Annotated[bool, typer.Option("--flip", help="Average with the mirrored lift.")], False),
+    "flip": (Annotated[bool, typer.Option("--flip", help="Average with the lift of mirrored keypoints.")], False),
     "fit": (
-        Annotated[bool, typer.Option("--fit", help="Also fit the errors of angles, to DIR/joint_noise.json.")], False
+        Annotated[bool, typer.Option("--fit", help="Also fit angle errors and write DIR/joint_noise.json.")], False
     ),
     "answers": (
         Annotated[
             Path | None,
-            typer.Option(help="Folder of another lifter's answers to what testbed --keypoints wrote; judge these."),
+            typer.Option(help="Test the poses in this folder, by another lifter from testbed --keypoints."),
         ], None
     ),
     "errors": (
-        Annotated[Path | None, typer.Option(help="A file of errors of angles to judge, as --fit writes one.")], None
+        Annotated[Path | None, typer.Option(help="Test the angle errors in this file, as --fit writes it.")], None
     ),
     "device": (OnDevice, "auto"),
 }  # fmt: skip
@@ -193,9 +193,9 @@ def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str
 
 errors = _report(
     "errors", "..errors.report", ("lifter", "seed", "sets", "because", "part", "fit", "answers", "errors"),
-    """Judge every stated error in every configuration of a run, and fit those of angles.
+    """Test every stated error in every configuration of a run, and fit the errors of angles.
 
-    DIR/errors.json holds a row a statement and configuration, as docs/accuracy/errors.json does.
+    DIR/errors.json holds one row for each statement and configuration, like docs/accuracy/errors.json.
     """,
     file="stated_errors",
 )  # fmt: skip
@@ -208,61 +208,61 @@ lifters = _report(
     "lifters", "lifters", ("networks", "seeds", "part"),
     """Compare lifters person by person, to choose one.
 
-    Whole validation takes before wild and typical cameras, and the real take, with noisy keypoints and exact ones, the
-    focal length known and not. Errors are kept in DIR/lifts: the same command goes on where it was stopped.
+    It lifts the real take, and whole validation takes from wild and typical cameras: with noisy and exact keypoints,
+    with and without a known focal length. DIR/lifts keeps the errors, so the same command continues after a stop.
     """,
     file="lifters",
 )  # fmt: skip
 lifter = _report(
     "lifter", "lifter", ("lifter", "seed", "sets", "because", "flip"),
-    "Judge a lifter by motion and posture, its focal length known and not.",
+    "Test a lifter by motion and posture, with and without a known focal length.",
     beds=(Annotated[Bed | None, typer.Option("--bed", help="Cameras: wild or typical; both by default.")], None),
 )  # fmt: skip
 rectifiers = _report(
     "rectifiers", "rectifiers", ("rectifier", *_BEFORE_CAMERAS),
-    "Judge rectifiers frame by frame, on lifted and on clean poses.",
+    "Test rectifiers frame by frame, on lifted and on clean poses.",
 )  # fmt: skip
 own_data = _report(
     "own-data", "rectifiers", ("data", "rectifier", "split", "targets", "seed"),
-    "Judge rectifiers on clean poses of your own motion capture.",
+    "Test rectifiers on clean poses of your own motion capture.",
     tables="own_tables",
 )  # fmt: skip
 takes = _report(
     "takes", "takes", ("rectifier", *_BEFORE_CAMERAS),
-    "Judge one gravity a take: tilt, rotation, joints, accelerations.",
+    "Test one gravity per take: errors of tilt, rotation, joints and accelerations.",
 )  # fmt: skip
 motion = _report(
     "motion", "motion", _BEFORE_CAMERAS,
-    "Judge accelerations of wrists and ankles, by smoother.",
+    "Test the accelerations of wrists and ankles with each smoother.",
 )  # fmt: skip
 swaps = _report(
     "swaps", "swaps", _BEFORE_CAMERAS,
-    "Judge how exchanged limbs and overturned depth, put into takes, are found.",
+    "Exchange limbs and reverse depth in takes, and test how well this is found.",
 )  # fmt: skip
 gait = _report(
     "gait", "gait", ("rectifier", *_BEFORE_CAMERAS),
-    "Judge contacts, steps and figures of walks and runs, with their stated errors.",
+    "Test contacts, steps and figures of walks and runs, with their stated errors.",
     rectifier=(Annotated[str, typer.Option(help="A rectifier, or a network's .onnx file.")], "pcnet"),
 )  # fmt: skip
 jumps = _report(
     "jumps", "jumps", _BEFORE_CAMERAS,
-    "Judge flights, jump heights and contact times of lifted takes, with their stated errors.",
+    "Test flights, jump heights and contact times of lifted takes, with their stated errors.",
     bed=(None, "typical"),
 )  # fmt: skip
 verdicts = _report(
     "verdicts", "verdicts", _BEFORE_CAMERAS,
-    "Judge whether verdicts on poses follow their error, with the lifter as it is and made worse.",
+    "Test whether verdicts on poses follow their error, with the lifter as it is and made worse.",
 )  # fmt: skip
 repetitions = _report(
     "repetitions", "repetitions", ("lifter", "seeds", "flip", "bed"),
-    "Judge counts, beginnings and ends of repeated movements, on labelled takes, captured and lifted.",
+    "Test counts, starts and ends of repeated movements on labelled takes, captured and lifted.",
     bed=(None, "typical"),
 )  # fmt: skip
 real_take = _report(
     "real-take", "real_take", ("rectifier", "lifter", "flip"),
-    "Judge the way from the video to upright joints and angles, on real videos of four cameras with truth.",
+    "Test upright joints and angles on real videos of four cameras, where the truth is known.",
 )  # fmt: skip
 real_clips = _report(
     "real-clips", "real_rectified", ("rectifier", "lifter", "flip"),
-    "Compare lifters on real clips, raw and rectified, where nobody knows the truth.",
+    "Compare lifters on real clips, raw and rectified, where the truth is not known.",
 )  # fmt: skip

@@ -23,7 +23,8 @@ from ....pipeline.core.rotations import is_finite
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.reading.mocap.clip import Clip
 from ...common.onnx import without_traces
-from ...lifter.changes import CHANGES_FILE, CHANNELS, JOINTS, RATES, ROWS, WIDTHS, ZOOMS, features, held
+from ...lifter import CHANGES
+from ...lifter.changes import CHANNELS, JOINTS, RATES, ROWS, WIDTHS, ZOOMS, features, held
 from ..common.extras import needed_for
 from ..common.modules import run_command
 from ..evaluation.testbed import BEDS, lay_down, see
@@ -181,7 +182,7 @@ def export(net: Any, path: Path) -> None:
 
 
 def main(
-    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = CHANGES_FILE,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = CHANGES,
     passes: Annotated[int, typer.Option(min=1, help="Over all clips.")] = 11,
     steps: Annotated[int, typer.Option(min=1, help="Of training.")] = 8000,
     seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,

@@ -42,40 +42,44 @@ _SECONDS = 1.0  # between two writings of the status
 
 def batch(
     source: Annotated[
-        Path, typer.Argument(help="A manifest (CSV, its columns are options of `run`), or a folder of takes.")
+        Path,
+        typer.Argument(
+            help="A manifest (CSV file whose columns are options of `run`), or a folder of takes."
+        ),
     ],
     output: Output,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Takes at a time on this machine; as many as cores without it.")
+        int | None, typer.Option(min=1, help="How many takes run at once; by default one per core.")
     ] = None,
     dask: Annotated[
-        str | None, typer.Option(help="Address of a Dask scheduler whose workers run the takes instead.")
+        str | None,
+        typer.Option(help="Address of a Dask scheduler; its workers run the takes instead of this machine."),
     ] = None,
     timeout: Annotated[
-        float | None, typer.Option(min=1, help="Seconds after which a take is given up; none without it.")
+        float | None, typer.Option(min=1, help="Stop a take after this many seconds; by default never.")
     ] = None,
     common: Annotated[
         list[str] | None,
         typer.Option(
             "--set",
-            help="OPTION=VALUE of `run`, or STAGE.KEY=VALUE, for every take that has no other; repeatable.",
+            help="OPTION=VALUE of `run`, or STAGE.KEY=VALUE, for every take whose row does not set it; repeatable.",
         ),
     ] = None,
     primary: Annotated[
         str | None,
         typer.Option(
-            help="The measure, as in changes.csv, that is tested without correction; the others are corrected."
+            help="Main measure, named as in changes.csv. The other measures are corrected for multiple testing."
         ),
     ] = None,
     device: OnDevice = "auto",
     outside: Annotated[
-        bool, typer.Option("--outside", help="Let paths of the manifest leave its folder.")
+        bool, typer.Option("--outside", help="Allow paths in the manifest that lead out of its folder.")
     ] = False,
 ) -> None:
-    """Run every take of a study and make one table of all of them.
+    """Run every take of a study and make one table of the results.
 
-    Finished takes that have not changed are skipped, so the same command goes on after a stop. Exit code 2 when takes
-    failed; the others are done.
+    Takes that are finished and unchanged are skipped, so the same command continues after a stop. The exit code is 2 if
+    a take failed; the others are still done.
     """
     if dask and workers:
         raise InputError(

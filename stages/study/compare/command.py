@@ -43,38 +43,42 @@ _MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack 
 
 def compare(
     folders: Annotated[
-        list[Path], typer.Argument(help="Finished runs' folders; the first is the reference.")
+        list[Path], typer.Argument(help="Folders of finished runs; the first is the reference.")
     ],
     truth: Annotated[
         Path | None,
-        typer.Option(help="Motion capture to be the reference: TRC, C3D, BVH, .npz or TotalCapture's."),
+        typer.Option(help="Motion capture to use as the reference: TRC, C3D, BVH, .npz or TotalCapture."),
     ] = None,
-    clip: Annotated[str | None, typer.Option(help="Which clip of a .npz file of several.")] = None,
-    up: Annotated[Up | None, typer.Option(help="The motion capture's vertical axis.")] = None,
-    unit: Annotated[str | None, typer.Option(help="Its unit of length: m, cm, mm, inch.")] = None,
-    rate: Annotated[float | None, typer.Option(help="Its frames a second.")] = None,
+    clip: Annotated[str | None, typer.Option(help="Which clip, if the .npz file holds several.")] = None,
+    up: Annotated[Up | None, typer.Option(help="Vertical axis of the motion capture.")] = None,
+    unit: Annotated[str | None, typer.Option(help="Unit of the motion capture: m, cm, mm or inch.")] = None,
+    rate: Annotated[float | None, typer.Option(help="Frames per second of the motion capture.")] = None,
     align: Annotated[
         Align,
         typer.Option(
-            help="By time stamps, by correlation of the angles, or cycles only (other motions). auto: stamps for runs "
-            "of one recording, cycles for other dates, people or cadences, else correlate, and cycles where that "
-            "leaves doubts."
+            help="How to match the runs in time: by their time stamps, by correlating the angles, or not at all and by "
+            "cycles only (different movements). auto takes stamps for runs of one recording, cycles if date, person or "
+            "cadence differ, and otherwise correlate, or cycles if the correlation is doubtful."
         ),
     ] = "auto",
     offset: Annotated[
-        float, typer.Option(help="Seconds to add to the time of every run but the reference first.")
+        float, typer.Option(help="Seconds to add to the times of all runs except the reference.")
     ] = 0.0,
     search: Annotated[
-        float, typer.Option(min=0, help="Search window for the time offset, in seconds.")
+        float, typer.Option(min=0, help="Largest time offset to search for, in seconds.")
     ] = 5.0,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="Folder for the results; `compare` in the first run's."),
+        typer.Option(
+            "-o",
+            "--output",
+            help="Folder for the results; by default `compare` in the folder of the first run.",
+        ),
     ] = None,
     device: OnDevice = "auto",
     force: Force = False,
 ) -> None:
-    """Compare runs with each other or with motion capture: angles, limits of agreement, cycles, wrist paths."""
+    """Compare runs with each other or with motion capture: angles, limits of agreement, cycles and wrist paths."""
     if truth is None and any(given is not None for given in (clip, up, unit, rate)):
         raise InputError(
             "option-conflict",

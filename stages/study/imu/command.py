@@ -51,32 +51,36 @@ _CLOCK = 2e-4  # clocks that differ by less are called alike
 
 
 def imu(
-    folder: Annotated[Path, typer.Argument(help="A finished run's folder.")],
-    imu: Annotated[list[Path], typer.Option(help="An IMU's file; repeatable.")],
+    folder: Annotated[Path, typer.Argument(help="Folder of a finished run.")],
+    imu: Annotated[list[Path], typer.Option(help="File of a sensor; repeatable.")],
     segment: Annotated[
         list[str] | None,
         typer.Option(
-            help="The segment it was on, such as r_forearm or pelvis, one for each file; or which of a file's."
+            help="Body segment of the sensor, such as r_forearm or pelvis, one for each file; or which segment to take "
+            "from a file that holds several."
         ),
     ] = None,
-    adapter: Annotated[str, typer.Option(help="Format of the IMUs' files.")] = "auto",
+    adapter: Annotated[str, typer.Option(help="Format of the sensor files.")] = "auto",
     rate_hz: Annotated[
-        float | None, typer.Option("--rate", help="Samples a second, for files without a clock of their own.")
+        float | None, typer.Option("--rate", help="Samples per second, for files without times.")
     ] = None,
     root: Annotated[
         Path | None,
-        typer.Option(help="Motion capture of the same world and clock as the IMUs', for the pelvis' path."),
+        typer.Option(help="Motion capture in the axes and times of the sensors, for the path of the pelvis."),
     ] = None,
-    offset: Annotated[float, typer.Option(help="Seconds to add to the IMUs' time first.")] = 0.0,
-    search: Annotated[float, typer.Option(min=0, help="Search window for the lag, in seconds.")] = 5.0,
-    cutoff: Annotated[float, typer.Option(help="Low-pass of both sides in Hz.")] = CUTOFF_HZ,
+    offset: Annotated[float, typer.Option(help="Seconds to add to the times of the sensors.")] = 0.0,
+    search: Annotated[float, typer.Option(min=0, help="Largest lag to search for, in seconds.")] = 5.0,
+    cutoff: Annotated[
+        float, typer.Option(help="Cut-off of the low-pass filter for video and sensors, in Hz.")
+    ] = CUTOFF_HZ,
     option: Annotated[
-        list[str] | None, typer.Option("--option", "-O", help="KEY=VALUE for the IMUs' adapter; repeatable.")
+        list[str] | None,
+        typer.Option("--option", "-O", help="Option KEY=VALUE for reading the sensor files; repeatable."),
     ] = None,
 ) -> None:
-    """Compare a run's accelerations with IMUs: lag, r and RMSE of each axis and of the norm.
+    """Compare the accelerations of a run with inertial sensors: lag, correlation and RMSE.
 
-    Segments that were compared before stay beside the new ones; the same segment again takes its place.
+    Results of other segments are kept; a segment that is compared again is replaced.
     """
     run = read_run(folder)
     options = pairs(option) | ({} if rate_hz is None else {"rate_hz": rate_hz})

@@ -51,30 +51,29 @@ _KNOWN = ("detector", "person_detector", "person_kind", "looks")  # of the optio
 def live(
     options: RunOptions,
     source: Annotated[
-        str, typer.Argument(help="A camera's number or device, a URL, - for a pipe, or a video file.")
+        str, typer.Argument(help="Number or device of a camera, a URL, - for a pipe, or a video file.")
     ],
     output: Output,
-    view: Annotated[bool, typer.Option("--view", help="Open the viewer meanwhile.")] = False,
-    web: Annotated[
-        bool, typer.Option("--web", help="Show it meanwhile in a browser on this machine.")
-    ] = False,
+    view: Annotated[bool, typer.Option("--view", help="Open the viewer while it runs.")] = False,
+    web: Annotated[bool, typer.Option("--web", help="Open the viewer in a browser on this machine.")] = False,
     stream: Annotated[
         str | None,
         typer.Option(
             metavar="ADDRESS",
-            help="Send every pose while it runs: - for JSON lines on standard output, udp://HOST:PORT for the same as "
-            "datagrams, osc://HOST:PORT for VMC receivers.",
+            help="Send every pose: - prints JSON lines on standard output, udp://HOST:PORT sends them as datagrams, "
+            "osc://HOST:PORT sends to VMC receivers.",
         ),
     ] = None,
     realtime: Annotated[
-        bool, typer.Option("--realtime", help="Play a video file at its own speed, as a camera.")
+        bool, typer.Option("--realtime", help="Play a video file at its own speed, like a camera.")
     ] = False,
     force: Force = False,
 ) -> None:
-    """Process a live camera or stream; on Ctrl-C run the full pipeline on the recording.
+    """Process a live camera or stream until Ctrl-C, then run the whole pipeline on the recording.
 
-    Each pose uses the frames up to its own, so there is no delay. Images that come too fast are dropped and counted;
-    those of a file wait, unless --realtime is given. Before the disk is full it ends, and keeps what it has.
+    Each pose uses its own frame and earlier ones, so there is no delay. Images that come too fast are dropped and
+    counted; images of a file wait, unless you give --realtime. The command ends before the disk is full, and keeps what
+    it has recorded.
     """
     with streaming(stream) as send, redirect_stdout(sys.stderr) if stream == "-" else nullcontext():
         _live(options, open_source(source, realtime), source, output, view or web, web, force, send)

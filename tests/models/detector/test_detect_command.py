@@ -124,7 +124,7 @@ def test_a_rate_against_the_videos_own_is_told(walk_film, toy, quick, tmp_path, 
     words = (walk_film.path, "--detector", toy, "--recipe", quick)
     code, said = call(*words, "--fps", 100, "-o", tmp_path / "a")
     assert code == 0
-    assert "--fps 100 is used although the video says" in said
+    assert "--fps 100 was used, but the video says" in said
     code, said = call(*words, "--fps", 3000, "-o", tmp_path / "b")
     assert code == 2
     assert "Expected a frame rate of 1 to 1000" in said
@@ -144,7 +144,7 @@ def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypa
     monkeypatch.setattr(detect_video, "images_ahead", pressing)
     code, said = call(*words, "-o", tmp_path / "part")
     assert code == 130
-    assert "Interrupted at frame 26 of 40; --resume goes on from there." in said
+    assert "Interrupted at frame 26 of 40; --resume continues from there." in said
     summary = json.loads((tmp_path / "part/summary.json").read_text())
     assert {"frame": 26, "frames": 40} in [said["values"] for said in summary["notices"]]
     with np.load(tmp_path / "part/poses.npz") as poses:

@@ -102,7 +102,7 @@ def test_instanthmr_is_never_downloaded(files, make, quick, pcnet3d, cache, tmp_
     assert "; there:" in _line("instanthmr")
     code, said = pcnet3d(*words, "-o", tmp_path / "out")
     assert code == 0, said
-    assert "lift by instanthmr.onnx@" in said
+    assert "lifted by instanthmr.onnx@" in said
 
     (cache / "instanthmr.onnx").write_bytes(Path(make("rtmw3d")).read_bytes())
     code, said = pcnet3d(*words, "-o", tmp_path / "other")

@@ -114,7 +114,7 @@ def warnings_of(**told):
 
 
 @pytest.mark.parametrize(
-    ("fps", "said"), [(100, "give --fps 100; speeds and cadences are 0.25 times"), (25.3, "")]
+    ("fps", "said"), [(100, "give --fps 100: speeds and cadences are 0.25 times"), (25.3, "")]
 )
 def test_times_of_a_file_that_contradict_the_video_are_not_passed_over(tmp_path, facing_camera, fps, said):
     """Slow motion: the poses know when they were captured, the video when it is shown."""
@@ -143,7 +143,7 @@ def test_a_rate_that_contradicts_the_file_is_told_beside_keypoints_too(tmp_path,
     own = timed_rows(tmp_path / "own.npz", np.tile(facing_camera, (ROWS, 1, 1)), 30)
     keypoints = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
     for beside in (None, keypoints):
-        assert "--fps 25 is used although the file says 30" in warnings_of(keypoints=beside, fps=25, **own)
+        assert "--fps 25 was used, but the file says 30" in warnings_of(keypoints=beside, fps=25, **own)
 
 
 def test_a_part_with_a_clock_of_its_own_is_not_taken_for_the_videos_beginning(facing_camera):

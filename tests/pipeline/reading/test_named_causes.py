@@ -53,7 +53,7 @@ def test_y_up(save, bodies):
     assert said.code == "upside-down"
     assert "frame=GL_CAMERA" in said.text
     assert "unit=m;" not in said.text  # this file has no scale, and one that is read with unit=m has metres
-    assert "-O unit=arbitrary where it has no scale" in said.text
+    assert "-O unit=arbitrary if it has no scale" in said.text
     assert said in open_take(RunOptions(poses=path, adapter="motionbert", fps=30)).said
     assert upside_down(read(path, "arrays", layout="H36M17", frame="GL_CAMERA", unit="m")) == []
 

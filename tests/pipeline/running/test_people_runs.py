@@ -281,10 +281,10 @@ def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, who
     poses = {"poses": tmp_path / "poses.npz", "adapter": "arrays", "options": told}
     own_files = RunOptions(**poses, keypoints=tmp_path / "k.json", fps=30)
     take = open_take(own_files.with_(image_size=(camera.width, camera.height)))
-    said = [event.text for event in take.notices if "lie otherwise in the image" in event.text]
+    said = [event.text for event in take.notices if event.code == "keypoints-of-somebody-else"]
     assert len(said) == warned
     assert not any(
-        "lie otherwise" in event.text for event in open_take(own_files).notices
+        event.code == "keypoints-of-somebody-else" for event in open_take(own_files).notices
     )  # of no known image
     assert all("'0' in the poses" in text and "'1' in the keypoints" in text for text in said)
 
@@ -368,12 +368,13 @@ def test_people_of_two_scenes_share_no_level(recipe, tmp_path, cut):
     lifting = lifting.with_options("rectify", rectifier="pcnet")
     runs = run_people(options, tmp_path / "out", lifting)
     ups = [run.take.rectified.R_source_from_level[:, 2] for run in runs]
-    told = [" ".join(event.text for event in run.take.notices) for run in runs]
-    warned = [words.count("changes to another scene 1 time, at frame 120") == 1 for words in told]
+    told = [[event for event in run.take.notices if event.about == "files"] for run in runs]
+    scenes = [[event.text for event in each if event.code == "scene-changes"] for each in told]
+    warned = [len(texts) == 1 and "1 time, at frame 120" in texts[0] for texts in scenes]
     level = json.loads((tmp_path / "out" / SUMMARY).read_text())["level"]
     assert (level is None, warned) == (cut, [cut, cut])
     assert (angle_deg(*ups) > 10) == cut
-    assert [("same scene of the video share LEVEL" in words) for words in told] == [cut, cut]
+    assert [any(event.code == "scenes-apart" for event in each) for each in told] == [cut, cut]
     if cut:
         assert all(angle_deg(up, camera.up) < 6 for up, camera in zip(ups, cameras, strict=True))
 

@@ -27,15 +27,15 @@ def video(fps: float, captured: float | None = None) -> Video:
     [
         (None, 30, None, None),
         (30, 29.97, None, None),
-        (60, 30, None, "--fps 60 is used although the video says 30 frames per second: .* 2 times"),
+        (60, 30, None, "--fps 60 was used, but the video says 30 frames per second.* 2 times"),
         (
             None,
             30,
             240,
-            "captured at 240 .* shown at 30, as slow motion, but 30 are used: give --fps 240, .* 8 times",
+            "captured at 240 .* plays at 30, as slow motion, but 30 was used.* --fps 240; .* 8 times",
         ),
         (240, 30, 240, None),
-        (60, 30, 240, "but 60 are used: give --fps 240"),
+        (60, 30, 240, "but 60 was used. Give --fps 240"),
         (None, 240, 240, None),
     ],
 )

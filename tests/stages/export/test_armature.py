@@ -81,9 +81,9 @@ def test_frames_without_a_pose_are_cut_at_the_ends_and_held_between(gappy, walk)
     held = found.R_parent_from_joint[15:22, elbow]
     np.testing.assert_array_equal(held[1:6], np.repeat(held[:1], 5, axis=0))
     assert geodesic_deg(held[5], held[6]) > 0.01
-    said = " ".join(event.text for event in found.notes("a.bvh"))
-    assert "left out, 4 frames at the beginning and 0 frames at the end" in said
-    assert "in 15 of 116 frames nothing is known of l_elbow" in said
+    said = {event.code: event for event in found.notes("a.bvh")}
+    assert [said["animation-cut"].values[end] for end in ("before", "after")] == [4, 0]
+    assert "in 15 of 116 frames nothing is known of l_elbow" in said["animation-held"].text
     assert all(event.weight == "note" for event in found.notes("a.bvh"))
 
 
@@ -144,9 +144,9 @@ def test_every_measured_row_is_kept_where_others_are_lost(walked, walk, tick_s):
 
 
 def test_when_the_take_begins_is_said(walked, walk):
-    assert not any("begins" in event.text for event in armature(walked()).notes("a.bvh"))
-    said = [event.text for event in armature(walked(time_s=walk.time_s + 7.25)).notes("a.bvh")]
-    assert "a.bvh: its time begins with 0 at 7.250 s of the take." in said
+    assert not any(event.code == "animation-begins" for event in armature(walked()).notes("a.bvh"))
+    said = armature(walked(time_s=walk.time_s + 7.25)).notes("a.bvh")
+    assert [event.values["begin_s"] for event in said if event.code == "animation-begins"] == [7.25]
 
 
 def test_what_cannot_be_animated_is_refused(walked):

@@ -344,7 +344,7 @@ def test_images_that_a_video_lacks_take_no_step(walk, lost_s):
     assert found["steps"] == expected["steps"] > 5
     for side in ("left", "right"):
         np.testing.assert_allclose(found[side]["landings_s"], expected[side]["landings_s"], atol=0.02)
-    (told,) = (event for event in video.notices if "lacks images" in event.text)
+    (told,) = (event for event in video.notices if event.code.startswith("images-lacking"))
     assert (told.weight, f"from 2.30 to {2.3 + lost_s + 1 / 30:.2f} s" in told.text) == ("repair", True)
     assert len(video.poses) + round(30 * lost_s) == len(rows.poses)
 
@@ -356,9 +356,10 @@ def test_images_that_a_video_lacks_for_long_end_a_walk_and_are_named(walk):
         "there is no image from 1.13 to 2.17 s, where a walk ends"
         in nested(video.measures)["walking"]["reason"]
     )
-    (told,) = (event for event in video.notices if "lacks images" in event.text)
+    (told,) = (event for event in video.notices if event.code.startswith("images-lacking"))
     assert (told.weight, told.about) == ("warning", "view")
-    assert "from 1.13 to 2.17 s; no filter goes across" in told.text
+    assert "from 1.13 to 2.17 s" in told.text
+    assert told.code == "images-lacking-long"
 
 
 def test_a_take_that_is_not_levelled_has_no_steps(take):

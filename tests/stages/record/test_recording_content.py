@@ -249,7 +249,7 @@ def test_events_stand_at_their_frames(taken):
     frame, nanoseconds, texts = recording.over_time("events", "TextLog:text")
     assert [text for (text,) in texts] == [
         "warning: no scale",
-        "seam: The estimator began a new clip here.",
+        "seam: The estimator started a new clip here.",
         "repair: wrists exchanged",
     ]
     assert frame.tolist() == take.poses.frame_index[[0, 1, 3]].tolist()

@@ -293,8 +293,8 @@ def test_a_subject_filmed_at_two_frame_rates_is_warned_of(pcnet3d, tmp_path):
     )
     result = pcnet3d("batch", tmp_path / "manifest.csv", "-o", tmp_path / "out")
     assert result.returncode == 0, result.stderr
-    assert "warning: The takes of 1 subject were lifted at 30 to 60 frames a second" in result.stderr
-    assert "lifted at 30 to 60 frames a second" in (tmp_path / "out/study.html").read_text(encoding="utf-8")
+    assert "warning: The takes of 1 subject were lifted at 30 to 60 frames per second" in result.stderr
+    assert "lifted at 30 to 60 frames per second" in (tmp_path / "out/study.html").read_text(encoding="utf-8")
 
 
 def test_a_folders_truncated_file_fails_with_its_reason(pcnet3d, tmp_path):

@@ -232,9 +232,11 @@ def test_a_subject_lifted_at_two_frame_rates_is_warned_of(rates, lifted, warned)
         for visit, fps in zip("12", rates, strict=True)
     ]
     rows.append({**rows[0], "subject": "b", "fps": 120.0})  # whom nobody compares with another
-    assert ("The takes of 1 subject were lifted at 30 to 60 frames a second" in rates_within(rows)) == warned
+    assert (
+        "The takes of 1 subject were lifted at 30 to 60 frames per second" in rates_within(rows)
+    ) == warned
     assert bool(rates_within(rows)) == warned
-    assert ("at 30 to 60 frames a second" in as_page("Study", rows, [])) == warned
+    assert ("at 30 to 60 frames per second" in as_page("Study", rows, [])) == warned
 
 
 @pytest.fixture

@@ -1,0 +1,50 @@
+"""Makefile, container file and workflows: each calls what there is, and none names a registry's host."""
+
+import re
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+CONTAINER = (ROOT / "Containerfile").read_text(encoding="utf-8")
+WORKFLOWS = [path.read_text(encoding="utf-8") for path in sorted((ROOT / ".github/workflows").glob("*.yml"))]
+
+
+def test_workflows_and_documents_call_targets_that_exist():
+    targets = set(re.findall(r"^(\w+):", MAKEFILE, re.MULTILINE))
+    pages = [
+        (ROOT / name).read_text(encoding="utf-8")
+        for name in ("README.md", "CONTRIBUTING.md", "docs/start.md")
+    ]
+    called = {
+        name
+        for text in (*WORKFLOWS, *pages)
+        for name in re.findall(r"(?:run: |^|`)make ([a-z]+)", text, re.MULTILINE)
+    }
+    assert called <= targets
+    assert {"demo", "test", "lint"} <= {
+        name for text in WORKFLOWS for name in re.findall(r"run: make ([a-z]+)", text)
+    }
+
+
+def test_tests_run_on_three_systems_with_the_oldest_and_the_newest_python():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    pythons = [line.rpartition(" ")[2] for line in project["classifiers"] if re.search(r":: 3\.\d+$", line)]
+    (text,) = WORKFLOWS
+    assert all(f"{system}-latest" in text for system in ("ubuntu", "windows", "macos"))
+    assert f'python: ["{pythons[0]}", "{pythons[-1]}"]' in text
+
+
+def test_no_path_of_one_system():
+    """Windows has Scripts where the others have bin."""
+    assert not re.findall(r"\.venv[\w-]*/bin/", MAKEFILE + "".join(WORKFLOWS))
+
+
+def test_the_container_runs_the_demo_without_a_network():
+    assert re.search(r"^RUN --network=none .*pcnet3d demo", CONTAINER, re.MULTILINE)
+    assert 'ENTRYPOINT ["pcnet3d"]' in CONTAINER
+
+
+def test_no_registry_is_named():
+    for text in (MAKEFILE, CONTAINER, *WORKFLOWS):
+        assert not re.search(r"https?://|\b[\w-]+\.(?:io|com|org)\b|--(?:extra-)?index-url", text)
