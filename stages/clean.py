@@ -53,7 +53,7 @@ class Clean:
         if take.keypoints is not None and poses.layout == H36M17:
             size = image_size(take)
             if doubt := size_doubted(take.keypoints, size):
-                notices, size = [*notices, doubt], None
+                notices.append(doubt)
             hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
             poses = without(poses, hidden)
             notices += not_seen(hidden, out, poses.times)

@@ -225,7 +225,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "image-size-doubtful": ("warning", "view",
         "{share_percent:.0f} % of the 2D keypoints lie far outside an image of {width} x {height} pixels, up to x = "
         "{right:.0f} and y = {down:.0f}. The given size (--set read.image_size) seems to be that of another image. "
-        "Then it is not known what the image cuts off, and the person's place is wrong."),
+        "Then what is said to be not in the image may be in it, and the person's place is wrong."),
     "not-seen": ("warning", "view",
         "The detector does not see the {part} {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("warning", "",

@@ -155,7 +155,7 @@ def test_in_level_it_is_turned_with_its_error(placed, through):
     np.testing.assert_allclose(rotate(R, level.root), placed.poses.root, atol=1e-9)
     np.testing.assert_allclose(R @ level.root_covariance @ R.T, placed.poses.root_covariance, atol=1e-12)
     columns = through.kinematics
-    np.testing.assert_array_equal(columns["root_x_sd"], level.root_sd[:, 0])
+    np.testing.assert_array_equal(columns["root_x_sd"], np.float32(level.root_sd[:, 0]))
     moving = Rectify(rectifier="geometric")(placed.telling(camera="moving")).rectified.level
     assert moving.root is None
 
@@ -185,7 +185,7 @@ def test_locked_feet_do_not_slide_and_the_path_stays_within_its_error(placed, wa
     free, locked = (Trajectories(foot_lock=lock)(rectified) for lock in (False, True))
     joints, time_s = free.filtered.joints, free.filtered.times
     np.testing.assert_array_equal(locked.filtered.joints, joints)
-    np.testing.assert_array_equal(locked.kinematics["root_x"], locked.filtered.root[:, 0])
+    np.testing.assert_array_equal(locked.kinematics["root_x"], np.float32(locked.filtered.root[:, 0]))
     moved = locked.filtered.root - free.filtered.root
     assert 0 < np.linalg.norm(moved, axis=1).max() < 2.5 * free.filtered.root_sd.max()
     slides = {}

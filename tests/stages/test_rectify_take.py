@@ -147,7 +147,7 @@ def test_a_cut_half_way_is_said_and_has_a_wide_error(cut, camera, rectifier):
     assert rectified.up_bound_deg[0] > true
     if rectifier == "pcnet":  # with geometry the squat's lean explains as much
         (said,) = warnings(take)
-        assert "before and after frame 120 are" in said
+        assert "at frame 120" in said
         assert "--camera moving" in said
 
 
@@ -176,7 +176,7 @@ def test_nothing_at_all_is_refused_in_words(joints):
         ("identical", {}, ""),
         ("half", {"missing": "gap"}, "120 frames with NaN"),
         ("mixed", {}, "jumps of a joint"),
-        ("cut", {}, "before and after frame 120"),
+        ("cut", {}, "at frame 120"),
     ],
 )
 def test_a_run_tells(tmp_path, joints, mixed, cut, name, options, words):
