@@ -246,7 +246,7 @@ class Take:
 
 
 def in_single(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The columns with floats of 32 bits, which are off by 6e-8 of a value at most; codes stay as they are."""
+    """The columns (T,) with floats of 32 bits, which are off by 6e-8 of a value at most; codes stay as they are."""
     return {
         name: values.astype(np.float32) if values.dtype == np.float64 else values
         for name, values in columns.items()

@@ -80,7 +80,7 @@ def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
     assert 0.5 < found.probability < 0.8
     assert found.one_sided
     assert len(found) <= 60  # the labeling with fewer frames
-    assert told(wrong, (found,)) == "legs exchanged from or up to (which cannot be told) frames 50"
+    assert told(wrong, (found,)) == "legs exchanged from or up to (which cannot be told) frame 50"
     for how in ("report", "repair", "mask"):
         _, keypoints, (event,), _ = treated(None, wrong, how)
         assert event.weight == "warning"
