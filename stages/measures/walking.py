@@ -369,8 +369,9 @@ def uncountable(
 
 
 def along_sight(rectified: Rectified, source: Frame, times: np.ndarray) -> list[tuple[float, float]]:
-    """From when to when, by times (T,) in seconds, the person faces along the camera's axis, or away from it, within _SIGHT_DEG in most frames of
-    _HIDES_S; stretches that are shorter hide no walk. None where the source is no camera."""
+    """From when to when, by times (T,) in seconds, the person faces along the camera's axis, or away from it, within
+    _SIGHT_DEG in most frames of _HIDES_S; stretches that are shorter hide no walk. None where the source is no
+    camera."""
     if source.family != "camera":
         return []
     ahead = -rectified.R_source_from_body[:, :, 0]  # BODY's x is back
