@@ -143,9 +143,9 @@ def known_motions(
     """The motion of these joints, and of the root where there is one, smoothed by what is known of their errors, each
     as one path by name.
 
-    The error is the poses' covariance. Without one it is estimated from the paths, which do not show slow errors: it
-    smooths them, but nothing states it, and nothing of the root. So does the stated error of a lifter that was not
-    measured.
+    The error is the poses' covariance. Without one it is estimated from the paths, which do not show slow errors. An
+    estimated error, or one stated by a lifter that was not measured, smooths the paths but is not stated; the root's is
+    always estimated.
     Where a joint is missing its motion has values in between, with the error of that, but not across frames in which
     nobody was seen.
     """

@@ -36,9 +36,7 @@ def sides_doubts(asked: ToLift, poses: PoseSequence, model: str | Path = "pcnet3
     size, layout = asked.image_size, keypoints.layout
     if len(keypoints) < _ROWS[0] or size is None:
         return []
-    order = [
-        layout.index(_OTHER[name[:2]] + name[2:] if name[:2] in _OTHER else name) for name in layout.joints
-    ]
+    order = layout.mirror
     exchanged = keypoints.with_(
         joints=keypoints.joints[:, order],
         confidence=None if keypoints.confidence is None else keypoints.confidence[:, order],
@@ -55,9 +53,6 @@ def sides_doubts(asked: ToLift, poses: PoseSequence, model: str | Path = "pcnet3
     return [
         notice("left-and-right", evidence="with left and right exchanged the keypoints make a better body")
     ]
-
-
-_OTHER = {"l_": "r_", "r_": "l_"}
 
 
 def _misfits(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> np.ndarray:
