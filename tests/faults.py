@@ -99,7 +99,9 @@ def main(words: list[str]) -> int:
     chosen = [fault for fault in FAULTS if not words or any(word in fault.file for word in words)]
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "pcnet3d"
-        listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True)
+        listed = subprocess.run(
+            ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True
+        )
         for name in filter(None, listed.stdout.split("\0")):
             if (ROOT / name).is_file():  # some were removed and not yet committed
                 (copy / name).parent.mkdir(parents=True, exist_ok=True)
