@@ -116,30 +116,6 @@ def test_other_units_and_frames_are_refused(save, turning, change):
         read(path, "ddhpose")
 
 
-@pytest.mark.parametrize(
-    "shape",
-    [(300, 16, 3), (300, 17, 2), (2, 81, 17, 3), (2, 300, 17, 2), (2, 1, 1, 81, 17, 3), (17, 3)],
-    ids=str,
-)
-def test_wrong_shape(save, shape):
-    path = save(np.ones(shape))
-    assert not ddhpose.sniff(path)
-    with pytest.raises(InputError, match=r"expected an array of shape .*\(clips, 243, 17, 3\)"):
-        read(path, "ddhpose")
-
-
-@pytest.mark.parametrize("value", [np.nan, 0.0], ids=["NaN", "zeros"])
-def test_failed_frames_are_refused_or_gaps(save, turning, value):
-    video = turning(600)
-    video[590:] = value
-    path = save(in_clips(video))
-    with pytest.raises(InputError, match="got 10 frames"):
-        read(path, frames=600)
-    gone = np.isnan(read(path, frames=600, missing="gap").joints)
-    assert gone[590:].all()
-    assert not gone[:590].any()
-
-
 def test_nan_in_one_proposal_spoils_the_mean(save, turning):
     stack = with_steps_and_proposals(turning(300), 2, 5)
     stack[-1, 3, 20, 5] = np.nan

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from commands import pcnet3d
 from golden.measures import rows_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
@@ -621,10 +620,3 @@ def test_an_older_run_without_an_angle_is_compared_in_the_others(runs, sides, tm
     compare(folders if first else folders[::-1], output=tmp_path / "out")
     assert said.text in (tmp_path / "out" / "compare.html").read_text()
     assert said.as_dict() in json.loads((tmp_path / "out" / "compare.json").read_text())["notices"]
-
-
-def test_the_command_line_ends_with_code_2(runs):
-    ended = pcnet3d("compare", "side", "--truth", "nothing.trc", cwd=runs)
-    assert ended.returncode == 2
-    assert "nothing.trc" in ended.stderr
-    assert "Traceback" not in ended.stderr
