@@ -71,17 +71,17 @@ def test_two_people_and_gaps(write, moving, form, adapter, layout):
         np.testing.assert_allclose(poses.joints[rows], points[..., :2], atol=1e-4)
 
 
+@pytest.mark.parametrize("scored", [False, True])
 @pytest.mark.parametrize(("form", "adapter", "layout"), FORMS)
-def test_missing_joint(write, moving, form, adapter, layout):
+def test_missing_joint(write, moving, form, adapter, layout, scored):
     """In the image's corner, where exports of YOLO leave a score."""
-    for scored in [False, True]:
-        frames, points = moving(len(layout))
-        points[3, layout.index("r_wrist"), : 2 if scored else 3] = 0
-        (poses,) = read_all(write(form, {"0": (frames, points)}), gives="keypoints")
-        missing = np.isnan(poses.joints).any(axis=-1)
-        assert missing[3, layout.index("r_wrist")]
-        assert missing.sum() == 1
-        assert np.isnan(poses.confidence[3, layout.index("r_wrist")])
+    frames, points = moving(len(layout))
+    points[3, layout.index("r_wrist"), : 2 if scored else 3] = 0
+    (poses,) = read_all(write(form, {"0": (frames, points)}), gives="keypoints")
+    missing = np.isnan(poses.joints).any(axis=-1)
+    assert missing[3, layout.index("r_wrist")]
+    assert missing.sum() == 1
+    assert np.isnan(poses.confidence[3, layout.index("r_wrist")])
 
 
 @pytest.mark.parametrize("name", ["clip.mp4", "clip.mkv", "clip.avi", "clip.ts"])
