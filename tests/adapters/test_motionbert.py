@@ -8,7 +8,6 @@ from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
 
 FRAMES = 600
-PELVIS = 0
 
 
 @pytest.fixture
