@@ -194,13 +194,6 @@ def test_an_exported_network_gives_its_weights_back(exported, tmp_path):
         weights_of(tmp_path / "cut.onnx", net)
 
 
-def test_a_network_of_joint_tokens_is_not_gone_on_with(tmp_path):
-    torch.save({"which.weight": torch.zeros(18, 16)}, tmp_path / "tokens.pt")
-    with pytest.raises(InputError, match="a token a joint") as refused:
-        module.started(LifterNet(NetConfig(16, (1, 3))), tmp_path / "tokens.pt")
-    assert "remove" not in str(refused.value)
-
-
 def windows_of(clips):
     """Features of exact keypoints, (6, 10, CHANNELS), and what they show."""
     silent = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)

@@ -162,17 +162,6 @@ def test_a_resume_with_another_config_loses_nothing(folder, train):
     assert {path.name: path.read_bytes() for path in (folder / "out").iterdir()} == before
 
 
-def test_a_checkpoint_from_before_a_new_option_goes_on(folder, train):
-    """An option that was not there has its default."""
-    assert train()[0] == 0
-    listing = folder / "out" / "checkpoint.json"
-    listed = json.loads(listing.read_text())
-    config = json.loads(listed["config"])
-    del config["targets"], config["mixture"]["poses"]["limbs_swung"]
-    listing.write_text(json.dumps({**listed, "config": json.dumps(config)}))
-    assert train() == (0, "")
-
-
 def test_a_rate_far_too_high_stops_the_training(folder, train):
     change(folder, "rate = 1e-3", "rate = 1e25")
     change(folder, "steps = 3", "steps = 60")
