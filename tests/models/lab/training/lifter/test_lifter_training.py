@@ -355,14 +355,10 @@ def test_nobody_upright_to_validate_on_is_refused(own, tmp_path, clips):
 def test_a_wrong_config_is_refused_by_its_key(tmp_path):
     for before, after, words in [
         ("seed", "sede", "sede|seed"),
-        ("steps = 6", "steps = 'many'", r"schedule\.steps"),
-        ("warmup", "warm", r"schedule\.warm"),
         ("width", "widht", r"net\.widht"),
-        ("[weights]", "[weights]\nmoton = 1", r"weights\.moton"),
-        ("pans", "pants", r"material\.pants"),
+        ("sampled", "smapled", r"material\.poses\.smapled"),
         ("pans = 0.2", "pans = 20", "material.*between 0 and 1 for pans"),
         ("sampled = 0.2", "sampled = -1", r"material\.poses.*between 0 and 1 for sampled"),
-        ("sampled", "smapled", r"material\.poses\.smapled"),
         *(
             ('"train"', f'"{others}"', "subjects.*train-b")
             for others in ("everybody", "val", "test", "hdm05", "tennis")
@@ -385,11 +381,9 @@ def test_a_wrong_config_is_refused_by_its_key(tmp_path):
         ),
         ("steps = 6", "steps = 6]", "TOML"),
     ]:
-        from pcnet3d.models.lab.train import train
-
         (tmp_path / "c.toml").write_text(tiny((before, after), text=LIFTER))
         with pytest.raises(InputError, match=words):
-            train(tmp_path / "c.toml", tmp_path / "out")
+            module.train_lifter(tmp_path / "c.toml", tmp_path / "out")
 
 
 def test_the_recipe_can_be_read():

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from golden.trainings import tiny
-from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
@@ -24,22 +25,6 @@ CONFIG = tiny(
 )
 
 
-def write_mocap(path, names, joints):
-    """Clips of one person each, who stands at the world's origin."""
-    count = len(joints)
-    np.savez(
-        path,
-        joints=np.concatenate([joints] * len(names)).astype(np.float32),
-        root=np.tile(np.float32([0, 0, 0.9]), (count * len(names), 1)),
-        clip_start=np.arange(len(names) + 1) * count,
-        clip_name=np.array([f"{name}_01" for name in names]),
-        subject=np.array(names),
-        source=np.array(["asfamc"] * len(names)),
-        fps=30,
-        joint_names=np.array(H36M17.joints),
-    )
-
-
 OTHERS = {"accad_mocap": {}, "tennis_mocap": {"test": ["tennis-a"]}}  # of the split, beside CMU
 
 
@@ -50,10 +35,13 @@ def folder(tmp_path, facing_camera, monkeypatch):
     joints = standing + np.random.default_rng(0).normal(0, 0.03, (40, 17, 3))
     data = tmp_path / "data"
     data.mkdir()
-    write_mocap(data / "cmu_mocap.npz", ["01", "07", "03"], joints - joints[:, :1])
-    write_mocap(data / "hdm05_subset.npz", ["bd"], joints - joints[:, :1])
-    write_mocap(data / "accad_mocap.npz", ["accad-f1"], joints - joints[:, :1])
-    write_mocap(data / "tennis_mocap.npz", ["tennis-a", "tennis-b"], joints - joints[:, :1])
+    joints += np.array([0, 0, 0.9]) - joints[:, :1]
+    for file, names in {
+        "cmu_mocap": ["01", "07", "03"], "hdm05_subset": ["bd"], "accad_mocap": ["accad-f1"],
+        "tennis_mocap": ["tennis-a", "tennis-b"],
+    }.items():  # fmt: skip
+        clips = [Clip(f"{name}_01", name, "asfamc", 30.0, joints.astype(np.float32)) for name in names]
+        write_mocap(data / f"{file}.npz", clips)
     cmu = {"train": ["01"], "val": ["07"], "test": ["03"]}
     (data / "splits.json").write_text(json.dumps({**OTHERS, "cmu_mocap": cmu}))
     (tmp_path / "tiny.toml").write_text(CONFIG)
@@ -210,6 +198,8 @@ def test_what_is_no_number_keeps_the_last_good_checkpoint(folder, train, monkeyp
         ("rate = 1e-3", "rate = nan", ("rate",)),
         ("seed = 1", "seed = -1", ("seed",)),
         ("wide = 0.5", "wide = 7", ("mixture", "between 0 and 1", "wide")),
+        ("roll_deg = 10.0", "roll_deg = inf", ("mixture", "at least 0", "roll_deg")),
+        ("turned = 0.2", "turnt = 0.2", ("mixture.poses.turnt",)),
         ("width = 16", "width = 0", ("net", "width")),
         ('net = "mlp"', "heads = 3", ("net", "3 heads", "16")),
         ('kind = "pcnet"', 'kind = "pcnett"', ("kind", "pcnett", "lifter, pcnet")),

@@ -170,26 +170,6 @@ def test_lifted_takes_of_a_test_subject_are_refused(config, tmp_path, standing):
         module.train_pcnet(config, tmp_path / "out")
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "words"),
-    [
-        ("seed", "sede", "sede|seed"),
-        ('net = "mlp"', 'net = "cnn"', r"net\.net"),
-        ("blocks", "bloks", r"net\.bloks"),
-        ("wide = 0.5", "wider = 0.5", r"mixture\.wider"),
-        ("roll_deg = 10.0", "roll_deg = inf", "mixture.*at least 0 for roll_deg"),
-        ("turned = 0.2", "turnt = 0.2", r"mixture\.poses\.turnt"),
-        ("[weights]", "[weights]\nregulr = 1", r"weights\.regulr"),
-        ("average", "avrage", r"schedule\.avrage|schedule\.average"),
-        ("steps = 6", "steps = 6]", "TOML"),
-    ],
-)
-def test_a_wrong_config_is_refused_by_its_key(config, before, after, words):
-    config.write_text(tiny((before, after)))
-    with pytest.raises(InputError, match=words):
-        module.read_config(config)
-
-
 @pytest.mark.parametrize("name", ["pcnet", "paper", "mmfi"])
 def test_the_recipes_can_be_read_and_written(name, tmp_path):
     from importlib.resources import files
