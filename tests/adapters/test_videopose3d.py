@@ -98,13 +98,6 @@ def test_display_coordinates_are_refused(export, relative):
         read(path, "videopose3d")
 
 
-def test_millimetres_are_refused(export):
-    path = export(lambda joints: 1000 * joints)
-    assert not videopose3d.sniff(path)
-    with pytest.raises(InputError, match="expected a body in metres"):
-        read(path, "videopose3d")
-
-
 def test_root_of_exact_zeros_in_an_npy_is_ambiguous(export):
     path = export(lambda joints: joints - joints[:, :1])
     with pytest.raises(InputError, match="motionbert, videopose3d"):

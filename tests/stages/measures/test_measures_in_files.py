@@ -140,16 +140,6 @@ def test_the_parquet_table_is_the_same(take, tmp_path):
         write_measures_parquet(take.with_(measures=None), tmp_path / "none.parquet")
 
 
-def test_pandas_opens_the_table_as_it_is(take, tmp_path):
-    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
-    write_measures(take, tmp_path / "measures.csv")
-    found = pandas.read_csv(tmp_path / "measures.csv")
-    assert tuple(found.columns) == Row._fields
-    assert found.value.dtype == found.error.dtype == float
-    cadence = found[found.measure == "walking.cadence_spm"].iloc[0]
-    assert cadence.value == nested(take.measures)["walking"]["cadence_spm"]
-
-
 def test_the_text_of_the_recording_says_figures_and_reasons(take):
     text = measures_markdown(take.measures, "m")
     for said in ("#### walking", "cadence spm: 11", "| knee flexion |", "both ranges are below 5 degrees"):
