@@ -294,7 +294,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The cut-off is {cutoff_hz:g} Hz instead of {asked_hz:.3g} Hz: a Savitzky-Golay filter allows no higher "
         "one at {fps:.4g} frames per second."),
     "pieces-too-short": ("warning", "motion",
-        "{values} joint positions lie between gaps, in pieces that are too short for the {cutoff_hz:g} Hz filter; "
+        "{values} joint positions were seen for too short a time between gaps to be smoothed at {cutoff_hz:g} Hz; "
         "their {missing} are missing."),
     "times-uneven": ("note", "motion",
         "The time stamps of {frames:~frame} are not evenly spaced; paths were resampled to even times for the "
