@@ -99,7 +99,7 @@ def test_an_acceleration_that_is_less_certain_than_large_is_left_to_words(walk_t
     columns = dict(walk_take.kinematics)
     columns["r_wrist_acceleration_reason"] = np.full_like(columns["r_wrist_acceleration_reason"], UNCERTAIN)
     said = report(walk_take.with_(kinematics=columns))
-    words = "The acceleration of the right wrist cannot be told here"
+    words = "larger than the values: the acceleration of the right wrist."
     assert words in said
     assert words not in report(walk_take)
     assert "Wrist acceleration (m/s²)" in said  # the left one's
