@@ -232,6 +232,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "(--stature METRES)."),
     "scaled": ("repair", "",
         "Lengths were scaled by {factor:.4g} to a stature of {stature_m} m."),
+    "scale-assumed": ("warning", "",
+        "Lengths are in metres of the person that the estimator assumes; an image does not show how tall somebody is. "
+        "Give the person's height (--stature METRES)."),
     "scaled-by-flights": ("warning", "",
         "The person's height was not given. Metres come from how fast the body falls in {flights:~flight}: the "
         "stature is then {stature_m:.2f} ± {within_m:g} m, and path, speed and lengths are all within {percent:g} "
