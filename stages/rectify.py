@@ -291,7 +291,9 @@ def _notices(levelled: Levelled, poses: PoseSequence, view: View | None) -> list
     """What the user is told about the take's up."""
     notices = [*levelled.up.notices]
     stands = view is not None and view.background is not None and not view.background.moves
-    if (row := levelled.drift_at) is not None and not stands:  # before such a camera it is the person who leans
+    if (
+        row := levelled.drift_at
+    ) is not None and not stands:  # before such a camera it is the person who leans
         values: dict[str, Any] = {
             "frame": int(poses.frame_index[row]),
             "drift_deg": float(levelled.drift_deg),

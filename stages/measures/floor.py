@@ -56,7 +56,10 @@ def floor(
     )  # the path of others may rise by itself
     slope_sd_deg = found.slope_sd_deg if known else float("nan")
     height = found.height - _ANKLE * implied_stature(filtered.joints)
-    rise: list[Row] = [with_error("slope", "deg", found.slope_deg, slope_sd_deg), Remark("stairs", found.stairs)]
+    rise: list[Row] = [
+        with_error("slope", "deg", found.slope_deg, slope_sd_deg),
+        Remark("stairs", found.stairs),
+    ]
     if text(walked, "belt"):
         rise = [Remark("slope_reason", "the feet are carried by a belt")]
     elif not value(walked, "steps"):  # the places of one who stands lie beside one another too

@@ -74,7 +74,9 @@ def sides_compared(measures: Group) -> list[str]:
         if sure
     ]
     if apart:
-        return [f"Right and left differ in {', '.join(apart)} (right less left; {len(stated)} figures compared)."]
+        return [
+            f"Right and left differ in {', '.join(apart)} (right less left; {len(stated)} figures compared)."
+        ]
     beyond = sum(abs(value) > bar for value, _, bar in stated.values())
     steps = " or steps" if any(words in stated for words in _STEPS.values()) else ""
     chance = f": {beyond} of {len(stated)} exceed their ±, which may be chance" if beyond else ""

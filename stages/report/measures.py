@@ -237,7 +237,11 @@ def _repetitions(own: Mapping[str, Any], length: str) -> Markup:
 
 def _told(leaf: Any, length: str, running: bool) -> Told:
     """A figure that stands alone: its name, and it with its error and unit, in grey where it lies within that."""
-    words, unit, about = worded(_name(leaf)), unit_of(leaf, length), explained(_name(leaf), running, length == "m")
+    words, unit, about = (
+        worded(_name(leaf)),
+        unit_of(leaf, length),
+        explained(_name(leaf), running, length == "m"),
+    )
     if len(_values(leaf) or ()) > _MANY:
         return Told(words, _both(leaf), about)
     both = f"{_both(leaf)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()

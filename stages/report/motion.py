@@ -43,6 +43,10 @@ def motion_charts(take: Take) -> Markup:
             "Relative to the pelvis, from the smoothed paths. Orange: right. Blue, dashed: left. The band holds the "
             "true value in nine of ten frames, if the stated standard deviation is right."
         )
-        + (small(f"Not shown, because the error is larger than the values: {words}.") if words else Markup(""))
+        + (
+            small(f"Not shown, because the error is larger than the values: {words}.")
+            if words
+            else Markup("")
+        )
         + charts(figures)
     )

@@ -127,6 +127,8 @@ def _sides(take: Take) -> Check:
     if texts or wrong:
         words = texts or ["They are doubtful in the whole take; see the poses."]
         return "Left and right", "care" if warned else "good", words
+    if len(take.need("poses")) < 2:
+        return "Left and right", "care", ["A single frame does not show whether limbs are exchanged."]
     limbs = subgroup(grouped(take.measures or ()), "off_keypoints")
     off = []
     for name, words in _LIMBS.items():

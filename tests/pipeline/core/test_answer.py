@@ -133,7 +133,12 @@ def test_both_arms_are_raised_only_if_together():
     touching = {**later, "start_s": [1.0], "peak_at_s": [1.5], "stop_s": [1.9]}
     assert "both" not in answer(take(arm_raises={"right": touching, "left": one}))[0]
     swung = {**one, "start_s": [0.2], "peak_at_s": [0.8], "stop_s": [1.8]}
-    other = {**one, "start_s": [0.2], "peak_at_s": [0.4], "stop_s": [1.2]}  # arms of a leap: one in front, one behind
+    other = {
+        **one,
+        "start_s": [0.2],
+        "peak_at_s": [0.4],
+        "stop_s": [1.2],
+    }  # arms of a leap: one in front, one behind
     assert "both" not in answer(take(arm_raises={"right": swung, "left": other}))[0]
     beside = {**later, "start_s": [0.4], "peak_at_s": [0.9], "stop_s": [1.9]}
     assert answer(take(arm_raises={"right": beside, "left": one}))[0].startswith("Raised both arms once")

@@ -139,7 +139,9 @@ def test_a_repair_that_makes_joints_leap_is_undone_and_others_are_not():
     arms, legs = Swap("arms exchanged", 30, 39, 9.0), Swap("legs exchanged", 64, 67, 9.0)
     kept, (said,) = settled(wrong, (arms, legs))
     assert kept == (arms,)
-    assert said.startswith("legs exchanged in frames 64-67 at 2.13 s, but after a repair joints would leap farther")
+    assert said.startswith(
+        "legs exchanged in frames 64-67 at 2.13 s, but after a repair joints would leap farther"
+    )
     assert worsened(wrong, right) == ()
     assert worsened(right, right) == ()
     assert "joints would leap farther" in worsened(right, wrong)

@@ -90,6 +90,9 @@ def test_one_frame_shows_no_movement(walk_take):
     judged = take.with_(findings=findings_of(take.poses))
     assert "too-few-frames" in {each.code for each in judged.findings}
     assert level(judged) != "good"
+    alone = take.with_(poses=take.poses.rows(0, 1))
+    assert "No limbs look exchanged" in trust(take, facts_of(take))
+    assert "No limbs look exchanged" not in trust(alone, facts_of(alone))
     assert "The poses are good" not in trust(judged, facts_of(judged))
 
 
