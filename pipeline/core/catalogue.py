@@ -174,7 +174,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{wrong:~pose was/poses were} masked as asked, because left and right are exchanged in the keypoints there."),
     # Lifting
     "keypoints-left-out": ("repair", "",
-        "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because all keypoints are somewhere else there."),
+        "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because all keypoints are somewhere else "
+        "there."),
     "joints-on-a-line": ("repair", "",
         "{joints} missing keypoints were filled in by a straight line between the frames around them."),
     "lifted": ("note", "",

@@ -28,8 +28,8 @@ def floor(
     """The group `floor`: height over where the path is counted from (the camera), slope along the walk, both with their
     errors, and `stairs`; or the reason why there are none. Of a path that no run has estimated the height has no
     error, nor the slope where an estimator made it. On the belt of a treadmill, and without a walk, feet stand in the
-    same places again and again, which tells its height only. walking: the rows of the group `walking`. judged: whether the built-in lifter
-    made the poses; what a run has estimated by others' has no errors."""
+    same places again and again, which tells its height only. walking: the rows of the group `walking`. judged: whether
+    the built-in lifter made the poses; what a run has estimated by others' has no errors."""
     if filtered.root is None:
         return [Remark("reason", no_place(rectified))]
     walked = grouped(walking)

@@ -9,7 +9,7 @@ from ...models.common.metrics import SD_90
 from ...pipeline.core.take import Take
 from ..drawing.charts import over_time, sides
 from ..drawing.facts import length_unit
-from ..drawing.page import bullets, charts, figure, small
+from ..drawing.page import charts, figure, small
 from ..drawing.words import spoken
 from ..trajectories import cannot_be_told
 
