@@ -291,6 +291,18 @@ def test_a_speed_without_metres_stands_beside_none_in_metres():
     assert "100 to 120" in explained("cadence", metric=False)
 
 
+def test_a_jump_has_no_height_in_units_beside_the_one_in_centimetres():
+    jumps = {"count": 1, "start_s": [1.5], "height_by_flight_time_cm": [12.0], "jump_height": [0.11]}
+    shown = {length: measure_tables(grouped(rows_of(jumps)), length) for length in ("m", "units")}
+    assert "jump height (m)" in shown["m"]
+    assert "jump height" not in shown["units"]
+
+
+def test_what_was_held_was_not_made_never():
+    held = {"count": 0, "holds": {"count": 2, "longest_s": 4.3}}
+    assert not re.search(r"count\D*0", measure_tables(grouped(rows_of(held)), level=3))
+
+
 def test_no_heading_stands_above_nothing(walk_take):
     """Every page had the heading "Sitting" with nothing below it."""
     said = happened(Measures()(walk_take).measures, "m")
