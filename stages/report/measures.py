@@ -155,7 +155,9 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
         name: leaf
         for name, leaf in measures.items()
         if not isinstance(leaf, dict | Curves)
-        and not (name == "count" and "holds" in measures and not value(measures, name))  # the holds are counted
+        and not (
+            name == "count" and "holds" in measures and not value(measures, name)
+        )  # the holds are counted
         and not (name == "jump_height" and length != "m")  # beside the one in cm
     }
     groups = {name: leaf for name, leaf in measures.items() if isinstance(leaf, dict | Curves)}
