@@ -22,7 +22,8 @@ _MOST_SD = 0.07  # share of a scale by flights
 class Scale:
     """The stage. Metres by the stature that the user gives (`take.told`). Without one, metres by how fast the body
     falls in flights, if the take is rectified, the camera is known to stand still and the scale is sure to 7 %.
-    Otherwise the source's unit stays, and a notice says if it has no scale."""
+    Otherwise the source's unit stays. A notice says if it has no scale, or if the scale is a network's, which cannot
+    see a person's height."""
 
     name: ClassVar[str] = "scale"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
@@ -39,8 +40,10 @@ class Scale:
         if stature_m is not None:
             scaled, factor = _scaled(take, stature_m)
             return scaled.saying(notice("scaled", factor=factor, stature_m=stature_m))
-        if take.need("poses").frame.metric:
-            return take
+        poses = take.need("poses")
+        if poses.frame.metric:
+            assumed = poses.made_by.kind == "estimated" and poses.frame.family == "camera"
+            return take.saying(notice("scale-assumed")) if assumed else take
         flown = Airborne() if take.rectified is None else airborne(take)
         if take.rectified is None or not (flown.judged and flown.still):
             return take.saying(notice("no-scale"))
