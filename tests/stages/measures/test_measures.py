@@ -370,3 +370,11 @@ def test_an_angle_that_many_frames_lack_near_its_axis_has_no_range_and_no_differ
     assert ("p05_deg" in found["range_of_motion"][name]) == told
     assert ("symmetry_index_percent" in found["symmetry"][both]) == told
     assert ("reason" in found["range_of_motion"][name]) != told
+
+
+def test_in_a_take_of_less_than_a_stride_the_sides_are_not_compared(take):
+    """A runner in view for 0.7 s had five differences of right and left."""
+    found = nested(measured(take.poses.rows(0, 40)).measures)
+    assert set(found["symmetry"]) == {"reason"}
+    assert "count" not in found["arm_raises"]["right"]  # nor is a count of 0 told of what takes longer
+    assert "symmetry_index_percent" in nested(take.measures)["symmetry"]["knee_flexion"]

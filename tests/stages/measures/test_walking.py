@@ -11,11 +11,12 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.errors import shipped_errors
 from pcnet3d.models.gait.events import Stance, walks
-from pcnet3d.models.gait.of_take import least_step
+from pcnet3d.models.gait.of_take import body_joints, gait_of, least_step
 from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.core.frames import CAMERA, PC_CAMERA, change_frame
-from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.measures import Measure, nested
 from pcnet3d.stages.clean import Clean
+from pcnet3d.stages.measures.floor import floor
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.measures.walking import along_sight
 from refusals import refused
@@ -240,6 +241,21 @@ def test_a_belt_has_a_height_and_no_slope(incline, belt_speed):
     assert floor["slope_reason"] == "the feet are carried by a belt"
     assert {"slope_deg", "slope_error_deg", "stairs"}.isdisjoint(floor)
     assert floor["floor_height"] == pytest.approx(0, abs=0.03)
+
+
+def test_a_floor_without_a_walk_has_no_slope():
+    """A man who stood on one leg had "the slope of the floor along the walk", 17 degrees of a level floor."""
+    straight = walker(seconds=12, turn_deg=0)
+    rows = straight.during("walk")
+    poses = PoseSequence(
+        straight.world[rows], H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows)
+    )
+    take = measured(poses, STAGES[:3])
+    gait = gait_of(body_joints(take.filtered, take.rectified), take.filtered, take.rectified, take.kinematics)
+    found = nested(floor([Measure("steps", 0)], gait, take.filtered, take.rectified, judged=False))
+    assert found["slope_reason"] == "there is no walk"
+    assert {"slope_deg", "stairs"}.isdisjoint(found)
+    assert found["floor_height"] == pytest.approx(0, abs=0.03)
 
 
 def test_a_ramp_of_motion_capture_has_its_slope_and_no_stairs():
