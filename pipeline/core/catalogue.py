@@ -43,27 +43,25 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The file has no track numbers and no boxes, so people were told apart by their poses. Check that each is "
         "one person throughout."),
     "keypoints-of-somebody-else": ("suspicious", "files",
-        "Person '{person}' of the poses and '{track}' of the keypoints look different: by {apart:.2f} of their "
-        "spread, where one person has {most:g} at most. Give the keypoints of this person and of these frames; "
-        "else the path is wrong."),
+        "Person '{person}' of the poses differs from '{track}' of the keypoints by {apart:.2f} of their spread; "
+        "one person has {most:g} at most. Give the keypoints of this person and of these frames; else the path is "
+        "wrong."),
     "keypoints-not-of-poses": ("suspicious", "files",
-        "The poses are off the keypoints by {off_percent:.1f} % of the stature{how}: the keypoints belong to "
-        "another recording or to other frames, or the poses were changed."),
+        "The poses are off the keypoints by {off_percent:.1f} % of the stature{how}. Give files of one recording, "
+        "with the same frames."),
     "leap-between-people": ("warning", "files",
         "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from there on."),
     "leap-after-gap": ("warning", "files",
-        "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} in which nobody was "
-        "seen: it may be another person from there on."),
+        "The person leaps by {sizes:.1f} body sizes at frame {frame}, unseen for {unseen:~frame} before: it may be"
+        " another person from there on."),
     "no-joint-centres": ("warning", "files",
         "Left out, because the points are not joint centres: {people}."),
     "no-track-number": ("warning", "files",
         "{unnamed:~detection} of {detections} {unnamed:?has/have} no track number and {unnamed:?was/were} left "
-        "out. --set keypoints.track=true ignores the numbers and joins each person to the nearest one in the "
-        "frames before."),
+        "out. --set keypoints.track=true joins each person to the nearest one before."),
     "rebased-to-floor": ("warning", "files",
         "In {rebased} of {frames:~frame} the lowest joint was put at height 0, and it was another joint "
-        "{changes:~time}, so the file does not hold how the whole body moves up and down. Run MMPose with "
-        "--disable-rebase-keypoint."),
+        "{changes:~time}, so the body's rise and fall is lost. Run MMPose with --disable-rebase-keypoint."),
     "display-undone": ("warning", "files",
         "A rotation for display was undone, as asked, taken to be that of Human3.6M's camera 54138969; with "
         "another one the body is tilted."),
@@ -77,37 +75,33 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{used_fps:.4g} was used: durations are {times:.3g} times too long. Give --fps {captured_fps:g}."),
     "fps-contradicts": ("warning", "clock",
         "--fps {used_fps:g} was used, but the {source} says {shown_fps:g} frames per second. If that is right, "
-        "leave --fps out: speeds and cadences are {times:.3g} times what they should be."),
+        "leave --fps out: speeds are {times:.3g} times what they should be."),
     "clocks-contradict": ("warning", "clock",
         "The video's {shown_fps:.4g} frames per second were used, but the file's own times say {stated_fps:.4g}. "
-        "If the file is right, give --fps {stated_fps:.4g}: speeds and cadences are {times:.3g} times what they "
-        "should be."),
+        "If the file is right, give --fps {stated_fps:.4g}: speeds are {times:.3g} times what they should be."),
     "falls-slowly": ("warning", "clock",
         "In {flights:~flight} the body falls at {share:.2g} of gravity, as in slow motion by {times:.2g} times. If"
-        " the camera captured about {fps:g} frames per second, give --fps {fps:g}. Speeds, durations and cadences "
-        "depend on it."),
+        " the camera captured about {fps:g} frames per second, give --fps {fps:g}."),
     "falls-fast": ("warning", "clock",
         "In {flights:~flight} the body falls at {share:.2g} of gravity, as in a time lapse by {times:.2g} times. "
-        "If the camera captured about {fps:g} frames per second, give --fps {fps:g}. Speeds, durations and "
-        "cadences depend on it."),
+        "If the camera captured about {fps:g} frames per second, give --fps {fps:g}."),
     "moves-slowly": ("warning", "clock",
         "At {fps:.4g} frames per second {found}, slower than people usually move. For slow motion give the "
-        "camera's rate (--fps). Speeds, durations and cadences depend on it."),
+        "camera's rate (--fps)."),
     "moves-fast": ("warning", "clock",
         "At {fps:.4g} frames per second {found}, faster than people can move. If the rate is wrong, give the "
-        "camera's (--fps). Speeds, durations and cadences depend on it."),
+        "camera's (--fps)."),
     "gait-against-rate": ("suspicious", "clock",
-        "At {fps:.4g} frames per second the legs {gait}, and pass each other every {step_s:.2f} s, {times:.1f} "
-        "times too {way} for steps of that length. Give the camera's rate (--fps), about {fits:.2g} by the gait. "
-        "Speeds, durations and cadences depend on it."),
+        "At {fps:.4g} frames per second the legs {gait}, and pass each other every {step_s:.2f} s: {times:.1f} "
+        "times too {way}. Give the camera's rate (--fps), about {fits:.2g} by the gait."),
     "movement-against-rate": ("suspicious", "clock",
         "At {fps:.4g} frames per second the body moves about {times:.1f} times too {way} for people. Give the "
-        "camera's rate (--fps), about {fits:.2g} by the movement. Speeds, durations and cadences depend on it."),
+        "camera's rate (--fps), about {fits:.2g} by the movement."),
     "played-backwards": ("suspicious", "clock",
         "The body moves as in a clip that is played backwards. Sort the frames, unless the person moves backwards."),
     "rows-lost": ("suspicious", "clock",
-        "At {count:~row} the whole body moves by more than one frame's movement, {how}. Frames may be missing: "
-        "write the file with frame numbers or times, or give --fps."),
+        "At {count:~row} the whole body moves by more than one frame's movement, {how}. Write the file with frame "
+        "numbers or times, or give --fps."),
     # Keypoints and video
     "video-not-compared": ("note", "files",
         "It cannot be told whether the keypoints belong to this video: {reason}."),
@@ -129,8 +123,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Interrupted at frame {frame} of {frames}; --resume continues from there."),
     # The camera
     "camera-moves": ("note", "camera",
-        "The camera {how}: the background moves by {percent_a_second:.0f} % of the image per second, so every "
-        "frame has its own up. If it stands still, give --camera static."),
+        "The camera {how}: the background moves by {percent_a_second:.0f} % of the image per second. If it stands "
+        "still, give --camera static."),
     "camera-moves-against-told": ("warning", "camera",
         "You gave --camera static, but the camera {how}: the background moves by {percent_a_second:.0f} % of the "
         "image per second. If it moves, give --camera moving."),
@@ -220,8 +214,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The {part} {parts:?is/are} not in the image {when}; results that need {parts:?it/them} are missing there."),
     "image-size-doubtful": ("warning", "view",
         "{share_percent:.0f} % of the 2D keypoints lie far outside an image of {width} x {height} pixels, up to x "
-        "= {right:.0f} and y = {down:.0f}. Give the size of the image that they are from (--set read.image_size); "
-        "else the person's place is wrong."),
+        "= {right:.0f} and y = {down:.0f}. Give the size of their own image (--set read.image_size); else the "
+        "place is wrong."),
     "not-seen": ("warning", "view",
         "The detector does not see the {part} {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("warning", "",
@@ -235,8 +229,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "It is not known where the person is: {reason}."),
     "placed": ("note", "place",
         "The path of the pelvis comes from the keypoints, in {placed} of {frames} frames{bridges}. Each frame is "
-        "within {within:g} {unit}, mostly in depth, and the whole path within {size_percent:g} % because of the "
-        "body's size; {depth}{guess}{unjudged}."),
+        "within {within:g} {unit}, mostly in depth, the whole path within {size_percent:g} %; "
+        "{depth}{guess}{unjudged}."),
     "size-levelled": ("repair", "place",
         "The lifted body grew with its size in the image, by {grown_percent:.0f} % in all; it was brought to one "
         "size."),
@@ -247,13 +241,13 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The take could not be levelled: {reason}."),
     "nobody-upright": ("suspicious", "up",
         "The trunk is tilted by more than {off_deg:.0f} degrees in {share_percent:.0f} % of the frames: the person"
-        " lies or bends down, or the image is turned. Then turn the video, or set read.pitch and read.roll."),
+        " lies or bends down, or the image is turned. If so, turn the video."),
     "up-drifts": ("warning", "up",
-        "By the body, up changes by {drift_deg:.0f} degrees at frame {frame}: there is a cut, the camera moves "
-        "(--camera moving), or the person lies or bends down for long."),
+        "By the body, up changes by {drift_deg:.0f} degrees at frame {frame}: a cut, a moving camera (--camera "
+        "moving), or a person who lies or bends down for long."),
     "up-of-one-apart": ("warning", "up",
-        "Up from this person is {apart_deg:.0f} degrees from the up of the whole recording: the person leans, "
-        "bends down or lies for long, or the lifter tilted the poses."),
+        "Up from this person is {apart_deg:.0f} degrees from the up of the recording: the person leans or lies for"
+        " long, or the lifter tilted the poses."),
     "image-against-bodies": ("warning", "up",
         "The image's {seen_in} and the skeletons disagree about up by {apart_deg:.0f} degrees: {answers}. The "
         "{believed} believed."),
@@ -262,8 +256,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "yours is believed."),
     # Motion and angles
     "relative-to-camera": ("note", "motion",
-        "The camera moves, so x and y are relative to it. Heights (z, vz, az) and distances are right, but turns "
-        "of the camera enter all other speeds and accelerations."),
+        "The camera moves, so x and y are relative to it. Heights (z, vz, az) and distances are right; other "
+        "speeds and accelerations contain the camera's turns."),
     "smoothed-by-stated-error": ("note", "motion",
         "Paths are smoothed according to the joint errors that the lifter states{unjudged}."),
     "smoothed-by-estimated-error": ("note", "motion",
@@ -276,7 +270,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The errors of the gait figures are not known: these poses{by} were not compared with a truth."),
     "gait-unlike-any-seen": ("warning", "motion",
         "The errors of gait were fitted on people whose {gait} had no such values: {figures}. The stated errors "
-        "grow with the distance, but were not compared with a truth there."),
+        "were not compared with a truth there."),
     "single-frame": ("warning", "motion",
         "A single frame has no path, so velocities and accelerations are missing."),
     "not-filtered": ("warning", "motion",
@@ -357,8 +351,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "swaps-unsure": ("note", "poses",
         "Some rows look wrong: {doubt}."),
     "rebase": ("suspicious", "poses",
-        "In every frame the outermost joint lies at {axis} = 0 exactly: each frame was moved to the floor, so the "
-        "pelvis's movement along that axis is lost."),
+        "In every frame the outermost joint lies at {axis} = 0 exactly: the pelvis's movement along that axis was "
+        "lost."),
     "flat": ("unusable", "poses",
         "All joints lie in one plane (thickness {thickness_percent:.1f} % of the trunk): the poses have no depth."),
     "axis-invented": ("unusable", "poses",
@@ -371,10 +365,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "One {limb} is a copy of the other, so left and right cannot be told apart."),
     "repeats-itself": ("suspicious", "poses",
         "{count} of {rows_read:~row} come again exactly: the clip plays more than once, so counts and cadences are"
-        " those of the loop."),
+        " wrong."),
     "only-noise": ("suspicious", "poses",
-        "Hands and feet jump to and fro from row to row and move no further: this is noise, a single pose, or rows"
-        " in the wrong order."),
+        "Hands and feet jump to and fro and move no further: this is noise, a single pose, or rows in the wrong "
+        "order."),
     "image-stretched": ("suspicious", "files",
         "The body looks about {times:.2g} times too {way}, as in a stretched image. Give the video, or the "
         "keypoints and the image size, as recorded."),
@@ -382,11 +376,11 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The body grows in the image by about {percent:.1f} % in 1/30 s without coming nearer: the camera seems to"
         " zoom. Then place and speed are wrong."),
     "keypoints-smooth": ("warning", "files",
-        "Almost no movement of the hands' and feet's keypoints is faster than {hertz:g} Hz ({share_percent:.1f} "
-        "%): they were smoothed or computed. Give the detector's own; else fast movements are lost or too small."),
+        "Hands' and feet's keypoints hardly move faster than {hertz:g} Hz ({share_percent:.1f} %): they were "
+        "smoothed or computed. Give the detector's own."),
     "no-quick-movement": ("suspicious", "poses",
-        "Hands and feet move no faster than {hertz:g} Hz (only {share_percent:.1f} % of their movement does): the "
-        "poses were smoothed, and fast movements are lost or too small."),
+        "Hands and feet hardly move faster than {hertz:g} Hz (only {share_percent:.1f} % of their movement does): "
+        "the poses were smoothed."),
     "bones": ("suspicious", "poses",
         "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), most from {worst} "
         "({worst_percent:.0f} %)."),
@@ -401,13 +395,12 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "stature": ("suspicious", "poses",
         "The limbs imply a stature of {stature_m:.3g} m. Check that the unit of the file is really metres."),
     "upside-down": ("suspicious", "poses",
-        "The head is below the feet in {share_percent:.0f} % of the frames: the file's vertical axis seems to be "
-        "upside down, or the person stands on the hands. If its y points up, read it with --adapter arrays -O "
-        "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary"
-        " if it has no scale)."),
+        "The head is below the feet in {share_percent:.0f} % of the frames. Unless the person stands on the hands,"
+        " the file's vertical axis is upside down: read it with --adapter arrays -O frame=GL_CAMERA (or Y_UP) and "
+        "its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary if it has no scale)."),
     "picture-upside-down": ("suspicious", "poses",
-        "The head is below the feet in {share_percent:.0f} % of the frames: the image is upside down and must be "
-        "turned before the run, or the person stands on the hands."),
+        "The head is below the feet in {share_percent:.0f} % of the frames: turn the image before the run, unless "
+        "the person stands on the hands."),
     "leaps": ("suspicious", "poses",
         "The whole pose leaps from one frame to the next at {count:~row}, first at row {first}."),
     "seams": ("note", "poses",

@@ -10,8 +10,7 @@ if TYPE_CHECKING:
 _APART = "They are taken for different motions, so only their ranges and cycles are compared."
 _ONE = "Check that they show one motion, and that the shift is right."
 _FITS = (
-    "Another shift of {run} fits about as well (r {runner_up:.2f} against {r:.2f}), as it does where a motion "
-    "repeats itself, also in two takes of walking."
+    "Another shift of {run} fits about as well (r {runner_up:.2f} against {r:.2f}), as in a repeated motion."
 )
 _NARROW = "narrow the search with --offset and --search"
 
