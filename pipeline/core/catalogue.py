@@ -47,8 +47,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "one person has {most:g} at most. Give the keypoints of this person and of these frames; else the path is "
         "wrong."),
     "keypoints-not-of-poses": ("suspicious", "files",
-        "The poses are off the keypoints by {off_percent:.1f} % of the stature{how}. Give files of one recording, "
-        "with the same frames."),
+        "The poses are off the keypoints by {off_percent:.1f} % of the stature{how}. They belong to different "
+        "recordings or frames, or the poses were changed."),
     "leap-between-people": ("warning", "files",
         "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from there on."),
     "leap-after-gap": ("warning", "files",
@@ -158,8 +158,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "swaps-masked": ("repair", "left and right",
         "The {what} were masked as asked: {swaps} ({wrong} of {of:~row})."),
     "swapped-keypoints": ("warning", "left and right",
-        "{wrong} of the keypoints are exchanged. If the poses were lifted from them, leave --poses out and give "
-        "--set read.swaps=repair: they are lifted again."),
+        "If the poses were lifted from these keypoints, {wrong} of them are wrong. Leave --poses out and give "
+        "--set read.swaps=repair: then the keypoints are lifted again."),
     "masked-with-keypoints": ("repair", "left and right",
         "{wrong:~pose was/poses were} masked as asked, because left and right are exchanged in the keypoints "
         "there."),
@@ -224,7 +224,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Lengths were scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scaled-by-flights": ("warning", "",
         "Metres come from how fast the body falls in {flights:~flight}: the stature is {stature_m:.2f} ± "
-        "{within_m:g} m, and all lengths are within {percent:g} %. --stature METRES makes them more certain."),
+        "{within_m:g} m, and lengths and speeds are within {percent:g} %. --stature METRES makes them more "
+        "certain."),
     "not-placed": ("note", "place",
         "It is not known where the person is: {reason}."),
     "placed": ("note", "place",
@@ -262,7 +263,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Paths are smoothed according to the joint errors that the lifter states{unjudged}."),
     "smoothed-by-estimated-error": ("note", "motion",
         "Paths are smoothed according to a joint error that is estimated from them. It does not show slow errors, "
-        "so nothing has a standard deviation."),
+        "so paths, velocities and accelerations have no standard deviation."),
     "foot-not-locked": ("note", "motion",
         "Feet were not held in place on the floor: this needs a camera that stands still and a pelvis path from "
         "keypoints."),
@@ -373,8 +374,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The body looks about {times:.2g} times too {way}, as in a stretched image. Give the video, or the "
         "keypoints and the image size, as recorded."),
     "camera-zooms": ("suspicious", "camera",
-        "The body grows in the image by about {percent:.1f} % in 1/30 s without coming nearer: the camera seems to"
-        " zoom. Then place and speed are wrong."),
+        "The body grows in the image by about {percent:.1f} % in 1/30 s, and its steps do not explain that: the "
+        "camera seems to zoom. Then place and speed are wrong."),
     "keypoints-smooth": ("warning", "files",
         "Hands' and feet's keypoints hardly move faster than {hertz:g} Hz ({share_percent:.1f} %): they were "
         "smoothed or computed. Give the detector's own."),
@@ -395,9 +396,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "stature": ("suspicious", "poses",
         "The limbs imply a stature of {stature_m:.3g} m. Check that the unit of the file is really metres."),
     "upside-down": ("suspicious", "poses",
-        "The head is below the feet in {share_percent:.0f} % of the frames. Unless the person stands on the hands,"
-        " the file's vertical axis is upside down: read it with --adapter arrays -O frame=GL_CAMERA (or Y_UP) and "
-        "its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary if it has no scale)."),
+        "The head is below the feet in {share_percent:.0f} % of the frames: the file's vertical axis seems to be "
+        "upside down, or the person stands on the hands. If its y points up, read it with --adapter arrays -O "
+        "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary"
+        " if it has no scale)."),
     "picture-upside-down": ("suspicious", "poses",
         "The head is below the feet in {share_percent:.0f} % of the frames: turn the image before the run, unless "
         "the person stands on the hands."),
