@@ -16,7 +16,7 @@ import numpy as np
 from pcnet3d.models.gravity import view
 from pcnet3d.models.gravity.background import stands
 from pcnet3d.pipeline.files.video_frames import images_at
-from pcnet3d.pipeline.reading.take import read_video
+from pcnet3d.pipeline.reading.load import read_video
 
 
 def seconds(path: Path) -> tuple[float, float]:

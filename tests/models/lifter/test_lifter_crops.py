@@ -23,7 +23,7 @@ from pcnet3d.pipeline.core.device import computing_on
 from pcnet3d.pipeline.core.intrinsics import Intrinsics
 from pcnet3d.pipeline.core.layouts import COCO17, COCO23, FEET, MHR70
 from pcnet3d.pipeline.core.lifted import ToLift
-from pcnet3d.pipeline.reading.take import read_video
+from pcnet3d.pipeline.reading.load import read_video
 
 SIZE = (1280, 960)
 FOCAL = 1500.0

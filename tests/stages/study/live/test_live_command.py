@@ -25,7 +25,7 @@ from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.rotations import unit
 from pcnet3d.pipeline.files.detections import load_detections
-from pcnet3d.pipeline.reading.take import read_video
+from pcnet3d.pipeline.reading.load import read_video
 from pcnet3d.pipeline.signals.swaps import kinds
 from pcnet3d.stages.detect import Detect
 from pcnet3d.stages.study.live.command import live
