@@ -151,7 +151,7 @@ def mixed(study) -> Path:
     [
         ({"detector": "movenet"}, [2]),
         ({"detect.person_detector": "yolox"}, [2]),
-        ({"detect.smooth_hz": "6"}, [2]),
+        ({"detect.looks": "1"}, [2]),
         ({"lifter": "pcnet3d"}, [1, 2]),
         ({"lift.flip": "yes"}, [1, 2]),
         ({"calibrate.gravity_network": "geocalib"}, [1, 2]),

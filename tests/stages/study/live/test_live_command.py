@@ -184,7 +184,7 @@ def test_files_in_metres_of_a_person_without_a_height_are_refused_before_anythin
 
 
 VALUES = {
-    "person_kind": "yolox", "looks": "1", "swaps": "mask", "smooth_hz": "6", "fps": "60",
+    "person_kind": "yolox", "looks": "1", "swaps": "mask", "fps": "60",
     "folder": "there", "checkpoint": "part.npz", "resume": "part.npz", "person": "0",
 }  # fmt: skip
 
