@@ -204,7 +204,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
                 *told,
                 *(video.doubts if video else ()),
                 *doubts,
-                *_doubts(lead, keypoints),
+                *_doubts(lead, keypoints, video),
                 *strange,
                 *_of_no_recording(poses, keypoints),
                 *coverage(lead, video),
@@ -378,10 +378,10 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
     return file.normalised(choose_person(tracks, person, str(file.path)))
 
 
-def _doubts(lead: PoseSequence, keypoints: PoseSequence | None) -> list[Notice]:
-    """Warnings about data that were read but should not be believed as they are. keypoints: the lead, or those beside
-    it."""
-    unknown = () if lead.frames_known else (notice("frames-unknown"),)
+def _doubts(lead: PoseSequence, keypoints: PoseSequence | None, video: Video | None) -> list[Notice]:
+    """Warnings about data that should not be believed as they are. keypoints: the lead, or those beside it."""
+    beside = video is not None or (keypoints is not None and keypoints is not lead)
+    unknown = (notice("frames-unknown"),) if beside and not lead.frames_known else ()
     return [*lead.notices, *(keypoints.notices if keypoints is not None else ()), *unknown]
 
 
