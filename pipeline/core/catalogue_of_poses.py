@@ -10,8 +10,7 @@ if TYPE_CHECKING:
 JUDGING: dict[str, tuple[Weight, About, str]] = {
     # What is wrong with poses
     "too-few-frames": ("suspicious", "poses",
-        "Fewer than two frames have all joints: too few to tell whether bones are steady, how the body moves, and so "
-        "whether the poses are good."),
+        "Fewer than two frames have all joints: too few to tell whether the poses are good."),
     "gaps": ("note", "poses",
         "{lost} of {frames:~frame} {lost:?is/are} missing: {absent} without a row (at most {longest} in a row), "
         "{incomplete} with NaN, {empty} with all joints at one point."),
@@ -27,39 +26,36 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
     "swaps-unsure": ("note", "poses",
         "Some rows look wrong: {doubt}."),
     "rebase": ("suspicious", "poses",
-        "In every frame the outermost joint lies at {axis} = 0 exactly: each frame was moved to the floor "
-        "separately, so the pelvis's movement along that axis and its speed are lost."),
+        "In every frame the outermost joint lies at {axis} = 0 exactly: the pelvis's movement along that axis was "
+        "lost."),
     "flat": ("unusable", "poses",
         "All joints lie in one plane (thickness {thickness_percent:.1f} % of the trunk): the poses have no depth."),
     "axis-invented": ("unusable", "poses",
         "Nothing moves along {axis} while the body moves along the other axes: that axis is invented."),
     "flattened-depth": ("suspicious", "poses",
-        "Bones get shorter when they turn towards the camera, as if depth were {factor:.1f} times too small: depth "
-        "is flattened."),
+        "Bones get shorter when they turn towards the camera, as if depth were {factor:.1f} times too small."),
     "depth-stretched": ("suspicious", "poses",
-        "Bones get longer when they turn towards the camera, as if depth were {times:.1f} times too large: depth "
-        "is stretched."),
+        "Bones get longer when they turn towards the camera, as if depth were {times:.1f} times too large."),
     "limbs-copied": ("suspicious", "poses",
         "One {limb} is a copy of the other, so left and right cannot be told apart."),
     "repeats-itself": ("suspicious", "poses",
-        "{count} of {rows_read:~row} come again exactly: the clip plays more than once, so counts and cadences are "
-        "those of the loop."),
+        "{count} of {rows_read:~row} come again exactly: the clip plays more than once, so counts and cadences are"
+        " wrong."),
     "only-noise": ("suspicious", "poses",
-        "Hands and feet jump to and fro from row to row and move no further: this is noise, a single pose, or rows "
-        "in the wrong order."),
+        "Hands and feet jump to and fro and move no further: this is noise, a single pose, or rows in the wrong "
+        "order."),
     "image-stretched": ("suspicious", "files",
         "The body looks about {times:.2g} times too {way}, as in a stretched image. Give the video, or the "
-        "keypoints and the image size, as the camera recorded them."),
+        "keypoints and the image size, as recorded."),
     "camera-zooms": ("suspicious", "camera",
         "The body grows in the image by about {percent:.1f} % in 1/30 s, and its steps do not explain that: the "
         "camera seems to zoom. Then place and speed are wrong."),
     "keypoints-smooth": ("warning", "files",
-        "Almost no movement of the hands' and feet's keypoints is faster than {hertz:g} Hz ({share_percent:.1f} "
-        "%), less than detectors leave: they were smoothed, so that fast movements are lost or too small, or they "
-        "were computed."),
+        "Hands' and feet's keypoints hardly move faster than {hertz:g} Hz ({share_percent:.1f} %): they were "
+        "smoothed or computed. Give the detector's own."),
     "no-quick-movement": ("suspicious", "poses",
-        "Hands and feet move no faster than {hertz:g} Hz (only {share_percent:.1f} % of their movement does): the "
-        "poses were smoothed, and fast movements are lost or too small."),
+        "Hands and feet hardly move faster than {hertz:g} Hz (only {share_percent:.1f} % of their movement does): "
+        "the poses were smoothed."),
     "bones": ("suspicious", "poses",
         "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), most from {worst} "
         "({worst_percent:.0f} %)."),
@@ -75,12 +71,12 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
         "The limbs imply a stature of {stature_m:.3g} m. Check that the unit of the file is really metres."),
     "upside-down": ("suspicious", "poses",
         "The head is below the feet in {share_percent:.0f} % of the frames: the file's vertical axis seems to be "
-        "upside down. If its y points up, read it with --adapter arrays -O frame=GL_CAMERA (or Y_UP) and its "
-        "layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary if it has no scale). Otherwise "
-        "the person stands on the hands, or the camera is upside down."),
+        "upside down, or the person stands on the hands. If its y points up, read it with --adapter arrays -O "
+        "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary"
+        " if it has no scale)."),
     "picture-upside-down": ("suspicious", "poses",
-        "The head is below the feet in {share_percent:.0f} % of the frames: the image (or the keypoints' y axis) "
-        "is upside down and must be turned before the run, or the person stands on the hands."),
+        "The head is below the feet in {share_percent:.0f} % of the frames: turn the image before the run, unless "
+        "the person stands on the hands."),
     "leaps": ("suspicious", "poses",
         "The whole pose leaps from one frame to the next at {count:~row}, first at row {first}."),
     "seams": ("note", "poses",

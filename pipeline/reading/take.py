@@ -74,7 +74,8 @@ class _Files:
 def open_take(options: RunOptions) -> Take:
     """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
 
-    Without poses the keypoints lead: theirs are the frame numbers and the clock. Of a video alone the take has neither.
+    Without poses, frame numbers and clock are those of the keypoints. With a video alone the take has neither poses nor
+    keypoints.
     """
     files = _read(options)
     if files.poses is None and files.keypoints is None:
@@ -87,8 +88,7 @@ def open_take(options: RunOptions) -> Take:
 
 @dataclass(frozen=True, eq=False)
 class Person:
-    """One of several people: name in the file, frames there, or in the part of it that is asked for, and the take or
-    the reason why there is none."""
+    """One of several people: name in the file, frames of the part that is asked for, and the take or why there is none."""
 
     name: str
     frames: int
