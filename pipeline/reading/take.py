@@ -88,7 +88,7 @@ def open_take(options: RunOptions) -> Take:
 
 @dataclass(frozen=True, eq=False)
 class Person:
-    """One of several people: name in the file, frames of the part that is asked for, and the take or why there is none."""
+    """One of several people: name in the file, frames of the part asked for, and the take or why there is none."""
 
     name: str
     frames: int
