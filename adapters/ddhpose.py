@@ -1,20 +1,14 @@
 """Exports of DDHPose, and of D3DP and MixSTE, which save alike: clips of 243 frames (formats.md 2.3 to 2.5).
 
-Metres in camera axes, pelvis at the origin, in one of these shapes, of which the last two axes are 17 joints
-in Human3.6M order and x, y, z:
-
     (frames, 17, 3)                          put together by the exporting script
     (clips, 243, 17, 3)                      clips as the network gave them
     (clips, steps, proposals, 243, 17, 3)    the same with every sampling step and every proposal
     (steps, proposals, frames, 17, 3)        D3DP's test_3d_<video>_output.npy
 
-The last sampling step is taken, and the mean over the proposals (P-Agg), which is the one aggregation that
-needs no ground truth. The last clip holds the video's LAST 243 frames, so it overlaps the one before it; a
-video shorter than a clip was filled up by repeating its last frame. Neither shows in the array: the number
-of frames has to be given with every array of clips.
-
-A (frames, 17, 3) file is not recognised as DDHPose's, only read when this adapter is named: it looks and
-means the same as VideoPose3D's, but for the seams between clips, which are marked here.
+The last sampling step is taken, and the mean over the proposals (P-Agg), which is the one aggregation that needs no
+ground truth. The last clip overlaps the one before it or was filled up, and neither shows in the array: the number of
+frames has to be given with every array of clips. A (frames, 17, 3) file is only read when this adapter is named: it
+looks and means the same as VideoPose3D's, but for the seams between clips, which are marked here.
 """
 
 from __future__ import annotations

@@ -1,14 +1,10 @@
-"""Poses that were turned for display, and the turning undone: D3DP's `test_3d_output_<video>_postprocess.npy`.
+"""Poses that were turned for display, and the turning undone: D3DP's `test_3d_output_<video>_postprocess.npy`, and what
+the vis.py family draws (formats.md 2.2, 2.4, 2.6).
 
-VideoPose3D and what grew out of it (D3DP's in_the_wild, video-to-pose3D, every vis.py) draw their poses with the
-orientation of one Human3.6M camera (subject 1, 54138969), whatever camera filmed, and lift them so that the lowest
-joint is at height 0: of the whole file in D3DP, of each frame in the vis.py family (formats.md 2.2, 2.4, 2.6). The
-result looks like a world with z up, and is none. Both steps are undone here: the pelvis is taken for the origin
-again, as these lifters have it, and the rotation is inverted.
-
-(frames, 17, 3), or (steps, proposals, frames, 17, 3) as D3DP saves, of which the last step and the mean of the
-proposals are taken. The undoing has to be asked for, because another camera's orientation leaves no trace in the
-file by which it could be told from this one.
+The result looks like a world with z up, and is none. The pelvis is taken for the origin again, as these lifters have
+it, and the rotation is inverted. Of (steps, proposals, frames, 17, 3) the last step and the mean of the proposals are
+taken. The undoing has to be asked for, because another camera's orientation leaves no trace in the file by which it
+could be told from this one.
 """
 
 from __future__ import annotations

@@ -1,14 +1,8 @@
 """3D results of MMPose 1.x lifters: JSON of Pose3DInferencer, also a folder of one an image, or of
-body3d_pose_lifter_demo.py (formats.md 3).
+body3d_pose_lifter_demo.py. What was done to the lifter's output before it was written is in formats.md 3.
 
-Seventeen joints in Human3.6M order. Three things were done to the lifter's output before it was written, in
-`pose3d_inferencer.py` and in the demo:
-- camera (x, y, z) became (-x, z, -y). That is a reflection, which the words of the frame here undo;
-- unless --disable-rebase-keypoint was given, each person's lowest joint was put at height 0 in every frame;
-- people were sorted by a track number that was not written: they are joined by their boxes again.
-
-The unit depends on the lifter, which the file does not name: metres of SimpleBaseline and VideoPose3D, a length
-that grows with the video's width of MotionBERT. Scores are 1 throughout and therefore unknown.
+The reflection is undone by the words of the frame here, and people are joined by their boxes again. The unit depends on
+the lifter, which the file does not name. Scores are 1 throughout and therefore unknown.
 """
 
 from __future__ import annotations

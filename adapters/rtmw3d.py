@@ -1,13 +1,8 @@
 """RTMW3D's results as MMPose's demo writes them: JSON of 133 COCO-WholeBody joints (formats.md 4).
 
-Keypoints are no lengths but places in the crop around the person: x and y in its pixels, z in 288 bins around the
-hips, 144 bins being 2.1744869 m. The demo wrote (-x, -z, -y), a rotation, and put each person's lowest joint at
-height 0 in every frame. So depth is metric and the image's plane is not: its scale is the one that gives the
-body the stature of option stature_m, one for the whole take. A crop that changes its size breaks that; such poses
-are not to be trusted in metres. The 17 joints of COCO and the heels and toes, the first 23 of the 133, are used.
-
-rtmlib saves nothing. In arrays of one's own its z is (z + 0.5436) / 0.75 in truth, for it divides by 192
-instead of 144.
+Depth is metric and the image's plane is not: its scale is the one that gives the body the stature of option stature_m,
+one for the whole take. A crop that changes its size breaks that; such poses are not to be trusted in metres. The 17
+joints of COCO and the heels and toes, the first 23 of the 133, are used.
 """
 
 from __future__ import annotations

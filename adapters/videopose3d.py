@@ -1,12 +1,8 @@
-"""VideoPose3D and the lifters that save what it saves: metres in camera axes, relative to the pelvis.
+"""VideoPose3D and the lifters that save what it saves: metres in camera axes, relative to the pelvis; a bare .npy, or
+`reconstruction` in an .npz (formats.md 2.2, 2.4 to 2.6).
 
-(T, 17, 3) as a bare .npy (VideoPose3D --viz-export, MixSTE, video-to-pose3D) or as `reconstruction` in an
-.npz (`output_3D/output_keypoints_3d.npz` of MHFormer and StridedTransformer); formats.md 2.2, 2.5, 2.6.
-video-to-pose3D lifts every video as if it were 1000 x 1002 pixels (2.4): of another shape, the poses in its
-`outputs/test_3d_output.npy` are distorted, which nothing in the file shows.
-An .npy whose pelvis is exactly 0 in every frame could as well be MotionBERT's with `rootrel`: such a file
-fits both and has to be named. DDHPose's (T, 17, 3) means the same as these files but for its seams, and
-adapter ddhpose marks those.
+An .npy whose pelvis is exactly 0 in every frame could as well be MotionBERT's with `rootrel`: such a file fits both and
+has to be named. DDHPose's (T, 17, 3) means the same but for its seams, which adapter ddhpose marks.
 """
 
 from __future__ import annotations

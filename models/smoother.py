@@ -25,7 +25,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..pipeline.core.rotations import is_finite, rotate
-from ..pipeline.signals.filters import BRIDGED_S, holes, rate
+from ..pipeline.signals.filters import BRIDGED_S, holes, on_lines, rate
 from .common.splines import solved
 
 # Chosen on lifted takes of validation subjects (pcnet3d evaluate motion -o DIR; bars by pcnet3d evaluate errors).
@@ -194,10 +194,7 @@ def _filled(y: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     """y (T, J, D) with straight lines across missing rows."""
     y = y.copy()
     for joint in range(y.shape[1]):
-        seen = np.isfinite(y[:, joint]).all(axis=-1)
-        if not seen.all():
-            for axis in range(y.shape[2]):
-                y[:, joint, axis] = np.interp(time_s, time_s[seen], y[seen, joint, axis])
+        y[:, joint] = on_lines(y[:, joint], time_s)
     return y
 
 

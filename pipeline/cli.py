@@ -42,17 +42,18 @@ def _points() -> dict[str, EntryPoint]:
 
 
 class _Command(TyperCommand):
-    """A command that says how an option that has gone is given now."""
+    """A command that says how an option without a flag of its own is given."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own = {flag for parameter in self.params for flag in parameter.opts}
         if "--set" in own:
-            from .reading.settings import MOVED
+            from .reading.settings import in_words, settings_named
 
             words = args[: args.index("--")] if "--" in args else args
-            for flag in (word.partition("=")[0] for word in words):
-                if flag in MOVED and flag not in own:
-                    raise InputError("name-unknown", f"{flag} is {MOVED[flag]} now.")
+            flags = {word.partition("=")[0] for word in words if word.startswith("--")} - own
+            for flag in flags:
+                if settings := settings_named(flag):
+                    raise InputError("name-unknown", f"There is no {flag}; give {in_words(settings)}.")
         return super().parse_args(ctx, args)
 
 

@@ -19,7 +19,6 @@ from ..pipeline.files.detections import Detections, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.reading.choose import choose_person
-from ..pipeline.signals.filters import breaks, lowpass
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
 from ..pipeline.signals.swap_repair import treated
 
@@ -30,9 +29,8 @@ _LISTED = 5  # people named in a note
 class Detect:
     """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files. person_kind: "yolox" or
     "rtmdet". looks: how often each person in each image is looked at, 1 to 4; the mean is taken. By default 2, or 1 for
-    a network that finds people by itself. smooth_hz: low-pass of the keypoints, forwards and backwards; by default
-    none, because the lifter was trained on what detectors give. folder: where keypoints.npz goes. checkpoint: a file
-    for the detections so far, written every minute. resume: the checkpoint of an interrupted run, to go on from.
+    a network that finds people by itself. folder: where keypoints.npz goes. checkpoint: a file for the detections so
+    far, written every minute. resume: the checkpoint of an interrupted run, to go on from.
 
     The keypoints are those of the person that the user names, else of the longest track (of equals the largest)."""
 
@@ -40,7 +38,6 @@ class Detect:
     person_detector: str | None = None
     person_kind: PersonKind = "yolox"
     looks: int | None = None
-    smooth_hz: float | None = None
     folder: Path | None = None
     checkpoint: Path | None = None
     resume: Path | None = None
@@ -79,7 +76,6 @@ class Detect:
         keypoints = chosen if told.fps is None else timed(chosen, told.fps)
         _, keypoints, swapped, _ = treated(None, keypoints, told.swaps)
         assert keypoints is not None
-        keypoints = keypoints if self.smooth_hz is None else smoothed(keypoints, self.smooth_hz)
         take = take.with_(keypoints=keypoints)
         doubts = rate_doubts(told.fps, video)
         return take.saying(*_notices(found, people, chosen), *doubts, *swapped)
@@ -87,20 +83,6 @@ class Detect:
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:
             found.save(self.checkpoint)
-
-
-def smoothed(keypoints: PoseSequence, cutoff_hz: float) -> PoseSequence:
-    """2D keypoints through a Butterworth low-pass forwards and backwards, each joint by itself, never across missing
-    frames. Pieces too short to filter stay as they are. InputError as for `lowpass`."""
-    joints = np.stack(
-        [
-            lowpass(joint, keypoints.times, cutoff_hz, breaks(keypoints))
-            for joint in keypoints.joints.swapaxes(0, 1)
-        ],
-        axis=1,
-    )
-    joints = np.where(np.isnan(joints), keypoints.joints, joints)
-    return keypoints.with_(joints=joints).noted("smooth keypoints", cutoff_hz=cutoff_hz)
 
 
 def _longest(found: Detections, people: tuple[PoseSequence, ...]) -> PoseSequence:

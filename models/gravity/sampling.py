@@ -15,6 +15,7 @@ import numpy as np
 from ...pipeline.core.canonical import body_axes
 from ...pipeline.core.rotations import unit
 from ...pipeline.plugins.protocols import Rectifier
+from ...pipeline.signals.filters import on_lines
 from .votes import CORRELATED_S
 
 _ENOUGH = 600  # frames: so many are always asked
@@ -72,18 +73,16 @@ def _between(
     if not known.any():
         return R, error_deg
 
-    def between(values: np.ndarray) -> np.ndarray:
-        return np.stack([np.interp(time_s, time_s[known], one[known]) for one in values.T], axis=-1)
-
-    up = unit(between(R[..., 2]))
+    up = unit(on_lines(R[..., 2], time_s, known))
     # The rectifier's left in the joints' axes: forward and left.
-    turn = between(np.stack([(R[..., 1] * body[..., axis]).sum(-1) for axis in (0, 1)], axis=-1))
+    turn = np.stack([(R[..., 1] * body[..., axis]).sum(-1) for axis in (0, 1)], axis=-1)
+    turn = on_lines(turn, time_s, known)
     body = body_axes(joints, up)
     right = unit(turn[:, :1] * body[..., 0] + turn[:, 1:] * body[..., 1])
     there = np.stack([np.cross(right, up), right, up], axis=-1)
     return (
         np.where(asked[:, None, None], R, there),
-        np.where(asked, error_deg, between(error_deg[:, None])[:, 0]),
+        np.where(asked, error_deg, on_lines(error_deg, time_s, known)),
     )
 
 

@@ -10,6 +10,7 @@ from ...pipeline.core.lifted import ToLift
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.checks import grid_rows
+from ...pipeline.signals.filters import stretches
 
 USUAL_HZ = 30.0  # of takes whose rate is unknown
 _APART_S = 5.0  # the built-in lifter's network sees 4.7 s on each side at 20 frames a second
@@ -81,8 +82,7 @@ def long_gaps(seen: np.ndarray, rate: float | None) -> np.ndarray:
     """(T,) True in runs of more than half a second of frames (T,) that are not seen. rate: of rate_of."""
     longest = round(_GAP_S * (rate or USUAL_HZ))
     gaps = np.zeros(len(seen), dtype=bool)
-    edges = np.flatnonzero(np.diff(np.concatenate([[True], seen, [True]]).astype(int)))
-    for start, end in edges.reshape(-1, 2):
+    for start, end in stretches(~seen):
         gaps[start:end] = end - start > longest
     return gaps
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...pipeline.core.layouts import COCO17, H36M17, Layout
+from ...pipeline.signals.filters import on_lines
 
 Scaling = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
@@ -74,7 +75,5 @@ def filled(pixels: np.ndarray) -> np.ndarray:
     out = pixels.astype(np.float64)
     frame = np.arange(len(out))
     for values in np.moveaxis(out.reshape(len(out), -1), -1, 0):  # a view: one coordinate of one joint
-        seen = np.isfinite(values)
-        if seen.any():
-            values[~seen] = np.interp(frame[~seen], frame[seen], values[seen])
+        values[:] = on_lines(values, frame)
     return np.where(np.isnan(out), np.nanmean(out, axis=1, keepdims=True), out)

@@ -13,6 +13,7 @@ from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
+from ...pipeline.signals.filters import on_lines
 from ...pipeline.signals.flights import (
     GRAVITY,
     LIFTED,
@@ -116,12 +117,9 @@ def bridged(joints: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     were not seen. Ankles, whose floor counts, stay missing."""
     filled = joints.copy()
     for name in NEEDED:
-        points = filled[:, H36M17.index(name)]
-        known = is_finite(points)
-        if name.endswith("ankle") or known.all() or not known.any():
-            continue
-        for axis in range(3):
-            points[:, axis] = np.interp(time_s, time_s[known], points[known, axis])
+        if not name.endswith("ankle"):
+            joint = H36M17.index(name)
+            filled[:, joint] = on_lines(filled[:, joint], time_s)
     return filled
 
 

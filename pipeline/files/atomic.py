@@ -35,6 +35,17 @@ def whole_file(path: Path) -> Iterator[Path]:
         partial.unlink(missing_ok=True)
 
 
+def write_text(path: Path, text: str) -> None:
+    """A text in UTF-8 as a whole file."""
+    with whole_file(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+
+
+def write_json(path: Path, content: object) -> None:
+    """Plain values without NaN as a whole JSON file; what JSON does not know as its text."""
+    write_text(path, json.dumps(content, indent=1, allow_nan=False, default=str) + "\n")
+
+
 def refuse_unwritable(path: Path) -> None:
     """InputError when no folder can be made at `path`, so that it is said before the work and not after it."""
     there = next(folder for folder in (path.absolute(), *path.absolute().parents) if folder.exists())
@@ -194,8 +205,7 @@ def read_summary(folder: Path) -> dict[str, Any]:
 
 def add_to_summary(folder: Path, **entries: object) -> None:
     """Put entries into a run's summary.json, which is there before and after."""
-    with whole_file(folder / SUMMARY) as partial:
-        partial.write_text(json.dumps({**read_summary(folder), **entries}, indent=1) + "\n", encoding="utf-8")
+    write_json(folder / SUMMARY, {**read_summary(folder), **entries})
 
 
 def add_to_list(folder: Path, name: str) -> None:
@@ -207,8 +217,7 @@ def sign(folder: Path) -> None:
     """Add the list of the folder's files to its summary, so that a later run may replace them."""
     summary = {"pcnet3d": package_version(), **read_summary(folder)}
     summary["files"] = sorted({SUMMARY, *(file.name for file in folder.iterdir())})
-    with whole_file(folder / SUMMARY) as partial:
-        partial.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+    write_json(folder / SUMMARY, summary)
 
 
 def read_object(path: Path) -> dict[str, Any]:

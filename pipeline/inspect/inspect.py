@@ -16,8 +16,7 @@ from ..core.pose import PoseSequence
 from ..core.take import Video
 from ..reading.choose import choose_person
 from ..reading.clock import numbered_by, numbered_by_times
-from ..reading.load import load, read_all
-from ..reading.take import read_video
+from ..reading.load import load, read_all, read_video
 from ..signals.checks import Chirality, bone_spread, chirality
 from ..signals.findings import (
     depth_factor,

@@ -11,7 +11,7 @@ from ..core.messages import how_many, rate_in_words
 from ..core.take import Take, Video
 from ..files.video_frames import shown_size
 from ..plugins import registry
-from ..reading.take import read_video
+from ..reading.load import read_video
 from ..signals.rates import rate_doubts
 
 

@@ -120,6 +120,17 @@ def range_note(time_range: tuple[float, float], time_s: np.ndarray) -> Notice:
     return notice("part-only", part=part, whole=whole)
 
 
+def coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
+    """A note when the data end well before the video does, or the part of it that was asked for."""
+    if video is None:
+        return []
+    begin, end = video.span
+    first, last = lead.frame_index[[0, -1]]
+    if last >= begin + 0.95 * (end - begin):
+        return []
+    return [notice("part-covered", first=int(first), last=int(last), frames=len(video.time_s))]
+
+
 def _seconds(start: float, end: float) -> str:
     return f"{start:.2f} s on" if end == np.inf else f"{start:.2f} to {end:.2f} s"
 

@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 
 from ..core.errors import InputError
 from ..core.pose import UNSAID, PoseSequence
-from ..core.take import Handedness
+from ..core.take import Handedness, Video
 from ..plugins.options import call
 from ..plugins.protocols import Adapter
 from .choose import choose_person
@@ -110,6 +110,19 @@ def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any])
         elif adapter != "auto" and others:
             said += f" {exchanged(path, gives)}"
         raise InputError(error.code, said) from None
+
+
+def read_video(path: Path) -> Video:
+    """The video's description; InputError when it cannot be opened."""
+    if not path.is_file():
+        raise InputError(
+            "cannot-open",
+            f"Expected a video file at {path}, found {'a folder' if path.is_dir() else 'nothing'} there.",
+        )
+    adapter = find_adapter(path, "video", "video")
+    if not recognises(adapter, path) and (others := exchanged(path, "video")):
+        raise InputError("format-unknown", others)
+    return call(adapter.read, path, what="Adapter 'video'", options={})[0]
 
 
 def check_guards(handedness: str, missing: str) -> None:

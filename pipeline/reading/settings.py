@@ -7,7 +7,7 @@ reading/flags.py.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -21,10 +21,12 @@ from ..core.device import Device
 from ..core.errors import InputError
 from ..core.take import Handedness, Swaps, Told
 from ..files.atomic import SUMMARY
-from ..plugins.options import did_you_mean, pairs
+from ..plugins import registry
+from ..plugins.options import did_you_mean, option_types, pairs
 from .normalise import Missing
 
 OFF = "off"  # as the value of a whole stage: leave it out
+_OF_RUN = ("folder", "checkpoint", "resume")  # options of stages that the run itself gives them
 READ, KEYPOINTS = "read", "keypoints"  # not stages, but what --set names like them
 
 _INPUT, _PERSON, _CAMERA, _OUTPUT = "Input", "Person", "Camera", "Output"
@@ -289,6 +291,23 @@ def flag_of(name: str) -> str:
     return longest[0] if longest else "--" + name.replace("_", "-")
 
 
+def settings_named(name: str) -> list[str]:
+    """What --set takes for an option that has no flag of its own: one of reading, those of stages, or a stage that is
+    left out; none for a name that there is not."""
+    name = name.lstrip("-").replace("-", "_")
+    stages = {} if name in _OF_RUN else registry.load_all("stages")
+    if name in reading_options():
+        return [f"{READ}.{name}=VALUE"]
+    if name.removeprefix("no_") in stages:
+        return [f"{name.removeprefix('no_')}={OFF}"]
+    return [f"{stage}.{name}=VALUE" for stage, kind in stages.items() if name in option_types(kind)]
+
+
+def in_words(settings: Iterable[str]) -> str:
+    """As on the command line."""
+    return " ".join(f"--set {setting}" for setting in settings)
+
+
 def _distributed(given: Mapping[str, Any]) -> dict[str, Any]:
     """The fields with what `settings` says about reading in its place."""
     fields = dict(given)
@@ -326,40 +345,7 @@ def _refusal(error: ValidationError) -> InputError:
     if isinstance(cause, InputError):
         return cause
     if first["type"] == "extra_forbidden":
-        moved = MOVED.get("--" + name.replace("_", "-"))
-        hint = f"it is {moved} now." if moved else did_you_mean(name, RunOptions.model_fields)
+        others = settings_named(name)
+        hint = f"it is {in_words(others)}." if others else did_you_mean(name, RunOptions.model_fields)
         return InputError("name-unknown", f"A run has no option '{name}'; {hint}")
     return InputError("bad-value", f"{flag_of(name)}={first['input']}: {first['msg']}.")
-
-
-# What has gone from the command line, and how it is given now.
-MOVED = {
-    "--parity": "--set read.handedness=VALUE",
-    "--left-right": "--set read.handedness=VALUE",
-    "--handedness": "--set read.handedness=VALUE",
-    "--swaps": "--set read.swaps=VALUE",
-    "--title": "--set read.title=VALUE",
-    "--person-id": "--set read.person_id=VALUE",
-    "--date": "--set read.date=VALUE",
-    "--image-size": "--set read.image_size=VALUE",
-    "--pitch": "--set read.pitch=VALUE",
-    "--roll": "--set read.roll=VALUE",
-    "--gravity": "--set read.gravity=VALUE",
-    "--pick": "--person pick",
-    "--smoother": "--set trajectories.smoother=VALUE --set angles.smoother=VALUE",
-    "--missing": "--set read.missing=VALUE",
-    "--first-frame": "--set read.first_frame=VALUE",
-    "--keypoints-adapter": "--set read.keypoints_adapter=VALUE",
-    "--keypoints-option": "--set keypoints.KEY=VALUE",
-    "--person-detector": "--set detect.person_detector=VALUE",
-    "--person-kind": "--set detect.person_kind=VALUE",
-    "--smooth": "--set detect.smooth_hz=VALUE",
-    "--lifter-kind": "--set lift.lifter_kind=VALUE",
-    "--flip": "--set lift.flip=true",
-    "--rectifier": "--set rectify.rectifier=VALUE",
-    "--camera-file": "--set calibrate.camera_file=FILE",
-    "--camera-name": "--set calibrate.camera_name=VALUE",
-    "--gravity-network": "--set calibrate.gravity_network=VALUE",
-    "--no-calibrate": f"--set calibrate={OFF}",
-    "--cutoff": "--set trajectories.cutoff_hz=VALUE",
-}

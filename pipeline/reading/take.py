@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from ..core.take import Session, Take, Video
 from ..files.atomic import printable
 from ..files.digest import sha256
 from ..files.video_frames import shown_size
-from ..plugins.options import call
 from ..signals.findings import findings_of
 from ..signals.shapes import copied, keypoints_movement, keypoints_unlike, repeated, rows_lost
 from ..signals.swap_repair import treated
@@ -24,14 +22,14 @@ from .choose import RANKS, choose_person, misfit, same_person
 from .clock import (
     Clock,
     check_numbers,
+    coverage,
     numbered_by,
     numbered_by_times,
     range_note,
     rows_within,
     starting_at,
 )
-from .find import exchanged, find_adapter, recognises
-from .load import Source, load
+from .load import Source, load, read_video
 from .settings import RunOptions
 
 
@@ -90,8 +88,7 @@ def open_take(options: RunOptions) -> Take:
 
 @dataclass(frozen=True, eq=False)
 class Person:
-    """One of several people: name in the file, frames there, or in the part of it that is asked for, and the take or
-    the reason why there is none."""
+    """One of several people: name in the file, frames of the part asked for, and the take or why there is none."""
 
     name: str
     frames: int
@@ -210,7 +207,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
                 *_doubts(lead, keypoints, video),
                 *strange,
                 *_of_no_recording(poses, keypoints),
-                *_coverage(lead, video),
+                *coverage(lead, video),
                 *swapped,
             )
         ),
@@ -381,33 +378,8 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
     return file.normalised(choose_person(tracks, person, str(file.path)))
 
 
-def read_video(path: Path) -> Video:
-    """The video's description; InputError when it cannot be opened."""
-    if not path.is_file():
-        raise InputError(
-            "cannot-open",
-            f"Expected a video file at {path}, found {'a folder' if path.is_dir() else 'nothing'} there.",
-        )
-    adapter = find_adapter(path, "video", "video")
-    if not recognises(adapter, path) and (others := exchanged(path, "video")):
-        raise InputError("format-unknown", others)
-    return call(adapter.read, path, what="Adapter 'video'", options={})[0]
-
-
-def _coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
-    """A note when the data end well before the video does, or the part of it that was asked for."""
-    if video is None:
-        return []
-    begin, end = video.span
-    first, last = lead.frame_index[[0, -1]]
-    if last >= begin + 0.95 * (end - begin):
-        return []
-    return [notice("part-covered", first=int(first), last=int(last), frames=len(video.time_s))]
-
-
 def _doubts(lead: PoseSequence, keypoints: PoseSequence | None, video: Video | None) -> list[Notice]:
-    """Warnings about data that were read but should not be believed as they are. keypoints: the lead, or those beside
-    it."""
+    """Warnings about data that should not be believed as they are. keypoints: the lead, or those beside it."""
     beside = video is not None or (keypoints is not None and keypoints is not lead)
     unknown = (notice("frames-unknown"),) if beside and not lead.frames_known else ()
     return [*lead.notices, *(keypoints.notices if keypoints is not None else ()), *unknown]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ import numpy as np
 from ..core.pose import package_version
 from ..core.system import is_file_name
 from ..core.take import Take
-from ..files.atomic import SUMMARY, whole_file
+from ..files.atomic import SUMMARY, write_json
 
 _LONGEST = 60  # characters of a folder's name
 
@@ -59,8 +58,7 @@ def write_index(runs: Sequence[PersonRun], folder: Path) -> None:
         ],
         "level": _level([take for _, take in done]),
     }
-    with whole_file(folder / SUMMARY) as partial:
-        partial.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    write_json(folder / SUMMARY, content)
 
 
 def _entry(run: PersonRun, take: Take) -> dict[str, Any]:

@@ -249,6 +249,17 @@ def _between(time_s: np.ndarray, x: np.ndarray, at_s: np.ndarray) -> np.ndarray:
     return np.asarray(result)
 
 
+def on_lines(x: np.ndarray, at: np.ndarray, known: np.ndarray | None = None) -> np.ndarray:
+    """x (T, ...) at increasing `at` (T,) with straight lines across the rows that lack a value, and the nearest row
+    before the first and behind the last; as it is where no row has all. known: (T,) bool, the rows that count instead
+    of those with all values."""
+    known = _known(x) if known is None else known
+    if known.all() or not known.any():
+        return x
+    columns = x.reshape(len(x), -1).T
+    return np.stack([np.interp(at, at[known], column[known]) for column in columns], axis=-1).reshape(x.shape)
+
+
 def each_path(filter_: Callable[[np.ndarray], np.ndarray], paths: np.ndarray) -> np.ndarray:
     """paths (T, N) or (T, N, D), each of the N through a filter of this module, which takes (T, D).
 

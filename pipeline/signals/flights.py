@@ -15,7 +15,7 @@ import numpy as np
 from ..core.anthropometry import implied_stature
 from ..core.layouts import H36M17
 from ..core.pose import PoseSequence
-from .filters import rate, stretches
+from .filters import on_lines, rate, stretches
 
 # Segment masses as shares of the body's, with the centre of mass at a share of the way from the first joint to the
 # second: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, table 4.1 (after Dempster). Feet go
@@ -260,7 +260,7 @@ def _floor(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np.ndarra
     known = np.isfinite(height)
     if np.isnan(around_s) or len(height) < 2:
         return np.full(len(height), float(np.percentile(height[known], _FLOOR)))
-    even = np.interp(time_s, time_s[known], height[known])
+    even = on_lines(height, time_s)
     return percentile_filter(even, _FLOOR, size=2 * round(around_s * rate(time_s)) + 1, mode="nearest")
 
 

@@ -3,7 +3,6 @@ and others on request."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -16,7 +15,7 @@ from ...pipeline.core.layouts import FEET
 from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import PoseSequence, Rectified, package_version
 from ...pipeline.core.take import Take, Told
-from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file
+from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file, write_json
 from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
@@ -87,9 +86,7 @@ class Export:
             write_strides(take, self.folder / "strides.csv")
         for writer in self._writers().values():
             take = take.saying(*(writer.write(take, self.folder / writer.file) or ()))
-        text = json.dumps(summary(take), indent=1, allow_nan=False, default=str)
-        with whole_file(self.folder / SUMMARY) as partial:
-            partial.write_text(text + "\n", encoding="utf-8")
+        write_json(self.folder / SUMMARY, summary(take))
         return take
 
     def _writers(self) -> dict[str, Writer]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...models.angle_error.off_keypoints import agrees, steady
 from ...pipeline.core.measures import Measure, Remark, Row, side_of, within
-from ...pipeline.signals.filters import BRIDGED_S
+from ...pipeline.signals.filters import BRIDGED_S, stretches
 from ...pipeline.signals.reprojection import LIMBS, Residuals
 from .figures import moments
 
@@ -37,6 +37,5 @@ def off_keypoints(residuals: Residuals | None, time_s: np.ndarray) -> list[Row]:
 
 
 def _spans(off: np.ndarray, time_s: np.ndarray) -> list[tuple[float, float]]:
-    edges = np.flatnonzero(np.diff(np.r_[False, off, False].astype(int)))
-    pairs = ((float(time_s[a]), float(time_s[b - 1])) for a, b in edges.reshape(-1, 2))
+    pairs = ((float(time_s[a]), float(time_s[b - 1])) for a, b in stretches(off))
     return [(a, b) for a, b in pairs if b - a >= BRIDGED_S]

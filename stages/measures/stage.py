@@ -136,39 +136,12 @@ def measures(
     were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
     in_image: signals.reprojection.straight_in_image.
 
-    An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with; of ranges,
-    of right less left and from repetition to repetition (peak_mdc90) by what these were off on lifted takes with truth
-    (models/angle_error/repeatability.py), for other lifters the errors of two moments taken for independent; of means
-    over repetitions by their spread, but by half of a frame's length at least; of gait figures by what they were off on
-    walks with truth (models/gait/errors.py), and none for poses of lifters whose errors were not measured, nor for
-    lengths and speeds of motion capture. Figures end at the first digit of their error.
-
-    range_of_motion: of each angle; p05_p95_deg leaves the highest and lowest twentieth of the frames out, which are
-        noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames
-        the angle is one that no joint reaches (pipeline.signals.angles). symmetry: of the right and left p05_p95_deg.
-    knee_bends: both knees bend and straighten together while the feet stay (sitting down on a seat and rising again
-        counts too, landing does not); peak_deg is the less bent knee's; squats: how many reach 70 degrees. arm_raises:
-        an arm goes up and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35
-        (knees), 50 (arms) or 20 degrees at least, by half of the largest change in the take, and by more than noise
-        makes: twice the standard deviation of a difference of two values. Means are of those that no gap cuts.
-        holds: those that stay at the top for over 3 s, which no count or mean has; absent where there are none.
-        count_reason: when one more may have been where the angle is missing; `reason` where none was seen.
-    walking: steps and strides between the feet's initial contacts (models/gait), in walks of three steps or more
-        and runs of two, without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the
-        mean step time, of three strides of a walk and two of a run at least. Stance, swing and single support are
-        shares of the stride, as is double support of a walk; a run has a flight time instead. Speed, lengths and width
-        are there where the pelvis path is known or the belt's speed told, else `lengths_reason`.
-    floor: height, slope along the walk and stairs by where the feet stand, where the pelvis path is known; of a belt
-        the height, and `slope_reason`.
-    jumps: flights in which the centre of mass falls freely, where the pelvis path is known (stages/measures/jumps.py).
-    punches, kicks: fast movements of a limb, by side (stages/measures/strikes.py); they have no errors yet, and say so.
-    paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
-
-    Each movement has an `outcome`: seen, none, cannot-be-told or not-looked-for, with a `reason` where one is known.
-    `frames` is how many frames a figure rests on, `nan_share` the share of the take's frames that have no value.
-    Smoothness (stages/measures/smoothness.py) is that of an angle's rate while it rises (up) and returns (down), the
-    middle one of all repetitions. Cycles are curves of 101 points over 0 to 100 % of a repetition or stride, mean and
-    standard deviation over those in which no frame is missing.
+    Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
+    of angles by what they are stated with; of ranges, of right less left and from repetition to repetition
+    (peak_mdc90) by what these were off on lifted takes with truth (models/angle_error/repeatability.py), for other
+    lifters the errors of two moments taken for independent; of means over repetitions by their spread, but by half of a
+    frame's length at least; of gait figures by what they were off on walks with truth (models/gait/errors.py), and none
+    for poses of lifters whose errors were not measured, nor for lengths and speeds of motion capture.
     """
     take = Columns(kinematics, filtered.times, breaks(filtered), judged(source))
     body = body_joints(filtered, rectified)

@@ -17,7 +17,7 @@ from ...pipeline.core.measures import Measure, Remark, Row, side_of, within
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, unit
-from ...pipeline.signals.filters import breaks, derivative, rate
+from ...pipeline.signals.filters import breaks, derivative, on_lines, rate
 from .cycles import Repetition, hiding, repetitions
 from .figures import basis, moments
 from .outcomes import BRIEFEST_S
@@ -203,7 +203,7 @@ def _steady(straight: np.ndarray, times: np.ndarray) -> np.ndarray:
     known = np.isfinite(straight)
     if not known.any():
         return straight
-    filled = np.interp(times, times[known], straight[known])
+    filled = on_lines(straight, times)
     frames = 2 * round(_STEADY_S * rate(times) / 2 - 0.5) + 1
     return np.where(known, median_filter(filled, max(frames, 1), mode="nearest"), np.nan)
 

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import is_finite, transpose
+from ...pipeline.core.rotations import transpose
 from ...pipeline.core.take import Take
+from ...pipeline.signals.filters import on_lines
 from ..drawing.palette import DARK, faint, side_colour
 from ..drawing.rerun_log import time_columns
 from .prints import FootPrint
@@ -44,7 +45,8 @@ def log_first(recording: rr.RecordingStream, take: Take, prints: Sequence[FootPr
     root = np.zeros((len(level), 3)) if walked(rectified) is None else level.root
     assert root is not None
     ground = _ground(take, prints, size)
-    over_floor = np.column_stack([_held(root[:, :2]), np.full(len(root), ground)])
+    way = on_lines(root[:, :2], np.arange(len(root)))
+    over_floor = np.column_stack([np.nan_to_num(way), np.full(len(root), ground)])
     recording.send_columns("level", clock, rr.Transform3D.columns(translation=root))
     recording.send_columns("walk/along", clock, rr.Transform3D.columns(translation=over_floor))
     _log_floor(recording, over_floor, size)
@@ -117,15 +119,6 @@ def _upright(R_source_from_level: np.ndarray, poses: PoseSequence) -> np.ndarray
     about[:, 0, 0] = about[:, 1, 1] = np.cos(turn)
     about[:, 1, 0], about[:, 0, 1], about[:, 2, 2] = np.sin(turn), -np.sin(turn), 1
     return about @ R_z_up_from_source
-
-
-def _held(points: np.ndarray) -> np.ndarray:
-    """Points (T, 2) with what was known before and after where they are not."""
-    known = np.flatnonzero(is_finite(points))
-    if not len(known):
-        return np.zeros_like(points)
-    rows = np.arange(len(points))
-    return np.column_stack([np.interp(rows, known, column[known]) for column in points.T])
 
 
 def _log_floor(recording: rr.RecordingStream, over_floor: np.ndarray, size: float) -> None:

@@ -46,9 +46,11 @@ def events(take: Take, most: int) -> list[Event]:
 
 
 def _jumps(take: Take, jumps: Group) -> Iterator[Event]:
-    for start, time in zip(moments(jumps, "start"), numbered(jumps, "flight_time"), strict=False):
-        row = int(np.abs(take.need("poses").times - start - time.value / 2).argmin())
-        yield Event(row, "in the air")
+    starts = moments(jumps, "start")
+    for time in numbered(jumps, "flight_time"):
+        if time.number is not None and time.number < len(starts):
+            middle_s = starts[time.number] + time.value / 2
+            yield Event(int(np.abs(take.need("poses").times - middle_s).argmin()), "in the air")
 
 
 def _bends(take: Take, bends: Group) -> Iterator[Event]:

@@ -16,7 +16,7 @@ from ...pipeline.core.measures import Group, grouped, subgroup
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, is_finite
 from ...pipeline.core.take import Take
-from ...pipeline.files.atomic import REPORT, whole_file
+from ...pipeline.files.atomic import REPORT, write_text
 from ...pipeline.files.video_frames import images_at
 from ..drawing.charts import LEFT, RIGHT, SOFT, Curve, over_time, path, sides
 from ..drawing.facts import Facts, facts_of, length_unit, shared_up, tilt, voted, ways_of_level
@@ -47,8 +47,7 @@ class Report:
     def __call__(self, take: Take) -> Take:
         self.folder.mkdir(parents=True, exist_ok=True)
         files = [path.name for path in self.folder.iterdir() if path.is_file()]
-        with whole_file(self.folder / REPORT) as partial:
-            partial.write_text(report(take, files), encoding="utf-8")
+        write_text(self.folder / REPORT, report(take, files))
         return take
 
 

@@ -34,7 +34,7 @@ from pcnet3d.models.lab.training.lifter.windows import Batch, Material, Windows
 from pcnet3d.models.lifter.features import ASSUMED_FOCAL, features
 from pcnet3d.pipeline import CAMERA, remap, rotate
 from pcnet3d.pipeline.files.video_frames import shown_size
-from pcnet3d.pipeline.reading.take import read_video
+from pcnet3d.pipeline.reading.load import read_video
 
 WITHOUT: dict[str, dict[str, object]] = {
     "everything": {},

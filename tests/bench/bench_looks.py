@@ -28,7 +28,7 @@ from pcnet3d.models.lab.mocap.clips import data_folder
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline.core.layouts import COCO17, H36M17, remap
 from pcnet3d.pipeline.files.video_frames import shown_size
-from pcnet3d.pipeline.reading.take import read_video
+from pcnet3d.pipeline.reading.load import read_video
 
 
 def rows(looks: int) -> list[dict[str, float]]:

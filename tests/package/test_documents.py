@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from pcnet3d.pipeline.plugins import registry
-from pcnet3d.pipeline.reading.settings import MOVED, reading_options
+from pcnet3d.pipeline.reading.settings import PLACES, flag_of, reading_options, settings_named
 from pcnet3d.pipeline.signals.angles import ANGLES, REASONS
 
 ROOT = Path(__file__).parents[2]
@@ -238,15 +238,15 @@ def test_what_run_takes_by_set_is_in_the_design():
     assert [name for name in reading_options() if f"`{name}`" not in section] == []
 
 
-def test_no_document_names_an_option_that_has_moved():
-    """But for those that another command has under the same name."""
+def test_no_document_gives_a_flag_to_what_has_none():
     run = re.compile(r"pcnet3d (?:run|live|batch)\b[^\n`]*")
+    own = {flag_of(option) for option in PLACES}
     old = [
         (name(path), flag)
         for path in DOCUMENTS
         for words in run.findall(path.read_text(encoding="utf-8"))
         for flag in re.findall(r"--[a-z-]+", words)
-        if flag in MOVED
+        if flag not in own and settings_named(flag)
     ]
     assert old == []
 

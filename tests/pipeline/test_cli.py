@@ -187,14 +187,15 @@ def test_bad_options_and_files_get_a_sentence_and_exit_2(lifted, tmp_path, argum
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["run", "--parity", "mirror"], "--parity is --set read.handedness=VALUE now."),
-        (["run", "--cutoff=8"], "--cutoff is --set trajectories.cutoff_hz=VALUE now."),
-        (["run", "--no-calibrate"], "--no-calibrate is --set calibrate=off now."),
-        (["live", "0", "--rectifier", "pcnet"], "--rectifier is --set rectify.rectifier=VALUE now."),
+        (["run", "--handedness", "mirror"], "--set read.handedness=VALUE."),
+        (["run", "--cutoff-hz=8"], "--set trajectories.cutoff_hz=VALUE."),
+        (["run", "--smoother=none"], "--set angles.smoother=VALUE --set trajectories.smoother=VALUE."),
+        (["run", "--no-calibrate"], "--set calibrate=off."),
+        (["live", "0", "--rectifier", "pcnet"], "--set rectify.rectifier=VALUE."),
         (["runn"], "There is no command 'runn'; did you mean run"),
     ],
 )
-def test_an_old_spelling_is_refused_with_the_new_one(arguments, said, tmp_path):
+def test_an_option_without_a_flag_is_refused_with_the_way_to_give_it(arguments, said, tmp_path):
     result = pcnet3d(*arguments, "-o", tmp_path / "out")
     expect_refusal(result, [said])
 

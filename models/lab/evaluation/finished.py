@@ -21,8 +21,8 @@ from ....pipeline.core.frames import CAMERA
 from ....pipeline.core.pose import MadeBy
 from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.files.video_frames import shown_size
+from ....pipeline.reading.load import read_video
 from ....pipeline.reading.mocap.clip import Clip
-from ....pipeline.reading.take import read_video
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
 from ...gravity.view import camera_of, known_camera

@@ -15,8 +15,8 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ....pipeline.files.video_frames import shown_size
+from ....pipeline.reading.load import read_video
 from ....pipeline.reading.mocap.clip import Clip
-from ....pipeline.reading.take import read_video
 from ....pipeline.signals.angles import angles, near, sides_of
 from ....pipeline.signals.visibility import seen_only
 from ...angle_error.take_angles import smoothed

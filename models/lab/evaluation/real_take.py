@@ -23,7 +23,7 @@ from ....pipeline.core.rotations import angle_deg, kabsch, rotate, transpose
 from ....pipeline.core.take import Video
 from ....pipeline.files.video_frames import shown_size
 from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.reading.take import read_video
+from ....pipeline.reading.load import read_video
 from ....pipeline.signals.angles import FINE, near
 from ....pipeline.signals.visibility import seen_only
 from ...angle_error.take_angles import AngleSeries, smoothed, take_angles

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import os
 import socket
 import time
@@ -19,7 +18,14 @@ from ....pipeline.core.device import AUTO, computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say
 from ....pipeline.core.pose import package_version
-from ....pipeline.files.atomic import printable, read_object, refuse_unwritable, whole_file
+from ....pipeline.files.atomic import (
+    printable,
+    read_object,
+    refuse_unwritable,
+    whole_file,
+    write_json,
+    write_text,
+)
 from ....pipeline.plugins.options import pairs
 from ....pipeline.reading.flags import Output
 from ....pipeline.reading.settings import OnDevice
@@ -218,8 +224,7 @@ def _write_status(
         for state in ("waiting", "done", "kept", "failed")
     }
     content = {"pcnet3d": package_version(), "what": "batch", "owner": owner, **counts, "takes": takes}
-    with whole_file(output / STATUS) as partial:
-        partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_json(output / STATUS, content)
 
 
 def study_rows(entries: Sequence[Entry], outcomes: Sequence[Outcome]) -> list[dict[str, Any]]:
@@ -243,5 +248,4 @@ def _write(
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(columns)
             writer.writerows([getattr(line, column) for column in columns] for line in lines)
-    with whole_file(output / PAGE) as partial:
-        partial.write_text(as_page(f"Study {output.name}", rows, changed), encoding="utf-8")
+    write_text(output / PAGE, as_page(f"Study {output.name}", rows, changed))

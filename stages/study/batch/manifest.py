@@ -19,7 +19,7 @@ from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.find import adapters, recognises
 from ....pipeline.reading.flags import is_repeatable
-from ....pipeline.reading.settings import MOVED, RunOptions, flag_of
+from ....pipeline.reading.settings import RunOptions, flag_of, settings_named
 from ....pipeline.running.plan import checked_setting, planned
 
 LABELS = ("subject", "visit", "condition")
@@ -137,14 +137,8 @@ def _column(name: str, where: str) -> str:
     }
     known = {"name", *LABELS, *own}
     if column not in known:
-        moved = (
-            MOVED.get("--" + column.replace("_", "-"), "")
-            .removeprefix("--set ")
-            .removeprefix("read.")
-            .partition("=")[0]
-            .lstrip("-")
-        )
-        hint = f"it is '{moved}' now." if moved else did_you_mean(column, known)
+        settings = " or ".join(setting.partition("=")[0] for setting in settings_named(column))
+        hint = f"it is '{settings}'." if settings else did_you_mean(column, known)
         raise InputError("name-unknown", f"{where}: there is no column '{printable(name)}'; {hint}")
     return own.get(column, column)
 

@@ -239,11 +239,6 @@ class Change:
         """As summary.json has it: its groups and its key."""
         return _key(self.of)
 
-    @property
-    def of_the_mean(self) -> bool:
-        """Whether the subjects changed on average: 0 lies outside the interval of the mean."""
-        return self.mean_lower > 0 or self.mean_upper < 0
-
 
 CHANGE = tuple("measure" if field.name == "of" else field.name for field in fields(Change))  # of changes.csv
 

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ValidationError
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.pose import package_version
-from ....pipeline.files.atomic import add_to_summary, printable, read_summary, whole_file
+from ....pipeline.files.atomic import add_to_summary, printable, read_summary, write_text
 from ....pipeline.files.digest import sha256
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import files_among
@@ -181,8 +181,7 @@ def _begun_before(job: Job, key: str) -> bool:
         return any(path.is_file() for path in kept)
     for path in kept:
         path.unlink(missing_ok=True)
-    with whole_file(job.begun) as partial:
-        partial.write_text(key, encoding="utf-8")
+    write_text(job.begun, key)
     return False
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say_all, show
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import package_version
-from ....pipeline.files.atomic import add_to_list, whole_folder
+from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ....pipeline.files.digest import sha256
 from ....pipeline.reading.flags import Force
 from ....pipeline.reading.settings import OnDevice
@@ -113,8 +112,7 @@ def compare(
             **figures(found),
             "device": where.summary(),
         }
-        text = json.dumps(plain(content), indent=1, allow_nan=False)
-        (partial / "compare.json").write_text(text + "\n", encoding="utf-8")
+        write_json(partial / "compare.json", plain(content))
         (partial / "compare.html").write_text(as_page(found), encoding="utf-8")
         write_recording(found, words, partial / "compare.rrd")
     if output is None:

@@ -29,7 +29,7 @@ from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.system import quoted
 from ....pipeline.core.take import Take
-from ....pipeline.files.atomic import add_to_list, whole_folder
+from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import call, did_you_mean, pairs
@@ -109,8 +109,7 @@ def imu(
         "segments": segments,
     }
     with whole_folder(folder / "imu", inputs=files) as partial:
-        text = json.dumps(content, indent=1, allow_nan=False)
-        (partial / _FIGURES).write_text(text + "\n", encoding="utf-8")
+        write_json(partial / _FIGURES, content)
         (partial / "imu.md").write_text(words, encoding="utf-8")
         for name in kept:
             shutil.copy(folder / "imu" / f"{name}.html", partial)

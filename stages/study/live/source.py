@@ -20,7 +20,7 @@ from ....pipeline.core.cores import cores
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.take import Video
 from ....pipeline.files.video_frames import CONTAINERS, images_from
-from ....pipeline.reading.take import read_video
+from ....pipeline.reading.load import read_video
 
 _PROTOCOLS = ("rtsp", "rtsps", "rtmp", "rtp", "srt", "udp", "tcp", "http", "https")
 # FFmpeg's names of what else comes as a stream. A playlist (HLS, DASH) is none of them: it names further addresses.

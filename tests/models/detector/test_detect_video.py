@@ -20,7 +20,7 @@ from pcnet3d.pipeline.files import video_frames
 from pcnet3d.pipeline.files.detections import Detections, load_detections
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.stages.detect import Detect, smoothed
+from pcnet3d.stages.detect import Detect
 from refusals import refused
 
 
@@ -280,23 +280,3 @@ def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, mon
 def test_another_frame_rate(walk_film, toy):
     take = Detect(detector=str(toy))(Take("walk", video=walk_film).telling(fps=120.0))
     np.testing.assert_allclose(take.keypoints.times, np.arange(40) / 120)
-
-
-def test_smoothing_takes_jitter_and_leaves_slow_motion(film, toys, toy):
-    keypoints = detect(film([toys.scene(box) for box in toys.walking(40)]), load_detector(toy)).people()[0]
-    slow = np.stack([40 + 3.0 * np.arange(40)] * 17, axis=1)
-    jitter = np.where(np.arange(40) % 2, 2.0, -2.0)[:, None]
-    noisy = keypoints.with_(joints=np.stack([slow + jitter, slow], axis=2))
-    calm = smoothed(noisy, 5.0)
-    np.testing.assert_allclose(calm.joints[8:-8, :, 0], slow[8:-8], atol=0.1)
-    gap = noisy.with_(joints=np.where((np.arange(40) == 20)[:, None, None], np.nan, noisy.joints))
-    missing = np.isnan(smoothed(gap, 5.0).joints).any(axis=(1, 2))
-    assert np.flatnonzero(missing).tolist() == [20]
-    leap = np.where(np.arange(40) < 20, 0.0, 100.0)[:, None, None] + np.zeros((1, 17, 2))
-    dropped = noisy.with_(joints=leap, frame_index=np.arange(40) + (np.arange(40) >= 20))
-    dropped = dropped.with_(time_s=dropped.frame_index / 30)
-    np.testing.assert_allclose(
-        smoothed(dropped, 5.0).joints, leap, atol=1e-6
-    )  # nothing crosses the dropped frame
-    with pytest.raises(InputError):
-        smoothed(noisy, 15.0)

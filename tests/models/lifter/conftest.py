@@ -16,7 +16,7 @@ from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.layouts import COCO17, COCO23, FEET, MHR70
-from pcnet3d.pipeline.reading.take import read_video
+from pcnet3d.pipeline.reading.load import read_video
 
 onnx = pytest.importorskip("onnx")
 from onnx import TensorProto, helper, numpy_helper  # noqa: E402

@@ -13,8 +13,9 @@ from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, remap
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, FEET
 from pcnet3d.pipeline.core.lifted import ToLift
 from pcnet3d.pipeline.core.rotations import geodesic_deg, kabsch
+from pcnet3d.pipeline.reading.load import read_video
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.reading.take import open_take, read_video
+from pcnet3d.pipeline.reading.take import open_take
 from refusals import refused
 
 RNG = np.random.default_rng(0)

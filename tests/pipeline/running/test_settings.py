@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from pcnet3d.pipeline import InputError, Told, load_recipe
-from pcnet3d.pipeline.reading.settings import MOVED, PLACES, RunOptions, flag_of, reading_options
+from pcnet3d.pipeline.reading.settings import RunOptions, flag_of
 from pcnet3d.pipeline.running.plan import planned
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 
@@ -165,10 +165,7 @@ def test_a_setting_that_cannot_be_used_is_refused_with_its_reason(setting, words
         ({"image_size": "640"}, ["WIDTHxHEIGHT", "'640'"]),
         ({"gravity": "0,1"}, ["--set read.gravity=X,Y,Z", "'0,1'"]),
         ({"ftps": 30}, ["'ftps'", "did you mean fps"]),
-        (
-            {"smoother": "savgol"},
-            ["'smoother'", "--set trajectories.smoother=VALUE --set angles.smoother=VALUE now"],
-        ),
+        ({"smoother": "savgol"}, ["'smoother'", "--set angles.smoother=VALUE", "--set trajectories."]),
     ],
 )
 def test_a_value_of_another_type_is_one_sentence(given, words):
@@ -180,24 +177,6 @@ def test_a_value_of_another_type_is_one_sentence(given, words):
 def test_options_do_not_change():
     with pytest.raises(ValidationError):
         RunOptions().fps = 30  # type: ignore[misc]
-
-
-def test_what_has_moved_has_gone_from_the_flags_and_is_somewhere_else():
-    assert not MOVED.keys() & {flag_of(name) for name in PLACES}
-    stands_for = {"VALUE": "1", "FILE": "f", "KEY": "track"}
-    for old, new in MOVED.items():
-        if not new.startswith("--set "):
-            assert new.partition(" ")[0] in {flag_of(name) for name in PLACES}, old
-            continue
-        name, _, value = new.removeprefix("--set ").partition("=")
-        stage, _, key = name.partition(".")
-        if stage == "read":
-            assert key in reading_options(), old
-        elif stage != "keypoints" and key:
-            from pcnet3d.pipeline.plugins import registry
-            from pcnet3d.pipeline.plugins.options import option_types
-
-            assert key in option_types(registry.load("stages", stage)), (old, stands_for.get(value))
 
 
 def test_the_session_is_what_is_told_of_it():

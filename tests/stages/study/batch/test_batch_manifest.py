@@ -79,8 +79,7 @@ def test_the_arguments_are_ones_that_run_takes(study, pcnet3d, tmp_path):
         (("poses,fps", "a.npy,30,7"), ["line 2", "2 cells", "3"]),
         (("poses,fps", "a.npy,fast"), ["line 2", "fps=fast"]),
         (("poses,handedness", "a.npy,ignroe"), ["line 2", "--set read.handedness=ignroe"]),
-        (("poses,parity", "a.npy,ignore"), ["'parity'", "it is 'handedness' now"]),
-        (("poses,cutoff", "a.npy,5"), ["'cutoff'", "it is 'trajectories.cutoff_hz' now"]),
+        (("poses,cutoff_hz", "a.npy,5"), ["'cutoff_hz'", "it is 'trajectories.cutoff_hz'"]),
         (("poses,trajectories.cutof_hz", "a.npy,5"), ["line 2", "did you mean cutoff_hz"]),
         (("poses,trajectory.cutoff_hz", "a.npy,5"), ["line 2", "did you mean trajectories"]),
         (("poses,clean.spike", "a.npy,wide"), ["line 2", "spike='wide'", "number"]),
@@ -152,7 +151,7 @@ def mixed(study) -> Path:
     [
         ({"detector": "movenet"}, [2]),
         ({"detect.person_detector": "yolox"}, [2]),
-        ({"detect.smooth_hz": "6"}, [2]),
+        ({"detect.looks": "1"}, [2]),
         ({"lifter": "pcnet3d"}, [1, 2]),
         ({"lift.flip": "yes"}, [1, 2]),
         ({"calibrate.gravity_network": "geocalib"}, [1, 2]),

@@ -14,7 +14,7 @@ from pcnet3d.models.lab.bench.files import write_inputs
 from pcnet3d.models.lab.bench.pipeline import _run
 from pcnet3d.models.lab.bench.run import measured_run
 from pcnet3d.models.rectifier.onnx import PCNetRectifier
-from pcnet3d.pipeline.reading.take import read_video
+from pcnet3d.pipeline.reading.load import read_video
 
 # CPU time of a run from files without its network, over that of its network: 3.7 to 5.2 in 15 runs on two busy cores.
 OWN_OVER_NETWORK = 8.0

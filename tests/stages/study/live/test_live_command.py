@@ -20,7 +20,7 @@ from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.rotations import unit
-from pcnet3d.pipeline.reading.take import read_video
+from pcnet3d.pipeline.reading.load import read_video
 from pcnet3d.pipeline.signals.swaps import kinds
 from pcnet3d.stages.detect import Detect
 from pcnet3d.stages.study.live.command import live
@@ -135,7 +135,7 @@ def test_files_in_metres_of_a_person_without_a_height_are_refused_before_anythin
 
 
 VALUES = {
-    "person_kind": "yolox", "looks": "1", "swaps": "mask", "smooth_hz": "6", "fps": "60",
+    "person_kind": "yolox", "looks": "1", "swaps": "mask", "fps": "60",
     "folder": "there", "checkpoint": "part.npz", "resume": "part.npz", "person": "0",
 }  # fmt: skip
 

@@ -1,0 +1,106 @@
+"""The notices of the catalogue that say what is wrong with poses, or that nothing is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .catalogue import About, Weight
+
+JUDGING: dict[str, tuple[Weight, About, str]] = {
+    # What is wrong with poses
+    "too-few-frames": ("suspicious", "poses",
+        "Fewer than two frames have all joints: too few to tell whether the poses are good."),
+    "gaps": ("note", "poses",
+        "{lost} of {frames:~frame} {lost:?is/are} missing: {absent} without a row (at most {longest} in a row), "
+        "{incomplete} with NaN, {empty} with all joints at one point."),
+    "duplicates": ("note", "poses",
+        "{repeated:~row repeats/rows repeat} the one before exactly, the first is row {first}; speeds are wrong "
+        "there."),
+    "frames-not-numbered": ("note", "poses",
+        "The file does not say which video frames its rows belong to."),
+    "rate-not-stated": ("note", "poses",
+        "The file does not say its frame rate."),
+    "swaps": ("note", "poses",
+        "{wrong} of {of:~row} {wrong:?looks/look} wrong: {swaps}."),
+    "swaps-unsure": ("note", "poses",
+        "Some rows look wrong: {doubt}."),
+    "rebase": ("suspicious", "poses",
+        "In every frame the outermost joint lies at {axis} = 0 exactly: the pelvis's movement along that axis was "
+        "lost."),
+    "flat": ("unusable", "poses",
+        "All joints lie in one plane (thickness {thickness_percent:.1f} % of the trunk): the poses have no depth."),
+    "axis-invented": ("unusable", "poses",
+        "Nothing moves along {axis} while the body moves along the other axes: that axis is invented."),
+    "flattened-depth": ("suspicious", "poses",
+        "Bones get shorter when they turn towards the camera, as if depth were {factor:.1f} times too small."),
+    "depth-stretched": ("suspicious", "poses",
+        "Bones get longer when they turn towards the camera, as if depth were {times:.1f} times too large."),
+    "limbs-copied": ("suspicious", "poses",
+        "One {limb} is a copy of the other, so left and right cannot be told apart."),
+    "repeats-itself": ("suspicious", "poses",
+        "{count} of {rows_read:~row} come again exactly: the clip plays more than once, so counts and cadences are"
+        " wrong."),
+    "only-noise": ("suspicious", "poses",
+        "Hands and feet jump to and fro and move no further: this is noise, a single pose, or rows in the wrong "
+        "order."),
+    "image-stretched": ("suspicious", "files",
+        "The body looks about {times:.2g} times too {way}, as in a stretched image. Give the video, or the "
+        "keypoints and the image size, as recorded."),
+    "camera-zooms": ("suspicious", "camera",
+        "The body grows in the image by about {percent:.1f} % in 1/30 s, and its steps do not explain that: the "
+        "camera seems to zoom. Then place and speed are wrong."),
+    "keypoints-smooth": ("warning", "files",
+        "Hands' and feet's keypoints hardly move faster than {hertz:g} Hz ({share_percent:.1f} %): they were "
+        "smoothed or computed. Give the detector's own."),
+    "no-quick-movement": ("suspicious", "poses",
+        "Hands and feet hardly move faster than {hertz:g} Hz (only {share_percent:.1f} % of their movement does): "
+        "the poses were smoothed."),
+    "bones": ("suspicious", "poses",
+        "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), most from {worst} "
+        "({worst_percent:.0f} %)."),
+    "limbs-unlike": ("suspicious", "poses",
+        "The bone from {bone} is {times:.2f} times as long as the left one."),
+    "mirrored": ("unusable", "poses",
+        "The body is mirrored or its left and right are exchanged (--set read.handedness=mirror or swap): {evidence}."),
+    "legs-against-arms": ("unusable", "poses",
+        "Left and right of the legs contradict those of the arms (--set read.handedness=swap-legs): {evidence}."),
+    "left-and-right": ("suspicious", "poses",
+        "Left and right are doubtful: {evidence}."),
+    "stature": ("suspicious", "poses",
+        "The limbs imply a stature of {stature_m:.3g} m. Check that the unit of the file is really metres."),
+    "upside-down": ("suspicious", "poses",
+        "The head is below the feet in {share_percent:.0f} % of the frames: the file's vertical axis seems to be "
+        "upside down, or the person stands on the hands. If its y points up, read it with --adapter arrays -O "
+        "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary"
+        " if it has no scale)."),
+    "picture-upside-down": ("suspicious", "poses",
+        "The head is below the feet in {share_percent:.0f} % of the frames: turn the image before the run, unless "
+        "the person stands on the hands."),
+    "leaps": ("suspicious", "poses",
+        "The whole pose leaps from one frame to the next at {count:~row}, first at row {first}."),
+    "seams": ("note", "poses",
+        "The estimator started a new clip at row {listed}."),
+    "seams-step": ("note", "poses",
+        "The estimator started a new clip at row {listed}; the pose steps there by up to {times:.1f} times its "
+        "usual movement."),
+    "refused": ("unusable", "poses",
+        "{reason}"),
+    "video-apart": ("suspicious", "poses",
+        "The poses reach frame {last}, but the video ends with frame {ends}: they do not belong together."),
+    "video-unnumbered": ("suspicious", "poses",
+        "There are {rows_read:~row} without frame numbers for {frames:~frame} of the video: time may drift."),
+    "video-fits": ("note", "poses",
+        "There are {rows_read:~row} for {frames:~frame} of the video, at {fps:g} per second."),
+    "keypoints-not-compared": ("note", "poses",
+        "The poses were not compared with the keypoints: {reason}."),
+    "keypoints-shifted": ("suspicious", "poses",
+        "The poses fit the keypoints better {lag:~frame} {direction}: they are off by {better_percent:.0f} % "
+        "instead of {off_percent:.0f} % of the person's size, over {frames:~frame} of track {person}."),
+    "keypoints-missed": ("suspicious", "poses",
+        "The poses are off the keypoints by {off_percent:.0f} % of the person's size, over {frames:~frame} of "
+        "track {person}."),
+    "keypoints-met": ("note", "poses",
+        "The poses fit the keypoints within {off_percent:.0f} % of the person's size, over {frames:~frame} of "
+        "track {person}."),
+}  # fmt: skip
