@@ -106,6 +106,8 @@ def _notices(found: Camera, moving: bool) -> list[Notice]:
     notices = [notice("image-up", source=_WHAT[look.source], **angles)]
     if found.focal_source in ("lines", "network"):
         notices.append(notice("image-focal", focal_px=found.focal_px, within_px=half_bar(found.focal_sd_px)))
+    if found.focal_against_px is not None:
+        notices.append(notice("focal-against-lines", focal_px=found.focal_px, fits=found.focal_against_px))
     return notices
 
 

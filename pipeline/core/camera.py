@@ -71,7 +71,7 @@ class Camera:
     who says so. intrinsics: of a calibrated camera, whose distortion is undone before anything looks at its pixels.
     looks: what images say about up, one for a camera that stands still, in order of their frames for one that moves.
     reason: in words, why there is none. background: how what the images show moves; None where it was not looked at or
-    cannot be told."""
+    cannot be told. focal_against_px: by straight lines, where these contradict a told one."""
 
     image_size: tuple[int, int]
     focal_px: float
@@ -81,6 +81,7 @@ class Camera:
     reason: str = ""
     intrinsics: Intrinsics | None = None
     background: Background | None = None
+    focal_against_px: float | None = None
 
 
 def pitch_roll_deg(up: np.ndarray) -> np.ndarray:
