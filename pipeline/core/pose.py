@@ -348,7 +348,7 @@ class Rectified:
     def body(self) -> PoseSequence:
         """In BODY, every frame turned upright and facing -X; made when it is asked for, for a long take would hold it
         beside `level`."""
-        R_body_from_level = transpose(self.R_source_from_body) @ self.R_source_from_level
+        R_body_from_level = (transpose(self.R_source_from_body) @ self.R_source_from_level).astype(np.float32)
         return self.level.mapped(
             lambda points: rotate(R_body_from_level, points),
             frame=BODY.with_(unit=self.level.frame.unit),
