@@ -30,7 +30,9 @@ def by_steps(factor, along=True):
     filtered = PoseSequence(joints, H36M17, LEVEL, time_s=time_s, root=farther)
     gait = find_gait(rotate(transpose(R_world_from_body(world)), joints), time_s)
     assert gait.kind == "walking"
-    return focal_by_steps(filtered, SimpleNamespace(source=CAMERA, R_source_from_level=R_source_from_level), gait)
+    return focal_by_steps(
+        filtered, SimpleNamespace(source=CAMERA, R_source_from_level=R_source_from_level), gait
+    )
 
 
 def test_a_usual_walk_fits_its_focal_length():
