@@ -180,7 +180,10 @@ def _rectify(
             found = [level_static(one, up, look) for one in seen]
         reference, method = CAMERA, chosen.method
     return [
-        (_rectified(source, reference, levelled, method, told, options.window_s), _notices(levelled, source))
+        (
+            _rectified(source, reference, levelled, method, told, options.window_s),
+            _notices(levelled, source, view),
+        )
         for source, levelled in zip(sources, found, strict=True)
     ]
 
@@ -276,10 +279,13 @@ def _in(source: PoseSequence, reference: Frame) -> PoseSequence:
     return change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit))
 
 
-def _notices(levelled: Levelled, poses: PoseSequence) -> list[Notice]:
+def _notices(levelled: Levelled, poses: PoseSequence, view: View | None) -> list[Notice]:
     """What the user is told about the take's up."""
     notices = [*levelled.up.notices]
-    if (row := levelled.drift_at) is not None:
+    stands = view is not None and view.background is not None and not view.background.moves
+    if (
+        row := levelled.drift_at
+    ) is not None and not stands:  # before such a camera it is the person who leans
         values: dict[str, Any] = {
             "frame": int(poses.frame_index[row]),
             "drift_deg": float(levelled.drift_deg),

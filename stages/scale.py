@@ -22,7 +22,7 @@ _MOST_SD = 0.07  # share of a scale by flights
 class Scale:
     """The stage. Metres by the person's stature that the user tells (`take.told`); without one by how fast the body
     falls in flights, of a rectified take before a camera that is known to stand still, where that is sure to 7 %. Else
-    the source's unit is kept, and said when it has no scale."""
+    the source's unit is kept, and said when it has no scale, or that of a network, which sees nobody's height."""
 
     name: ClassVar[str] = "scale"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
@@ -39,8 +39,10 @@ class Scale:
         if stature_m is not None:
             scaled, factor = _scaled(take, stature_m)
             return scaled.saying(notice("scaled", factor=factor, stature_m=stature_m))
-        if take.need("poses").frame.metric:
-            return take
+        poses = take.need("poses")
+        if poses.frame.metric:
+            assumed = poses.made_by.kind == "estimated" and poses.frame.family == "camera"
+            return take.saying(notice("scale-assumed")) if assumed else take
         flown = Airborne() if take.rectified is None else airborne(take)
         if take.rectified is None or not (flown.judged and flown.still):
             return take.saying(notice("no-scale"))

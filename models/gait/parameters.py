@@ -112,12 +112,13 @@ def belt_drift(
     seams: Sequence[int] = (),
 ) -> np.ndarray | None:
     """(2,) the velocity at which feet that stand are carried along, the median of the stances; None where they stay,
-    drifting by less than half as fast as they go back under the body. root, ankles: as those of `lengths`."""
+    drifting back by less than half as fast as they go back under the body. Feet that drift ahead are on no belt: their
+    legs were lifted too short. root, ankles: as those of `lengths`."""
     drifts, backs = carried(root, ankles, time_s, feet, seams)
     if not len(drifts):
         return None
     drift, back = np.median(drifts, axis=0), np.median(backs, axis=0)
-    return drift if np.linalg.norm(drift) > _CARRIED * np.linalg.norm(back) else None
+    return drift if drift @ back > _CARRIED * (back @ back) else None
 
 
 def carried(

@@ -206,7 +206,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
                 *told,
                 *(video.doubts if video else ()),
                 *doubts,
-                *_doubts(lead, keypoints),
+                *_doubts(lead, keypoints, video),
                 *strange,
                 *_of_no_recording(poses, keypoints),
                 *_coverage(lead, video),
@@ -404,10 +404,11 @@ def _coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
     return [notice("part-covered", first=int(first), last=int(last), frames=len(video.time_s))]
 
 
-def _doubts(lead: PoseSequence, keypoints: PoseSequence | None) -> list[Notice]:
+def _doubts(lead: PoseSequence, keypoints: PoseSequence | None, video: Video | None) -> list[Notice]:
     """Warnings about data that were read but should not be believed as they are. keypoints: the lead, or those beside
     it."""
-    unknown = () if lead.frames_known else (notice("frames-unknown"),)
+    beside = video is not None or (keypoints is not None and keypoints is not lead)
+    unknown = (notice("frames-unknown"),) if beside and not lead.frames_known else ()
     return [*lead.notices, *(keypoints.notices if keypoints is not None else ()), *unknown]
 
 
