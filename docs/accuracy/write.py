@@ -35,9 +35,7 @@ ERRORS = HERE / "errors.json"  # of pcnet3d evaluate errors, as it writes it
 ROOT = HERE.parents[1]
 MARKED = (
     "README.md",
-    "docs/angles.md",
     "docs/errors.md",
-    "docs/movements.md",
     "docs/research.md",
     "docs/trust.md",
     "docs/up.md",
@@ -246,6 +244,7 @@ def of_kinds(named: Sequence[str]) -> dict[str, list[str]]:
     return {
         "angles": angles,
         "rates": [f"rate of {name}" for name in angles],
+        "sides": [name for name in names if name.startswith("right less left range ")],
         "motions": [name for name in names if name.startswith(("wrist ", "ankle "))],
         "places": [name for name in names if name.startswith(("pelvis ", "body's ", "focal "))],
     }

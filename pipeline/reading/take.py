@@ -76,7 +76,8 @@ class _Files:
 def open_take(options: RunOptions) -> Take:
     """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
 
-    Without poses the keypoints lead: theirs are the frame numbers and the clock. Of a video alone the take has neither.
+    Without poses, frame numbers and clock are those of the keypoints. With a video alone the take has neither poses nor
+    keypoints.
     """
     files = _read(options)
     if files.poses is None and files.keypoints is None:

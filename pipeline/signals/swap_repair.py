@@ -117,8 +117,8 @@ def told(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
 
 
 def settled(poses: PoseSequence, swaps: Iterable[Swap]) -> tuple[tuple[Swap, ...], tuple[str, ...]]:
-    """The swaps that are to be put right, and what to say of the others (see `told`): uncertain ones, and all of a kind
-    whose repair would make the take worse."""
+    """The swaps to repair, and notices about the others (see `told`): uncertain ones, and all of a kind whose repair
+    would make the take worse."""
     swaps = tuple(swaps)
     doubtful = [swap for swap in swaps if not swap.certain]
     said = [f"{told(poses, doubtful)}; that is too uncertain to be changed"] if doubtful else []
