@@ -92,8 +92,11 @@ _WHAT = {"lines": "the straight lines", "network": "a network's view"}
 
 def _notices(found: Camera, moving: bool) -> list[Notice]:
     """What was found."""
+    against: list[Notice] = []
+    if found.focal_against_px is not None:
+        against = [notice("focal-against-lines", focal_px=found.focal_px, fits=found.focal_against_px)]
     if not found.looks:
-        return [notice("image-without-up", reason=found.reason)]
+        return [notice("image-without-up", reason=found.reason), *against]
     if moving:
         return [notice("image-up-in-frames", looks=len(found.looks))]
     look = found.looks[0]
@@ -103,7 +106,7 @@ def _notices(found: Camera, moving: bool) -> list[Notice]:
         "roll_deg": float(roll),
         "within_deg": RAYLEIGH_90 * look.error_deg,
     }
-    notices = [notice("image-up", source=_WHAT[look.source], **angles)]
+    notices = [*against, notice("image-up", source=_WHAT[look.source], **angles)]
     if found.focal_source in ("lines", "network"):
         notices.append(notice("image-focal", focal_px=found.focal_px, within_px=half_bar(found.focal_sd_px)))
     return notices

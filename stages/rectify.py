@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -25,7 +24,7 @@ from ..models.gravity import (
 from ..models.gravity.moving import WINDOW_S, timed
 from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
+from ..pipeline.core.frames import CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, Rectified
@@ -75,7 +74,7 @@ _UPSIDE_DOWN = ("upside-down", "picture-upside-down")
 def _filled(take: Take, rectified: Rectified, notices: list[Notice]) -> Take:
     lost = int(np.isnan(rectified.R_source_from_body).any(axis=(1, 2)).sum())
     if lost:
-        notices = [*notices, notice("frames-not-rectified", lost=lost, frames=len(rectified.body))]
+        notices = [*notices, notice("frames-not-rectified", lost=lost, frames=len(rectified.level))]
     if not rectified.level_ok:
         notices = [*notices, notice("not-levelled", reason=rectified.level_reason)]
     told = any(finding.code in _UPSIDE_DOWN for finding in take.findings or ())
@@ -246,21 +245,14 @@ def _rectified(
     said = {name: value for name, value in said.items() if value is not None}
     camera: CameraMotion = "moving" if told.moving else "static"
     noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **said)
-    unit_ = source.frame.unit
     root = root_covariance = None
     if source.root is not None and R_source_from_level.ndim == 2:
         root = rotate(transpose(R_source_from_level), source.root)
         root_covariance = turned_covariance(source.root_covariance, transpose(R_source_from_level))
     return Rectified(
-        body=noted.mapped(
-            partial(_canonical, R_source_from_body),
-            frame=BODY.with_(unit=unit_),
-            root=None,
-            root_covariance=None,
-        ),
         level=noted.mapped(
-            partial(_canonical, R_source_from_level),
-            frame=LEVEL.with_(unit=unit_),
+            lambda points: rotate(transpose(R_source_from_level), points.astype(np.float64)),
+            frame=LEVEL.with_(unit=source.frame.unit),
             root=root,
             root_covariance=root_covariance,
             covariance=turned_covariance(source.covariance, transpose(R_source_from_level)),
@@ -303,7 +295,3 @@ def _notices(levelled: Levelled, poses: PoseSequence, view: View | None) -> list
     if not np.isnan(levelled.apart_deg):
         notices.append(notice("up-of-one-apart", apart_deg=float(levelled.apart_deg)))
     return notices
-
-
-def _canonical(R_source_from_canonical: np.ndarray, points: np.ndarray) -> np.ndarray:
-    return rotate(transpose(R_source_from_canonical), points.astype(np.float64))

@@ -63,8 +63,8 @@ def _scaled(take: Take, stature_m: float, sd: float | None = None) -> tuple[Take
     poses, factor = scale(take.need("poses"), stature_m, sd)
     rectified = take.rectified
     if rectified is not None:
-        body, level = (_times(one, factor, stature_m, sd) for one in (rectified.body, rectified.level))
-        rectified = replace(rectified, body=body, level=level, source=poses.frame)
+        level = _times(rectified.level, factor, stature_m, sd)
+        rectified = replace(rectified, level=level, source=poses.frame)
     return take.with_(poses=poses, rectified=rectified), factor
 
 

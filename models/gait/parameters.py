@@ -114,6 +114,22 @@ def belt_drift(
     """(2,) the velocity at which feet that stand are carried along, the median of the stances; None where they stay,
     drifting back by less than half as fast as they go back under the body. Feet that drift ahead are on no belt: their
     legs were lifted too short. root, ankles: as those of `lengths`."""
+    drifts, backs = carried(root, ankles, time_s, feet, seams)
+    if not len(drifts):
+        return None
+    drift, back = np.median(drifts, axis=0), np.median(backs, axis=0)
+    return drift if drift @ back > _CARRIED * (back @ back) else None
+
+
+def carried(
+    root: np.ndarray,
+    ankles: Mapping[str, np.ndarray],
+    time_s: np.ndarray,
+    feet: Mapping[str, Sequence[Stance]],
+    seams: Sequence[int] = (),
+) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 2) velocities of the feet that lie flat, a row a stance that is seen whole, and (N, 2) those under the body.
+    Arguments as those of `lengths`."""
     drifts, backs = [], []
     for side, of_side in feet.items():
         for stance in of_side:
@@ -124,10 +140,7 @@ def belt_drift(
                 if np.isfinite(drift).all():
                     drifts.append(drift)
                     backs.append(back)
-    if not drifts:
-        return None
-    drift, back = np.median(drifts, axis=0), np.median(backs, axis=0)
-    return drift if drift @ back > _CARRIED * (back @ back) else None
+    return np.reshape(drifts, (-1, 2)), np.reshape(backs, (-1, 2))
 
 
 def flat_span(stance: Stance, first_s: float, last_s: float) -> tuple[float, float]:

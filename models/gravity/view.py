@@ -30,6 +30,9 @@ from .images import TOLD_SPREAD, Unknown, up_from_images
 NETWORK_FAILURE = 0.06
 # Of a focal length that the video file states: the sensor's crop and stabilisation are not told.
 FILE_SPREAD = 0.08
+# A told focal length is held against what lines make of one that is free by a factor of 1.6 about it, and is
+# contradicted from so many standard deviations and so large a logarithm on; by rendered rooms and streets.
+_FREE, _BEYOND, _LEAST = 0.5, 3.0, 0.15
 _LOOKS = 3  # images of a camera that stands still
 _EVERY = 10  # video frames between the images of one that moves
 _GLIMPSES, _SOON_S = (
@@ -151,7 +154,20 @@ def static_camera(
     """Of a camera that stood still. images: {video frame: (H, W, 3) uint8 RGB}, a few of a take. told_px, file_px: a
     focal length that the user, or the video file, states. network: of camera_of."""
     height, width = next(iter(images.values())).shape[:2]
-    return _looked_at(images, boxes, known_camera((width, height), told_px, file_px), network)
+    found = _looked_at(images, boxes, known_camera((width, height), told_px, file_px), network)
+    against = None if told_px is None else _focal_against(images, boxes, told_px)
+    return replace(found, focal_against_px=against)
+
+
+def _focal_against(images: Mapping[int, np.ndarray], boxes: Boxes, told_px: float) -> float | None:
+    """The focal length in pixels by straight lines, where it is beyond doubt not the told one."""
+    frames = sorted(images)
+    around = [boxes.get(frame, _NO_BOX) for frame in frames]
+    answer = up_from_images([images[frame] for frame in frames], told_px, around, _FREE)
+    if isinstance(answer, Unknown):
+        return None
+    apart, sd = abs(np.log(answer.focal_px / told_px)), answer.focal_sd_px / answer.focal_px
+    return answer.focal_px if apart > max(_BEYOND * np.hypot(sd, TOLD_SPREAD), _LEAST) else None
 
 
 def moving_camera(

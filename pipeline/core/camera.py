@@ -71,7 +71,8 @@ class Camera:
     standard deviation. focal_source: where it comes from. intrinsics: those of a calibrated camera; its distortion is
     undone before anything looks at the pixels. looks: what images say about up: one for a static camera, one per image
     looked at for a moving one, in order. reason: in words, why there is no look. background: how the background moves;
-    None if nobody looked at it or it cannot be told."""
+    None if nobody looked at it or it cannot be told. focal_against_px: the focal length by straight lines, where these
+    contradict a told one."""
 
     image_size: tuple[int, int]
     focal_px: float
@@ -81,6 +82,7 @@ class Camera:
     reason: str = ""
     intrinsics: Intrinsics | None = None
     background: Background | None = None
+    focal_against_px: float | None = None
 
 
 def pitch_roll_deg(up: np.ndarray) -> np.ndarray:

@@ -142,6 +142,12 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "degrees, within {within_deg:.1f}."),
     "image-focal": ("note", "camera",
         "According to the image, the focal length is {focal_px:.0f} pixels, within {within_px:.0f}."),
+    "focal-against-lines": ("warning", "camera",
+        "You gave a focal length of {focal_px:.0f} pixels, but by the straight lines of the image it is about "
+        "{fits:.0f}: place and speed are wrong if the lines are right. Yours is believed (--focal)."),
+    "focal-against-steps": ("warning", "camera",
+        "You gave a focal length of {focal_px:.0f} pixels, but the steps are not as long as the way that the person "
+        "goes with it: about {fits:.0f} would fit. Yours is believed, and place and speed rest on it (--focal)."),
     # Left and right
     "sides-put-right": ("repair", "left and right",
         "Left and right were corrected as asked: {repair}."),

@@ -16,6 +16,7 @@ from .errors import InputError
 from .frames import BODY, CAMERA, LEVEL, Frame, require
 from .layouts import FEET, Layout
 from .notices import Notice
+from .rotations import rotate, transpose
 
 
 @cache
@@ -285,7 +286,6 @@ TOLD_UP = ("gravity vector", "camera pitch and roll")  # sources of up that the 
 class Rectified:
     """A skeleton in the canonical frames of design.md section 4.
 
-    body: in BODY, every frame turned upright and facing -X.
     level: in LEVEL, one upright frame for the whole take; its root, where the source knows it and the camera stands
         still, is counted from where the source counts: the camera's centre or the world's origin.
     R_source_from_body: (T, 3, 3), the paper's R; NaN where a frame cannot be rectified.
@@ -304,7 +304,6 @@ class Rectified:
     level_ok, level_reason: whether the take could be levelled, and in words why not.
     """
 
-    body: PoseSequence
     level: PoseSequence
     R_source_from_body: np.ndarray
     R_source_from_level: np.ndarray
@@ -324,9 +323,8 @@ class Rectified:
     up_own: dict[str, tuple[np.ndarray, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        require(self.body.frame, BODY, "Rectified.body")
         require(self.level.frame, LEVEL, "Rectified.level")
-        rows = len(self.body)
+        rows = len(self.level)
         shapes = {
             "R_source_from_body": ((rows, 3, 3),),
             "R_source_from_level": ((3, 3), (rows, 3, 3)),
@@ -345,6 +343,18 @@ class Rectified:
                 )
             array.setflags(write=False)
             object.__setattr__(self, name, array)
+
+    @property
+    def body(self) -> PoseSequence:
+        """In BODY, every frame turned upright and facing -X; made when it is asked for, for a long take would hold it
+        beside `level`."""
+        R_body_from_level = (transpose(self.R_source_from_body) @ self.R_source_from_level).astype(np.float32)
+        return self.level.mapped(
+            lambda points: rotate(R_body_from_level, points),
+            frame=BODY.with_(unit=self.level.frame.unit),
+            root=None,
+            root_covariance=None,
+        )
 
     @property
     def in_world(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -20,17 +21,25 @@ from ..core.pose import package_version
 from ..core.system import is_running
 
 SUMMARY, REPORT = "summary.json", "report.html"
+_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))  # Windows has no quota of that name
 
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """A temporary path beside `path`, with its suffix (some writers would add it); renamed to it when the block ends,
-    removed when it fails, or at the next writing when its process was killed."""
+    removed when it fails, or at the next writing when its process was killed. InputError where the disk fills."""
     _remove_dead(path.parent, ".partial-", f"-{path.name}")
     partial = path.with_name(f".partial-{_us()}-{path.name}")
     try:
         yield partial
         os.replace(partial, path)
+    except OSError as error:
+        if error.errno not in _FULL:
+            raise
+        raise InputError(
+            "cannot-write",
+            f"{path} could not be written: {error.strerror}; make room there or choose another folder.",
+        ) from None
     finally:
         partial.unlink(missing_ok=True)
 

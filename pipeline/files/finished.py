@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError, model_validator
 from ..core.camera import Background, Camera, FocalSource, view_rotation
 from ..core.catalogue import About, Weight
 from ..core.errors import InputError
-from ..core.frames import BODY, FRAMES, IMAGE, LEVEL, Frame
+from ..core.frames import FRAMES, IMAGE, LEVEL, Frame
 from ..core.layouts import H36M17, Layout
 from ..core.measures import Row
 from ..core.notices import Notice, grave
@@ -218,7 +218,6 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
     upright = poses.with_(history=summary.history[: of.steps])
     sources = of.up_by_source.items()
     return Rectified(
-        body=upright.with_(joints=arrays["body"], frame=BODY.with_(unit=unit)),
         level=upright.with_(
             joints=arrays["level"],
             frame=LEVEL.with_(unit=unit),

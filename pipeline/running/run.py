@@ -142,7 +142,7 @@ def run_into(
         }
         for i in takes:
             pipelines[i].check_rate(_frame_rate(takes[i]))
-        require_space(folder, bytes_needed(recipe, *takes.values()), "The run")
+        require_space(folder.parent, bytes_needed(recipe, *takes.values()), "The run")
         ended |= _by_scene(pipelines, takes, done)
     runs = []
     for i, (person, frames) in enumerate(who):

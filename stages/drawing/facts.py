@@ -151,7 +151,7 @@ def facts_of(take: Take) -> Facts:
         warnings=told["warning"],
         repairs=told["repair"],
         notes=told["note"],
-        history=(*rectified.body.history, *behind),
+        history=(*rectified.level.history, *behind),
     )
 
 

@@ -16,6 +16,7 @@ from ...pipeline.core.rotations import rotate
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import breaks, even_grid, evenly_spaced, holes, rate, resample
 
+_APART = 0.75  # usual intervals to the nearest row of uneven stamps, from which on a moment was not seen
 OPENSIM = Frame("OPENSIM", "level", ("front", "up", "right"))  # the axes of OpenSim's models
 
 
@@ -97,7 +98,10 @@ def _at_even_times(points: np.ndarray, path: PoseSequence) -> tuple[np.ndarray, 
         even_s = np.arange(time_s[0], time_s[-1] + 1e-9, 1 / fps)
         seams = (*breaks(path), *holes(time_s).tolist())
         each = [resample(points[:, i], time_s, even_s, seams) for i in range(points.shape[1])]
-        return np.stack(each, axis=1), even_s, fps
+        behind = np.searchsorted(time_s, even_s).clip(1, len(time_s) - 1)
+        apart_s = np.minimum(abs(even_s - time_s[behind - 1]), abs(even_s - time_s[behind]))
+        seen = (apart_s * fps < _APART)[:, None, None]
+        return np.where(seen, np.stack(each, axis=1), np.nan), even_s, fps
     even_s, rows = on_grid
     placed = np.full((len(even_s), *points.shape[1:]), np.nan)
     placed[rows] = points

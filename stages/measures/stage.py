@@ -11,6 +11,7 @@ import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
 from ...models.angle_error.repeatability import ends, judged, middle_sd, range_sd
+from ...models.gait.focal import focal_by_steps
 from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import SIDES, body_joints, gait_of
 from ...models.place.airborne import Airborne, airborne
@@ -30,7 +31,7 @@ from ...pipeline.core.measures import (
     within,
 )
 from ...pipeline.core.messages import spans_in_words
-from ...pipeline.core.notices import notice, verdict
+from ...pipeline.core.notices import Notice, notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
@@ -113,8 +114,19 @@ class Measures:
         asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take)
         found = measures(filtered, rectified, kinematics, source, gait, *asked)
         found += tuple(within("off_keypoints", off_keypoints(residuals_of(take), source.times)))
-        said = doubts(gait, source) if rectified.level_ok else []
+        said = [*doubts(gait, source), *_focal(take, gait)] if rectified.level_ok else []
         return take.with_(measures=found).saying(*said)
+
+
+def _focal(take: Take, gait: Gait) -> list[Notice]:
+    """Whether a walk contradicts a told focal length; of the built-in lifter's poses, by which that was measured."""
+    camera, poses = take.camera, take.need("poses")
+    if camera is None or camera.focal_source != "told" or poses.root_covariance is None:
+        return []
+    times = focal_by_steps(take.need("filtered"), take.need("rectified"), gait)
+    if times is None or not made_by_the_built_in(poses):
+        return []
+    return [notice("focal-against-steps", focal_px=camera.focal_px, fits=camera.focal_px / times)]
 
 
 def measures(

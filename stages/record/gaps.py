@@ -24,7 +24,6 @@ def gaps_marked(take: Take) -> Take:
         kinematics=None,
         rectified=replace(
             rectified,
-            body=_marked(rectified.body, behind),
             level=_marked(rectified.level, behind),
             R_source_from_body=np.insert(rectified.R_source_from_body, behind, np.nan, axis=0),
             R_source_from_level=levels if levels.ndim == 2 else np.insert(levels, behind, np.nan, axis=0),

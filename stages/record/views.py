@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.core.frames import BODY
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.signals.reprojection import residuals_of
@@ -129,11 +130,11 @@ def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
     import rerun.blueprint as rrb
 
     rectified = take.need("rectified")
-    poses = take.need("poses") if entity == "source" else rectified.body
-    eye = size * poses.frame.basis @ np.array(_EYES[poses.frame.family])
+    frame = take.need("poses").frame if entity == "source" else BODY
+    eye = size * frame.basis @ np.array(_EYES[frame.family])
     grid = rrb.LineGrid3D(False)
     if entity != "source":
-        ground = floor(poses)
+        ground = floor(rectified.level)  # heights in BODY are those in LEVEL
         plane = rr.components.Plane3D.XY.with_distance(ground if np.isfinite(ground) else -size)
         grid = rrb.LineGrid3D(plane=plane, spacing=size / 4, color=(128, 128, 128, 110))
     return rrb.Spatial3DView(

@@ -27,6 +27,7 @@ NEW = {
     "gait-against-rate", "rows-lost", "keypoints-not-of-poses", "keypoints-not-of-video", "depth-stretched",
     "no-quick-movement", "limbs-copied", "repeats-itself", "only-noise", "left-and-right",
     "keypoints-smooth", "movement-against-rate", "played-backwards", "image-stretched", "camera-zooms",
+    "focal-against-lines", "focal-against-steps",
 }  # fmt: skip
 
 

@@ -262,7 +262,7 @@ LIFTED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "smoothed over 31 frames": (_points(_smooth(31)), (*SHAPE, "keypoints-smooth")),
     "right leg a copy of the left": (_points(_copied(COCO17)), SHAPE),
     "shares of the image as pixels": (_points(lambda xy, size: xy / size), (*SHAPE, *TOGETHER)),
-    "focal length told 2.2 times too long": (_focal(2.2), ("focal-against-size", "focal-against-lines")),
+    "focal length told 2.2 times too long": (_focal(2.2), ("focal-against-steps", "focal-against-lines")),
     "height told in centimetres": (_told(stature=175.0), ("stature",)),
     "trimmed": (lambda given, _: _rows(given, np.arange(10, len(given.frames) - 3)), ()),
     "half of the pixels": (_size(0.5, 0.5), ()),

@@ -11,15 +11,15 @@ from golden.films import film_of
 from pcnet3d.adapters import video as videos
 from pcnet3d.models.gravity import geocalib
 from pcnet3d.models.gravity.lines import UpOfImages
-from pcnet3d.models.gravity.view import _boxes, camera_of
-from pcnet3d.models.lab.synthetic.rooms import no_lines, street
+from pcnet3d.models.gravity.view import _boxes, camera_of, static_camera
+from pcnet3d.models.lab.synthetic.rooms import no_lines, room, street
 from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.core.camera import Camera, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.intrinsics import undistorted
 from pcnet3d.pipeline.core.rotations import angle_deg
-from pcnet3d.stages.calibrate import Calibrate
+from pcnet3d.stages.calibrate import Calibrate, _notices
 from pcnet3d.stages.calibrate_command import pitch_roll_sd_deg
 from pcnet3d.stages.lift import Lift
 from refusals import refused
@@ -57,6 +57,16 @@ def test_a_told_focal_length_stays(video):
     take = Calibrate()(Take("street", video=video, told=Told(focal_px=1234.0)))
     assert take.camera.focal_source == "told"
     assert take.camera.focal_px == 1234
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
+def test_lines_contradict_a_wrong_focal_length(factor):
+    shown = room(5000)
+    found = static_camera({0: shown.image}, {0: shown.boxes}, factor * shown.focal_px)
+    assert found.focal_px == factor * shown.focal_px
+    codes = [each.code for each in _notices(found, moving=False)]
+    assert ("focal-against-lines" in codes) == (factor != 1)
+    assert factor == 1 or found.focal_against_px == pytest.approx(shown.focal_px, rel=0.05)
 
 
 def test_a_moving_camera_is_looked_at_every_tenth_frame(video):

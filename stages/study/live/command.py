@@ -205,7 +205,7 @@ class _Seen:
 def _full(folder: Path, frames: int) -> InputError | None:
     """The refusal where a folder's disk has no room for more than the end of so many frames."""
     try:
-        require_space(folder, _RESERVE_BYTES + _FRAME_BYTES * frames, "The end of what live records")
+        require_space(folder.parent, _RESERVE_BYTES + _FRAME_BYTES * frames, "The end of what live records")
     except InputError as error:
         return error
     return None

@@ -81,15 +81,16 @@ def test_history_grows_and_says_the_version():
 
 
 def test_rectified_checks_frames_and_shapes():
-    body = PoseSequence(np.zeros((2, 17, 3)), H36M17, BODY)
-    level = body.with_(frame=LEVEL)
+    level = PoseSequence(np.ones((2, 17, 3)), H36M17, LEVEL)
     eyes = np.broadcast_to(np.eye(3), (2, 3, 3))
     good = {"R_source_from_body": eyes, "R_source_from_level": np.eye(3), "error_deg": np.zeros(2)}
-    Rectified(body, level, **good, method="m", level_heading="median")
+    rectified = Rectified(level, **good, method="m", level_heading="median")
+    assert rectified.body.frame == BODY
+    np.testing.assert_allclose(rectified.body.joints, level.joints)
     with pytest.raises(InputError, match="LEVEL"):
-        Rectified(body, body, **good, method="m", level_heading="median")
+        Rectified(rectified.body, **good, method="m", level_heading="median")
     with pytest.raises(InputError, match="error_deg"):
-        Rectified(body, level, **{**good, "error_deg": np.zeros(3)}, method="m", level_heading="median")
+        Rectified(level, **{**good, "error_deg": np.zeros(3)}, method="m", level_heading="median")
 
 
 def test_arrays_are_shared_only_where_nobody_can_change_them():

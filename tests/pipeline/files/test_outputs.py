@@ -1,5 +1,6 @@
 """Writing: all or nothing, and nobody else's folder."""
 
+import errno
 import json
 import os
 import shutil
@@ -19,6 +20,7 @@ from pcnet3d.pipeline.files.atomic import (
 )
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.run import run_files, run_people
+from refusals import refused
 
 
 def test_a_failed_file_leaves_nothing_and_keeps_the_old_one(tmp_path):
@@ -242,3 +244,10 @@ def test_room_is_asked_for_on_the_disk_that_the_folder_will_be_on(tmp_path, monk
     with pytest.raises(InputError, match=r"It needs about 0 MB and .* choose another folder"):
         require_space(tmp_path / "new" / "out", 51, "It")
     assert asked == [tmp_path, tmp_path]
+
+
+def test_a_full_disk_is_said_with_the_file_and_leaves_nothing(tmp_path):
+    with refused("cannot-write"), whole_file(tmp_path / "poses.npz") as partial:
+        partial.write_bytes(b"half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert not [*tmp_path.iterdir()]

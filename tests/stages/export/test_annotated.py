@@ -137,9 +137,11 @@ def test_where_it_begins_is_told(take, tmp_path):
 def test_without_a_video_or_frames_of_it_it_is_refused(take, tmp_path):
     with refused("needs-input"):
         write_annotated(take.with_(video=None), tmp_path / "annotated.mp4")
-    body = take.rectified.body.with_(frame_index=ROWS + 100)
+    level = take.rectified.level.with_(frame_index=ROWS + 100)
     with pytest.raises(InputError, match="from frame 102 on"):
-        write_annotated(take.with_(rectified=replace(take.rectified, body=body)), tmp_path / "annotated.mp4")
+        write_annotated(
+            take.with_(rectified=replace(take.rectified, level=level)), tmp_path / "annotated.mp4"
+        )
     assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
 
 

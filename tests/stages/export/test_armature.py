@@ -143,6 +143,22 @@ def test_every_measured_row_is_kept_where_others_are_lost(walked, walk, tick_s):
     assert np.isnan(found.joints[lost]).all()
 
 
+@pytest.mark.parametrize("lost", [1, 2, 9])
+def test_what_was_not_seen_between_uneven_stamps_is_a_gap(walked, walk, lost):
+    stamps = walk.time_s + np.random.default_rng(0).uniform(-0.006, 0.006, len(walk))
+    first = walked(time_s=stamps).filtered
+    kept = np.delete(np.arange(len(walk)), np.arange(20, 20 + lost))
+    rows = {
+        name: getattr(first, name)[kept] for name in ("joints", "root", "confidence", "time_s", "frame_index")
+    }
+    found = evenly(walked().with_(filtered=replace(first, **rows)), ANIMATION)
+    unseen = np.isnan(found.joints).all(axis=(1, 2))
+    between = (stamps[19] < found.time_s) & (found.time_s < stamps[20 + lost])
+    assert lost - 1 <= unseen.sum() <= lost + 2
+    assert unseen.any()
+    assert not unseen[~between].any()
+
+
 def test_when_the_take_begins_is_said(walked, walk):
     assert not any(event.code == "animation-begins" for event in armature(walked()).notes("a.bvh"))
     said = armature(walked(time_s=walk.time_s + 7.25)).notes("a.bvh")

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import (
-    BODY,
     CAMERA,
     H36M17,
     IMAGE,
@@ -54,7 +53,6 @@ def make_take() -> Callable[..., Take]:
         R_source_from_body = UPRIGHT @ R_level_from_body
         pixels = 40 + 20 * np.random.default_rng(0).random((rows, len(COCO17), 2))
         rectified = Rectified(
-            body=PoseSequence(body, H36M17, BODY, **clock),
             level=PoseSequence(rotate(R_level_from_body, body), H36M17, LEVEL, **clock),
             R_source_from_body=R_source_from_body,
             R_source_from_level=UPRIGHT,

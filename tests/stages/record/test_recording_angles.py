@@ -60,10 +60,8 @@ def test_gaps_end_the_curves(make_take, read_rrd, tmp_path):
     kept = take.poses.frame_index.copy()
     kept[6:] += 1  # one frame was dropped
     poses = take.poses.with_(frame_index=kept, time_s=kept / 25)
-    body, level = (
-        part.with_(frame_index=kept, time_s=kept / 25) for part in (take.rectified.body, take.rectified.level)
-    )
-    rectified = replace(take.rectified, body=body, level=level)
+    level = take.rectified.level.with_(frame_index=kept, time_s=kept / 25)
+    rectified = replace(take.rectified, level=level)
     take = take.with_(poses=poses, rectified=rectified, keypoints=None, kinematics=columns())
     record(take, tmp_path / "take.rrd")
     frame, _, values = read_rrd(tmp_path / "take.rrd").over_time("angles/knee_flexion", "Scalars:scalars")
@@ -79,9 +77,7 @@ def test_poses_of_every_second_frame_have_gaps_where_one_is_lost(
     clock = 2 * np.arange(12)
     clock[6:] += dropped
     told = {"frame_index": clock, "time_s": clock / 25}
-    rectified = replace(
-        take.rectified, body=take.rectified.body.with_(**told), level=take.rectified.level.with_(**told)
-    )
+    rectified = replace(take.rectified, level=take.rectified.level.with_(**told))
     keypoints = take.keypoints.with_(frame_index=clock[-1] - 10 + np.arange(12))  # they end a frame later
     take = take.with_(
         poses=take.poses.with_(**told), rectified=rectified, keypoints=keypoints, kinematics=columns()

@@ -86,7 +86,6 @@ def test_unit_is_arbitrary_where_the_source_has_no_scale(make_take, read_rrd, tm
         name: poses.with_(frame=poses.frame.with_(unit="arbitrary"))
         for name, poses in (
             ("poses", take.poses),
-            ("body", take.rectified.body),
             ("level", take.rectified.level),
         )
     }
@@ -120,7 +119,6 @@ def test_a_take_of_nothing_but_gaps_is_recorded(taken, make_take):
     nothing = np.full_like(take.poses.joints, np.nan)
     rectified = replace(
         take.rectified,
-        body=take.rectified.body.with_(joints=nothing),
         level=take.rectified.level.with_(joints=nothing),
         R_source_from_body=np.full((12, 3, 3), np.nan),
         R_source_from_level=np.full((3, 3), np.nan),
@@ -143,7 +141,6 @@ def test_gaps_end_what_is_shown(taken, make_take):
     )
     rectified = replace(
         take.rectified,
-        body=sparse.with_(joints=take.rectified.body.joints[kept], frame=take.rectified.body.frame),
         level=sparse.with_(joints=take.rectified.level.joints[kept], frame=take.rectified.level.frame),
         R_source_from_body=take.rectified.R_source_from_body[kept],
         error_deg=np.full(5, np.nan),

@@ -238,9 +238,7 @@ def test_slow_motion_runs_with_the_poses(make_take, read_rrd, film, tmp_path):
     """The file claims 25 frames a second, the user says 100: video, keypoints and poses stay together."""
     take = make_take().with_(video=film())
     slow = {"time_s": take.poses.frame_index / 100}
-    rectified = replace(
-        take.rectified, body=take.rectified.body.with_(**slow), level=take.rectified.level.with_(**slow)
-    )
+    rectified = replace(take.rectified, level=take.rectified.level.with_(**slow))
     take = take.with_(
         poses=take.poses.with_(**slow), keypoints=take.keypoints.with_(**slow), rectified=rectified
     )

@@ -193,7 +193,6 @@ def test_a_take_that_nothing_is_known_of_still_has_a_report(walk_take):
         poses=walk_take.poses.with_(joints=nothing),
         rectified=replace(
             rectified,
-            body=rectified.body.with_(joints=nothing),
             level=rectified.level.with_(joints=nothing),
             R_source_from_body=np.full_like(rectified.R_source_from_body, np.nan),
             level_ok=False,
@@ -212,11 +211,10 @@ def test_a_single_frame(walk_take):
     rectified = walk_take.rectified
     first = {
         name: PoseSequence(poses.joints[:1], H36M17, poses.frame, **one)
-        for name, poses in (("poses", walk_take.poses), ("body", rectified.body), ("level", rectified.level))
+        for name, poses in (("poses", walk_take.poses), ("level", rectified.level))
     }
     rectified = replace(
         rectified,
-        body=first["body"],
         level=first["level"],
         **{
             name: getattr(rectified, name)[:1]
@@ -266,7 +264,6 @@ def test_ten_minutes_are_quick_and_small(walk_take, film):
         filtered=None,
         rectified=replace(
             rectified,
-            body=tiled(rectified.body),
             level=tiled(rectified.level),
             **{name: np.concatenate([getattr(rectified, name)] * times) for name in arrays},
         ),
