@@ -281,12 +281,12 @@ def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, who
     poses = {"poses": tmp_path / "poses.npz", "adapter": "arrays", "options": told}
     own_files = RunOptions(**poses, keypoints=tmp_path / "k.json", fps=30)
     take = open_take(own_files.with_(image_size=(camera.width, camera.height)))
-    said = [event.text for event in take.notices if event.code == "keypoints-of-somebody-else"]
+    said = [event.values for event in take.notices if event.code == "keypoints-of-somebody-else"]
     assert len(said) == warned
     assert not any(
         event.code == "keypoints-of-somebody-else" for event in open_take(own_files).notices
     )  # of no known image
-    assert all("'0' in the poses" in text and "'1' in the keypoints" in text for text in said)
+    assert all((values["person"], values["track"]) == ("0", "1") for values in said)
 
 
 @pytest.mark.parametrize("score", [0.1, 0.6])
