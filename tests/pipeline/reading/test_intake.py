@@ -258,12 +258,6 @@ def test_what_is_said_of_keypoints_is_said_beside_poses_too(tmp_path, lifted):
     assert said in [event.text for event in beside.notices if event.weight == "warning"]
 
 
-def test_two_longest_people_need_a_name(tmp_path):
-    path = alphapose(tmp_path / "ap.json", {1: list(range(9)), 2: list(range(9)), 3: [0]})
-    with pytest.raises(InputError, match=r"1 \(9 frames\), 2 \(9 frames\)"):
-        open_take(RunOptions(keypoints=path, fps=25, person="longest"))
-
-
 @pytest.mark.parametrize(
     ("spoil", "handedness", "kinds"),
     [
@@ -295,12 +289,6 @@ def test_gaps_taken_as_asked_are_counted(lifted):
 def test_the_adapters_options_are_not_the_readers(lifted, option):
     with pytest.raises(InputError, match="no option"):
         open_take(RunOptions(poses=lifted, fps=25, options=option))
-
-
-@pytest.mark.parametrize("options", [{"handedness": "mirorr"}, {"missing": "refused"}])
-def test_a_misspelt_guard_is_refused(lifted, options):
-    with pytest.raises(InputError, match="Expected"):
-        read(lifted, fps=25, **options)
 
 
 def test_millimetres_called_metres_are_doubted(tmp_path, facing_camera):
