@@ -33,7 +33,7 @@ _EXPLAINED = {
     "belt_speed": "Speed of the treadmill.",
     "count": "How often it was made in the whole take; what is held for over 3 s is counted by itself.",
     "squats": "Knee bends in which the less bent knee reaches 70 degrees.",
-    "duration": "From 7 % of the rise going out to 10 % coming back; not given if a gap hides either.",
+    "duration": "From when the angle begins to rise until it is back at 7 % of the rise; none if a gap hides either.",
     "rise": "By how much the angle grows; not given if a gap hides its start or end.",
     "peak_mdc90": "Equal peaks of one take differ by less than this in nine of ten cases.",
     "peak_at": "When the angle is largest.",
