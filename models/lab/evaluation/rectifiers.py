@@ -89,13 +89,14 @@ class Judged:
     """What a rectifier did to the frames of a set; arrays (N,), NaN where it gave no answer.
 
     rotation, tilt: degrees. mpjpe, pa_mpjpe: mm, canonical joints against the true ones, the scale of a lift brought
-    to the truth's frame by frame. bones: mean change of bone lengths, per cent. frobenius: |R - R'| x 180 / pi, which
+    to the truth's frame by frame; unscaled: as they come, which means something of joints in metres only. bones: mean change of bone lengths, per cent. frobenius: |R - R'| x 180 / pi, which
     the paper's published code calls degrees. expected: error_deg.
     """
 
     rotation: np.ndarray
     tilt: np.ndarray
     mpjpe: np.ndarray
+    unscaled: np.ndarray
     pa_mpjpe: np.ndarray
     bones: np.ndarray
     frobenius: np.ndarray
@@ -107,7 +108,7 @@ class Judged:
             "frames": int(use.sum()),
             "no answer": int(np.isnan(self.rotation[use]).sum()),
         }
-        for name in ("rotation", "tilt", "mpjpe", "pa_mpjpe", "bones", "frobenius", "expected"):
+        for name in ("rotation", "tilt", "mpjpe", "unscaled", "pa_mpjpe", "bones", "frobenius", "expected"):
             figures[name] = Figure.of(getattr(self, name)[use])
         figures["spearman"] = sorting(self.expected[use], self.rotation[use])
         return figures
@@ -142,6 +143,7 @@ def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarr
         rotation=geodesic_deg(R, take.R),
         tilt=angle_deg(R[..., 2], take.R[..., 2]),
         mpjpe=1000 * joint_error(fitted, truth),
+        unscaled=1000 * joint_error(canonical, truth),
         pa_mpjpe=1000 * pa,
         bones=100 * np.abs(length[0] / np.maximum(length[1], 1e-9) - 1).mean(axis=-1),
         frobenius=np.degrees(np.linalg.norm(R - take.R, axis=(1, 2))),
