@@ -29,7 +29,7 @@ from ....rectifier.load import load_rectifier
 from ....rectifier.onnx import PCNetRectifier
 from ...common.toml_config import as_toml, checked
 from ...evaluation.foreign import answer
-from ...evaluation.people import by_person, interval, mean
+from ...evaluation.people import by_person, mean, pooled
 from ...evaluation.rectifiers import Take, judge
 from ...evaluation.tables import Page, Table, written
 from ...mocap.clips import lying, subject_of
@@ -161,20 +161,22 @@ def read_pairs(answers: Path, truth: Path) -> list[Pair]:
 def judged(pairs: Sequence[Pair], shipped: Rectifier, own: Rectifier) -> dict[str, Any]:
     """{"rectifiers": {method: {figure: {"mean", "low", "high", "said"}}}, "change": of the rotation, "tested": people,
     "verdict"}."""
-    values = {}
+    values, people = {}, sorted({subject_of(pair.clip.name) for pair in pairs})
     for rectifier in (shipped, own):
         rows = []
         for pair in pairs:
             found = judge(rectifier, [pair.take])
             rows.append((subject_of(pair.clip.name), np.array([mean(found.rotation), mean(found.tilt)])))
-        values[rectifier.method] = np.array(list(by_person(rows).values()))
+        of = by_person(rows)
+        values[rectifier.method] = np.array([of[person] for person in people])
     before, after = values.values()
-    change = _figure((after - before)[:, 0])
+    change = pooled((after - before)[:, 0], people)
     word = "better" if change["mean"] < 0 else "worse"
     sure = max(change["low"], change["high"]) < 0 or min(change["low"], change["high"]) > 0
     return {
         "rectifiers": {
-            method: {"rotation": _figure(of[:, 0]), "tilt": _figure(of[:, 1])} for method, of in values.items()
+            method: {name: pooled(of[:, i], people) for i, name in enumerate(("rotation", "tilt"))}
+            for method, of in values.items()
         },
         "change": change,
         "tested": len(before),
@@ -182,12 +184,6 @@ def judged(pairs: Sequence[Pair], shipped: Rectifier, own: Rectifier) -> dict[st
         if sure
         else "So few people do not tell which is better; bring more, or keep the shipped one.",
     }  # fmt: skip
-
-
-def _figure(values: np.ndarray) -> dict[str, Any]:
-    low, high = interval(values)
-    between = f"{low:.1f} to {high:.1f}" if len(values) > 1 else "one person: no interval"
-    return {"mean": mean(values), "low": low, "high": high, "said": f"{mean(values):.1f} ({between})"}
 
 
 def _people(pairs: Sequence[Pair]) -> int:

@@ -111,7 +111,7 @@ def test_a_run_ends_in_a_network_of_the_lifters_name_and_its_figures(folders, tm
     written = json.loads((tmp_path / "out" / "judged.json").read_text())
     assert written["tested"] == 1
     assert written["change"]["low"] is None  # one person has no interval
-    assert "one person: no interval" in (tmp_path / "out" / "judged.md").read_text()
+    assert "(one person)" in (tmp_path / "out" / "judged.md").read_text()
     config = training.read_config(tmp_path / "out" / "pcnet.toml")
     assert str(config.start) == "pcnet"
     assert config.mixture.lying == 0  # nobody lies
