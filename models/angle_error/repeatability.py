@@ -71,11 +71,11 @@ def range_sd(
     angle: str, found_deg: float, ends_deg: float, fitted: Mapping[str, Sequence[float]] | None = None
 ) -> float:
     """One standard deviation of an angle's range by the shipped lifter: a share of what independent errors of its ends
-    come to (ends_deg), one of the range itself, which a lifter finds too small, and a least one. angle: of both sides,
-    "knee_flexion". fitted: {angle: these three}, those that are shipped without."""
+    come to (ends_deg), and one of the range itself, which a lifter finds too small. angle: of both sides,
+    "knee_flexion". fitted: {angle: these two}, those that are shipped without."""
     parts: Mapping[str, Sequence[float]] = shipped()["ranges"] if fitted is None else fitted
-    share, of_range, least = parts.get(angle, (1.0, 0.0, 0.0))
-    return float(np.sqrt((share * ends_deg) ** 2 + (of_range * found_deg) ** 2 + least**2))
+    share, of_range = parts.get(angle, (1.0, 0.0))
+    return float(np.hypot(share * ends_deg, of_range * found_deg))
 
 
 def ends(values_deg: np.ndarray, sd_deg: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -115,7 +115,7 @@ def differing(chances: np.ndarray) -> np.ndarray:
 @cache
 def shipped() -> dict[str, Any]:
     """What repeatability.json holds: `lifter`, `freedom`, `factors` {Between: {figure: factor}}, and `ranges` {angle of
-    both sides: (share of both ends, share of the range, least in degrees)}."""
+    both sides: (share of both ends, share of the range)}."""
     content: dict[str, Any] = json.loads(REPEATABILITY_FILE.read_text(encoding="utf-8"))
     return content
 

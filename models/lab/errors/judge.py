@@ -92,9 +92,9 @@ def tenths(takes: Sequence[Stated], name: str) -> Iterator[tuple[float, float, n
             yield float(low), float(high), use
 
 
-def factor(takes: Sequence[Stated]) -> float:
-    """What to multiply the bars by so that COVERED of the cases are inside: the quantile of |error| over bar."""
-    return quantile(takes, lambda take: np.abs(take.error) / take.half, COVERED)
+def factor(takes: Sequence[Stated], covered: float = COVERED) -> float:
+    """What to multiply the bars by so that `covered` of the cases are inside: the quantile of |error| over bar."""
+    return quantile(takes, lambda take: np.abs(take.error) / take.half, covered)
 
 
 def quantile(takes: Sequence[Stated], of: Callable[[Stated], np.ndarray], share: float = 0.5) -> float:

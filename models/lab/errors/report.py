@@ -19,7 +19,7 @@ import numpy as np
 from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.plugins.options import did_you_mean
-from ....pipeline.signals.angles import ANGLES, of_both
+from ....pipeline.signals.angles import ANGLES, MIRRORED_SIGN, OF_BOTH, of_both, sides_of
 from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
 from ...common.metrics import SD_90, plain
 from ...lifter.load import load_lifter
@@ -44,7 +44,7 @@ SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (
     movements,
     walks,
 )
-_KNOTS = (0.02, 0.25, 0.5, 0.75, 0.98)  # quantiles of the found angle, to the nearest 5 degrees
+_KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the nearest 5 degrees
 _ROWS = "errors.json"
 _BLAZEPOSE = Path("models", "pose_landmark_lite.onnx")  # of the data: another lifter
 FITTED = (
@@ -245,7 +245,7 @@ def refitted(cases: Cases, noise: JointNoise | None = None) -> JointNoise:
     for name in ANGLES:
         both = of_both(name)
         if both not in factors:
-            factors[both], tilts[both], more[both] = _angle(_pooled(cases, both), ANGLES[name].needs_gravity)
+            factors[both], tilts[both], more[both] = _angle(_pooled(cases, both), both)
             rates[both] = _rate(_pooled(cases, f"rate of {both}"))
     of_each = {name: of_both(name) for name in ANGLES}
     return replace(
@@ -262,28 +262,41 @@ def _pooled(cases: Cases, statement: str) -> list[Stated]:
     return [take for by_statement in cases.values() for take in by_statement.get(statement, ())]
 
 
-def _angle(
-    takes: Sequence[Stated], needs_gravity: bool
-) -> tuple[float, float, tuple[list[float], list[float]]]:
-    knots, squares = _of_angle(takes, needs_gravity)
+def _angle(takes: Sequence[Stated], both: str) -> tuple[float, float, tuple[list[float], list[float]]]:
+    knots, squares = _of_angle(takes, both)
     share, *rest = np.sqrt(fitted(takes, squares)).tolist()
-    tilt, at_knots = (rest[0], rest[1:]) if needs_gravity else (0.0, rest)
-    return round(share, 3), round(tilt, 3), (knots.tolist(), [round(each, 2) for each in at_knots])
+    tilt, at_knots = (rest[0], rest[1:]) if _needs_gravity(both) else (0.0, rest)
+    at, more = knots.tolist(), [round(each, 2) for each in at_knots]
+    if both in MIRRORED_SIGN:
+        at, more = [-each for each in at[:0:-1]] + at, more[:0:-1] + more
+    return round(share, 3), round(tilt, 3), (at, more)
 
 
-def _of_angle(takes: Sequence[Stated], needs_gravity: bool) -> tuple[np.ndarray, Squares]:
+def _of_angle(takes: Sequence[Stated], both: str) -> tuple[np.ndarray, Squares]:
     """The found angles at which the part that goes with them is fitted, and what all parts are of: the joints'
-    noise, up's error where gravity matters, and that one."""
-    found = np.concatenate([take.known["found"] for take in takes])
-    knots = np.unique(5 * np.round(np.quantile(found, _KNOTS) / 5))
+    noise, up's error where gravity matters, and that one. Of an angle that changes sign in a mirror its size counts,
+    for a body errs as its mirror image does."""
 
-    parts = ("noise", "tilt") if needs_gravity else ("noise",)
+    def found(take: Stated) -> np.ndarray:
+        values = take.known["found"]
+        return np.abs(values) if both in MIRRORED_SIGN else values
+
+    of_all = np.concatenate([found(take) for take in takes])
+    knots = np.unique(5 * np.round(np.quantile(of_all, _KNOTS) / 5))
+    if both in MIRRORED_SIGN:
+        knots = np.unique(np.append(0.0, knots))
+
+    parts = ("noise", "tilt") if _needs_gravity(both) else ("noise",)
 
     def squares(take: Stated) -> np.ndarray:
         known = np.stack([take.known[part] for part in parts], axis=1)
-        return SD_90**2 * np.concatenate([known**2, _hats(take.known["found"], knots)], axis=1)
+        return SD_90**2 * np.concatenate([known**2, _hats(found(take), knots)], axis=1)
 
     return knots, squares
+
+
+def _needs_gravity(both: str) -> bool:
+    return ANGLES[sides_of(both)[0]].needs_gravity
 
 
 def _turn(takes: Sequence[Stated], known: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -312,7 +325,6 @@ def _of_rate(take: Stated) -> np.ndarray:
 def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
     """{statement: {configuration: share inside}} of what is fitted in these configurations, each person by bars that
     were fitted to all the others."""
-    needs_gravity = {of_both(name): ANGLES[name].needs_gravity for name in ANGLES}
     out: dict[str, dict[str, float]] = {}
     for statement in dict.fromkeys(chain.from_iterable(cases.values())):
         by_group = {name: [thinned(take) for take in of.get(statement, ())] for name, of in cases.items()}
@@ -321,9 +333,9 @@ def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
             continue
         squares: Squares
         covered = STRANGERS
-        if statement in needs_gravity:
-            squares = _of_angle([*chain.from_iterable(by_group.values())], needs_gravity[statement])[1]
-        elif statement.removeprefix("rate of ") in needs_gravity:
+        if statement in OF_BOTH:
+            squares = _of_angle([*chain.from_iterable(by_group.values())], statement)[1]
+        elif statement.removeprefix("rate of ") in OF_BOTH:
             squares, covered = _of_rate, judge.COVERED
         elif statement in ("joints in depth", "joints across"):
             squares = _of_turn

@@ -49,7 +49,7 @@ from ..evaluation.testbed import see
 from ..mocap.clips import lying
 from ..synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place
 from . import judge
-from .fit import fitted
+from .fit import STRANGERS, fitted, with_bars
 from .judge import Stated
 from .within import ranges, repetitions, true_angles
 
@@ -67,6 +67,8 @@ _ELSEWHERE_DEG = 60.0  # about the vertical, at least
 _MARGIN = 0.98  # of the half image, which holds every joint
 FEWEST_PEOPLE, FEWEST_PAIRS = 8, 60  # one of them, for a factor
 _MOST_FREEDOM = 30  # about a Gaussian's
+_PARTS = ("ends", "found")  # of a range's error
+_ROUNDS = 3  # in which shares and factors settle
 _BEDS = (("typical", TYPICAL), ("wild", WILD))  # in turn
 
 
@@ -249,21 +251,47 @@ def fit(cases: Sequence[Visits | Stated]) -> dict[str, object]:
     }
 
 
-def fitted_ranges(takes: Sequence[Stated]) -> dict[str, tuple[float, float, float]]:
-    """{angle of both sides: the parts of repeatability.range_sd}."""
-
-    def squares(take: Stated) -> np.ndarray:
-        parts = (take.known["ends"] ** 2, take.known["found"] ** 2, np.ones(len(take.error)))
-        return SD_90**2 * np.stack(parts, axis=1)
-
+def fitted_ranges(takes: Sequence[Stated]) -> dict[str, tuple[float, float]]:
+    """{angle of both sides: the parts of repeatability.range_sd}. How much the ends count and how much the range is the
+    same for all angles, in shares of what is usual for each: no angle has people enough for its own. Only the factor on
+    both is the angle's."""
+    if not takes:
+        return {}
     by_angle: dict[str, list[Stated]] = {}
     for take in takes:
         by_angle.setdefault(take.statement, []).append(take)
-    parts = {angle: np.sqrt(fitted(of, squares)) for angle, of in sorted(by_angle.items())}
+    usual = {angle: _usual(of) for angle, of in sorted(by_angle.items())}
+    by_angle = {angle: [_in_shares(take, usual[angle]) for take in by_angle[angle]] for angle in usual}
+    factors = dict.fromkeys(usual, 1.0)
+    for _ in range(_ROUNDS):
+        pooled = [
+            replace(take, error=take.error / factors[angle]) for angle, of in by_angle.items() for take in of
+        ]
+        shares = fitted(pooled, _of_range)
+        factors = {
+            angle: judge.factor([with_bars(take, _of_range, shares) for take in of], STRANGERS)
+            for angle, of in by_angle.items()
+        }
+    ends, found = np.sqrt(shares)
     return {
-        angle: (round(float(a), 2), round(float(b), 3), round(float(c), 2))
-        for angle, (a, b, c) in parts.items()
+        angle: (round(float(k * ends), 2), round(float(k * found * usual[angle][0] / usual[angle][1]), 3))
+        for angle, k in factors.items()
     }
+
+
+def _usual(takes: Sequence[Stated]) -> tuple[float, float]:
+    """Root mean squares of what the ends' errors come to, and of the ranges, degrees."""
+    ends, found = (judge.mean(takes, lambda take, part=part: take.known[part] ** 2) for part in _PARTS)
+    return ends**0.5, found**0.5
+
+
+def _in_shares(take: Stated, usual: tuple[float, float]) -> Stated:
+    known = {part: take.known[part] / of for part, of in zip(_PARTS, usual, strict=True)}
+    return replace(take, error=take.error / usual[0], known=known)
+
+
+def _of_range(take: Stated) -> np.ndarray:
+    return SD_90**2 * np.stack([take.known[part] ** 2 for part in _PARTS], axis=1)
 
 
 def with_ranges(pair: Visits, of_ranges: Mapping[str, Sequence[float]]) -> Visits:

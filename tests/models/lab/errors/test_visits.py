@@ -115,17 +115,26 @@ def test_of_sides_and_repetitions_the_true_difference_is_no_error():
     assert factors(cases)["sides"] == {knee: pytest.approx(0.3, rel=0.07)}
 
 
-def test_ranges_whose_ends_err_alike_are_fitted_smaller_and_growing_ones_by_their_size():
+def range_takes(angle: str, size: float, sd, cases: int = 1600) -> list[Stated]:
+    """Ranges of up to `size` degrees whose ends' errors are a tenth of it; sd(ends, found): how wrong they are."""
     rng = np.random.default_rng(1)
-    sizes = rng.uniform(10, 100, 2400)
+    found, ends = rng.uniform(0.1, 1, (2, cases)) * size * np.array([[1.0], [0.1]])
+    off = sd(ends, found) * rng.standard_normal(cases)
+    return [
+        Stated(angle, "abcdefgh"[i % 8], off[[i]], np.array([1.0]), {"ends": ends[[i]], "found": found[[i]]})
+        for i in range(cases)
+    ]
+
+
+def test_ranges_err_by_the_same_shares_of_ends_and_size_and_by_a_factor_of_their_own():
     takes = [
-        Stated("knee_flexion", "abcdefgh"[i % 8], np.array([0.1 * size * rng.standard_normal()]), np.array([16.0]),
-               {"ends": np.array([10.0]), "found": np.array([size])})
-        for i, size in enumerate(sizes)
-    ]  # fmt: skip
-    share, of_range, least = fitted_ranges(takes)["knee_flexion"]
-    assert of_range == pytest.approx(0.1, rel=0.15)
-    assert np.hypot(10 * share, least) < 2.0
+        *range_takes("knee_flexion", 100.0, lambda ends, found: np.hypot(0.6 * ends, 0.1 * found)),
+        *range_takes("elbow_flexion", 50.0, lambda ends, found: np.hypot(0.3 * ends, 0.05 * found)),
+    ]
+    of = fitted_ranges(takes)
+    one, half = np.array(of["knee_flexion"]), np.array(of["elbow_flexion"])
+    assert one == pytest.approx(2 * half, rel=0.1)
+    assert np.hypot(5 * one[0], 50 * one[1]) == pytest.approx(np.hypot(3, 5), rel=0.15)
 
 
 def test_few_people_and_pairs_have_the_factor_of_their_kind_or_none():
@@ -159,8 +168,8 @@ def test_freedom_tells_heavy_tails_from_a_gaussian():
 def test_unchanged_visits_are_judged_by_the_errors_that_compare_states():
     """Knees whose ranges differ by as much as is stated: one in ten lies outside, and is said to differ."""
     knee = "range_of_motion.knee_flexion"
-    share, of_range, least = shipped()["ranges"]["knee_flexion"]
-    sd = np.sqrt((share * np.hypot(5, 5)) ** 2 + (of_range * 50) ** 2 + least**2)  # of one of both
+    share, of_range = shipped()["ranges"]["knee_flexion"]
+    sd = np.hypot(share * np.hypot(5, 5), of_range * 50)  # of one of both
     sd = shipped()["factors"]["again"][knee] * np.hypot(sd, sd)
     knees = [replace(pair, errors=(np.hypot(5, 5),) * 2) for pair in pairs(knee, sd, "abcdefgh", 400)]
     cadence = pairs("walking.cadence", 0.0, "a", 1)
