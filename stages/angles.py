@@ -40,10 +40,10 @@ _SIZE = "the size of the video's images too (--set read.image_size=WIDTHxHEIGHT)
 
 @dataclass(frozen=True)
 class Angles:
-    """The stage. It takes the joints as `trajectories` has filtered them, and states their error where the lifter
-    does (models/angle_error/joint_covariance.py). smoother: as that of `trajectories`; of a
-    classical filter rates are the derivatives of its angles. errors: a file of the errors of the lifter that made the
-    poses (pcnet3d evaluate errors --fit), in place of what is known of it."""
+    """The stage. It takes the joints that `trajectories` has filtered, and states their error where the lifter
+    does (models/angle_error/joint_covariance.py). smoother: as in `trajectories`; with a
+    classical filter rates are derivatives of the filtered angles. errors: a file with the errors of the lifter that
+    made the poses (pcnet3d evaluate errors --fit); it replaces what is known of that lifter."""
 
     smoother: Smoother = "auto"
     errors: Path | None = None
@@ -115,14 +115,14 @@ def _lacking(take: Take) -> str:
 
 
 def errors_of(poses: PoseSequence) -> JointNoise | None:
-    """The errors of the lifter that made the poses, where that is the built-in one; None else."""
+    """The errors of the lifter that made the poses if that is the built-in one, else None."""
     noise = shipped_noise()
     return noise if poses.lifted and poses.made_by.by == noise.lifter else None
 
 
 def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None:
-    """Why the errors of the angles of poses are not known, where nothing else tells them; None where they were
-    measured. more: what would tell them, besides a file."""
+    """Why the errors of these poses' angles are not known; None where the poses were
+    measured. more: what would tell the errors, besides a file."""
     if poses.made_by.kind == "measured":
         return None
     if poses.made_by.kind == "unknown":
@@ -146,9 +146,9 @@ def joint_angles(
     that is not 0 the others are NaN.
 
     poses: what was rectified; rectified: the answer; filtered: its `level` through the low-pass
-    (stages.trajectories.smooth). noise: the errors of the lifter that made the poses; without, those of the built-in
-    one where it made them, and else no angle has an error. Rates are smoothed by the angles' errors
-    (models/angle_error/rates.py), or, without rates_by_error, derivatives. InputError for another layout or frame.
+    (stages.trajectories.smooth). noise: the errors of the lifter that made the poses. Without it the built-in lifter's
+    errors are used for its own poses; angles of other poses have no error. Rates are smoothed by the angles' errors
+    (models/angle_error/rates.py); without rates_by_error they are derivatives. InputError for another layout or frame.
     """
     noise = errors_of(poses) if noise is None else noise
     series, times = angle_series(poses, rectified, filtered, noise)

@@ -21,8 +21,8 @@ from ..pipeline.signals.flow import SIDE, flow_notice, flow_of, pairs_of
 
 @dataclass(frozen=True)
 class Calibrate:
-    """The stage. camera_file, camera_name: a calibration file, and which of its cameras, instead of a focal length that
-    is told. gravity_network: a name or a file, asked where the image's lines do not tell up."""
+    """The stage. camera_file, camera_name: a calibration file, and which of its cameras; the user then gives no focal
+    length. gravity_network: a name or a file, used where the image's lines do not show which way is up."""
 
     camera_file: Path | None = None
     camera_name: str | None = None

@@ -53,7 +53,7 @@ def calibrate(
 
 
 def figures(camera: Camera) -> dict[str, Any]:
-    """What is known, each figure with its standard deviation (`_sd`); None where it is not."""
+    """The figures, each with its standard deviation (`_sd`); None for a figure that is not known."""
     content: dict[str, Any] = {
         "image_size": list(camera.image_size),
         "focal_px": camera.focal_px,

@@ -23,8 +23,8 @@ _LISTED = 3  # gaps named in a sentence
 
 @dataclass(frozen=True)
 class Clean:
-    """The stage. Options as those of `clean`. Keypoints may lie outside the image, whose size the video or the user
-    tells."""
+    """The stage. Options as those of `clean`. Keypoints outside the image hide their joints; the size comes from the
+    video or the user."""
 
     max_gap_s: float = 0.2
     spike: float = 0.5
@@ -79,8 +79,8 @@ def _when(rows: np.ndarray, time_s: np.ndarray) -> str:
 
 
 def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:
-    """Poses whose joints that nobody saw, hidden (T, J), are missing, with a confidence of 0, and the foot below an
-    ankle that nobody saw; counted."""
+    """The poses without their `hidden` joints (T, J), which become missing with a confidence of 0; a foot goes with its
+    hidden ankle. The history counts them."""
     if not hidden.any():
         return poses
     feet = poses.feet
@@ -102,15 +102,15 @@ def clean(
 
     max_gap_s: gaps of a joint up to this long, in seconds, are interpolated (monotone cubic, never across a
         clip boundary, never beyond the first or last sighting); 0 fills none.
-    spike: a joint that jumps off the line between its neighbours in time by more than this many trunk lengths,
-        and three times further than they lie apart, for a single frame, is removed; 0 removes none. Of frames more than
-        1/15 s apart it takes more, by the square of the time, for a limb may go and return meanwhile. Nor do frames
-        stay that the whole pose leaps to and from, or to at an end of a clip, within 0.2 s: they show somebody else.
-    video_time_s: (V,) the video's time stamps, which rows put back take when the others have theirs from it.
+    spike: a joint is removed that is off, for a single frame, from the line between its neighbours in time by more than
+        this many trunk lengths and by more than three times the distance of the neighbours; 0 removes none. Where
+        frames are more than 1/15 s apart the limit grows with the square of the time, because a limb may go and return.
+        Frames to which the whole pose leaps for at most 0.2 s are removed too: they show somebody else.
+    video_time_s: (V,) the video's time stamps, for the rows that are put back, if the others have theirs from it.
 
-    Returns the poses, and how many rows were inserted, spikes and strays removed, and values filled or left missing, as
-    their history says too. Raises InputError without time stamps, or when frame numbers jump so far that the recording
-    would not fit into memory.
+    Returns the poses, and counts of rows inserted, of spikes and strays removed, and of values filled or left missing.
+    The history has these counts too. Raises InputError without time stamps, or when frame numbers jump so far that the
+    recording would not fit into memory.
     """
     if max_gap_s < 0 or spike < 0:
         raise InputError(

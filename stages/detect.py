@@ -29,12 +29,12 @@ _LISTED = 5  # people named in a note
 @dataclass(frozen=True)
 class Detect:
     """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files. person_kind: "yolox" or
-    "rtmdet". looks: at every person in every image, 1 to 4, of which the mean is taken; without it 2, or 1 for a
-    network that finds people by itself. smooth_hz: low-pass of the keypoints, forwards and backwards; none without it,
-    for the lifter was trained on what detectors give. folder: where keypoints.npz goes. checkpoint: a file for what was
-    found so far, written every minute. resume: the file of an interrupted run to go on from.
+    "rtmdet". looks: how often each person in each image is looked at, 1 to 4; the mean is taken. By default 2, or 1 for
+    a network that finds people by itself. smooth_hz: low-pass of the keypoints, forwards and backwards; by default
+    none, because the lifter was trained on what detectors give. folder: where keypoints.npz goes. checkpoint: a file
+    for the detections so far, written every minute. resume: the checkpoint of an interrupted run, to go on from.
 
-    Who: the person that the user tells, or, without one, the longest track, of equals the largest."""
+    The keypoints are those of the person that the user names, else of the longest track (of equals the largest)."""
 
     detector: str = "movenet"
     person_detector: str | None = None

@@ -34,12 +34,12 @@ _SIDES = ("mirrored", "legs-against-arms", "left-and-right")  # doubts of handed
 
 @dataclass(frozen=True)
 class Lift:
-    """The stage. A lifter that takes up lifts again where it is known which way is up, from the images or from the
-    user, and the first lift does not contradict that.
+    """The stage. A lifter with "up" among its `takes` lifts a second time, if the images or the user say which way is
+    up and the first lift does not contradict that.
 
-    lifter: "pcnet3d", the built-in one, another by name, or an .onnx file; lifter_kind: what that is, where its shapes
-    leave it open (models.load_lifter). flip: average with the lift of the mirrored person. checkpoint: a file in which
-    a lifter may keep what it has answered so far. resume: the file of an interrupted run to go on from.
+    lifter: "pcnet3d" (built in), the name of another, or an .onnx file; lifter_kind: the kind of that file, if its
+    shapes do not show it (models.load_lifter). flip: average with the lift of the mirrored person. checkpoint: a file
+    in which a lifter may keep its answers so far. resume: the checkpoint of an interrupted run, to go on from.
     """
 
     lifter: str = "pcnet3d"
@@ -61,7 +61,7 @@ class Lift:
         object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind))
 
     def unit_of(self, before: str, told: Told) -> str:
-        """The lifter's, where that is known before."""
+        """The lifter's unit, if it is known before the lift."""
         return self._opened.unit
 
     def __call__(self, take: Take) -> Take:

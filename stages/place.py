@@ -23,7 +23,7 @@ from ..pipeline.files.video_frames import image_size
 
 @dataclass(frozen=True)
 class Place:
-    """The stage. Nobody can be placed before a camera that moves."""
+    """The stage. With a moving camera it places nobody."""
 
     name: ClassVar[str] = "place"
     needs: ClassVar[tuple[str, ...]] = ("poses",)

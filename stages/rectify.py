@@ -39,8 +39,8 @@ from ..pipeline.signals.checks import nobody_upright
 class Rectify:
     """The stage.
 
-    rectifier: "pcnet", "paper", "geometric", or a trained network's .onnx file. window_s: of a moving camera, how far
-    in time frames share their up, the standard deviation of a Gaussian.
+    rectifier: "pcnet", "paper", "geometric", or a trained network's .onnx file. window_s: for a moving
+    camera, the standard deviation in time of the Gaussian by which frames share their up.
     """
 
     rectifier: str = "pcnet"
@@ -95,20 +95,21 @@ def rectify(
     window_s: float = WINDOW_S,
     view: View | None = None,
 ) -> Rectified:
-    """Turn a skeleton into BODY, upright and facing -X in every frame, and LEVEL, one upright frame a take:
-    `rectify_together` of one person.
+    """Turn a skeleton into BODY (upright and facing -X in every frame) and LEVEL (one upright frame for the take). This
+    is `rectify_together` for one person.
 
-    poses: H36M17 in the axes of a camera, or of a world frame whose gravity is known: then nothing is estimated
-    but the heading. The joints are taken relative to the pelvis; NaN stays NaN. "source" in the rotations' names
+    poses: H36M17 in the axes of a camera, or of a world frame whose gravity is known: then only the heading is
+    estimated. The joints are taken relative to the pelvis; NaN stays NaN. "source" in the rotations' names
     are the axes that the poses come in. Poses without time stamps count as 30 frames a second.
 
-    camera, gravity, pitch_deg, roll_deg: as of pipeline.core.take.Told; window_s: of Rectify. view: what the images say
-    (stages.calibrate). A static camera has one up for the take, which every frame votes on (models/gravity/votes.py),
-    as does the floor under the feet when the source knows where the person is (its root; models/gravity/floor.py); a
-    moving one a smooth up, and LEVEL's heading is then the camera's, so that horizontal directions are relative to it.
+    camera, gravity, pitch_deg, roll_deg: as in pipeline.core.take.Told; window_s: as in Rectify. view: what the images
+    say (stages.calibrate). With a static camera the take has one up. Every frame votes on it (models/gravity/votes.py),
+    and so does the floor under the feet if the source knows where the person is (its root; models/gravity/floor.py).
+    With a moving camera up changes smoothly, and LEVEL has the camera's heading: horizontal directions are relative to
+    the camera.
 
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
-    reason, and never raises. InputError for another layout or frame, and for a camera that is told twice how it leans.
+    reason, and never raises. InputError for another layout or frame, and if the camera's lean is given twice.
     """
     (rectified,) = rectify_together(
         [poses], rectifier, camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg, window_s=window_s,
@@ -128,12 +129,12 @@ def rectify_together(
     window_s: float = WINDOW_S,
     view: View | None = None,
 ) -> tuple[Rectified, ...]:
-    """Several people of one recording in one LEVEL, whose -X is the camera's horizontal viewing direction reversed; of
-    poses in a world's axes, that world's own. Of one person LEVEL has their own heading. Arguments and errors of
-    rectify.
+    """Several people of one recording in one LEVEL. Its -X is the camera's horizontal viewing direction reversed; poses
+    in a world's axes keep that world's axes. A person without others gets their own heading. Arguments and errors are
+    those of rectify.
 
-    A static camera's up is pooled over the people (models/gravity/people.py). Before a moving camera each person has
-    their own up, as each frame has, and the common heading.
+    A static camera's up is pooled over the people (models/gravity/people.py). With a moving camera each person has
+    their own up in each frame, and all share the heading.
     """
     told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
     found = _rectify(people, Rectify("", window_s), told, view, rectifier)
@@ -181,7 +182,10 @@ def _rectify(
             found = [level_static(one, up, look) for one in seen]
         reference, method = CAMERA, chosen.method
     return [
-        (_rectified(source, reference, levelled, method, told, options.window_s), _notices(levelled, source))
+        (
+            _rectified(source, reference, levelled, method, told, options.window_s),
+            _notices(levelled, source, view),
+        )
         for source, levelled in zip(sources, found, strict=True)
     ]
 
@@ -284,10 +288,13 @@ def _in(source: PoseSequence, reference: Frame) -> PoseSequence:
     return change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit))
 
 
-def _notices(levelled: Levelled, poses: PoseSequence) -> list[Notice]:
+def _notices(levelled: Levelled, poses: PoseSequence, view: View | None) -> list[Notice]:
     """What the user is told about the take's up."""
     notices = [*levelled.up.notices]
-    if (row := levelled.drift_at) is not None:
+    stands = view is not None and view.background is not None and not view.background.moves
+    if (
+        row := levelled.drift_at
+    ) is not None and not stands:  # before such a camera it is the person who leans
         values: dict[str, Any] = {
             "frame": int(poses.frame_index[row]),
             "drift_deg": float(levelled.drift_deg),

@@ -20,9 +20,10 @@ _MOST_SD = 0.07  # share of a scale by flights
 
 @dataclass(frozen=True)
 class Scale:
-    """The stage. Metres by the person's stature that the user tells (`take.told`); without one by how fast the body
-    falls in flights, of a rectified take before a camera that is known to stand still, where that is sure to 7 %. Else
-    the source's unit is kept, and said when it has no scale."""
+    """The stage. Metres by the stature that the user gives (`take.told`). Without one, metres by how fast the body
+    falls in flights, if the take is rectified, the camera is known to stand still and the scale is sure to 7 %.
+    Otherwise the source's unit stays. A notice says if it has no scale, or if the scale is a network's, which cannot
+    see a person's height."""
 
     name: ClassVar[str] = "scale"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
@@ -31,7 +32,7 @@ class Scale:
     reads: ClassVar[tuple[str, ...]] = ("stature_m",)
 
     def unit_of(self, before: str, told: Told) -> str:
-        """Metres where a stature is told; whether flights tell it is not known before."""
+        """Metres if the user gives a stature. Whether flights will give metres is not known before the run."""
         return before if told.stature_m is None else "m"
 
     def __call__(self, take: Take) -> Take:
@@ -39,8 +40,10 @@ class Scale:
         if stature_m is not None:
             scaled, factor = _scaled(take, stature_m)
             return scaled.saying(notice("scaled", factor=factor, stature_m=stature_m))
-        if take.need("poses").frame.metric:
-            return take
+        poses = take.need("poses")
+        if poses.frame.metric:
+            assumed = poses.made_by.kind == "estimated" and poses.frame.family == "camera"
+            return take.saying(notice("scale-assumed")) if assumed else take
         flown = Airborne() if take.rectified is None else airborne(take)
         if take.rectified is None or not (flown.judged and flown.still):
             return take.saying(notice("no-scale"))
@@ -66,12 +69,11 @@ def _scaled(take: Take, stature_m: float, sd: float | None = None) -> tuple[Take
 
 
 def scale(poses: PoseSequence, stature_m: float, sd: float | None = None) -> tuple[PoseSequence, float]:
-    """The same skeleton in metres, and the factor that made it so: one for the take, from its limb bones' median
-    lengths.
+    """The same skeleton in metres, and the factor: one for the take, from the median lengths of its limb bones.
 
-    The limb bones of a person of that stature are taken from the table of segment proportions in
-    pipeline/core/anthropometry.py. sd: of the scale as a share, where flights tell it, in place of the error that a
-    told stature has. Raises InputError for a stature that no person has or when no limb is seen.
+    The limb bones of a person of that stature come from the table of segment proportions in
+    pipeline/core/anthropometry.py. sd: standard deviation of the scale, as a share, if flights give it; otherwise that
+    of a stature that the user gives. Raises InputError for a stature that no person has or when no limb is seen.
     """
     if not 0.4 < stature_m < 2.6:
         raise InputError("bad-value", f"Expected a stature in metres, got {stature_m}.")

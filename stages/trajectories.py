@@ -3,17 +3,17 @@
 The paths that are written are the smoothed ones, so that velocity and acceleration are their derivatives; what was
 smoothed is `level` in poses.npz. They come from a smoother that knows the error of the joints and states that of its
 answers (models/smoother.py), or from a low-pass filter with one cut-off for all, as is usual in the field
-(Pose2Sim and Sports2D filter positions at 6 Hz by default and go on from there). Angles rest on the filter either way:
-they need positions alone, which it serves as well.
+(Pose2Sim and Sports2D filter positions at 6 Hz by default and go on from there). Angles always rest on the filter:
+they need positions only, for which it is as good.
 
-What a camera that pans leaves observable: each frame's LEVEL has the true vertical and the camera's own heading, so a
-pan looks like the person turning the other way, and the heading in the world cannot be had from the body. Heights z,
-their velocity vz, horizontal distances hypot(x, y), distances from the pelvis and joint angles do not depend on the
-heading and hold. The directions of x and y do not; nor do vx, vy, ax, ay, speed and acceleration, which contain the
-pan's rate times the horizontal distance (30 degrees a second at 0.5 m: 0.26 m/s).
+With a panning camera each frame's LEVEL has the true vertical and the camera's own heading, so a pan looks like the
+person turning the other way. Heights z, their velocity vz, horizontal distances hypot(x, y), distances from the pelvis
+and joint angles do not depend on the heading: they hold. The directions of x and y do not hold; nor do vx, vy, ax, ay,
+speed and acceleration, which contain the pan's rate times the horizontal distance (30 degrees a second at 0.5 m:
+0.26 m/s).
 
-No rotation that is constant changes a norm: for a camera that stands still, distance, speed and acceleration do not
-depend on how well up is known, and hold even where a take could not be levelled.
+A constant rotation changes no norm. With a static camera distance, speed and acceleration do not depend on how well up
+is known, and hold even where a take could not be levelled.
 """
 
 from __future__ import annotations
@@ -70,14 +70,14 @@ FINE, MISSING, UNCERTAIN = range(3)
 
 @dataclass(frozen=True)
 class Trajectories:
-    """The stage. joints: whose paths to write; `filtered` has all 17, through the low-pass of `smooth`, for angles; its
-    history also says whose columns come from the smoother instead.
+    """The stage. joints: those whose paths are written. `filtered` has all 17 joints after the low-pass of `smooth`,
+    for angles; its history says which columns come from the smoother instead.
 
-    smoother: "auto" knows the error of the paths and states that of its answers (`known_motions`); the others are the
-    filters of `smooth`. cutoff_hz: as that of `smooth`; given with "auto", the paths are those of "butterworth".
-    Where the source knows where the person is and its camera stands still, the pelvis's own path in LEVEL is written
+    smoother: "auto" uses the error of the paths and states that of its answers (`known_motions`); the others are the
+    filters of `smooth`. cutoff_hz: as in `smooth`; given with "auto", the paths are those of "butterworth".
+    If the source knows where the person is and the camera stands still, the pelvis's own path in LEVEL is written
     too, as `root`, from the camera or the world's origin. foot_lock: whether a path that was estimated from
-    keypoints is moved so that feet that lie flat do not slide (models/gait/foot_lock.py).
+    keypoints is moved so that flat feet do not slide (models/gait/foot_lock.py).
     """
 
     joints: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
@@ -140,14 +140,12 @@ class Trajectories:
 def known_motions(
     level: PoseSequence, joints: tuple[str, ...], lifted: bool = True, judged: bool = True
 ) -> dict[str, Motion]:
-    """The motion of these joints, and of the root where there is one, smoothed by what is known of their errors, each
-    as one path by name.
+    """The motion of these joints, and of the root if there is one, smoothed by their errors: a path for each name.
 
     The error is the poses' covariance. Without one it is estimated from the paths, which do not show slow errors. An
-    estimated error, or one stated by a lifter that was not measured, smooths the paths but is not stated; the root's is
-    always estimated.
-    Where a joint is missing its motion has values in between, with the error of that, but not across frames in which
-    nobody was seen.
+    estimated error smooths the paths but is not stated, and neither is that of a lifter that was not measured. The
+    root's error is always estimated.
+    Missing joints are interpolated, with the error of that, but not across frames in which nobody was seen.
     """
     points = level.joints[:, level.layout.indices(joints)].astype(np.float64)
     seen = np.asarray(is_finite(level.joints)).any(axis=1)
@@ -167,9 +165,9 @@ def known_motions(
 
 @dataclass(frozen=True)
 class Lowpass:
-    """What `smooth` did. cutoff_hz: None where it filtered nothing; too_slow: for the frame rate does not carry one.
-    lowered_from_hz: of a Savitzky-Golay filter that has no such cut-off. rows_resampled: to even times. values_lost: of
-    joints in pieces too short for the filter."""
+    """What `smooth` did. cutoff_hz: None if it filtered nothing; too_slow: because the frame rate is too low for it.
+    lowered_from_hz: the cut-off asked for, which a Savitzky-Golay filter does not have here. rows_resampled: rows moved
+    to even times. values_lost: values of joints in pieces too short for the filter."""
 
     cutoff_hz: float | None = None
     too_slow: bool = False
@@ -188,9 +186,9 @@ def smooth(
     pieces (pipeline/signals/filters.py); and what was done, as the history says too.
 
     filter: "butterworth" (two passes, order 4 together, no phase shift), "savgol" (Savitzky-Golay, order 3), "none".
-    cutoff_hz: where half the power is left; None is 6 Hz, or no filter where the frame rate does not carry that;
+    cutoff_hz: where half the power is left; None is 6 Hz, or no filter if the frame rate is too low for 6 Hz;
         "auto" is the highest that residual analysis finds for any of the joints `moving`. Below 25.3 frames a second a
-        Savitzky-Golay filter has no 6 Hz: where no number is given it takes the highest that it has.
+        Savitzky-Golay filter cannot have 6 Hz: without a number it takes the highest that it can.
 
     A joint is NaN in pieces too short for the filter. InputError for a given cut-off that the filter
     does not have at that frame rate, and for a take too short to choose one from.
@@ -231,10 +229,10 @@ def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> 
     """Columns (T,) `<joint>_x`, `<joint>_vx`, `<joint>_ax` for x, y and z, and their norms `<joint>_distance` (from the
     pelvis), `<joint>_speed` and `<joint>_acceleration`; in m, m/s and m/s2, or in the source's unit without a scale.
 
-    joint: by name, or "root" of poses that have one, whose distance is that from where it is counted.
+    joint: a name, or "root" for poses that have one; the root's distance is that from its origin.
     path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
-    spline, never taken across a gap, a clip boundary or dropped frames; NaN where they cannot be had.
-    motion: of that one path (`known_motions`), whose values are then taken, each with its standard deviation
+    spline, never taken across a gap, a clip boundary or dropped frames; NaN where there is none.
+    motion: that of this path (`known_motions`). Its values are then taken, each with its standard deviation
     (`..._sd`), and each norm with a reason (int8, FINE, MISSING or UNCERTAIN); where that is MISSING the values are
     NaN. InputError for a unit that is neither metres nor arbitrary.
     """

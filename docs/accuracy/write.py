@@ -246,6 +246,7 @@ def of_kinds(named: Sequence[str]) -> dict[str, list[str]]:
     return {
         "angles": angles,
         "rates": [f"rate of {name}" for name in angles],
+        "sides": [name for name in names if name.startswith("right less left range ")],
         "motions": [name for name in names if name.startswith(("wrist ", "ankle "))],
         "places": [name for name in names if name.startswith(("pelvis ", "body's ", "focal "))],
     }

@@ -112,7 +112,8 @@ def belt_drift(
     seams: Sequence[int] = (),
 ) -> np.ndarray | None:
     """(2,) the velocity at which feet that stand are carried along, the median of the stances; None where they stay,
-    drifting by less than half as fast as they go back under the body. root, ankles: as those of `lengths`."""
+    drifting back by less than half as fast as they go back under the body. Feet that drift ahead are on no belt: their
+    legs were lifted too short. root, ankles: as those of `lengths`."""
     drifts, backs = [], []
     for side, of_side in feet.items():
         for stance in of_side:
@@ -126,7 +127,7 @@ def belt_drift(
     if not drifts:
         return None
     drift, back = np.median(drifts, axis=0), np.median(backs, axis=0)
-    return drift if np.linalg.norm(drift) > _CARRIED * np.linalg.norm(back) else None
+    return drift if drift @ back > _CARRIED * (back @ back) else None
 
 
 def flat_span(stance: Stance, first_s: float, last_s: float) -> tuple[float, float]:

@@ -24,6 +24,7 @@ from .measures import (
 from .messages import how_many
 from .take import Take
 
+_AT_ONCE = 0.25  # of a raise, from which the arms' highest points are apart: half of the way up or down
 _MOST = 4  # depths that are told one by one
 _SIDES = ("right", "left")
 _MOVEMENTS = {
@@ -59,7 +60,8 @@ def answer(take: Take) -> list[str]:
     shown = (*(_MOVED if legs or not arms else ()), *(_RAISED if arms else ())) if done else _ALL
     joints = [words for name in shown if (words := _range(subgroup(measures, "range_of_motion"), name))]
     seconds = poses.times[-1] - poses.times[0]
-    sentences = ("; ".join(done), "; ".join(joints), *_not_seen(measures, seconds))
+    ranges = f"in nine of ten frames {'; '.join(joints)}" if joints else ""
+    sentences = ("; ".join(done), ranges, *_not_seen(measures, seconds))
     said = sentences if done else (*sentences[2:], sentences[1])
     return [f"{words[:1].upper()}{words[1:]}." for words in said if words]
 
@@ -121,13 +123,15 @@ def _raised(arms: Group, limbs: Group) -> list[str]:
 
 
 def _together(one: Group, other: Group) -> bool:
-    """Whether each repetition of the one is at its highest within the same one of the other, and the other way
-    round."""
+    """Whether the repetitions of both are at their highest at the same times, within a part of the shorter one: arms
+    that swing to and fro are not raised together."""
     each = [
         list(zip(*(moments(of, name) for name in ("start", "peak_at", "stop")), strict=True))
         for of in (one, other)
     ]
-    return all(a[0] < b[1] < a[2] and b[0] < a[1] < b[2] for a, b in zip(*each, strict=False))
+    return all(
+        abs(a[1] - b[1]) <= _AT_ONCE * min(a[2] - a[0], b[2] - b[0]) for a, b in zip(*each, strict=False)
+    )
 
 
 def _held(what: str, of: Group) -> list[str]:
@@ -218,7 +222,8 @@ def _range(ranges: Group, name: str) -> str:
         ends = [end for figure in ("p05", "p95") if (end := measure(of, figure))]
         if len(ends) < 2 or value(of, "beyond_anatomy_frames"):
             continue
-        parts.append(f"{' to '.join(f'{end.value:z.0f}' for end in ends)}{f' ({side})' * bool(side)}")
+        told = dict.fromkeys(f"{end.value:z.0f}" for end in ends)
+        parts.append(f"{' to '.join(told)}{f' ({side})' * bool(side)}")
         errors += [end.bar for end in ends if end.bar is not None]
     if not parts:
         return ""

@@ -67,11 +67,11 @@ class Background:
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A take's camera. image_size: width and height in pixels as shown. focal_px and its standard deviation; source:
-    who says so. intrinsics: of a calibrated camera, whose distortion is undone before anything looks at its pixels.
-    looks: what images say about up, one for a camera that stands still, in order of their frames for one that moves.
-    reason: in words, why there is none. background: how what the images show moves; None where it was not looked at or
-    cannot be told."""
+    """A take's camera. image_size: width and height in pixels as shown. focal_px, focal_sd_px: the focal length and its
+    standard deviation. focal_source: where it comes from. intrinsics: those of a calibrated camera; its distortion is
+    undone before anything looks at the pixels. looks: what images say about up: one for a static camera, one per image
+    looked at for a moving one, in order. reason: in words, why there is no look. background: how the background moves;
+    None if nobody looked at it or it cannot be told."""
 
     image_size: tuple[int, int]
     focal_px: float

@@ -174,8 +174,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{wrong:~pose was/poses were} masked as asked, because left and right are exchanged in the keypoints there."),
     # Lifting
     "keypoints-left-out": ("repair", "",
-        "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because the whole person leaps before and "
-        "after."),
+        "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because all keypoints are somewhere else "
+        "there."),
     "joints-on-a-line": ("repair", "",
         "{joints} missing keypoints were filled in by a straight line between the frames around them."),
     "lifted": ("note", "",
@@ -233,6 +233,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "(--stature METRES)."),
     "scaled": ("repair", "",
         "Lengths were scaled by {factor:.4g} to a stature of {stature_m} m."),
+    "scale-assumed": ("warning", "",
+        "Lengths are in metres of the person that the estimator assumes; an image does not show how tall somebody is. "
+        "Give the person's height (--stature METRES)."),
     "scaled-by-flights": ("warning", "",
         "The person's height was not given. Metres come from how fast the body falls in {flights:~flight}: the "
         "stature is then {stature_m:.2f} ± {within_m:g} m, and path, speed and lengths are all within {percent:g} "
@@ -294,7 +297,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The cut-off is {cutoff_hz:g} Hz instead of {asked_hz:.3g} Hz: a Savitzky-Golay filter allows no higher "
         "one at {fps:.4g} frames per second."),
     "pieces-too-short": ("warning", "motion",
-        "{values} joint positions lie between gaps, in pieces that are too short for the {cutoff_hz:g} Hz filter; "
+        "{values} joint positions were seen for too short a time between gaps to be smoothed at {cutoff_hz:g} Hz; "
         "their {missing} are missing."),
     "times-uneven": ("note", "motion",
         "The time stamps of {frames:~frame} are not evenly spaced; paths were resampled to even times for the "

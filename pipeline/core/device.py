@@ -70,9 +70,9 @@ def placement() -> Placement:
 
 @contextmanager
 def computing_on(asked: Device) -> Iterator[Placement]:
-    """Networks that are opened meanwhile compute there. "auto": on the first of KINDS that is offered and that opens
-    them; inside of another that asks for the same, where that one does. InputError for a device that onnxruntime does
-    not offer here."""
+    """Networks that are opened inside the block compute on this device. "auto": the first of KINDS that is offered and
+    that opens them; a block inside another with the same device uses what that one found. InputError for a device that
+    onnxruntime does not offer here."""
     outer = _placement.get()
     if outer is not None and outer.asked == asked:
         yield outer

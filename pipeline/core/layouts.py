@@ -229,9 +229,9 @@ def layout_named(name: str) -> Layout:
 def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
     """The same skeleton in another layout, by joint name.
 
-    A joint that the source lacks is the mean of joints that it has, by the rules at the head of this file,
-    and takes the least of their confidences; a NaN among them makes it NaN. The derived joints are named in
-    `derived`; the history says how. Heels and toes of the source become the poses' `feet` where the layout has none.
+    A joint that the source lacks is the mean of joints that it has, by the rules at the head of this file.
+    Its confidence is the least of theirs; a NaN among them makes it NaN. `derived` names such joints; the history says
+    how they were made. Heels and toes of the source become the poses' `feet` where the layout has none.
     InputError when no rule gives a joint.
     """
     source = poses.layout

@@ -26,12 +26,12 @@ class ToLift:
         height in pixels as the video is shown, None where unknown.
     focal_px: focal length in pixels, None when unknown. focal_guessed: that it is only what phones usually have.
     flip: average with the lift of the mirrored person. video: the one that the frame numbers are of.
-    intrinsics: of a calibrated camera. The keypoints are then without the lens's distortion, but those of a lifter that
-        looks at the images, which have it.
-    up: (3,) unit, or (T, 3) before a camera that moves, which way is up in the camera where that is known within a few
-        degrees, NaN in frames where it is not; None when unknown.
-    checkpoint: a file in which to keep what was answered so far; the run deletes it at its end. resume: such a file of
-        an interrupted run to go on from. A lifter may do without either.
+    intrinsics: those of a calibrated camera. The keypoints are then free of the lens's distortion, except for a lifter
+        that looks at the images.
+    up: (3,) unit vector in CAMERA, or (T, 3) for a moving camera, if up is known within a few degrees; NaN in frames
+        where it is not, None if it is unknown.
+    checkpoint: a file in which to keep the answers so far; the run deletes it at its end. resume: the checkpoint of
+        an interrupted run, to go on from. A lifter may ignore both.
     """
 
     keypoints: PoseSequence
@@ -57,22 +57,22 @@ class Lifted:
 
     poses: the keypoints' rows as H36M17 in CAMERA axes relative to the pelvis; `root` where the lifter itself places
         the pelvis, without an error.
-    model: how results name the lifter, "name@<hash>". kind: of network, in a word. licence: of the weights, "" where
-        nothing is to be said.
-    focal_px: the focal length in pixels that the poses rest on, the one given or the lifter's own assumption; None
-        where they rest on none. focal_known: ToLift.focal_known. own_camera: that the lifter answers in the axes of a
-        camera of its own, whose focal length nobody has measured where it was given none.
-    bearing_deg: of a lifter that sees a crop and answers along the ray to the person, the least and the greatest angle
-        to the right at which the person stands; with a known focal length the poses are turned by it, else the
+    model: how results name the lifter, "name@<hash>". kind: of network, in a word. licence: that of the weights, or
+        "".
+    focal_px: the focal length in pixels that the poses rest on, given or assumed by the lifter; None if they rest on
+        none. focal_known: ToLift.focal_known. own_camera: whether the lifter answers in the axes of a camera of its
+        own, with an assumed focal length if it was given none.
+    bearing_deg: for a lifter that sees a crop and answers along the ray to the person: the smallest and the largest
+        angle of that ray to the right. With a known focal length the poses are turned by it, else the
         heading is off by it. None for others.
-    flip: that the mirrored lift was averaged. up_known: that the poses rest on the up that was given; None for a lifter
-        that takes none. stature_m: of the person that the lifter assumes.
+    flip: whether the mirrored lift was averaged. up_known: whether the poses rest on the given up; None for a lifter
+        that takes none. stature_m: height of the person that the lifter assumes.
     frames_without_joints: too far from any keypoint to be lifted. frames_without_person: the lifter sees nobody in the
-        image. frames_without_numbers: its answer is no number. frames_without_scale: limbs are longer in depth alone
-        than any person's. joints_on_a_line: missing keypoints put on a line between where they were seen. None of
+        image. frames_without_numbers: its answer is not a number. frames_without_scale: limbs are longer in depth than
+        any person's. joints_on_a_line: missing keypoints, put on a line between where they were seen. None for
         what the lifter does not count.
 
-    Raises InputError for poses that are something else.
+    Raises InputError for other layouts or frames of poses.
     """
 
     poses: PoseSequence

@@ -54,10 +54,9 @@ class Measure:
     """One figure.
 
     group: names of what it belongs to, the outermost first, such as ("walking", "right"). name: without a unit. value:
-    in full, as files have it; pages show it `with_bar`. unit: of UNITS. error: one standard deviation, None where it is
-    not known. number: of the repetition that it is of, from 0 on; None for a figure of the take. within_error: of a
-    difference of the sides, that zero lies in the 90 % band about it; None where that cannot be told and for other
-    figures.
+    unrounded, as in files; pages show it `with_bar`. unit: one of UNITS. error: one standard deviation, None if it is
+    not known. number: number of its repetition, from 0; None for a figure of the whole take. within_error: for a
+    difference of the sides, whether zero lies in its 90 % band; None if that cannot be told, and for other figures.
     """
 
     name: str

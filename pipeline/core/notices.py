@@ -34,10 +34,10 @@ _SENTENCES = _Sentences()
 class Notice:
     """One thing to know of a take; made by `notice` or `own_notice`.
 
-    code: what it is, for programs: of CATALOGUE, or another package's own, whose prefix ends with a dot. weight: how
-    grave it is; that of the poses is their verdict. about: what it is about. rows: of the poses after `clean`,
-    at which it begins; None for the whole take, and where there were no such rows yet. values: figures and words that
-    its sentence tells, plain values.
+    code: for programs: a code of CATALOGUE, or of another package, with a prefix that ends with a dot. weight: how
+    grave it is; the gravest about the poses is their verdict. about: what it is about. rows: rows of the poses after
+    `clean` at which it begins; None for the whole take, and before there were such rows. values: plain figures and
+    words for its sentence.
     """
 
     code: str
@@ -73,8 +73,8 @@ class Notice:
 def notice(
     code: str, *, rows: Iterable[int] | None = None, weight: Weight | None = None, **values: Any
 ) -> Notice:
-    """A notice of the catalogue. rows, values: as of Notice; weight: where it is not the catalogue's. KeyError for a
-    code that is not there, or a value that its sentence lacks."""
+    """A notice of the catalogue. rows, values: as in Notice; weight: if it is not the catalogue's. KeyError for an
+    unknown code, or if its sentence lacks a value."""
     entry = CATALOGUE[code]
     found = Notice(
         code, weight or entry.weight, entry.about, None if rows is None else tuple(map(int, rows)), values

@@ -67,22 +67,22 @@ class PoseSequence:
         no derivative may be taken across one.
     person: the source's name of the person.
     made_by: who made the poses, as the adapter, the lifter or the user says.
-    derived: names of joints that were made out of others, and so tell nothing of their own.
+    derived: names of joints that were made out of others and carry no information of their own.
     history: what was done so far, oldest first.
-    notices: what is to be known of them that makes them doubtful, as the adapter or the lifter says.
+    notices: what makes the poses doubtful, as the adapter or the lifter says.
     root: (T, D) float64 of joints relative to the pelvis: the pelvis in the same axes and unit, from a point that does
         not move (the camera, the world's origin); NaN where missing, None when its place is not known.
     root_covariance: (T, D, D) float64 of the error of a root that was estimated (stages.place), NaN where it is
         missing; None where the source itself knows the place.
-    root_shared: what all frames of an estimated root share of its error: standard deviations of the body's size and of
-        the focal length, as shares of them; None where the source knows the place.
-    covariance: (T, J, D, D) float32 of each joint's error, in `frame` and its unit squared, as the lifter states it of
-        a frame; of a take's filtered joints the whole error (models/angle_error/joint_covariance.py). NaN where
-        missing, None where nobody says.
+    root_shared: the part of an estimated root's error that all frames share: standard deviations of the body's size and
+        of the focal length, as shares of them; None where the source knows the place.
+    covariance: (T, J, D, D) float32 of each joint's error, in `frame` and its unit squared, as the lifter states it for
+        a frame; for a take's filtered joints that of the whole error (models/angle_error/joint_covariance.py). NaN
+        where missing, None if it is not known.
     feet: (T, 6, D) float32 heels and toes in the order of layouts.FEET, in the axes, unit and from the origin of the
         joints; NaN where missing, None when the source has none.
-    linked: the source names nobody, and the adapter numbered the people, following each from frame to frame.
-    scene: which scene of the video shows the person, counted from 0; 0 as well where nothing tells of cuts.
+    linked: the source has no names of people, so the adapter followed them from frame to frame and numbered them.
+    scene: which scene of the video shows the person, counted from 0; 0 also if cuts are not known.
 
     Raises InputError when shapes, ranges or order do not fit. Arrays are read-only.
     """
@@ -181,8 +181,8 @@ class PoseSequence:
 
     @property
     def lifted(self) -> bool:
-        """Whether the errors are those of lifted poses: in a camera's axes, and not measured. In a world's axes nobody
-        has judged an estimator."""
+        """Whether the errors are those of lifted poses: in a camera's axes, and not measured. Estimators in a world's
+        axes have not been judged."""
         return self.frame.family == "camera" and self.made_by.kind != "measured"
 
     @property
@@ -247,7 +247,7 @@ class PoseSequence:
         return noted
 
     def deriving(self, step: str, how: Mapping[str, str], **options: Any) -> PoseSequence:
-        """A copy whose joints of these names were made out of others, and whose history says in this step how."""
+        """A copy in which these joints count as made out of others; the history gets a step that says how."""
         noted = self.noted(step, **options, derived=[f"{joint} = {made}" for joint, made in how.items()])
         object.__setattr__(noted, "derived", self.derived | how.keys())
         return noted
@@ -291,14 +291,14 @@ class Rectified:
     R_source_from_body: (T, 3, 3), the paper's R; NaN where a frame cannot be rectified.
     R_source_from_level: (3, 3), or (T, 3, 3) for a moving camera.
     error_deg: (T,) expected rotation error of BODY in degrees, NaN where the rectifier does not know.
-    up_error_deg, up_bound_deg: (T,) of the up that BODY and LEVEL share: expected root mean square angle to the
-        truth, and the angle that nine in ten takes stay under. up_votes: (T, 3) each frame's own idea of up, in the
-        source's axes, that of its neighbours where a long take's rectifier was not asked about it, NaN without one.
-        up_shares: what up rests on, each source's part by name; up_pulls: by how many degrees each moves it; up_own:
-        what each says by itself, in the source's axes, and its error in degrees.
+    up_error_deg, up_bound_deg: (T,) for the up that BODY and LEVEL share: its expected root mean square angle to the
+        truth, and the angle that nine in ten takes stay under. up_votes: (T, 3) each frame's own estimate of up, in
+        the source's axes; in a long take some frames have that of their neighbours; NaN without one.
+        up_shares: the share of each source of up, by name; up_pulls: by how many degrees each moves it; up_own:
+        the up of each source by itself, in the source's axes, and its error in degrees.
     method: "geometric" or "pcnet@<hash>".
     source: the axes that the poses come in. camera: "static" or "moving"; None for a world, which knows its own up.
-    window_s: of a moving camera, over how many seconds frames share their up; None for others.
+    window_s: for a moving camera, over how many seconds frames share their up; None for others.
     level_heading: how LEVEL's heading was chosen: "median", "first second", "camera", "world", or "none"
         where no frame has a heading.
     level_ok, level_reason: whether the take could be levelled, and in words why not.
@@ -353,6 +353,6 @@ class Rectified:
 
     @property
     def turned(self) -> np.ndarray:
-        """(T,) bool, the frames that could be rectified. In the others, where nobody is there, a moving camera's up is
-        carried on from afar, so that its error there says nothing about the person."""
+        """(T,) bool, the frames that could be rectified. In the others a moving camera's up comes from distant frames,
+        so its error there says nothing about the person."""
         return np.asarray(np.isfinite(self.R_source_from_body).all(axis=(1, 2)))

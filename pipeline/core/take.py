@@ -65,20 +65,20 @@ class Video:
 
 @dataclass(frozen=True)
 class Told:
-    """What the user tells about a recording; None where nothing was said. Stages read it here and nowhere else, so that
-    no two of them hold different ones.
+    """What the user says about a recording; None where nothing was said. Stages read it here and nowhere else, so that
+    they cannot contradict each other.
 
-    camera: "static" for one that stands still during the take, "moving" for one that pans or is carried. focal_px: its
+    camera: "static" if it stands still during the take, "moving" if it pans or is carried. focal_px: its
     focal length. gravity: which way things fall, in the camera's axes (x right, y down, z away), any length. pitch_deg,
-    roll_deg: of the camera, positive when it looks down, and when the image's content turns counter-clockwise; both or
-    neither, for an angle that nobody told is not 0. image_size: width and height in pixels, of a take without a video.
-    stature_m: the person's height. neutral: from when to when they stand in a posture that all
-    angles are from, in seconds, or the folder of a finished run in which they do.
-    images: False keeps every image of the person out of the results. fps: frames a second, instead of what a file says.
-    person: who of several, by name, or "longest" or "largest". handedness: what is done where left and right of poses
-    are exchanged, and swaps, where limbs are for some frames.
+    roll_deg: of the camera, positive when it looks down, and when the image's content turns counter-clockwise; give
+    both or neither, because a missing angle is not 0. image_size: width and height in pixels, of a take without a
+    video. stature_m: the person's height. neutral: start and end, in seconds, of a posture from which all angles are
+    counted, or the folder of a finished run that has one.
+    images: False keeps every image of the person out of the results. fps: frames a second, instead of the file's.
+    person: which of several people, by name, or "longest" or "largest". handedness: what to do if left and right of the
+    poses are exchanged. swaps: what to do if limbs are exchanged in some frames.
 
-    InputError for what cannot be, before a run has looked at the whole video in vain.
+    InputError for values that cannot be, before a run looks at the whole video.
     """
 
     camera: CameraMotion | None = None
@@ -151,17 +151,17 @@ class Take:
     camera: what the image and the user say about the camera.
     poses: 3D joints, H36M17 in CAMERA axes, relative to the pelvis.
     findings: what `pcnet3d inspect` finds in the poses as they were read or lifted; None where nothing looked.
-    filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on, with the covariance of their whole
-        error but up's where the lifter states one.
-    cutoff_hz: of that filter; None where there is none.
-    kinematics: columns (T,) by name, whose ends tell the units (design.md section 7); those of our stages in single
-        precision (`in_single`), for they are most of what a long take needs of the memory.
-    angle_errors: how the errors of its angles are known, and with them those of all that rests on angles: "judged" of
-        the built-in lifter, which made the poses; by "disagreement" of another with it; by a "file" that the user gave;
-        "none" are. None of a take without angles.
+    filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on. Their covariance, if the lifter
+        states one, is that of the whole error except up's.
+    cutoff_hz: cut-off of that filter; None without one.
+    kinematics: columns (T,) by name; the end of a name tells the unit (design.md section 7). Our stages use single
+        precision (`in_single`), because these columns take most of a long take's memory.
+    angle_errors: how the errors of its angles, and of all that rests on angles, are known: "judged" (the built-in
+        lifter made the poses), "disagreement" (of another lifter with it), "file" (given by the user), or "none". None
+        for a take without angles.
     measures: rows of the take's figures, remarks, moments and curves (pipeline/core/measures.py).
     session: what the user says about the recording: title, person, date.
-    told: what the user tells that stages reckon with: camera, up, image size, stature, privacy.
+    told: what the user says that stages use: camera, up, image size, stature, privacy.
     notices: what else is said of it (pipeline/core/notices.py).
     inputs: what was read: role, path, SHA-256, adapter.
     """
@@ -190,15 +190,15 @@ class Take:
 
     @property
     def moving(self) -> bool:
-        """Whether the camera moves, by what was told or else by the background of its images; one of which neither is
-        known is taken for one that stands still."""
+        """Whether the camera moves, as the user says, else by the background of its images. Without either it counts as
+        static."""
         if self.told.moving or self.told.standing or self.camera is None or self.camera.background is None:
             return self.told.moving
         return self.camera.background.moves
 
     @property
     def stands(self) -> bool:
-        """Whether the camera is known to stand still, by what was told or by the background of its images."""
+        """Whether the camera is known to stand still, from the user or from the background of its images."""
         background = None if self.camera is None else self.camera.background
         seen = background is not None and background.kind == "still"
         return self.told.standing or (seen and not self.told.moving)

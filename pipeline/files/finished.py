@@ -129,11 +129,11 @@ class _Summary(BaseModel):
 def read_run(folder: str | Path) -> Take:
     """The take in the folder of a finished run, of one person.
 
-    What no file of a run holds is None or empty: the video, the smoothed poses' errors, the stated errors of joints,
-    the images that spoke about up, confidences of poses, what was found in the
-    poses that does not make them doubtful. `filtered`, keypoints, `told` and `angle_errors` are
-    None or empty of runs of older versions too. The pelvis path and heels and toes are in `rectified.level`; of an
-    estimated path's error the standard deviations along LEVEL's axes are known, without their correlations.
+    What no file of a run holds is None or empty: the video, the errors of smoothed poses, the stated errors of joints,
+    the images that show which way is up, confidences of poses, and findings that do not make
+    the poses doubtful. With runs of older versions `filtered`, keypoints, `told` and `angle_errors` are
+    None or empty too. The pelvis path and heels and toes are in `rectified.level`. The error of an estimated path
+    has its standard deviations along LEVEL's axes, without their correlations.
 
     Raises InputError where no run has finished, and for files that are damaged or of another version.
     """

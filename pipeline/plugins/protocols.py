@@ -26,7 +26,7 @@ class Adapter(Protocol):
     read(path, **options): a tuple of PoseSequence, one a person (or of Video, or of Imu), in the source's own layout
         and a frame that says its axes; InputError when the file is not what it should be.
 
-    It may have `made_by`, a pipeline.core.pose.MadeBy: who made the poses, where that is the same for all of its files.
+    Optional: `made_by`, a pipeline.core.pose.MadeBy, if all of its files are made by the same program or method.
     """
 
     name: str
@@ -42,17 +42,17 @@ class Stage(Protocol):
 
     needs, gives: names of Take fields that must be filled before, and that are filled after.
 
-    What else it may have, which is asked before any of the run's work is done:
-    renews: names of fields that it brings up to date where they are filled, as a scale does with what was rectified.
-    reads: names of the fields of `take.told` that it reads: what nobody reads is refused when it is told.
-    check_told(told): InputError where what the user tells will not do.
-    check_rate(fps): InputError where so many frames a second will not do.
-    check_unit(unit): InputError where poses in this unit will not do, "m", "arbitrary" (no scale), or "" where that is
-        not known before it runs.
-    unit_of(before, told): the unit, in the same words, of the poses that it gives, of poses that come to it in the unit
-        `before`. Without it that of a stage that gives poses is not known.
-    And together(takes) -> takes, of a stage that has more to say about several people of one recording than about each
-        alone: in the order given; what it does to one take it does to each.
+    Optional, asked before the run's work:
+    renews: names of fields that it brings up to date if they are filled, as `scale` does with what was rectified.
+    reads: names of the fields of `take.told` that it reads. What the user says and no stage reads is refused.
+    check_told(told): InputError if the stage cannot work with what the user says.
+    check_rate(fps): InputError if it cannot work at this frame rate.
+    check_unit(unit): InputError if it cannot work with poses in this unit: "m", "arbitrary" (no scale), or "" if that
+        is not known before the run.
+    unit_of(before, told): the unit, in the same words, of the poses that it gives for poses in the unit `before`.
+        Without this method the unit of the poses that it gives is not known.
+    Optional: together(takes) -> takes, in the same order, for a stage that treats several people of one recording
+        together; for a single take it does the same as a call.
     """
 
     @property
@@ -71,9 +71,9 @@ class Writer(Protocol):
     write(take, path): writes it, whole or not at all; InputError when the take lacks what the file holds. It may return
         notices: what a user of the file has to know, for summary.json and the report.
 
-    What else it may have: images, whether its file holds images of the person, which `--no-frames` refuses; metric,
-    whether it holds metres, which a take without a scale does not have; check(), an InputError before any of the run's
-    work is done where something that it needs is lacking, such as another package.
+    Optional: images: whether its file holds images of the person, which `--no-frames` refuses. metric: whether it holds
+    metres, which a take without a scale does not have. check(): raises InputError, before the run's work, if something
+    is missing that it needs, such as another package.
     """
 
     @property
@@ -115,13 +115,13 @@ LIFTER_TAKES = ("images", "gaps", "up", "guessed focal")  # what Lifter.takes ma
 class Lifter(Protocol):
     """Turns one person's 2D keypoints, and the images where it looks at them, into 3D poses.
 
-    method: how results name it, "name@<hash>". unit: of its poses, "m" or "arbitrary", "" where only its work tells: a
-        run that needs metres and will have none is refused before its work.
-    takes: what it can make use of, and else is not given. "images": it looks at the video, so that its keypoints keep
-        the lens's distortion. "gaps": it was trained on missing joints, so that those that the image cannot show, and
-        frames of somebody else, are left out. "up": it lifts again where up is known and the first lift does not
-        contradict that. "guessed focal": a focal length that phones usually have is better for it than none.
-    lift(asked): the poses and what is to be said of them. Raises InputError for keypoints that it cannot lift.
+    method: how results name it, "name@<hash>". unit: that of its poses, "m" or "arbitrary", or "" if only its work
+        shows it. A run that needs metres and cannot get them is refused before its work.
+    takes: what it can use; the rest it is not given. "images": it looks at the video, so its keypoints keep
+        the lens's distortion. "gaps": it was trained on missing joints, so joints outside the image and
+        frames of somebody else are left out. "up": it lifts a second time if up is known and the first lift does not
+        contradict that. "guessed focal": for it a usual phone's focal length is better than none.
+    lift(asked): the poses and what was counted. Raises InputError for keypoints that it cannot lift.
     """
 
     @property

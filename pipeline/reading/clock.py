@@ -145,6 +145,8 @@ class Clock:
         if self.video is not None:
             return self.video.time_s[frames]
         if self.other is None or self.other.time_s is None:
+            if len(frames) == 1:  # an image has no rate
+                return np.zeros(1)
             raise InputError(
                 "needs-rate",
                 f"Nothing says at which rate {path} was recorded: give --fps F, or the video itself.",

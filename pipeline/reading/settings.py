@@ -132,11 +132,11 @@ OnDevice = Annotated[
 
 
 class RunOptions(BaseModel):
-    """What a run is made from and how: files, and everything a user tells about them.
+    """What a run is made from and how: files, and everything a user says about them.
 
-    Text, as a command line or a manifest gives it, becomes numbers, paths and pairs. settings: values of stages' own
-    options by "STAGE.KEY", and "off" by the name of a stage that is to be left out; "read.FIELD" and "keypoints.KEY"
-    become the fields that they name. InputError for an option that there is not and for a value of another type.
+    Text, as from a command line or a manifest, becomes numbers, paths and pairs. settings: values of stages' own
+    options by "STAGE.KEY", and "off" by the name of a stage to leave out; "read.FIELD" and "keypoints.KEY"
+    become the fields that they name. InputError for an unknown option and for a value of another type.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -76,7 +76,8 @@ class _Files:
 def open_take(options: RunOptions) -> Take:
     """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
 
-    Without poses the keypoints lead: theirs are the frame numbers and the clock. Of a video alone the take has neither.
+    Without poses, frame numbers and clock are those of the keypoints. With a video alone the take has neither poses nor
+    keypoints.
     """
     files = _read(options)
     if files.poses is None and files.keypoints is None:
@@ -206,7 +207,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
                 *told,
                 *(video.doubts if video else ()),
                 *doubts,
-                *_doubts(lead, keypoints),
+                *_doubts(lead, keypoints, video),
                 *strange,
                 *_of_no_recording(poses, keypoints),
                 *_coverage(lead, video),
@@ -404,10 +405,11 @@ def _coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
     return [notice("part-covered", first=int(first), last=int(last), frames=len(video.time_s))]
 
 
-def _doubts(lead: PoseSequence, keypoints: PoseSequence | None) -> list[Notice]:
+def _doubts(lead: PoseSequence, keypoints: PoseSequence | None, video: Video | None) -> list[Notice]:
     """Warnings about data that were read but should not be believed as they are. keypoints: the lead, or those beside
     it."""
-    unknown = () if lead.frames_known else (notice("frames-unknown"),)
+    beside = video is not None or (keypoints is not None and keypoints is not lead)
+    unknown = (notice("frames-unknown"),) if beside and not lead.frames_known else ()
     return [*lead.notices, *(keypoints.notices if keypoints is not None else ()), *unknown]
 
 

@@ -65,14 +65,14 @@ class Facts:
 def check_adapter(
     name: str, golden: Path, *, mirrored: Path | None = None, by_name: bool = False, **options: Any
 ) -> Facts:
-    """What the golden file shows of the registered adapter of that name; AssertionError for the first broken promise.
+    """Check the registered adapter of that name on a golden file; AssertionError for the first broken promise.
 
-    mirrored: the same file of a mirrored person; without it, what is read from the golden file is mirrored, which says
-    nothing about joints that the adapter makes out of others.
+    mirrored: the same file of a mirrored person. Without it, what is read from the golden file is mirrored, which does
+    not test joints that the adapter makes out of others.
     by_name: the adapter recognises no file by content and always has to be named. options: the adapter's own.
-    Checked: the socket's attributes; that this adapter alone recognises the file; types, frame, unit and scores of
-    what is read; that left and right are good, and a mirrored copy is refused (3D); that other files, damaged ones and
-    none at all are not recognised and end in an InputError, and in nothing else.
+    Checked: the protocol's attributes; that only this adapter recognises the file; types, frame, unit and scores of
+    what is read; that left and right are right, and a mirrored copy is refused (3D); that other, damaged and missing
+    files are not recognised, and that reading them raises InputError and nothing else.
     """
     adapter = registry.load("adapters", name)
     _expect(adapter.name == name, f"its name is '{adapter.name}', its entry point's '{name}'")

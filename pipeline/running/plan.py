@@ -17,10 +17,10 @@ _TOLD = {tells.field: flag_of(name) for name, tells in TOLD.items()} | {"frames"
 def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
     """The recipe of a run, with all that the options ask for.
 
-    recipe: instead of the default one and of a file of the options; its stages are all that there are. Without it, and
-    without poses, the keypoints are lifted, without keypoints too they are first detected; a video's images are asked
-    about the camera. InputError for an option of a stage or a file that this run does not have, for something told that
-    no stage reads, for a setting that its stage does not know or of another type, and for two recipes.
+    recipe: replaces the default one and that of the options; no stages are added to it. Without it: keypoints are
+    lifted if there are no poses, and first detected if there are no keypoints; a video's images are asked
+    about the camera. InputError for an option of a stage or a file that this run does not have, for what the user says
+    and no stage reads, for a setting that its stage does not know or of another type, and for two recipes.
     """
     alone = options.poses is None and options.keypoints is None and options.video is not None
     _check_readers(options, alone)

@@ -91,8 +91,8 @@ def load_toml(file: Path | Traversable, what: str) -> dict[str, Any]:
 def load_recipe(path: str | Path | None = None) -> Recipe:
     """The recipe in a TOML file, or the default one.
 
-    `extends = "default"` makes it the default one with changes: a stage with `after = NAME` comes behind that stage, in
-    the file's order where several do, and one without sets options of the stage that is there. InputError names the
+    `extends = "default"` makes it the default one with changes: a stage with `after = NAME` comes behind that stage
+    (several in the file's order); a stage without `after` sets options of the default's stage. InputError names the
     file and the key that is wrong.
     """
     file = files("pcnet3d.pipeline.running").joinpath("default.toml") if path is None else Path(path)

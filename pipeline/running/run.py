@@ -60,7 +60,7 @@ class How(TypedDict, total=False):
 def run_files(
     options: RunOptions, output: str | Path, recipe: Recipe | None = None, **how: Unpack[How]
 ) -> Take:
-    """Read the files that the options name, run the recipe, leave its files in `output`; all of them or none.
+    """Read the files that the options name, run the recipe, and write its files into `output`: all of them or none.
 
     recipe: instead of the default one; the options apply to it (`planned`). Raises InputError.
     """

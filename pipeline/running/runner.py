@@ -22,15 +22,15 @@ class Pipeline:
     stages: tuple[Stage, ...]
 
     def check(self, take: Take) -> None:
-        """Raise InputError when a stage needs something that neither the take nor a stage before it gives, or changes
-        something that an earlier stage has drawn conclusions from; or when poses of their unit will not do for it."""
+        """Raise InputError when a stage needs something that neither the take nor an earlier stage gives, changes
+        something that an earlier stage has already used, or cannot work with the unit of the poses."""
         unit = take.poses.frame.unit if take.poses is not None else ""
         given = (field.name for field in fields(Take) if getattr(take, field.name) is not None)
         self.check_given(given, unit, take.told)
 
     def check_given(self, given: Iterable[str], unit: str = "", told: Told = _NOTHING) -> None:
-        """The same of a take that is still to come, in which the fields of these names will be filled. unit: of its
-        poses, empty where there are none or it is not known. told: what the user tells of it."""
+        """The same for a take that is not there yet, in which the fields of these names will be filled. unit: that of
+        its poses, empty without poses or if it is not known. told: what the user says about it."""
         known = {field.name for field in fields(Take)}
         filled = {*given, *(field.name for field in fields(Take) if field.default is not None)}
         for position, stage in enumerate(self.stages):
@@ -60,7 +60,7 @@ class Pipeline:
                 unit = _asked(stage, "unit_of", unit, told) or ""
 
     def check_rate(self, fps: float) -> None:
-        """Raise InputError when so many video frames a second will not do for a stage."""
+        """Raise InputError when a stage cannot work at this frame rate of the video."""
         for stage in self.stages:
             _asked(stage, "check_rate", fps)
 

@@ -91,13 +91,15 @@ def wrong_rows(poses: PoseSequence, swaps: Iterable[Swap]) -> np.ndarray:
 
 
 def told(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
-    """Each kind with its frames, such as "legs exchanged in frames 17-21, 53"; "" when there are none. Those that are
-    not certain come after, with what is not."""
+    """Each kind with its frames, such as "legs exchanged in frames 17-21 at 0.57 s, 53 at 1.77 s"; "" without. Those
+    that are not certain come after, with what is not."""
     ranges: dict[str, list[str]] = {}
     frames = [int(frame) for frame in poses.frame_index]
     for swap in sorted(swaps, key=lambda swap: (not swap.certain, swap.one_sided, swap.first_row)):
         first, last = frames[swap.first_row], frames[swap.last_row]
         span = f"{first}" if first == last else f"{first}-{last}"
+        if poses.time_s is not None:
+            span += f" at {poses.time_s[swap.first_row]:.2f} s"
         if swap.certain:
             ranges.setdefault(f"{swap.kind} in frames", []).append(span)
         elif swap.one_sided:
@@ -115,8 +117,8 @@ def told(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
 
 
 def settled(poses: PoseSequence, swaps: Iterable[Swap]) -> tuple[tuple[Swap, ...], tuple[str, ...]]:
-    """The swaps that are to be put right, and what to say of the others (see `told`): uncertain ones, and all of a kind
-    whose repair would make the take worse."""
+    """The swaps to repair, and notices about the others (see `told`): uncertain ones, and all of a kind whose repair
+    would make the take worse."""
     swaps = tuple(swaps)
     doubtful = [swap for swap in swaps if not swap.certain]
     said = [f"{told(poses, doubtful)}; that is too uncertain to be changed"] if doubtful else []

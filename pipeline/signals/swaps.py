@@ -135,12 +135,12 @@ def kinds(layout: Layout, depth: bool) -> tuple[Kind, ...]:
 
 def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
     """Runs of rows in which limbs are exchanged or, in 3D, mirrored in depth, in the order in which to repair them:
-    the certain ones, then those that are only likelier than not.
+    first certain ones, then those that are more likely than not.
 
-    poses: 2D keypoints of any layout, or H36M17; a layout without hips or shoulders has none. Depth is looked at in
-    CAMERA axes only. Clips between seams, missing frames and empty rows are judged apart; a joint that is NaN has no
-    say. A swap that lasts as long as its clip has no ends and is not seen: that is checks.chirality's case. Overturned
-    depth must have both.
+    poses: 2D keypoints of any layout, or H36M17; a layout without hips or shoulders has no swaps. Depth is judged in
+    CAMERA axes only. Clips between seams, missing frames and empty rows are judged one by one; NaN joints are ignored.
+    A swap as long as its clip has no ends and is not found: checks.chirality finds it. A depth mirror
+    needs both ends.
     """
     if any(joint not in poses.layout for joint in _TRUNK):
         return ()

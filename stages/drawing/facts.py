@@ -88,9 +88,10 @@ class Facts:
             return self.camera_motion
         pitch, roll = self.standing_deg
         digits = 1 if self.up_bound_deg and "." in bound_in_words(self.up_bound_deg[1]) else 0
+        turned = f"turned {'counter-' if roll >= 0 else ''}clockwise by {abs(roll):.{digits}f} deg (roll)"
         return (
             f"{self.camera_motion}, looks {'down' if pitch >= 0 else 'up'} by {abs(pitch):.{digits}f} deg (pitch), "
-            f"what it sees is turned {'counter-' if roll >= 0 else ''}clockwise by {abs(roll):.{digits}f} deg (roll)"
+            f"what it sees is {turned if round(roll, digits) else 'not turned (roll)'}"
         )
 
     @property
@@ -230,7 +231,7 @@ def _camera_motion(take: Take) -> str:
         return f"{'moves' if take.moving else 'stands still'}, as was told"
     if take.camera is not None and take.camera.background is not None:
         return f"{take.camera.background.words}, by the background of its images"
-    return "is taken for one that stands still: whether it does is not known"
+    return "is taken to stand still (nothing shows whether it does)"
 
 
 def _standing(take: Take) -> tuple[float, float] | None:

@@ -13,7 +13,7 @@ from ...models.gait.gait import Gait
 from ...models.gait.walked_floor import FEWEST, walked_floor
 from ...models.place.airborne import no_place
 from ...pipeline.core.anthropometry import implied_stature
-from ...pipeline.core.measures import Measure, Remark, Row, grouped, text
+from ...pipeline.core.measures import Measure, Remark, Row, grouped, text, value
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.filters import breaks
@@ -27,9 +27,9 @@ def floor(
 ) -> list[Row]:
     """The group `floor`: height over where the path is counted from (the camera), slope along the walk, both with their
     errors, and `stairs`; or the reason why there are none. Of a path that no run has estimated the height has no
-    error, nor the slope where an estimator made it. On the belt of a treadmill feet stand in the same places again and
-    again, which tells its height only. walking: the rows of the group `walking`. judged: whether the built-in lifter
-    made the poses; what a run has estimated by others' has no errors."""
+    error, nor the slope where an estimator made it. On the belt of a treadmill, and without a walk, feet stand in the
+    same places again and again, which tells its height only. walking: the rows of the group `walking`. judged: whether
+    the built-in lifter made the poses; what a run has estimated by others' has no errors."""
     if filtered.root is None:
         return [Remark("reason", no_place(rectified))]
     walked = grouped(walking)
@@ -56,10 +56,17 @@ def floor(
     )  # the path of others may rise by itself
     slope_sd_deg = found.slope_sd_deg if known else float("nan")
     height = found.height - _ANKLE * implied_stature(filtered.joints)
-    slope = [with_error("slope", "deg", found.slope_deg, slope_sd_deg), Remark("stairs", found.stairs)]
+    rise: list[Row] = [
+        with_error("slope", "deg", found.slope_deg, slope_sd_deg),
+        Remark("stairs", found.stairs),
+    ]
+    if text(walked, "belt"):
+        rise = [Remark("slope_reason", "the feet are carried by a belt")]
+    elif not value(walked, "steps"):  # the places of one who stands lie beside one another too
+        rise = [Remark("slope_reason", "there is no walk")]
     return [
         with_error("floor_height", "length", height, height_sd),
-        *([Remark("slope_reason", "the feet are carried by a belt")] if text(walked, "belt") else slope),
+        *rise,
         Measure("places", len(places)),
     ]
 

@@ -25,7 +25,11 @@ def with_outcome(movement: str, rows: Sequence[Row], lasts_s: float, looked: boo
     counts = [row for row in rows if isinstance(row, Measure) and row.name in ("count", "steps")]
     seen = any(row.value for row in counts)
     if looked and not seen and lasts_s < BRIEFEST_S[movement]:
-        rows = [row for row in rows if not (isinstance(row, Remark) and row.name == "reason")]
+        rows = [
+            row
+            for row in rows
+            if row not in counts and not (isinstance(row, Remark) and row.name == "reason")
+        ]
         why = f"{lasts_s:.2g} s is too short" if lasts_s else "a single frame shows no movement"
         rows.append(Remark("reason", why))
     hidden = any(isinstance(row, Remark) and row.name == "reason" for row in rows)

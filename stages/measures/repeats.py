@@ -56,7 +56,7 @@ def repeats(
         and least > plain
         and any(map(counts, repetitions(driver, take.times, plain, take.seams)))
     ):
-        why = f"the angle changes by {whole:.0f} degrees, which its error may make (less than {least:.0f})"
+        why = f"the angle rises by less than {least:.0f} degrees at a time, which its error may make"
         return [Measure("count", 0), Remark("reason", why), *basis(driver)]
     whole_ones = [one for one in found if one.whole]
     if found:

@@ -193,7 +193,7 @@ def measures(
     }
     return (
         *within("range_of_motion", ranges),
-        *within("symmetry", _symmetry(take, ranges, named)),
+        *within("symmetry", _symmetry(take, ranges, named, lasts_s)),
         *(row for name, of in movements.items() for row in within(name, with_outcome(name, of, lasts_s))),
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
@@ -283,8 +283,11 @@ def _range(take: Columns, name: str) -> list[Row]:
     ]
 
 
-def _symmetry(take: Columns, ranges: Sequence[Row], angles: Sequence[str]) -> list[Row]:
-    """Of the rows of the ranges of these angles."""
+def _symmetry(take: Columns, ranges: Sequence[Row], angles: Sequence[str], lasts_s: float) -> list[Row]:
+    """Of the rows of the ranges of these angles. lasts_s: the take's length; in less than a stride of each leg the
+    sides show different parts of the movement."""
+    if lasts_s < BRIEFEST_S["walking"]:
+        return [Remark("reason", f"{lasts_s:.2g} s is too short: each side shows another part of a movement")]
     formula = (
         "100 (right - left) / ((right + left) / 2) of the ranges between the 5th and 95th percentile; "
         "positive when the right is larger"

@@ -41,8 +41,8 @@ _KICK_RISES, _KICK_SPEED = 0.8, 2.5  # kicks: 1.08 and more, 4.4 (lifted 3.2); a
 _KICK_HEIGHT, _KICK_REACH, _KICK_OUT, _HIGH = 0.7, 0.75, 0.5, 0.25
 _SLOW = 0.1  # of the largest rate of a punch's reach: where it begins and ends
 _LIMBS = {"punches": ("shoulder", "elbow", "wrist"), "kicks": ("hip", "knee", "ankle")}
-HIDES_PUNCHES = "lifted poses show few of them"
-NO_IMAGE = "lifted poses without their keypoints do not show them"
+HIDES_PUNCHES = "lifted poses do not show every punch"
+NO_IMAGE = "lifted poses show them only beside keypoints in an image of known size"
 Spans = Sequence[tuple[float, float]]
 UNJUDGED = "what these figures are off by has not been measured"
 

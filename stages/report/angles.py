@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from markupsafe import Markup
 
+from ...models.angle_error.repeatability import difference_chance, differing
 from ...pipeline.core.measures import Group, measure, subgroup
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
@@ -52,32 +53,34 @@ def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
 
 
 def sides_compared(measures: Group) -> list[str]:
-    """A sentence on whether the sides differ by more than their errors, in ranges of motion and steps; none where no
-    error is stated. measures: of a take."""
+    """A sentence on whether the sides differ, in ranges of motion and steps, told apart from the one difference in ten
+    that chance makes; none where no error is stated. measures: of a take."""
     walking, symmetry = subgroup(measures, "walking"), subgroup(measures, "symmetry")
     indices = {
         f"range of {spoken(name)}": measure(subgroup(symmetry, name), "symmetry_index") for name in symmetry
     }
     indices |= {words: measure(walking, f"{name}_symmetry_index") for name, words in _STEPS.items()}
-    stated = {words: (of, of.bar) for words, of in indices.items() if of and of.bar is not None}
-    apart = [
-        f"{words} {of.value:+z.0f} ± {bar:.0f} %"
-        for words, (of, bar) in stated.items()
-        if not of.within_error
-    ]
+    stated = {
+        words: (of.value, of.error, of.bar)
+        for words, of in indices.items()
+        if of and of.error and of.bar is not None
+    }
     if not stated:
         return []
-    if not apart:
-        what = (
-            "range of motion or steps"
-            if any(words in stated for words in _STEPS.values())
-            else "range of motion"
-        )
-        return [f"Between right and left no difference in {what} is larger than its error (90 %)."]
-    return [
-        f"Right and left differ by more than the error (90 %) in {len(apart)} of {len(stated)} figures, "
-        f"right less left: {', '.join(apart)}."
+    differ = differing(difference_chance(np.array([value / error for value, error, _ in stated.values()])))
+    apart = [
+        f"{words} {value:+z.0f} ± {bar:.0f} %"
+        for (words, (value, _, bar)), sure in zip(stated.items(), differ, strict=True)
+        if sure
     ]
+    if apart:
+        return [
+            f"Right and left differ in {', '.join(apart)} (right less left; {len(stated)} figures compared)."
+        ]
+    beyond = sum(abs(value) > bar for value, _, bar in stated.values())
+    steps = " or steps" if any(words in stated for words in _STEPS.values()) else ""
+    chance = f": {beyond} of {len(stated)} exceed their ±, which may be chance" if beyond else ""
+    return [f"Between right and left no difference in range of motion{steps} is certain{chance}."]
 
 
 def _difference(symmetry: Group) -> Cell:

@@ -57,7 +57,7 @@ def _bends(take: Take, bends: Group) -> Iterator[Event]:
     for span in _spans(bends):
         row = _most(take, deepest, span)
         if row is not None:
-            side = "r_" if both[0][row] >= both[1][row] else "l_"
+            side = "l_" if both[1][row] < both[0][row] else "r_"  # the less bent one, which is counted
             yield Event(row, "lowest", f"{side}knee_flexion", f"{side}knee")
 
 

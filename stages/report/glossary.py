@@ -58,14 +58,15 @@ _USUAL = {
 }
 
 
-def explained(name: str, running: bool = False) -> str:
+def explained(name: str, running: bool = False, metric: bool = True) -> str:
     """A line about a measure by its name without unit, such as "mean_step_time"; empty of one that is not known. What
-    is usual of a walk is not told of a run."""
+    is usual of a walk is not told of a run, nor that of a speed where lengths are not in metres."""
     name = name.removesuffix("_up").removesuffix("_down")
     if name.endswith("symmetry_index"):
         name = "symmetry_index"
     plain = name.removeprefix("mean_").removeprefix("sd_")
     said = _EXPLAINED.get(name) or _EXPLAINED.get(plain, "")
-    if said and plain in _USUAL and not running and not name.startswith("sd_"):
+    usual = plain in _USUAL and not running and (metric or plain != "walking_speed")
+    if said and usual and not name.startswith("sd_"):
         said = f"{said} {_USUAL[plain]}"
     return f"How much it varies from one to the next. {said}" if said and name.startswith("sd_") else said

@@ -151,7 +151,15 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
     tables. Each group of the first level has a heading; below, groups that hold no others are the rows of one table, or
     its columns where they are few. length: the unit of lengths, "m" or "units". level: of the heading that this stands
     under; 3 where the measures are one group's."""
-    own = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict | Curves)}
+    own = {
+        name: leaf
+        for name, leaf in measures.items()
+        if not isinstance(leaf, dict | Curves)
+        and not (
+            name == "count" and "holds" in measures and not value(measures, name)
+        )  # the holds are counted
+        and not (name == "jump_height" and length != "m")  # beside the one in cm
+    }
     groups = {name: leaf for name, leaf in measures.items() if isinstance(leaf, dict | Curves)}
     flat = {name: leaf for name, leaf in groups.items() if level > 2 and _is_flat(leaf)}
     said = {name: leaf for name, leaf in own.items() if isinstance(leaf, Remark) and name not in FOR_FILES}
@@ -237,7 +245,11 @@ def _repetitions(own: Mapping[str, Any], length: str) -> Markup:
 
 def _told(leaf: Any, length: str, running: bool) -> Told:
     """A figure that stands alone: its name, and it with its error and unit, in grey where it lies within that."""
-    words, unit, about = worded(_name(leaf)), unit_of(leaf, length), explained(_name(leaf), running)
+    words, unit, about = (
+        worded(_name(leaf)),
+        unit_of(leaf, length),
+        explained(_name(leaf), running, length == "m"),
+    )
     if len(_values(leaf) or ()) > _MANY:
         return Told(words, _both(leaf), about)
     both = f"{_both(leaf)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()

@@ -9,7 +9,7 @@ from ...models.common.metrics import SD_90
 from ...pipeline.core.take import Take
 from ..drawing.charts import over_time, sides
 from ..drawing.facts import length_unit
-from ..drawing.page import bullets, charts, figure, small
+from ..drawing.page import charts, figure, small
 from ..drawing.words import spoken
 from ..trajectories import cannot_be_told
 
@@ -34,10 +34,8 @@ def motion_charts(take: Take) -> Markup:
             title = f"{limb.capitalize()} {quantity} ({unit.format(length)})"
             curves = sides(*values, left_margin=bands[0], right_margin=bands[1])
             figures.append(figure([over_time(curves, poses.times, f"{title} over time")], title))
-    words = [
-        f"The {quantity} of the {spoken(joint)} cannot be told here: its error is larger than all that the take has."
-        for joint, _, quantity in (name.rpartition("_") for name in untold)
-    ]
+    names = [name.rpartition("_") for name in untold]
+    words = ", ".join(f"the {quantity} of the {spoken(joint)}" for joint, _, quantity in names)
     if not figures and not words:
         return Markup("")
     return (
@@ -45,6 +43,10 @@ def motion_charts(take: Take) -> Markup:
             "Relative to the pelvis, from the smoothed paths. Orange: right. Blue, dashed: left. The band holds the "
             "true value in nine of ten frames, if the stated standard deviation is right."
         )
-        + (bullets(words) if words else Markup(""))
+        + (
+            small(f"Not shown, because the error is larger than the values: {words}.")
+            if words
+            else Markup("")
+        )
         + charts(figures)
     )

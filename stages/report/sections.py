@@ -128,7 +128,8 @@ def provenance(facts: Facts, take: Take) -> Markup:
         f"pcnet3d {package_version()}.",
         f"Rectified by {facts.rectified.method}: {facts.turned} of {how_many(len(poses), 'frame')}.",
         f"Lengths are in {_UNITS.get(poses.frame.unit, poses.frame.unit)}.",
-        f"Poses: video frames {poses.frame_index[0]} to {poses.frame_index[-1]}, person {poses.person}.",
+        f"Poses: {'video ' * (take.video is not None)}frames {poses.frame_index[0]} to {poses.frame_index[-1]}, "
+        f"person {poses.person}.",
         f"Axes of the poses before they were turned upright: {poses.frame}.",
     ]
     if take.video is not None:

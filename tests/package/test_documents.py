@@ -6,14 +6,9 @@ import ast
 import importlib.util
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import fields
 from functools import cache
 from pathlib import Path
 
-from pcnet3d.pipeline.cli import load_command
-from pcnet3d.pipeline.core.camera import Camera
-from pcnet3d.pipeline.core.notices import Notice
-from pcnet3d.pipeline.core.take import Session, Video
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.reading.settings import MOVED, reading_options
 from pcnet3d.pipeline.signals.angles import ANGLES, REASONS
@@ -238,41 +233,9 @@ def test_every_network_has_its_licence():
     assert sorted(name for name, words in ours.items() if words.split(",")[0] not in told[name]) == []
 
 
-def test_every_option_of_a_run_is_in_the_design():
-    """And nothing else is."""
-    (section,) = re.findall(
-        r"Options of `run`.*?\n\n(.*?)\n\n", (ROOT / "docs/design.md").read_text(), re.DOTALL
-    )
-    told = set(re.findall(r"`(--?[\w-]+)", section))
-    options = [
-        {*option.opts, *option.secondary_opts}
-        for option in load_command("run").params
-        if option.opts[0].startswith("-") and not option.hidden
-    ]
-    assert [sorted(names) for names in options if not names & told] == []
-    assert sorted(told - set().union(*options)) == []
-
-
 def test_what_run_takes_by_set_is_in_the_design():
     (section,) = re.findall(r"by `--set`.*?\n\n", (ROOT / "docs/design.md").read_text(), re.DOTALL)
     assert [name for name in reading_options() if f"`{name}`" not in section] == []
-
-
-def test_files_and_fields_are_in_the_design():
-    """Those of the core, the stages of one file each, the fields of what is in a take; and no others."""
-    design = (ROOT / "docs/design.md").read_text(encoding="utf-8")
-    (core,) = re.findall(r"\| `core/` \|(.*?)\|\n", design)
-    assert set(re.findall(r"`(\w+)\.py`", core)) == _modules("pipeline/core")
-    (files,) = re.findall(r"Inside `stages/`: (.*?)\sare\s+one\s+file", design, re.DOTALL)
-    assert set(re.findall(r"`(\w+)`", files)) == _modules("stages")
-    for kind in (Video, Camera, Session, Notice):
-        (told,) = re.findall(rf"^{kind.__name__}  +((?:.+\n?)(?: {{9}}.+\n)*)", design, re.MULTILINE)
-        names = re.findall(r"\w+", re.sub(r"\(.*?\)", "", told.partition(":")[0].partition(";")[0]))
-        assert names == [field.name for field in fields(kind)], kind
-
-
-def _modules(folder: str) -> set[str]:
-    return {path.stem for path in (ROOT / folder).glob("*.py")} - {"__init__"}
 
 
 def test_no_document_names_an_option_that_has_moved():

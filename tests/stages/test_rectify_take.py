@@ -12,8 +12,8 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gravity import LEAN_DEG
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, Told, change_frame, rotate
+from pcnet3d.pipeline.core.camera import Background, Look
 from pcnet3d.pipeline.core.camera import Camera as View
-from pcnet3d.pipeline.core.camera import Look
 from pcnet3d.pipeline.core.frames import GL_CAMERA
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
@@ -149,6 +149,9 @@ def test_a_cut_half_way_is_said_and_has_a_wide_error(cut, camera, rectifier):
         (said,) = warnings(take)
         assert "at frame 120" in said
         assert "--camera moving" in said
+        view = View((640, 360), 700.0, 1.0, "told", background=Background("still"))
+        stands = Rectify(rectifier)(Take("t", poses=poses_of(joints), camera=view))
+        assert not warnings(stands)  # whose background stands still has no moving camera
 
 
 def test_a_cut_is_followed_by_a_moving_camera_and_parted_by_a_clip_boundary(cut, camera):

@@ -5,6 +5,7 @@ import pytest
 
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.anthropometry import SEGMENTS
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.scale import Scale, scale
 from refusals import refused
 
@@ -53,3 +54,12 @@ def test_a_stature_in_other_units_is_refused(stature):
 def test_a_body_without_limbs_cannot_be_scaled():
     with refused("nothing-usable"):
         scale(PoseSequence(np.full((2, 17, 3), np.nan), H36M17, ARBITRARY), 1.8)
+
+
+@pytest.mark.parametrize(
+    ("kind", "codes"), [("estimated", ["scale-assumed"]), ("measured", []), ("unknown", [])]
+)
+def test_metres_of_an_estimator_are_said_to_be_assumed(kind, codes):
+    """A page gave the speed of a walk in metres a second, out of one camera and without a height."""
+    poses = PoseSequence(adult(1.7)[None], H36M17, CAMERA, made_by=MadeBy(kind))
+    assert [each.code for each in Scale()(Take("t", poses=poses)).notices] == codes

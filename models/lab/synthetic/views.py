@@ -27,7 +27,7 @@ CAMERA_FROM_SOURCE = CAMERA.basis @ PC_CAMERA.basis.T  # the paper's axes: x awa
 
 
 def paper_angles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Roll, pitch, yaw (count,) in degrees of the published mixture (formats.md section 9, sampling)."""
+    """Roll, pitch, yaw (count,) in degrees of the published mixture."""
     kind = rng.choice(3, size=count, p=(0.75, 0.15, 0.10))
     normal = rng.standard_normal((3, count))
     side = rng.choice((-90.0, 90.0), size=count)

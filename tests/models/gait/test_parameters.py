@@ -106,6 +106,14 @@ def test_a_belt_is_found_by_the_feet_that_stand_on_it_and_told():
         assert mean(values, "step_length") == pytest.approx(SPEED * STEP_S, rel=0.01)
 
 
+@pytest.mark.parametrize("share", [0.5, 0.65, 0.8, 1.2])
+def test_feet_that_drift_ahead_are_on_no_belt(share):
+    """A woman on a lawn, whose legs BlazePose lifted too short, walked on a treadmill at 0.37 m/s."""
+    root, ankles, gait = striding()
+    short = {side: share * ankle for side, ankle in ankles.items()}
+    assert over_belt(root, short, TIME, gait, np.array([1.0, 0.0]))[1] == 0
+
+
 OF_PATH = {"walking_speed", "step_length", "stride_length", "step_width"}
 
 

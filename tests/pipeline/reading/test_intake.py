@@ -155,9 +155,24 @@ def test_a_part_with_a_clock_of_its_own_is_not_taken_for_the_videos_beginning(fa
         assert numbered_by_times(video, poses).frames_known == known
 
 
-def test_unknown_frame_numbers_are_admitted(lifted):
-    texts = [event.text for event in open_take(RunOptions(poses=lifted, fps=25)).notices]
-    assert any("which video frames" in text for text in texts)
+def test_unknown_frame_numbers_are_admitted_beside_what_has_them(tmp_path, lifted):
+    """Poses alone belong to no frames of anything: their page warned of nothing that anybody could mend."""
+
+    def said(**files) -> bool:
+        take = open_take(RunOptions(poses=lifted, fps=25, **files))
+        return "frames-unknown" in {each.code for each in take.notices}
+
+    clip = film(tmp_path / "clip.mp4", range(0, 40 * ROWS, 40))
+    assert said(video=clip)
+    assert not said()
+
+
+def test_a_single_image_needs_no_rate(tmp_path, facing_camera):
+    np.save(tmp_path / "X3D.npy", facing_camera[None] + [0.2, 0.2, 0])
+    assert open_take(RunOptions(poses=tmp_path / "X3D.npy")).poses.times.tolist() == [0.0]
+    np.save(tmp_path / "X3D.npy", np.tile(facing_camera, (2, 1, 1)) + 0.2)
+    with refused("needs-rate"):
+        open_take(RunOptions(poses=tmp_path / "X3D.npy"))
 
 
 def test_unsteady_bones_are_announced_loudly(tmp_path, facing_camera):

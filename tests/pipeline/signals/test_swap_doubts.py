@@ -128,7 +128,7 @@ def test_a_repair_against_the_rhythm_is_undone_and_said(monkeypatch):
         _, keypoints, (event,), _ = treated(None, wrong, how)
         np.testing.assert_array_equal(keypoints.joints, wrong.joints)
         assert event.weight == "warning"
-        assert "legs exchanged in frames 58-81, 83-109, but after a repair" in event.text
+        assert "legs exchanged in frames 58-81 at 1.93 s, 83-109 at 2.77 s, but after a repair" in event.text
         assert "the legs would not alternate" in event.text
         assert "--set read.swaps" not in event.text
 
@@ -139,7 +139,9 @@ def test_a_repair_that_makes_joints_leap_is_undone_and_others_are_not():
     arms, legs = Swap("arms exchanged", 30, 39, 9.0), Swap("legs exchanged", 64, 67, 9.0)
     kept, (said,) = settled(wrong, (arms, legs))
     assert kept == (arms,)
-    assert said.startswith("legs exchanged in frames 64-67, but after a repair joints would leap farther")
+    assert said.startswith(
+        "legs exchanged in frames 64-67 at 2.13 s, but after a repair joints would leap farther"
+    )
     assert worsened(wrong, right) == ()
     assert worsened(right, right) == ()
     assert "joints would leap farther" in worsened(right, wrong)

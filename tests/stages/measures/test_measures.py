@@ -15,11 +15,11 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.gait.errors import shipped_errors
 from pcnet3d.models.gait.events import Stance, Stride, walks
-from pcnet3d.models.gait.of_take import least_step
+from pcnet3d.models.gait.of_take import body_joints, gait_of, least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take, Told
 from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.frames import CAMERA, PC_CAMERA, change_frame
-from pcnet3d.pipeline.core.measures import nested, with_bar
+from pcnet3d.pipeline.core.measures import Measure, nested, with_bar
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.files.measures import Row, read_measures
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, MIDLINE, UNTRUSTED, near
@@ -33,6 +33,7 @@ from pcnet3d.stages.export.measures import (
     write_strides,
 )
 from pcnet3d.stages.measures.figures import spread
+from pcnet3d.stages.measures.floor import floor
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.measures.strides import peaks, stride_rows
 from pcnet3d.stages.measures.walking import along_sight
@@ -781,6 +782,29 @@ def test_a_belt_has_a_height_and_no_slope(incline, belt_speed):
     assert floor["slope_reason"] == "the feet are carried by a belt"
     assert {"slope_deg", "slope_error_deg", "stairs"}.isdisjoint(floor)
     assert floor["floor_height"] == pytest.approx(0, abs=0.03)
+
+
+def test_a_floor_without_a_walk_has_no_slope():
+    """A man who stood on one leg had "the slope of the floor along the walk", 17 degrees of a level floor."""
+    straight = walker(seconds=12, turn_deg=0)
+    rows = straight.during("walk")
+    poses = PoseSequence(
+        straight.world[rows], H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows)
+    )
+    take = measured(poses, STAGES[:3])
+    gait = gait_of(body_joints(take.filtered, take.rectified), take.filtered, take.rectified, take.kinematics)
+    found = nested(floor([Measure("steps", 0)], gait, take.filtered, take.rectified, judged=False))
+    assert found["slope_reason"] == "there is no walk"
+    assert {"slope_deg", "stairs"}.isdisjoint(found)
+    assert found["floor_height"] == pytest.approx(0, abs=0.03)
+
+
+def test_in_a_take_of_less_than_a_stride_the_sides_are_not_compared(take):
+    """A runner in view for 0.7 s had five differences of right and left."""
+    found = nested(measured(take.poses.rows(0, 40)).measures)
+    assert set(found["symmetry"]) == {"reason"}
+    assert "count" not in found["arm_raises"]["right"]  # nor is a count of 0 told of what takes longer
+    assert "symmetry_index_percent" in nested(take.measures)["symmetry"]["knee_flexion"]
 
 
 def test_a_ramp_of_motion_capture_has_its_slope_and_no_stairs():

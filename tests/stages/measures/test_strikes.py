@@ -91,13 +91,13 @@ def test_a_guard_that_rises_slowly_is_no_part_of_the_punch():
 
 
 def test_punches_and_kicks_are_told_by_side():
-    right, left = {"count": 5, "count_reason": "lifted poses show few of them"}, {"count": 1}
+    right, left = {"count": 5, "count_reason": "lifted poses hide some"}, {"count": 1}
     measures = rows_of(
         {"punches": {"right": right, "left": left}, "kicks": {"right": {"count": 2}, "left": {"count": 0}}}
     )
     poses = PoseSequence(np.zeros((31, 17, 3)), H36M17, CAMERA, time_s=np.arange(31) / 10)
     assert answer(Take("take", poses=poses, measures=measures))[0] == (
-        "Punched at least 5 times with the right arm (lifted poses show few of them) and once with the left arm; "
+        "Punched at least 5 times with the right arm (lifted poses hide some) and once with the left arm; "
         "kicked twice with the right leg."
     )
 

@@ -13,6 +13,7 @@ import pytest
 from golden.measures import rows_of
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, Pipeline, PoseSequence, Take, change_frame
+from pcnet3d.pipeline.core.measures import grouped, numbered, subgroup
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.signals.angles import ANGLES
@@ -24,6 +25,7 @@ from pcnet3d.stages.drawing.words import spoken
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.angles import angle_table
+from pcnet3d.stages.report.events import events
 from pcnet3d.stages.report.measures import _percent
 from pcnet3d.stages.report.stage import Report, report
 from pcnet3d.stages.trajectories import UNCERTAIN, Trajectories
@@ -97,7 +99,7 @@ def test_an_acceleration_that_is_less_certain_than_large_is_left_to_words(walk_t
     columns = dict(walk_take.kinematics)
     columns["r_wrist_acceleration_reason"] = np.full_like(columns["r_wrist_acceleration_reason"], UNCERTAIN)
     said = report(walk_take.with_(kinematics=columns))
-    words = "The acceleration of the right wrist cannot be told here"
+    words = "larger than the values: the acceleration of the right wrist."
     assert words in said
     assert words not in report(walk_take)
     assert "Wrist acceleration (m/s²)" in said  # the left one's
@@ -497,6 +499,16 @@ def test_one_frame_has_no_empty_charts_and_its_angles_in_a_table():
     assert "right knee flexion" in said
     assert "<h3>" not in said.split("What happened</h2>")[1].split("<h2>")[0]
     assert "0 s is too short" not in said
+
+
+def test_a_knee_bend_is_drawn_with_the_angle_that_is_counted(walk_take):
+    """A boxer's knee bend "to 57 degrees" had 85 written on its picture: that of the other knee."""
+    take = Measures()(walk_take)
+    peaks = [round(peak.value) for peak in numbered(subgroup(grouped(take.measures), "knee_bends"), "peak")]
+    shown = [event for event in events(take, 6) if event.words == "lowest"]
+    written = [round(float(take.kinematics[f"{event.angle}_deg"][event.row])) for event in shown]
+    assert written
+    assert set(written) <= set(peaks)
 
 
 def test_why_no_figures_are_made_is_the_first_thing_said(walk_take):

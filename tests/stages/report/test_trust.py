@@ -90,6 +90,9 @@ def test_one_frame_shows_no_movement(walk_take):
     judged = take.with_(findings=findings_of(take.poses))
     assert "too-few-frames" in {each.code for each in judged.findings}
     assert level(judged) != "good"
+    alone = take.with_(poses=take.poses.rows(0, 1))
+    assert "No limbs look exchanged" in trust(take, facts_of(take))
+    assert "No limbs look exchanged" not in trust(alone, facts_of(alone))
     assert "The poses are good" not in trust(judged, facts_of(judged))
 
 
@@ -101,7 +104,7 @@ def gone(take, share: float):
 
 def test_who_is_gone_for_a_while_was_not_seen_throughout(walk_take):
     """With 2D keypoints too, which have no row where nobody was found, and so say nothing there."""
-    whole, seen = known(walk_take, 2.7), "seen throughout"
+    whole, seen = known(walk_take, 2.7), "were seen"
     assert whole.keypoints is not None
     assert seen in trust(whole, facts_of(whole))
     for take in (gone(whole, 0.4), gone(whole, 0.4).with_(keypoints=None)):
@@ -111,11 +114,34 @@ def test_who_is_gone_for_a_while_was_not_seen_throughout(walk_take):
         assert re.search(r"4\d % of the joints are missing\. Joints are missing from 0\.00 to", said)
 
 
+def test_a_limb_that_leaves_the_image_was_not_seen(walk_take):
+    """A woman walked out of the image, her left foot for a fifth of the time, and "throughout" stood beside it: of all
+    joints 2 % were missing."""
+    take = known(walk_take, 2.7)
+    joints = take.poses.joints.copy()
+    joints[: len(joints) // 4, take.poses.layout.index("l_ankle")] = np.nan
+    gone = take.with_(poses=replace(take.poses, joints=joints))
+    assert level(gone) == "care"
+    assert "left ankle is missing in 2" in trust(gone, facts_of(gone))
+
+
+def test_of_unusable_poses_nothing_else_is_judged(walk_take):
+    """Up was "known to within 8 degrees" beside limbs that vary by a third of their length."""
+    flat = known(walk_take, 2.7).with_(findings=(own_notice("test.flat", "no depth", "unusable"),))
+    assert trust(flat, facts_of(flat)).count("<dt") == 1
+
+
+def test_figures_without_errors_are_not_said_to_hold_within_them(walk_take):
+    take = known(walk_take, 2.7).with_(angle_errors="none").saying(own_notice("t.a", "swapped", about="view"))
+    assert level(take) == "care"
+    assert "within their errors" not in trust(take, facts_of(take))
+
+
 def test_it_says_when_joints_are_missing(walk_take):
     take = known(walk_take, 2.7)
     joints = np.nan_to_num(take.poses.joints)
     whole = take.with_(poses=replace(take.poses, joints=joints))
-    assert "No joint is missing." in trust(whole, facts_of(whole))
+    assert "Every frame has all joints." in trust(whole, facts_of(whole))
     joints = joints.copy()
     joints[30:45, 3] = np.nan
     joints[50:52] = np.nan
