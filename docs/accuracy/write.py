@@ -35,9 +35,7 @@ ERRORS = HERE / "errors.json"  # of pcnet3d evaluate errors, as it writes it
 ROOT = HERE.parents[1]
 MARKED = (
     "README.md",
-    "docs/angles.md",
     "docs/errors.md",
-    "docs/movements.md",
     "docs/research.md",
     "docs/trust.md",
     "docs/up.md",

@@ -13,20 +13,18 @@ from typing import Any
 
 import numpy as np
 
+from ...pipeline.core.layouts import COCO17, Layout
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ..common.onnx import session_of
 from . import CHANGES
 
-JOINTS = (
-    "nose", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow", "l_wrist", "r_wrist", "l_hip", "r_hip", "l_knee",
-    "r_knee", "l_ankle", "r_ankle",
-)  # fmt: skip
-HIPS = [JOINTS.index("l_hip"), JOINTS.index("r_hip")]
+# What the network sees: COCO17 without eyes and ears.
+LIMBS = Layout("LIMBS", tuple(name for name in COCO17.joints if not name.endswith(("eye", "ear"))))
 ROWS, HOP = 96, 48  # of a window, and from one to the next
 FPS = 30.0
-CHANNELS = 5 * len(JOINTS) + 5
+CHANNELS = 5 * len(LIMBS) + 5
 # Logarithms of how many times too fast it plays, too wide the image is, and growth of the image in a frame of 1/30 s.
 RATES, WIDTHS, ZOOMS = np.linspace(-1, 1, 11), np.linspace(-0.5, 0.5, 11), np.linspace(-0.02, 0.02, 9)
 _WINDOWS = 40  # at most, evenly spread
@@ -59,10 +57,10 @@ def held(points: np.ndarray, seen: np.ndarray) -> np.ndarray:
 
 
 def features(points: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """(ROWS, CHANNELS) float32 of points (T, 13, 2), JOINTS in pixels from the image's middle at FPS, `held`, and
+    """(ROWS, CHANNELS) float32 of points (T, 13, 2), LIMBS in pixels from the image's middle at FPS, `held`, and
     whether they are seen (T, 13), T at most ROWS: joints from the middle of the hips, that itself, and both movements,
     over the body's size; which joints are seen, and which rows there are."""
-    hips = points[:, HIPS].mean(axis=1)
+    hips = points[:, LIMBS.indices(("l_hip", "r_hip"))].mean(axis=1)
     body = points - hips[:, None]
     size = np.sqrt((body**2).sum(axis=-1).mean()) + 1e-6
     body, hips = body.reshape(len(points), -1) / size, hips / size
@@ -74,16 +72,20 @@ def features(points: np.ndarray, seen: np.ndarray) -> np.ndarray:
 
 
 def changes_of(keypoints: PoseSequence, image_size: tuple[int, int]) -> Changes | None:
-    """Of keypoints in pixels, in any layout with JOINTS; None where too little of the body is seen, or the rate is
+    """Of keypoints in pixels, in any layout with LIMBS; None where too little of the body is seen, or the rate is
     unknown."""
-    if any(name not in keypoints.layout for name in JOINTS) or keypoints.time_s is None or len(keypoints) < 2:
+    if (
+        any(name not in keypoints.layout for name in LIMBS.joints)
+        or keypoints.time_s is None
+        or len(keypoints) < 2
+    ):
         return None
     if np.ptp(keypoints.times) > _SPARSE_S * len(keypoints):
         return None
-    points = keypoints.joints[:, keypoints.layout.indices(JOINTS)].astype(np.float64)
+    points = keypoints.joints[:, keypoints.layout.indices(LIMBS.joints)].astype(np.float64)
     seen = is_finite(points)
     if keypoints.confidence is not None:
-        seen &= ~(keypoints.confidence[:, keypoints.layout.indices(JOINTS)] <= 0)
+        seen &= ~(keypoints.confidence[:, keypoints.layout.indices(LIMBS.joints)] <= 0)
     points, seen = _even(points - np.array(image_size) / 2, seen, keypoints.times)
     if len(points) < _FEWEST or seen.mean() < _SEEN:
         return None

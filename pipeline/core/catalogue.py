@@ -19,12 +19,10 @@ class Entry(NamedTuple):
     template: str
 
 
-_DEPENDS = "speeds, accelerations, durations and cadences depend on it"
-
 _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     # What was read
     "part-only": ("note", "files",
-        "Only the part from {part} was processed, as asked; the whole recording is from {whole}."),
+        "Only {part} was processed, as asked; the whole recording is from {whole}."),
     "part-covered": ("note", "files",
         "The data cover video frames {first} to {last} of {frames}."),
     "frames-unknown": ("warning", "files",
@@ -32,85 +30,78 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "gaps-as-asked": ("repair", "files",
         "Treated as gaps, as asked: {counts}."),
     "video-cut-off": ("warning", "files",
-        "The images of {file} end after {ends_s:.1f} s, but the file says that it lasts {stated_s:.1f} s. It may "
-        "be cut off or damaged: copy it again."),
+        "The images of {file} end after {ends_s:.1f} s of {stated_s:.1f} s. It may be cut off or damaged: copy it "
+        "again."),
     "video-damaged": ("warning", "files",
-        "The video is damaged at frame {frames}; images from there to the next key frame may be wrong or missing. "
-        "Copy it again, or leave that part out (--time-range)."),
+        "The video is damaged at frame {frames}, up to the next key frame. Copy it again, or leave that part out "
+        "(--time-range)."),
     "scene-changes": ("warning", "files",
         "The video cuts to another scene {count:~time}, at frame {frames}; nobody is followed across a cut."),
     "scenes-apart": ("note", "files",
         "People share the camera and the LEVEL axes only within one scene of the video."),
     "people-by-poses-alone": ("warning", "files",
-        "The file has no track numbers and no boxes, so people were told apart by their poses alone. Check that "
-        "each is one person throughout."),
+        "The file has no track numbers and no boxes, so people were told apart by their poses. Check that each is "
+        "one person throughout."),
     "keypoints-of-somebody-else": ("suspicious", "files",
-        "The limbs of person '{person}' in the poses lie differently in the image than those of person '{track}' "
-        "in the keypoints: by {apart:.2f} of their spread, where one person has {most:g} at most. The keypoints "
-        "belong to somebody else or to other frames, so results that need both, such as the path, are wrong."),
+        "Person '{person}' of the poses differs from '{track}' of the keypoints by {apart:.2f} of their spread; "
+        "one person has {most:g} at most. Give the keypoints of this person and of these frames; else the path is "
+        "wrong."),
     "keypoints-not-of-poses": ("suspicious", "files",
-        "The poses are off the keypoints of the same frames by {off_percent:.1f} % of the stature{how}: the "
-        "keypoints belong to another recording or to other frames, or the poses were changed."),
+        "The poses are off the keypoints by {off_percent:.1f} % of the stature{how}. They belong to different "
+        "recordings or frames, or the poses were changed."),
     "leap-between-people": ("warning", "files",
         "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from there on."),
     "leap-after-gap": ("warning", "files",
-        "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} in which nobody was "
-        "seen: it may be another person from there on."),
+        "The person leaps by {sizes:.1f} body sizes at frame {frame}, unseen for {unseen:~frame} before: it may be"
+        " another person from there on."),
     "no-joint-centres": ("warning", "files",
         "Left out, because the points are not joint centres: {people}."),
     "no-track-number": ("warning", "files",
         "{unnamed:~detection} of {detections} {unnamed:?has/have} no track number and {unnamed:?was/were} left "
-        "out. track=true (--set keypoints.track=true) ignores the numbers and joins each person to the nearest one "
-        "in the frames before."),
+        "out. --set keypoints.track=true joins each person to the nearest one before."),
     "rebased-to-floor": ("warning", "files",
         "In {rebased} of {frames:~frame} the lowest joint was put at height 0, and it was another joint "
-        "{changes:~time}. So the file does not hold how the whole body moves up and down. Poses relative to the "
-        "pelvis are right; with --disable-rebase-keypoint MMPose leaves the heights as they were."),
+        "{changes:~time}, so the body's rise and fall is lost. Run MMPose with --disable-rebase-keypoint."),
     "display-undone": ("warning", "files",
-        "A rotation for display was undone, as asked. It was taken to be that of Human3.6M's camera 54138969; if "
-        "the script used another one, the body is tilted."),
+        "A rotation for display was undone, as asked, taken to be that of Human3.6M's camera 54138969; with "
+        "another one the body is tilted."),
     "stature-assumed": ("warning", "files",
         "RTMW3D's file has no scale across the image; a stature of {stature_m:g} m was assumed."),
     "figures-withheld": ("warning", "poses",
         "The poses are unusable, so no figures were computed; --set measures.unusable=true computes them."),
     # The clock
     "slow-motion-stated": ("warning", "clock",
-        "The video was captured at {captured_fps:g} frames per second and plays at {shown_fps:.4g}, as slow "
-        "motion, but {used_fps:.4g} was used. Give --fps {captured_fps:g}; without it durations are {times:.3g} "
-        "times too long and speeds {times:.3g} times too low."),
+        "The video was captured at {captured_fps:g} frames per second and plays at {shown_fps:.4g}, but "
+        "{used_fps:.4g} was used: durations are {times:.3g} times too long. Give --fps {captured_fps:g}."),
     "fps-contradicts": ("warning", "clock",
         "--fps {used_fps:g} was used, but the {source} says {shown_fps:g} frames per second. If that is right, "
-        "leave --fps out: speeds and cadences are {times:.3g} times what they should be."),
+        "leave --fps out: speeds are {times:.3g} times what they should be."),
     "clocks-contradict": ("warning", "clock",
         "The video's {shown_fps:.4g} frames per second were used, but the file's own times say {stated_fps:.4g}. "
-        "If the file is right, as it may be for slow motion, give --fps {stated_fps:.4g}: speeds and cadences are "
-        "{times:.3g} times what they should be."),
+        "If the file is right, give --fps {stated_fps:.4g}: speeds are {times:.3g} times what they should be."),
     "falls-slowly": ("warning", "clock",
-        "In {flights:~flight}, with both feet off the ground, the body falls at {share:.2g} of gravity, as in slow "
-        "motion by {times:.2g} times. If the camera captured about {fps:g} frames per second, give --fps {fps:g}; "
-        "speeds, accelerations and durations depend on it."),
+        "In {flights:~flight} the body falls at {share:.2g} of gravity, as in slow motion by {times:.2g} times. If"
+        " the camera captured about {fps:g} frames per second, give --fps {fps:g}."),
     "falls-fast": ("warning", "clock",
-        "In {flights:~flight}, with both feet off the ground, the body falls at {share:.2g} of gravity, as in a "
-        "time lapse by {times:.2g} times. If the camera captured about {fps:g} frames per second, give --fps "
-        "{fps:g}; speeds, accelerations and durations depend on it."),
+        "In {flights:~flight} the body falls at {share:.2g} of gravity, as in a time lapse by {times:.2g} times. "
+        "If the camera captured about {fps:g} frames per second, give --fps {fps:g}."),
     "moves-slowly": ("warning", "clock",
-        "At {fps:.4g} frames per second {found}, slower than people usually move. If this is slow motion, give the "
-        f"camera's rate with --fps; {_DEPENDS}."),
+        "At {fps:.4g} frames per second {found}, slower than people usually move. For slow motion give the "
+        "camera's rate (--fps)."),
     "moves-fast": ("warning", "clock",
-        "At {fps:.4g} frames per second {found}, faster than people can move. If the video is a time lapse, or its "
-        f"rate is stated wrongly, give the camera's rate with --fps; {_DEPENDS}."),
+        "At {fps:.4g} frames per second {found}, faster than people can move. If the rate is wrong, give the "
+        "camera's (--fps)."),
     "gait-against-rate": ("suspicious", "clock",
-        "At {fps:.4g} frames per second the legs {gait}, and pass each other every {step_s:.2f} s, {times:.1f} "
-        "times too {way} for steps of that length. Give the camera's rate with --fps, about {fits:.2g} by the "
-        f"gait; {_DEPENDS}."),
+        "At {fps:.4g} frames per second the legs {gait}, and pass each other every {step_s:.2f} s: {times:.1f} "
+        "times too {way}. Give the camera's rate (--fps), about {fits:.2g} by the gait."),
     "movement-against-rate": ("suspicious", "clock",
-        "At {fps:.4g} frames per second the body moves about {times:.1f} times too {way} for people; at about "
-        f"{{fits:.2g}} it moves as usual. Give the camera's rate with --fps; {_DEPENDS}."),
+        "At {fps:.4g} frames per second the body moves about {times:.1f} times too {way} for people. Give the "
+        "camera's rate (--fps), about {fits:.2g} by the movement."),
     "played-backwards": ("suspicious", "clock",
         "The body moves as in a clip that is played backwards. Sort the frames, unless the person moves backwards."),
     "rows-lost": ("suspicious", "clock",
-        "At {count:~row} the whole body moves by more than one frame's movement, {how}. Frames may be missing from "
-        "the file: write it with frame numbers or times, or give --fps."),
+        "At {count:~row} the whole body moves by more than one frame's movement, {how}. Write the file with frame "
+        "numbers or times, or give --fps."),
     # Keypoints and video
     "video-not-compared": ("note", "files",
         "It cannot be told whether the keypoints belong to this video: {reason}."),
@@ -124,20 +115,19 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The 2D keypoints were detected in the video by {detector}."),
     "person-chosen": ("note", "files",
         "People were followed under {people:~number} (frames in brackets): {listed}{unsure}. Number {person} was "
-        "taken, seen in frames {first} to {last}; --person chooses another."),
+        "taken, in frames {first} to {last}; --person chooses another."),
     "hardly-a-person": ("warning", "view",
-        "The detector is hardly sure that person {person} is a person: shoulders and hips score {score:.2f} "
-        "(people have 0.6 or more). Look at the key frames: it may be a tree or a shadow, or the image may cut the "
-        "person off."),
+        "Person {person} may be no person: shoulders and hips score {score:.2f} (people have 0.6 or more). Look at"
+        " the key frames."),
     "interrupted": ("warning", "files",
         "Interrupted at frame {frame} of {frames}; --resume continues from there."),
     # The camera
     "camera-moves": ("note", "camera",
-        "The camera {how}: the background moves by {percent_a_second:.0f} % of the image per second, so every "
-        "frame has its own up. If the camera stands still, give --camera static."),
+        "The camera {how}: the background moves by {percent_a_second:.0f} % of the image per second. If it stands "
+        "still, give --camera static."),
     "camera-moves-against-told": ("warning", "camera",
         "You gave --camera static, but the camera {how}: the background moves by {percent_a_second:.0f} % of the "
-        "image per second. If it does move, give --camera moving."),
+        "image per second. If it moves, give --camera moving."),
     "camera-stands-against-told": ("warning", "camera",
         "You gave --camera moving, but the background stands still; --camera static makes up more certain."),
     "camera-motion-unknown": ("note", "camera",
@@ -168,10 +158,11 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "swaps-masked": ("repair", "left and right",
         "The {what} were masked as asked: {swaps} ({wrong} of {of:~row})."),
     "swapped-keypoints": ("warning", "left and right",
-        "If the poses were lifted from these keypoints, {wrong} of them are wrong in all joints. Without --poses "
-        "and with --set read.swaps=repair the keypoints are lifted again."),
+        "If the poses were lifted from these keypoints, {wrong} of them are wrong. Leave --poses out and give "
+        "--set read.swaps=repair: then the keypoints are lifted again."),
     "masked-with-keypoints": ("repair", "left and right",
-        "{wrong:~pose was/poses were} masked as asked, because left and right are exchanged in the keypoints there."),
+        "{wrong:~pose was/poses were} masked as asked, because left and right are exchanged in the keypoints "
+        "there."),
     # Lifting
     "keypoints-left-out": ("repair", "",
         "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because all keypoints are somewhere else "
@@ -187,14 +178,13 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "lifters-own-path": ("note", "place",
         "The path of the pelvis is the lifter's own{at}; it has no stated error."),
     "focal-of-the-network": ("note", "place",
-        "The lifter assumes a focal length of {focal_px:.0f} pixels, which was not measured, so its own path of "
-        "the pelvis is not used (--focal)."),
+        "The lifter assumes a focal length of {focal_px:.0f} pixels, so its own path of the pelvis is not used. "
+        "Give --focal."),
     "focal-not-used": ("note", "camera",
-        "The lifter does not need the focal length, so it was not used for the lift."),
+        "The lifter does not use the focal length."),
     "bearing-shifts-heading": ("note", "camera",
-        "The lifter sees the person in a crop, so its heading is relative to the line of sight. If the focal "
-        "length is {focal_px:.0f} pixels, this turns the heading by {least_deg:.0f} to {most_deg:.0f} degrees; "
-        "--focal PIXELS corrects it."),
+        "Without the focal length the heading is off by {least_deg:.0f} to {most_deg:.0f} degrees (for "
+        "{focal_px:.0f} pixels), because the lifter sees the person in a crop. Give --focal PIXELS."),
     "frames-without-joints": ("warning", "",
         "{frames:~frame was/frames were} not lifted, because keypoints are missing for too long."),
     "frames-without-person": ("warning", "",
@@ -217,35 +207,34 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "images-lacking": ("repair", "",
         "The recording has no images {when}; filters bridge gaps of up to {bridged_s} s."),
     "images-lacking-long": ("warning", "view",
-        "The recording has no images {when}; filters do not bridge this, and walks and repetitions end there."),
+        "The recording has no images {when}; walks and repetitions end there."),
     "joints-missing": ("warning", "",
         "{count:~joint position/joint positions} stayed missing."),
     "not-in-image": ("warning", "view",
         "The {part} {parts:?is/are} not in the image {when}; results that need {parts:?it/them} are missing there."),
     "image-size-doubtful": ("warning", "view",
-        "{share_percent:.0f} % of the 2D keypoints lie far outside an image of {width} x {height} pixels, up to x = "
-        "{right:.0f} and y = {down:.0f}. The given size (--set read.image_size) seems to be that of another image. "
-        "Then what is said to be not in the image may be in it, and the person's place is wrong."),
+        "{share_percent:.0f} % of the 2D keypoints lie far outside an image of {width} x {height} pixels, up to x "
+        "= {right:.0f} and y = {down:.0f}. Give the size of their own image (--set read.image_size); else the "
+        "place is wrong."),
     "not-seen": ("warning", "view",
         "The detector does not see the {part} {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("warning", "",
-        "Lengths are in units of their own, because nothing tells the scale. For metres give the person's height "
-        "(--stature METRES)."),
+        "Lengths have no unit. For metres give the person's height (--stature METRES)."),
     "scaled": ("repair", "",
         "Lengths were scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scale-assumed": ("warning", "",
         "Lengths are in metres of the person that the estimator assumes; an image does not show how tall somebody is. "
         "Give the person's height (--stature METRES)."),
     "scaled-by-flights": ("warning", "",
-        "The person's height was not given. Metres come from how fast the body falls in {flights:~flight}: the "
-        "stature is then {stature_m:.2f} ± {within_m:g} m, and path, speed and lengths are all within {percent:g} "
-        "%. --stature METRES makes them more certain."),
+        "Metres come from how fast the body falls in {flights:~flight}: the stature is {stature_m:.2f} ± "
+        "{within_m:g} m, and lengths and speeds are within {percent:g} %. --stature METRES makes them more "
+        "certain."),
     "not-placed": ("note", "place",
         "It is not known where the person is: {reason}."),
     "placed": ("note", "place",
         "The path of the pelvis comes from the keypoints, in {placed} of {frames} frames{bridges}. Each frame is "
-        "within {within:g} {unit}, mostly in depth, and the whole path within {size_percent:g} % because of the "
-        "body's size; {depth}{guess}{unjudged}."),
+        "within {within:g} {unit}, mostly in depth, the whole path within {size_percent:g} %; "
+        "{depth}{guess}{unjudged}."),
     "size-levelled": ("repair", "place",
         "The lifted body grew with its size in the image, by {grown_percent:.0f} % in all; it was brought to one "
         "size."),
@@ -255,15 +244,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "not-levelled": ("warning", "up",
         "The take could not be levelled: {reason}."),
     "nobody-upright": ("suspicious", "up",
-        "The trunk is tilted by more than {off_deg:.0f} degrees in {share_percent:.0f} % of the frames: the person "
-        "lies or bends down, or the image is turned. If the image is turned, turn the video, or set read.pitch and "
-        "read.roll."),
+        "The trunk is tilted by more than {off_deg:.0f} degrees in {share_percent:.0f} % of the frames: the person"
+        " lies or bends down, or the image is turned. If so, turn the video."),
     "up-drifts": ("warning", "up",
-        "The camera was taken to stand still, but by the body up changes by {drift_deg:.0f} degrees at frame "
-        "{frame}: there is a cut, the camera moves (--camera moving), or the person lies or bends down for long."),
+        "By the body, up changes by {drift_deg:.0f} degrees at frame {frame}: a cut, a moving camera (--camera "
+        "moving), or a person who lies or bends down for long."),
     "up-of-one-apart": ("warning", "up",
-        "Up from this person alone is {apart_deg:.0f} degrees away from the up of the whole recording: the person "
-        "leans, bends down or lies for long, or the lifter tilted the poses."),
+        "Up from this person is {apart_deg:.0f} degrees from the up of the recording: the person leans or lies for"
+        " long, or the lifter tilted the poses."),
     "image-against-bodies": ("warning", "up",
         "The image's {seen_in} and the skeletons disagree about up by {apart_deg:.0f} degrees: {answers}. The "
         "{believed} believed."),
@@ -272,14 +260,13 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "yours is believed."),
     # Motion and angles
     "relative-to-camera": ("note", "motion",
-        "The camera moves, so x and y are relative to it. Heights (z, vz, az) and distances are right, but turns "
-        "of the camera about the vertical enter vx, vy, ax, ay, speed and acceleration."),
+        "The camera moves, so x and y are relative to it. Heights (z, vz, az) and distances are right; other "
+        "speeds and accelerations contain the camera's turns."),
     "smoothed-by-stated-error": ("note", "motion",
-        "Paths, velocities and accelerations are smoothed according to the joint errors that the lifter "
-        "states{unjudged}."),
+        "Paths are smoothed according to the joint errors that the lifter states{unjudged}."),
     "smoothed-by-estimated-error": ("note", "motion",
-        "Paths, velocities and accelerations are smoothed according to a joint error that is estimated from the "
-        "paths. This estimate does not show slow errors, so none of them has a standard deviation."),
+        "Paths are smoothed according to a joint error that is estimated from them. It does not show slow errors, "
+        "so paths, velocities and accelerations have no standard deviation."),
     "foot-not-locked": ("note", "motion",
         "Feet were not held in place on the floor: this needs a camera that stands still and a pelvis path from "
         "keypoints."),
@@ -287,12 +274,11 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The errors of the gait figures are not known: these poses{by} were not compared with a truth."),
     "gait-unlike-any-seen": ("warning", "motion",
         "The errors of gait were fitted on people whose {gait} had no such values: {figures}. The stated errors "
-        "grow with the distance, but were not compared with a truth there."),
+        "were not compared with a truth there."),
     "single-frame": ("warning", "motion",
         "A single frame has no path, so velocities and accelerations are missing."),
     "not-filtered": ("warning", "motion",
-        "{fps:.4g} frames per second are too few for a filter at {cutoff_hz:g} Hz, so joints are not filtered and "
-        "the angles' rates contain the noise."),
+        "{fps:.4g} frames per second are too few for a filter at {cutoff_hz:g} Hz, so the joints are not filtered."),
     "cutoff-lowered": ("note", "motion",
         "The cut-off is {cutoff_hz:g} Hz instead of {asked_hz:.3g} Hz: a Savitzky-Golay filter allows no higher "
         "one at {fps:.4g} frames per second."),
@@ -300,19 +286,18 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{values} joint positions were seen for too short a time between gaps to be smoothed at {cutoff_hz:g} Hz; "
         "their {missing} are missing."),
     "times-uneven": ("note", "motion",
-        "The time stamps of {frames:~frame} are not evenly spaced; paths were resampled to even times for the "
-        "filter, and back."),
+        "The time stamps of {frames:~frame} are not evenly spaced; the filter works on even times."),
     "angles-left-out": ("note", "motion",
         "Angles left out (in brackets: frames): {angles}. Reason: {reason}."),
     "angles-from-neutral": ("note", "motion",
-        "All angles are relative to the person standing from {begin_s:g} to {end_s:g} s{of} (--neutral); the errors "
-        "are those of the difference. Anatomical limits and OpenSim's names do not hold for these angles."),
+        "All angles are relative to the person standing from {begin_s:g} to {end_s:g} s{of} (--neutral), and so "
+        "are their errors. Anatomical limits and OpenSim's names do not hold for them."),
     "neutral-moves": ("warning", "motion",
-        "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s{of}, but --neutral takes this as "
-        "standing still; choose a span in which the person stands still."),
+        "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s{of}. For --neutral choose a "
+        "span in which the person stands still."),
     "angle-errors-unknown": ("note", "motion",
-        "The errors of the angles are not known, because it is not known whether the poses were measured or "
-        "estimated (-O made_by=measured, or -O made_by=estimated)."),
+        "The errors of the angles are not known. Say whether the poses were measured or estimated (-O "
+        "made_by=measured, or -O made_by=estimated)."),
     "angle-errors-of-world": ("note", "motion",
         "The errors of the angles are not known: the poses were estimated{by} in world axes, where no estimator "
         "was compared with a truth."),
@@ -320,8 +305,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The errors of the angles are not known: the poses were estimated{by}, which was not compared with a "
         "truth. Give {more}a file of its errors (--set angles.errors=FILE)."),
     "angle-errors-by-disagreement": ("note", "motion",
-        "The errors of these poses{by} were not measured; those of the angles are estimated from how far the poses "
-        "are from the built-in lifter's on the same keypoints."),
+        "The errors of the angles are estimated: these poses{by} were compared with the built-in lifter's on the "
+        "same keypoints."),
     "angle-errors-of-file": ("note", "motion",
         "The errors of the angles come from the given file, which states them for {lifter}; the poses were "
         "estimated{by}."),
@@ -333,7 +318,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{file} was not written: C3D numbers {most} frames at most, and the take has {frames} at an even rate. "
         "Write TRC (--also trc), or a part of the take (--time-range)."),
     "c3d-single-frame": ("warning", "files",
-        "{file} was not written: a C3D file states a rate, and a single frame has none. Write TRC (--also trc)."),
+        "{file} was not written, because a single frame has no rate. Write TRC (--also trc)."),
     "c3d-begins": ("note", "files",
         "{file}: its first frame, number 1, is at {begin_s:.3f} s of the take."),
     "animation-stays": ("note", "files",
@@ -341,7 +326,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "animation-origin": ("note", "files",
         "{file}: its origin is {left:.2f} to the left, {up:.2f} up and {front:.2f} in front of the origin of TRC."),
     "animation-unit": ("note", "files",
-        "{file}: lengths are in the source's own unit, because the source has no scale."),
+        "{file}: lengths have no unit, because the source has no scale."),
     "animation-cut": ("note", "files",
         "{file}: {before:~frame} at the beginning and {after:~frame} at the end have no pose and were left out."),
     "animation-begins": ("note", "files",
@@ -354,8 +339,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The recording holds an H.264 copy of the video, because {reason}."),
     # What is wrong with poses
     "too-few-frames": ("suspicious", "poses",
-        "Fewer than two frames have all joints: too few to tell whether bones are steady, how the body moves, and so "
-        "whether the poses are good."),
+        "Fewer than two frames have all joints: too few to tell whether the poses are good."),
     "gaps": ("note", "poses",
         "{lost} of {frames:~frame} {lost:?is/are} missing: {absent} without a row (at most {longest} in a row), "
         "{incomplete} with NaN, {empty} with all joints at one point."),
@@ -371,39 +355,36 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "swaps-unsure": ("note", "poses",
         "Some rows look wrong: {doubt}."),
     "rebase": ("suspicious", "poses",
-        "In every frame the outermost joint lies at {axis} = 0 exactly: each frame was moved to the floor "
-        "separately, so the pelvis's movement along that axis and its speed are lost."),
+        "In every frame the outermost joint lies at {axis} = 0 exactly: the pelvis's movement along that axis was "
+        "lost."),
     "flat": ("unusable", "poses",
         "All joints lie in one plane (thickness {thickness_percent:.1f} % of the trunk): the poses have no depth."),
     "axis-invented": ("unusable", "poses",
         "Nothing moves along {axis} while the body moves along the other axes: that axis is invented."),
     "flattened-depth": ("suspicious", "poses",
-        "Bones get shorter when they turn towards the camera, as if depth were {factor:.1f} times too small: depth "
-        "is flattened."),
+        "Bones get shorter when they turn towards the camera, as if depth were {factor:.1f} times too small."),
     "depth-stretched": ("suspicious", "poses",
-        "Bones get longer when they turn towards the camera, as if depth were {times:.1f} times too large: depth "
-        "is stretched."),
+        "Bones get longer when they turn towards the camera, as if depth were {times:.1f} times too large."),
     "limbs-copied": ("suspicious", "poses",
         "One {limb} is a copy of the other, so left and right cannot be told apart."),
     "repeats-itself": ("suspicious", "poses",
-        "{count} of {rows_read:~row} come again exactly: the clip plays more than once, so counts and cadences are "
-        "those of the loop."),
+        "{count} of {rows_read:~row} come again exactly: the clip plays more than once, so counts and cadences are"
+        " wrong."),
     "only-noise": ("suspicious", "poses",
-        "Hands and feet jump to and fro from row to row and move no further: this is noise, a single pose, or rows "
-        "in the wrong order."),
+        "Hands and feet jump to and fro and move no further: this is noise, a single pose, or rows in the wrong "
+        "order."),
     "image-stretched": ("suspicious", "files",
         "The body looks about {times:.2g} times too {way}, as in a stretched image. Give the video, or the "
-        "keypoints and the image size, as the camera recorded them."),
+        "keypoints and the image size, as recorded."),
     "camera-zooms": ("suspicious", "camera",
         "The body grows in the image by about {percent:.1f} % in 1/30 s, and its steps do not explain that: the "
         "camera seems to zoom. Then place and speed are wrong."),
     "keypoints-smooth": ("warning", "files",
-        "Almost no movement of the hands' and feet's keypoints is faster than {hertz:g} Hz ({share_percent:.1f} "
-        "%), less than detectors leave: they were smoothed, so that fast movements are lost or too small, or they "
-        "were computed."),
+        "Hands' and feet's keypoints hardly move faster than {hertz:g} Hz ({share_percent:.1f} %): they were "
+        "smoothed or computed. Give the detector's own."),
     "no-quick-movement": ("suspicious", "poses",
-        "Hands and feet move no faster than {hertz:g} Hz (only {share_percent:.1f} % of their movement does): the "
-        "poses were smoothed, and fast movements are lost or too small."),
+        "Hands and feet hardly move faster than {hertz:g} Hz (only {share_percent:.1f} % of their movement does): "
+        "the poses were smoothed."),
     "bones": ("suspicious", "poses",
         "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), most from {worst} "
         "({worst_percent:.0f} %)."),
@@ -419,12 +400,12 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The limbs imply a stature of {stature_m:.3g} m. Check that the unit of the file is really metres."),
     "upside-down": ("suspicious", "poses",
         "The head is below the feet in {share_percent:.0f} % of the frames: the file's vertical axis seems to be "
-        "upside down. If its y points up, read it with --adapter arrays -O frame=GL_CAMERA (or Y_UP) and its "
-        "layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary if it has no scale). Otherwise "
-        "the person stands on the hands, or the camera is upside down."),
+        "upside down, or the person stands on the hands. If its y points up, read it with --adapter arrays -O "
+        "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary"
+        " if it has no scale)."),
     "picture-upside-down": ("suspicious", "poses",
-        "The head is below the feet in {share_percent:.0f} % of the frames: the image (or the keypoints' y axis) "
-        "is upside down and must be turned before the run, or the person stands on the hands."),
+        "The head is below the feet in {share_percent:.0f} % of the frames: turn the image before the run, unless "
+        "the person stands on the hands."),
     "leaps": ("suspicious", "poses",
         "The whole pose leaps from one frame to the next at {count:~row}, first at row {first}."),
     "seams": ("note", "poses",

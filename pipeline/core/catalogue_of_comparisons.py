@@ -10,8 +10,7 @@ if TYPE_CHECKING:
 _APART = "They are taken for different motions, so only their ranges and cycles are compared."
 _ONE = "Check that they show one motion, and that the shift is right."
 _FITS = (
-    "Another shift of {run} fits about as well (r {runner_up:.2f} against {r:.2f}), as it does where a motion "
-    "repeats itself, also in two takes of walking."
+    "Another shift of {run} fits about as well (r {runner_up:.2f} against {r:.2f}), as in a repeated motion."
 )
 _NARROW = "narrow the search with --offset and --search"
 
@@ -22,21 +21,20 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
     "run-of-moving-camera": ("warning", "camera",
         "{run} was filmed by a moving camera, so its heading is relative to the camera."),
     "run-lacks-angles": ("warning", "files",
-        "{run} has no {angles}, so only the other angles are compared. Run it again to have all."),
+        "{run} has no {angles}. Run it again to compare all angles."),
     "truth-lacks-joints": ("note", "files",
-        "The motion capture has no {joints}; everything else is compared. Angles left out: {angles}."),
+        "The motion capture has no {joints}, so these angles are left out: {angles}."),
     "truth-trunk-by-shoulders": ("note", "files",
         "The motion capture has no thorax, so in both the trunk line goes from the middle of the hips to the "
         "middle of the shoulders."),
     "neutral-of-some": ("warning", "motion",
         "The angles of {with_neutral} are relative to a neutral posture (--neutral), those of {without} are not: "
-        "they differ by that posture throughout."),
+        "they differ by that posture."),
     "cutoffs-differ": ("warning", "motion",
         "The runs were filtered at different cut-offs ({cutoffs} Hz)."),
     "rates-differ": ("warning", "clock",
-        "The {takes} were lifted at {least_fps:.4g} to {most_fps:.4g} frames per second. This alone changes ranges "
-        "of motion (the knee's in walking by 3 degrees from 30 to 60), so film at one rate what you want to "
-        "compare."),
+        "The {takes} were lifted at {least_fps:.4g} to {most_fps:.4g} frames per second. This alone changes ranges"
+        " of motion (the knee's in walking by 3 degrees from 30 to 60): film at one rate."),
     "told-apart": ("warning", "motion",
         f"{{run}} and {{other}} have different {{what}}. {_APART} If they are the same motion, give "
         "--align correlate."),
@@ -55,21 +53,20 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
     "shift-ambiguous": ("warning", "clock",
         f"{_FITS} The shift nearest to {{offset_s:g}} s (--offset) was used: {_NARROW}."),
     "partly-common": ("warning", "motion",
-        "{run} and {other} have only {common_s:.1f} of {longest_s:.1f} s in common. Their ranges of motion, counts "
-        "and figures of movements are those of each whole take, and may differ for that reason alone; run both on "
-        "the common part (--time-range)."),
+        "{run} and {other} have only {common_s:.1f} of {longest_s:.1f} s in common, but their figures are those of"
+        " each whole take. Run both on the common part (--time-range)."),
     # Comparing with inertial sensors
     "imu-unit": ("repair", "files",
         "Accelerations were in {unit} (gravity is {gravity:.3g} in them) and were converted to m/s^2."),
     "imu-run-not-levelled": ("warning", "up",
         "The run could not be levelled, so its axes are not upright."),
     "imu-moving-camera": ("warning", "camera",
-        "The camera moves, so only the vertical axis can be compared; the others turn with the camera."),
+        "The camera moves, so only the vertical axis can be compared."),
     "imu-scale-fitted": ("warning", "",
         "The run has no scale; its unit was taken to be {metres:.3g} m, which fits the sensor best."),
     "imu-weak": ("warning", "clock",
-        "Video and sensor agree weakly (r {r:.2f} over all axes), so lag and heading may be wrong. Check that the "
-        "sensor is on that segment and side, from this take, and within the search."),
+        "Video and sensor agree weakly (r {r:.2f} over all axes), so lag and heading may be wrong. Check the "
+        "sensor's segment, side, take and the search."),
     "imu-lag-ambiguous": ("warning", "clock",
         f"Another lag fits nearly as well (r {{runner_up:.2f}} against {{r:.2f}}), as in a periodic "
         f"motion; {_NARROW}."),

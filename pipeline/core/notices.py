@@ -132,11 +132,8 @@ def verdict_words(findings: Iterable[Notice]) -> str:
 
 def notices_table() -> str:
     """The catalogue as a table in Markdown, as docs/notices.md has it."""
-    rows = [
-        f"| `{code}` | {entry.weight} | {entry.about or '–'} | {_shown(entry.template)} |"
-        for code, entry in CATALOGUE.items()
-    ]
-    return "\n".join(["| code | weight | about | what it says |", "| --- | --- | --- | --- |", *rows]) + "\n"
+    rows = [f"| `{code}` | {entry.weight} | {_shown(entry.template)} |" for code, entry in CATALOGUE.items()]
+    return "\n".join(["| code | weight | what it says |", "| --- | --- | --- |", *rows]) + "\n"
 
 
 def _shown(template: str) -> str:

@@ -2,12 +2,16 @@
 
 from functools import cache
 
+import numpy as np
 import pytest
 
 from golden import table
 from golden.catalogue import CATALOGUE, Golden
+from golden.lifters import x3d
+from pcnet3d.adapters import ddhpose, motionbert, read, videopose3d
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.reading.testing import Facts
+from refusals import refused
 
 
 @pytest.fixture(scope="module")
@@ -50,3 +54,24 @@ def test_every_adapter_with_scores_has_their_meaning_in_the_documents(facts):
     _, _, after = table.parts(table.DOCUMENT.read_text(encoding="utf-8"))
     said = after[after.index("## Scores") :]
     assert {name for name in scored if f"| {name} |" not in said} == set()
+
+
+@pytest.mark.parametrize("adapter", [motionbert, videopose3d, ddhpose], ids=lambda adapter: adapter.name)
+def test_arrays_of_lifters(tmp_path, turning, adapter):
+    """Other joints, dimensions or units are refused, frames that failed too unless they are taken for gaps."""
+    path, joints = tmp_path / "x.npy", turning(600)
+    joints = x3d(joints) if adapter is motionbert else joints.astype(np.float32)
+    wrong = [(np.ones(shape, np.float32), "wrong-content") for shape in ((300, 16, 3), (300, 17, 2), (17, 3))]
+    for array, code in wrong if adapter is motionbert else [*wrong, (1000 * joints, "wrong-axes")]:
+        np.save(path, array)
+        assert not adapter.sniff(path)
+        with refused(code):
+            read(path, adapter.name)
+    for failed in (np.nan, 0.0):
+        joints[100:110] = failed
+        np.save(path, joints)
+        with refused("wrong-content"):
+            read(path, adapter.name)
+        gone = np.isnan(read(path, adapter.name, missing="gap").joints)
+        assert gone[100:110].all()
+        assert gone.sum() == 10 * 17 * 3

@@ -6,6 +6,7 @@ import pytest
 from golden.lifters import CLIP, in_clips, with_steps_and_proposals
 from pcnet3d.adapters import ddhpose, read
 from pcnet3d.pipeline import InputError
+from refusals import refused
 
 
 @pytest.fixture
@@ -104,40 +105,11 @@ def test_plain_arrays_are_left_to_videopose3d(save, turning):
     assert not ddhpose.sniff(save(turning(300)))
 
 
-@pytest.mark.parametrize(
-    "change",
-    [lambda video: 1000 * video, lambda video: video + np.array([0, 0, 0.9])],
-    ids=["millimetres", "heights rebased for display"],
-)
-def test_other_units_and_frames_are_refused(save, turning, change):
-    path = save(change(with_steps_and_proposals(turning(300), 2, 5)))
+def test_heights_rebased_for_display_are_refused(save, turning):
+    path = save(with_steps_and_proposals(turning(300), 2, 5) + np.array([0, 0, 0.9]))
     assert not ddhpose.sniff(path)
-    with pytest.raises(InputError, match=r"expected a body in metres|made for display"):
+    with refused("wrong-axes"):
         read(path, "ddhpose")
-
-
-@pytest.mark.parametrize(
-    "shape",
-    [(300, 16, 3), (300, 17, 2), (2, 81, 17, 3), (2, 300, 17, 2), (2, 1, 1, 81, 17, 3), (17, 3)],
-    ids=str,
-)
-def test_wrong_shape(save, shape):
-    path = save(np.ones(shape))
-    assert not ddhpose.sniff(path)
-    with pytest.raises(InputError, match=r"expected an array of shape .*\(clips, 243, 17, 3\)"):
-        read(path, "ddhpose")
-
-
-@pytest.mark.parametrize("value", [np.nan, 0.0], ids=["NaN", "zeros"])
-def test_failed_frames_are_refused_or_gaps(save, turning, value):
-    video = turning(600)
-    video[590:] = value
-    path = save(in_clips(video))
-    with pytest.raises(InputError, match="got 10 frames"):
-        read(path, frames=600)
-    gone = np.isnan(read(path, frames=600, missing="gap").joints)
-    assert gone[590:].all()
-    assert not gone[:590].any()
 
 
 def test_nan_in_one_proposal_spoils_the_mean(save, turning):

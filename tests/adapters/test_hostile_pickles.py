@@ -108,11 +108,11 @@ def test_claims_that_nothing_is_taken_for_are_harmless():
     assert loads(array(HUGE + b"K\x00\x86", b"O8", b"]"), "x.pkl") == []  # no objects in a huge shape
 
 
-@pytest.mark.parametrize("content", FORBIDDEN.values(), ids=FORBIDDEN.keys())
-@pytest.mark.parametrize("compressed", [False, True])
-def test_names_are_refused_before_anything_is_called(content, compressed):
-    with pytest.raises(InputError, match=r"^x\.pkl: expected arrays and plain containers"):
-        loads(zlib.compress(content) if compressed else content, "x.pkl")
+def test_names_are_refused_before_anything_is_called():
+    for compressed in [False, True]:
+        for content in FORBIDDEN.values():
+            with pytest.raises(InputError, match=r"^x\.pkl: expected arrays and plain containers"):
+                loads(zlib.compress(content) if compressed else content, "x.pkl")
 
 
 @pytest.mark.parametrize("content", (BROKEN | ARRAYS).values(), ids=(BROKEN | ARRAYS).keys())

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from golden import lifters
-from pcnet3d.adapters import motionbert, read
+from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
 
 FRAMES = 600
-PELVIS = 0
 
 
 @pytest.fixture
@@ -89,32 +88,6 @@ def test_root_relative_configuration_is_ambiguous(x3d, relative):
 def test_root_relative_and_too_small_for_metres_is_motionbert(x3d):
     path = x3d(lambda joints: 0.5 * (joints - joints[:, :1]))
     assert read(path).frame.unit == "arbitrary"
-
-
-@pytest.mark.parametrize(
-    "shape", [(600, 16, 3), (600, 17, 2), (17, 3), (1, 600, 17, 3)], ids=lambda shape: str(len(shape))
-)
-def test_wrong_shape(x3d, shape):
-    path = x3d(lambda _: np.ones(shape, np.float32))
-    assert not motionbert.sniff(path)
-    with pytest.raises(InputError, match=r"expected an array of shape \(frames, 17, 3\)"):
-        read(path, "motionbert")
-
-
-@pytest.mark.parametrize("value", [np.nan, 0.0], ids=["NaN", "zeros"])
-def test_failed_frames_are_refused_or_gaps(x3d, relative, value):
-    def fail(joints):
-        joints[100:110] = value
-        return joints
-
-    path = x3d(fail)
-    with pytest.raises(InputError, match=r"--set read\.missing=gap"):
-        read(path)
-    poses = read(path, missing="gap")
-    assert np.isnan(poses.joints[100:110]).all()
-    np.testing.assert_allclose(
-        np.delete(poses.joints, slice(100, 110), 0), np.delete(relative, slice(100, 110), 0), atol=1e-6
-    )
 
 
 @pytest.mark.data

@@ -9,14 +9,13 @@ from pcnet3d.pipeline.reading.testing import Facts, check_adapter
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "adapters.md"
 COLUMNS = (
-    "adapter", "golden file", "recognised", "left/right guarded", "x, y, z", "unit", "times", "frame numbers", "people",
-    "scores",
+    "adapter", "golden file", "x, y, z", "unit", "knows", "people",
 )  # fmt: skip
 BEGIN, END = "<!-- table: written by the tests -->\n\n", "\n<!-- end of the table -->"
 PEOPLE = {
     "one": "one",
-    "named": "several, as the file names them",
-    "joined": "several, joined frame by frame",
+    "named": "several, named",
+    "joined": "several, joined",
     "": "",
 }
 
@@ -30,22 +29,15 @@ def facts(golden: Golden, folder: Path) -> Facts:
 
 
 def row(golden: Golden, found: Facts) -> list[str]:
-    def yes(value: bool) -> str:
-        return "yes" if value else "no"
-
-    of_people = found.gives in ("poses", "keypoints")
+    knows = {"times": found.fps, "frames": found.frames, "scores": found.scores}
     told = f" ({', '.join(golden.options)} told)" if golden.options else ""
     return [
         found.adapter,
         golden.form + told,
-        yes(found.detected) if found.detected else "no, to be named",
-        "yes" if found.guarded else "",
         found.axes,
         found.unit,
-        yes(found.fps),
-        yes(found.frames) if found.gives != "imu" else "",
+        ", ".join(word for word, known in knows.items() if known),
         PEOPLE[found.people],
-        yes(found.scores) if of_people else "",
     ]
 
 

@@ -2,6 +2,11 @@
 
 from pathlib import Path
 
+import numpy as np
+
+from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.reading.mocap.clip import Clip
+
 TINY = Path(__file__).with_name("tiny.toml").read_text(encoding="utf-8")
 LIFTER = Path(__file__).with_name("tiny_lifter.toml").read_text(encoding="utf-8")
 
@@ -12,3 +17,15 @@ def tiny(*changes: tuple[str, str], text: str = TINY) -> str:
         assert before in text, before
         text = text.replace(before, after)
     return text
+
+
+def three_people():
+    """Three people of other proportions, who hardly move."""
+    rng = np.random.default_rng(0)
+    poses = rng.uniform([-0.4, -0.4, 0], [0.4, 0.4, 1.8], (3, 1, 17, 3)) + rng.normal(
+        0, 0.01, (3, 150, 17, 3)
+    )
+    poses[:, :, 0] = poses[:, :, H36M17.indices(("l_hip", "r_hip"))].mean(axis=2)
+    return tuple(
+        Clip(f"0{i}_01", f"0{i}", "asfamc", 30.0, joints.astype(np.float32)) for i, joints in enumerate(poses)
+    )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.common.splines import _basis, solved
-from pcnet3d.models.smoother import ERROR_S, known_noise
+from pcnet3d.models.smoother import ERROR_S, Motion, known_noise
 
 FPS = 30.0
 
@@ -208,6 +208,12 @@ def test_a_lifter_that_errs_anew_in_every_frame_and_says_by_how_much(fps):
     off = (found.values[2] - acceleration)[10:-10]
     assert np.sqrt((off**2).mean()) < 0.6 * np.sqrt((acceleration**2).mean())
     assert np.mean(np.abs(off) < 1.645 * np.sqrt(found.variance[2][10:-10])) > 0.85
+
+
+def test_factors_are_of_standard_deviations():
+    """Of position, velocity and acceleration."""
+    motion = Motion(np.zeros((3, 2, 1, 3)), np.ones((3, 2, 1, 3)), np.eye(3)).widened((1.0, 2.0, 3.0))
+    np.testing.assert_allclose(np.sqrt(motion.variance[:, 0, 0, 0]), (1.0, 2.0, 3.0))
 
 
 def test_bars_are_wider_across_a_gap_and_nothing_reaches_beyond_the_ends():

@@ -52,7 +52,6 @@ def test_what_is_not_run():
         "up: needs a video of a built place",
         "video: downloads networks",
         "video: needs networks that others publish; tests/models/lifter runs small ones of their forms",
-        "video: waits for datagrams",
         "visits: needs a cluster; tests/stages/study/batch starts one",
     }
 

@@ -84,12 +84,6 @@ def test_a_lifters_file_becomes_a_folder_of_results(lifted, tmp_path):
     assert "--stature" in result.stderr
 
 
-def test_a_second_run_replaces_the_first(lifted, tmp_path):
-    for _ in range(2):
-        assert pcnet3d("run", "--poses", lifted, "--fps", 30, "-o", tmp_path / "out").returncode == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["X3D.npy", "out"]
-
-
 def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
     (tmp_path / "recipe.toml").write_text(
         "".join(f'[[stages]]\nuse = "{name}"\n' for name in ("scale", "rectify", "trajectories", "export"))
@@ -288,15 +282,6 @@ def test_verbose_says_what_each_stage_is_given(lifted, tmp_path):
     settings = ["--set", "rectify.rectifier=geometric", "--recipe", tmp_path / "short.toml", "-v"]
     result = pcnet3d("run", "--poses", lifted, "--fps", 30, *settings, "-o", tmp_path / "out")
     assert "rectify: rectifier=geometric" in result.stderr
-
-
-def test_somebody_elses_folder_is_left_alone(lifted, tmp_path):
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "thesis.txt").write_text("years")
-    expect_refusal(pcnet3d("run", "--poses", lifted, "--fps", 30, "-o", tmp_path / "out"), ["--force"])
-    result = pcnet3d("run", "--poses", lifted, "--fps", 30, "-o", tmp_path / "out", "--force")
-    assert result.returncode == 0
-    assert not (tmp_path / "out" / "thesis.txt").exists()
 
 
 @pytest.mark.skipif(

@@ -265,24 +265,10 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
         assert nobody_upright(placed).weight == weight
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"gravity": (0, 1, 0), "pitch_deg": 3}, "not both"),
-        ({"gravity": (0, 0, 0)}, "direction"),
-        ({"gravity": (0, np.nan, 1)}, "direction"),
-        ({"pitch_deg": 200}, "degrees"),
-        ({"roll_deg": np.nan}, "degrees"),
-        ({"camera": "moving", "gravity": (0, 1, 0)}, "moving"),
-        ({"camera": "moving", "window_s": 0}, "window_s"),
-        ({"camera": "moving", "window_s": -1}, "window_s"),
-        ({"camera": "moving", "window_s": np.nan}, "window_s"),
-        ({"camera": "moving", "window_s": np.inf}, "window_s"),
-    ],
-)
-def test_what_makes_no_sense_is_refused(joints, options, words):
-    with pytest.raises(InputError, match=words):
-        rectify(poses_of(joints[:12]), "geometric", **options)
+def test_what_makes_no_sense_is_refused(joints):
+    for window_s in (0, -1, np.nan, np.inf):
+        with refused("bad-value"):
+            rectify(poses_of(joints[:12]), "geometric", camera="moving", window_s=window_s)
 
 
 def test_the_votes_and_their_share_are_told(joints):
@@ -294,20 +280,19 @@ def test_the_votes_and_their_share_are_told(joints):
     assert (rectified.up_error_deg == rectified.up_error_deg[0]).all()
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
+def test_options_that_cannot_be_are_refused_before_anything_is_computed():
+    for options, words in [
         ({"gravity": (0, 0, 0)}, "direction for gravity"),
+        ({"gravity": (0, np.nan, 1)}, "direction for gravity"),
         ({"pitch_deg": 300.0}, "in degrees"),
+        ({"roll_deg": np.nan}, "in degrees"),
         ({"gravity": (0, 1, 0), "roll_deg": 2.0}, "not both"),
         ({"camera": "moving", "pitch_deg": 3.0, "roll_deg": 0.0}, "A moving camera"),
         ({"pitch_deg": 3.0}, "pitch alone"),
         ({"roll_deg": 0.0}, "roll alone"),
         ({"camera": "still"}, "static or moving"),
-    ],
-)
-def test_options_that_cannot_be_are_refused_before_anything_is_computed(options, words):
-    with pytest.raises(InputError, match=words):
-        Told(**options)
+    ]:
+        with pytest.raises(InputError, match=words):
+            Told(**options)
     with refused("bad-value"):
         Rectify(window_s=0.0)

@@ -138,8 +138,7 @@ class State:
             before = type(config).model_validate_json(listed["config"])
             saved = _unpickled(io.BytesIO(content), len(content), path, device)
             _refuse_another(before, config, int(saved["step"]), path)
-            # Checkpoints of earlier versions do not say what they learned from.
-            if listed.get("learns_from") not in (None, self.learns_from):
+            if listed["learns_from"] != self.learns_from:
                 raise InputError(
                     "already-there",
                     f"{path} learned from other recordings or another split than these; choose another -o DIR, or put "

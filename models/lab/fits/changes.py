@@ -24,7 +24,7 @@ from ....pipeline.files.atomic import whole_file
 from ....pipeline.reading.mocap.clip import Clip
 from ...common.onnx import without_traces
 from ...lifter import CHANGES
-from ...lifter.changes import CHANNELS, JOINTS, RATES, ROWS, WIDTHS, ZOOMS, features, held
+from ...lifter.changes import CHANNELS, LIMBS, RATES, ROWS, WIDTHS, ZOOMS, features, held
 from ..common.extras import needed_for
 from ..common.modules import run_command
 from ..evaluation.testbed import BEDS, lay_down, see
@@ -40,7 +40,6 @@ _FASTER, _WIDER, _ZOOMED = (0.35, 1.1), (0.4, 0.55), (0.25, 0.0225)
 _BACKWARDS, _EXCHANGED = 0.3, 0.1
 _BATCH, _RATE, _DECAY, _WARM = 96, 2e-3, 0.02, 100
 _WIDTH, _HIDDEN = 64, 128
-_MIRROR = [JOINTS.index({"l_": "r_", "r_": "l_"}.get(name[:2], name[:2]) + name[2:]) for name in JOINTS]
 
 Take = tuple[
     np.ndarray, np.ndarray
@@ -58,7 +57,7 @@ def takes(passes: int, seed: int) -> Iterator[Take]:
             noise, bodies = _NOISES[(number // 2 + i) % len(_NOISES)], BodyRange() if number % 2 else None
             take = see(body, seed + number, noise=noise, bodies=bodies, views=beds[(number + i) % len(beds)])
             points = (
-                take.keypoints.joints[:, take.keypoints.layout.indices(JOINTS)]
+                take.keypoints.joints[:, take.keypoints.layout.indices(LIMBS.joints)]
                 - np.array(take.image_size) / 2
             )
             seen = is_finite(points)
@@ -90,7 +89,7 @@ def changed(take: Take, rng: np.random.Generator) -> tuple[np.ndarray, tuple[int
     if mirrored:
         points = points * (-1.0, 1.0)
     if mirrored != exchanged:
-        points, seen = points[:, _MIRROR], seen[:, _MIRROR]
+        points, seen = points[:, LIMBS.mirror], seen[:, LIMBS.mirror]
     points = points * (np.exp(width / 2), np.exp(-width / 2))
     points = points * np.exp(zoom * (np.arange(len(points)) - len(points) / 2))[:, None, None]
     classes = (

@@ -33,14 +33,14 @@ BAD = {
 
 
 @pytest.mark.parametrize("adapter", ADAPTERS, ids=lambda adapter: adapter.name)
-@pytest.mark.parametrize(("content", "message"), BAD.values(), ids=BAD.keys())
-def test_refused(tmp_path, adapter, content, message):
-    path = tmp_path / "results.json"
-    path.write_bytes(content)
-    with pytest.raises(InputError, match=message) as caught:
-        adapter.read(path)
-    assert str(path) in str(caught.value)
-    assert len(str(caught.value)) < 400 + len(str(path))
+def test_refused(tmp_path, adapter):
+    for content, message in BAD.values():
+        path = tmp_path / "results.json"
+        path.write_bytes(content)
+        with pytest.raises(InputError, match=message) as caught:
+            adapter.read(path)
+        assert str(path) in str(caught.value)
+        assert len(str(caught.value)) < 400 + len(str(path))
 
 
 @pytest.mark.parametrize("form", FORMS)

@@ -37,15 +37,6 @@ def test_one_person_stays_one_over_any_gap(write, moving):
     np.testing.assert_array_equal(people["0"].frame_index, frames)
 
 
-@pytest.mark.parametrize(("gap", "names"), [(30, ["0", "1"]), (31, ["0", "1", "2"])])
-def test_lost_person_is_remembered_for_thirty_frames(write, moving, gap, names):
-    watched = moving(17, range(60))
-    _, still = moving(17, [0] * 2, number=1)
-    people = _people(write, "coco_results", watched, (np.array([5, 5 + gap]), still))
-    assert list(people) == names
-    assert len(people["0"]) == 60
-
-
 @pytest.mark.parametrize(("step", "names"), [(0.4, ["0", "1"]), (0.6, ["0", "1", "2"])])
 def test_reach_is_half_the_body(write, moving, step, names):
     _, points = moving(17, [0, 0], number=1)
@@ -53,23 +44,6 @@ def test_reach_is_half_the_body(write, moving, step, names):
     points[1, :, 0] += step * size
     people = _people(write, "coco_results", moving(17, [0, 1]), (np.array([0, 1]), points))
     assert list(people) == names
-
-
-def test_nearest_pair_goes_first(write, moving):
-    """Two people within reach of each other; the second frame lists them the other way round."""
-    _, here = moving(17, [0, 0])
-    _, there = moving(17, [0, 0])
-    here[1, :, 0] += 20
-    there[:, :, 0] += [[60], [30]]
-    frames = np.array([0, 1])
-    people = _people(
-        write,
-        "coco_results",
-        (frames, np.stack([there[0], here[1]])),
-        (frames, np.stack([here[0], there[1]])),
-    )
-    np.testing.assert_allclose(people["0"].joints, there[..., :2], atol=1e-4)
-    np.testing.assert_allclose(people["1"].joints, here[..., :2], atol=1e-4)
 
 
 def test_size_is_that_of_the_larger_sighting(write, moving):
@@ -120,24 +94,6 @@ def test_far_too_many_people_are_refused_early(tmp_path, adapter, crowd):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 5e6 + 2_000 * most
-
-
-def test_who_passes_behind_somebody_goes_on_as_the_same(write, moving):
-    """Two people in step, so that nothing but how they move tells them apart, meet; one is hidden for half a second."""
-    frames = np.arange(60)
-    _, points = moving(17, [0] * 60)
-    points = points.copy()
-    width = np.ptp(points[0, :, 0])
-    size = np.linalg.norm(np.ptp(points[0, :, :2], axis=0))
-    pace = 0.05 * size
-    there, back = points.copy(), points.copy()
-    there[..., 0] += pace * frames[:, None] + 10 * width
-    back[..., 0] += pace * (60 - frames)[:, None] + 10 * width
-    hidden = np.abs(frames - 30) < 8
-    people = _people(write, "coco_results", (frames, there), (frames[~hidden], back[~hidden]))
-    assert list(people) == ["0", "1"]
-    np.testing.assert_allclose(people["0"].joints, there[..., :2], atol=1e-4)
-    np.testing.assert_allclose(people["1"].joints, back[~hidden][..., :2], atol=1e-4)
 
 
 @pytest.mark.parametrize(("seen", "warned"), [(2, False), (3, True)])

@@ -1,5 +1,6 @@
 """A toy network that takes any red rectangle for a person, films of such people, and a recipe that is quick."""
 
+import sys
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -12,6 +13,7 @@ from onnx import TensorProto, helper, numpy_helper
 
 from pcnet3d.adapters.video import read
 from pcnet3d.pipeline import Video
+from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.core.layouts import COCO17
 
 # Where the toy sees the joints: in half widths and half heights from the middle of the rectangle.
@@ -201,3 +203,17 @@ def quick(tmp_path: Path) -> Path:
     stages = ("detect", "lift", "clean", "scale", "rectify", "trajectories", "export")
     path.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages))
     return path
+
+
+@pytest.fixture
+def call(monkeypatch, capsys):
+    """call(WORDS): exit code and stderr of `pcnet3d run WORDS`."""
+
+    def run(*words: object) -> tuple[int, str]:
+        monkeypatch.setattr(sys, "argv", ["pcnet3d", "run", *map(str, words)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        code = ended.value.code
+        return (0 if code is None else int(code)), capsys.readouterr().err
+
+    return run

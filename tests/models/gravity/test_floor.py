@@ -4,16 +4,30 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden.ups import stated_deg
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.gravity import direction, fuse, take_up
+from pcnet3d.models.gravity import (
+    Seen,
+    direction,
+    fuse,
+    level_feet,
+    level_static,
+    stance,
+    take_up,
+    why_not,
+)
 from pcnet3d.models.gravity.floor import floor_plane, stances
+from pcnet3d.models.gravity.votes import (
+    TILT_SHARE,
+)
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
 from pcnet3d.pipeline.core.camera import pitch_roll_deg
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate, unit
 from pcnet3d.stages import rectify
 
 Z = np.array([0.0, 0.0, 1.0])
+UP = np.array([0.0, -1.0, 0.0])  # of a camera that stands straight
 GUESS_DEG = 10.2  # error of a guess that is equally sure in all directions
 
 
@@ -26,6 +40,10 @@ def turning():
 @pytest.fixture(scope="module")
 def straight():
     return walker(seconds=10, turn_deg=0)
+
+
+def constant(value, count) -> np.ndarray:
+    return np.full(count, float(value))
 
 
 def camera_of(walk):
@@ -169,3 +187,67 @@ def test_a_place_without_a_scale_or_that_never_changes_is_no_path(turning):
     for poses in (arbitrary, still):
         assert isinstance(poses, PoseSequence)
         assert "floor" not in rectify(poses, "geometric").up_shares
+
+
+def test_level_feet_correct_votes_that_lean_sideways_and_not_those_that_lean_forward(standing):
+    """Sideways by as much as they know of the roll beside what the votes know of it."""
+    time_s = np.arange(90) / 30
+    for axis, corrects in (("z", True), ("x", False)):
+        leaning = Rotation.from_euler(axis, 6, degrees=True).apply(UP)
+        votes = np.tile(leaning, (90, 1))
+        feet = level_feet(standing, leaning, time_s)
+        alone, helped = (take_up(votes, constant(8, 90), time_s, e) for e in ([], [feet]))
+        before, after = angle_deg(alone.up, UP), angle_deg(helped.up, UP)
+        assert before == pytest.approx(6)
+        votes_know = np.radians(stated_deg(leaning, TILT_SHARE * 8)[1]) ** -2
+        feet_know = feet.information[0, 0]  # along x, which is roll
+        left = votes_know / (votes_know + feet_know)
+        assert after == (pytest.approx(6 * left, rel=0.02) if corrects else pytest.approx(6, abs=0.1))
+        assert helped.error_deg < alone.error_deg
+        assert sum(helped.shares.values()) == pytest.approx(1)
+
+
+def test_feet_of_somebody_who_has_no_trunk_leave_what_is_told(standing):
+    """A file of legs alone: they stand, and no frame has a rotation. A level line tells no up by itself."""
+    legs = Seen(standing, np.full((90, 3, 3), np.nan), np.full(90, np.nan), np.arange(90) / 30)
+    feet = level_feet(standing, UP, legs.time_s)
+    assert np.isnan(fuse([feet]).up).all()
+    levelled = level_static(legs, [direction("told", UP, 1.0)])
+    np.testing.assert_allclose(levelled.up.up, UP, atol=0.01)
+    assert levelled.up.error_deg == pytest.approx(1.0)
+    assert levelled.up.shares == {"told": 1.0}  # bodies have no say beside what a lifter may have been told
+    assert "torso" in why_not(levelled)
+    vague = level_static(legs, [direction("told", UP, 5.0)]).up
+    assert vague.error_deg < 5.0
+    assert vague.shares.keys() == {"told", "feet"}
+    assert vague.pulls.keys() == {"feet"}  # without what is told there is nothing for it to pull at
+
+
+def test_feet_turn_with_the_camera(standing):
+    Q = Rotation.random(random_state=1).as_matrix()
+    time_s = np.arange(90) / 30
+    straight, turned = level_feet(standing, UP, time_s), level_feet(rotate(Q, standing), Q @ UP, time_s)
+    np.testing.assert_allclose(turned.information, Q @ straight.information @ Q.T, rtol=1e-6, atol=1e-6)
+
+
+def test_copies_of_one_stance_are_one_look(standing):
+    few, many = (level_feet(np.tile(standing[:1], (n, 1, 1)), UP, np.arange(n) / 30) for n in (10, 300))
+    np.testing.assert_allclose(many.information, few.information, rtol=1e-9)
+
+
+@pytest.mark.parametrize("change", ["a leg lifted", "feet together", "feet that move", "sitting low", "gone"])
+def test_other_postures_are_no_evidence(standing, change):
+    ankle, other = (H36M17.index(f"{side}_ankle") for side in "rl")
+    joints = standing.copy()
+    if change == "a leg lifted":
+        joints[:, ankle, 1] -= 0.4
+    elif change == "feet together":
+        joints[:, [ankle, other], 0] *= 0.3
+    elif change == "feet that move":
+        joints[:, ankle, 2] += np.linspace(-0.6, 0.6, 90)
+    elif change == "sitting low":
+        joints[:, [ankle, other], 1] -= 0.5
+    else:
+        joints[:, ankle] = np.nan
+    assert stance(standing, UP, np.arange(90) / 30)[1].all()
+    assert level_feet(joints, UP, np.arange(90) / 30) is None

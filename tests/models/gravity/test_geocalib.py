@@ -60,25 +60,25 @@ CAMERAS = [
 ]
 
 
-@pytest.mark.parametrize(("pitch", "roll", "focal"), CAMERAS)
-def test_clean_fields_give_the_camera(pitch, roll, focal):
-    up = up_of(pitch, roll)
-    found = up_from_fields(fields(up, focal), focal, 0)
-    assert angle_deg(found.up, up) < 1e-3
-    assert found.focal_px == pytest.approx(focal)
-    assert found.focal_sd_px == 0
-    np.testing.assert_allclose(pitch_roll_deg(found.up)[0], pitch, atol=1e-3)
-
-
-@pytest.mark.parametrize(("pitch", "roll", "focal"), CAMERAS)
-def test_noise_and_outliers_leave_up_within_a_third_of_a_degree(pitch, roll, focal):
-    for told in [True, False]:
+def test_clean_fields_give_the_camera():
+    for pitch, roll, focal in CAMERAS:
         up = up_of(pitch, roll)
-        given = fields(up, focal, noise_deg=2, outliers=0.15, seed=int(focal))
-        found = up_from_fields(given, focal if told else None)
-        assert angle_deg(found.up, up) < 0.3
-        assert abs(np.log(found.focal_px / focal)) < (0.01 if told else 0.04)
-        assert found.focal_sd_px / focal < (0.021 if told else 0.15)
+        found = up_from_fields(fields(up, focal), focal, 0)
+        assert angle_deg(found.up, up) < 1e-3
+        assert found.focal_px == pytest.approx(focal)
+        assert found.focal_sd_px == 0
+        np.testing.assert_allclose(pitch_roll_deg(found.up)[0], pitch, atol=1e-3)
+
+
+def test_noise_and_outliers_leave_up_within_a_third_of_a_degree():
+    for pitch, roll, focal in CAMERAS:
+        for told in [True, False]:
+            up = up_of(pitch, roll)
+            given = fields(up, focal, noise_deg=2, outliers=0.15, seed=int(focal))
+            found = up_from_fields(given, focal if told else None)
+            assert angle_deg(found.up, up) < 0.3
+            assert abs(np.log(found.focal_px / focal)) < (0.01 if told else 0.04)
+            assert found.focal_sd_px / focal < (0.021 if told else 0.15)
 
 
 def test_confidence_decides_what_counts():

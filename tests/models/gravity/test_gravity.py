@@ -15,12 +15,8 @@ from pcnet3d.models.gravity import (
     direction,
     effective_number,
     fuse,
-    level_feet,
-    level_static,
     pool,
-    stance,
     take_up,
-    why_not,
 )
 from pcnet3d.models.gravity.evidence import Evidence, about, of_image, radius_90
 from pcnet3d.models.gravity.lines import tangent
@@ -34,13 +30,17 @@ from pcnet3d.models.gravity.votes import (
     bodies_covariance,
     pitch_roll_error_deg,
 )
-from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.rotations import angle_deg, unit
 
 UP = np.array([0.0, -1.0, 0.0])  # of a camera that stands straight
 ERROR_DEG = 2.0  # that the frames state; less than a lifter's lean, which is then all that they share
 seeds = st.integers(0, 2**32 - 1)
+
+
+def constant(value, count) -> np.ndarray:
+    return np.full(count, float(value))
 
 
 def votes_about(up, scatter_deg, count, rng) -> np.ndarray:
@@ -52,10 +52,6 @@ def votes_about(up, scatter_deg, count, rng) -> np.ndarray:
 
 def seldom(count) -> np.ndarray:
     return np.arange(count, dtype=float)  # a vote a second is independent of the one before
-
-
-def constant(value, count) -> np.ndarray:
-    return np.full(count, float(value))
 
 
 def own_error_deg(votes) -> float:
@@ -330,79 +326,6 @@ def test_what_the_user_knows_is_enough_without_any_frame():
     np.testing.assert_allclose(up.up, UP, atol=1e-12)
     assert up.error_deg == pytest.approx(1.0)
     assert up.shares == {"told": 1.0}
-
-
-@pytest.fixture
-def standing(facing_camera) -> np.ndarray:
-    """(90, 17, 3) three seconds of standing with the feet 0.5 m apart, with a little noise."""
-    joints = np.tile(facing_camera, (90, 1, 1))
-    for side, sign in (("r", -1), ("l", 1)):
-        joints[:, H36M17.index(f"{side}_ankle"), 0] = 0.25 * sign
-    return joints + np.random.default_rng(0).normal(scale=0.002, size=joints.shape)
-
-
-def test_level_feet_correct_votes_that_lean_sideways_and_not_those_that_lean_forward(standing):
-    """Sideways by as much as they know of the roll beside what the votes know of it."""
-    time_s = np.arange(90) / 30
-    for axis, corrects in (("z", True), ("x", False)):
-        leaning = Rotation.from_euler(axis, 6, degrees=True).apply(UP)
-        votes = np.tile(leaning, (90, 1))
-        feet = level_feet(standing, leaning, time_s)
-        alone, helped = (take_up(votes, constant(8, 90), time_s, e) for e in ([], [feet]))
-        before, after = angle_deg(alone.up, UP), angle_deg(helped.up, UP)
-        assert before == pytest.approx(6)
-        votes_know = np.radians(stated_deg(leaning, TILT_SHARE * 8)[1]) ** -2
-        feet_know = feet.information[0, 0]  # along x, which is roll
-        left = votes_know / (votes_know + feet_know)
-        assert after == (pytest.approx(6 * left, rel=0.02) if corrects else pytest.approx(6, abs=0.1))
-        assert helped.error_deg < alone.error_deg
-        assert sum(helped.shares.values()) == pytest.approx(1)
-
-
-def test_feet_of_somebody_who_has_no_trunk_leave_what_is_told(standing):
-    """A file of legs alone: they stand, and no frame has a rotation. A level line tells no up by itself."""
-    legs = Seen(standing, np.full((90, 3, 3), np.nan), np.full(90, np.nan), np.arange(90) / 30)
-    feet = level_feet(standing, UP, legs.time_s)
-    assert np.isnan(fuse([feet]).up).all()
-    levelled = level_static(legs, [direction("told", UP, 1.0)])
-    np.testing.assert_allclose(levelled.up.up, UP, atol=0.01)
-    assert levelled.up.error_deg == pytest.approx(1.0)
-    assert levelled.up.shares == {"told": 1.0}  # bodies have no say beside what a lifter may have been told
-    assert "torso" in why_not(levelled)
-    vague = level_static(legs, [direction("told", UP, 5.0)]).up
-    assert vague.error_deg < 5.0
-    assert vague.shares.keys() == {"told", "feet"}
-    assert vague.pulls.keys() == {"feet"}  # without what is told there is nothing for it to pull at
-
-
-def test_feet_turn_with_the_camera(standing):
-    Q = Rotation.random(random_state=1).as_matrix()
-    time_s = np.arange(90) / 30
-    straight, turned = level_feet(standing, UP, time_s), level_feet(rotate(Q, standing), Q @ UP, time_s)
-    np.testing.assert_allclose(turned.information, Q @ straight.information @ Q.T, rtol=1e-6, atol=1e-6)
-
-
-def test_copies_of_one_stance_are_one_look(standing):
-    few, many = (level_feet(np.tile(standing[:1], (n, 1, 1)), UP, np.arange(n) / 30) for n in (10, 300))
-    np.testing.assert_allclose(many.information, few.information, rtol=1e-9)
-
-
-@pytest.mark.parametrize("change", ["a leg lifted", "feet together", "feet that move", "sitting low", "gone"])
-def test_other_postures_are_no_evidence(standing, change):
-    ankle, other = (H36M17.index(f"{side}_ankle") for side in "rl")
-    joints = standing.copy()
-    if change == "a leg lifted":
-        joints[:, ankle, 1] -= 0.4
-    elif change == "feet together":
-        joints[:, [ankle, other], 0] *= 0.3
-    elif change == "feet that move":
-        joints[:, ankle, 2] += np.linspace(-0.6, 0.6, 90)
-    elif change == "sitting low":
-        joints[:, [ankle, other], 1] -= 0.5
-    else:
-        joints[:, ankle] = np.nan
-    assert stance(standing, UP, np.arange(90) / 30)[1].all()
-    assert level_feet(joints, UP, np.arange(90) / 30) is None
 
 
 def test_a_take_whose_lifter_is_unsure_states_a_larger_error():

@@ -6,10 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from golden.bodies import feet_of
 from golden.lifters import MARKER_COLOURS
+from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.files import write_files
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.lifter import images
 from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence
 from pcnet3d.pipeline.cli import main
-from pcnet3d.pipeline.core.layouts import COCO17, MHR70
+from pcnet3d.pipeline.core.anthropometry import implied_stature
+from pcnet3d.pipeline.core.layouts import COCO17, COCO23, FEET, MHR70
+from pcnet3d.pipeline.reading.take import read_video
 
 onnx = pytest.importorskip("onnx")
 from onnx import TensorProto, helper, numpy_helper  # noqa: E402
@@ -255,3 +262,36 @@ def pcnet3d(monkeypatch, capsys):
         return ended.value.code, capsys.readouterr().err
 
     return run
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    """Any video; the tests show other images."""
+    walk = walker(seconds=1)
+    return read_video(write_files(tmp_path_factory.mktemp("walk"), walk, side_camera(walk)).video)
+
+
+@pytest.fixture
+def body(facing_camera):
+    """(23, 3) COCO23 in CAMERA of a person 1.7 m tall, about the middle of the hips."""
+    own = dict(zip(H36M17.joints, facing_camera, strict=True))
+    own |= dict(zip(FEET.joints, feet_of(facing_camera[None])[0], strict=True))
+    face = {"eye": (0.03, -0.03, 0.01), "ear": (0.07, 0.0, 0.09)}
+    for part, (x, y, z) in face.items():
+        own |= {f"{side}_{part}": own["nose"] + (sign * x, y, z) for side, sign in (("l", 1), ("r", -1))}
+    joints = np.array([own[name] for name in COCO23.joints])
+    joints -= joints[COCO23.indices(("l_hip", "r_hip"))].mean(axis=0)
+    return joints * 1.7 / implied_stature(facing_camera[None])
+
+
+@pytest.fixture
+def showing(monkeypatch):
+    """showing(images): from now on the lifter is shown these, frame by frame."""
+
+    def show(frames):
+        def given(video, first, last):
+            yield from ((i, frames[i]) for i in range(first, last + 1))
+
+        monkeypatch.setattr(images, "images_ahead", given)
+
+    return show

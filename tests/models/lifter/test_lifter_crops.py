@@ -6,92 +6,20 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from golden.bodies import feet_of
+from golden.crops import FOCAL, SIZE, keypoints_of, placed, projected, shown
 from golden.films import noting, pressing_ctrl_c
-from golden.lifters import MARKER_COLOURS
-from pcnet3d.examples.walker.camera import side_camera
-from pcnet3d.examples.walker.files import write_files
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_lifter
 from pcnet3d.models.lifter import images
 from pcnet3d.models.lifter.answers import load_answers
-from pcnet3d.models.lifter.features import ray_rotation
 from pcnet3d.models.lifter.images import Crops, upright_crops
-from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, remap, rotate
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, remap
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.device import computing_on
 from pcnet3d.pipeline.core.intrinsics import Intrinsics
-from pcnet3d.pipeline.core.layouts import COCO17, COCO23, FEET, MHR70
+from pcnet3d.pipeline.core.layouts import COCO23, FEET
 from pcnet3d.pipeline.core.lifted import ToLift
-from pcnet3d.pipeline.reading.take import read_video
 
-SIZE = (1280, 960)
-FOCAL = 1500.0
 RNG = np.random.default_rng(4)
-
-
-@pytest.fixture(scope="module")
-def video(tmp_path_factory):
-    """Any video; the tests show other images."""
-    walk = walker(seconds=1)
-    return read_video(write_files(tmp_path_factory.mktemp("walk"), walk, side_camera(walk)).video)
-
-
-@pytest.fixture
-def body(facing_camera):
-    """(23, 3) COCO23 in CAMERA of a person 1.7 m tall, about the middle of the hips."""
-    own = dict(zip(H36M17.joints, facing_camera, strict=True))
-    own |= dict(zip(FEET.joints, feet_of(facing_camera[None])[0], strict=True))
-    face = {"eye": (0.03, -0.03, 0.01), "ear": (0.07, 0.0, 0.09)}
-    for part, (x, y, z) in face.items():
-        own |= {f"{side}_{part}": own["nose"] + (sign * x, y, z) for side, sign in (("l", 1), ("r", -1))}
-    joints = np.array([own[name] for name in COCO23.joints])
-    joints -= joints[COCO23.indices(("l_hip", "r_hip"))].mean(axis=0)
-    return joints * 1.7 / implied_stature(facing_camera[None])
-
-
-def placed(joints: np.ndarray, x: float, y: float, z: float) -> np.ndarray:
-    return joints + np.array([x, y, z])
-
-
-def projected(joints: np.ndarray) -> np.ndarray:
-    return joints[..., :2] / joints[..., 2:] * FOCAL + np.array(SIZE) / 2
-
-
-def shown(pixels: np.ndarray, hidden: tuple[str, ...] = ()) -> np.ndarray:
-    """An image with a disc for each of COCO23's joints (23, 2), in its colour."""
-    import cv2
-
-    image = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
-    for name, colour, (x, y) in zip(COCO23.joints, MARKER_COLOURS.tolist(), pixels.tolist(), strict=True):
-        if name not in hidden:
-            cv2.circle(image, (round(16 * x), round(16 * y)), 16 * 5, colour, -1, shift=4)
-    return image
-
-
-@pytest.fixture
-def showing(monkeypatch):
-    """showing(images): from now on the lifter is shown these, frame by frame."""
-
-    def show(frames):
-        def given(video, first, last):
-            yield from ((i, frames[i]) for i in range(first, last + 1))
-
-        monkeypatch.setattr(images, "images_ahead", given)
-
-    return show
-
-
-def keypoints_of(pixels: np.ndarray) -> PoseSequence:
-    """Of COCO23's joints (T, 23, 2), those of COCO17."""
-    return PoseSequence(pixels[:, : len(COCO17)], COCO17, IMAGE, frame_index=np.arange(len(pixels)))
-
-
-def box_of(pixels: np.ndarray) -> tuple[np.ndarray, float]:
-    """Middle (2,) from the image's, and longer side, of the box around the joints of the first frame."""
-    joints = remap(keypoints_of(pixels)).joints[0].astype(float)
-    low, high = joints.min(axis=0), joints.max(axis=0)
-    return (low + high) / 2 - np.array(SIZE) / 2, (high - low).max()
 
 
 @pytest.mark.parametrize("size", [(288, 384), (224, 224)])
@@ -257,137 +185,6 @@ def test_a_body_that_is_deeper_than_long_has_no_scale(rtmw3d, body, showing, vid
     )
     assert np.isnan(lifted.joints).all()
     assert lifted.history[-1].options["frames_without_scale"] == 1
-
-
-@pytest.mark.parametrize("kind", ["rtmw3d", "instanthmr"])
-def test_flip_takes_out_what_a_network_prefers_on_one_side(request, body, showing, video, kind):
-    """Always the same body, whose left wrist is too far out: half of that goes to the right wrist's side."""
-    pixels = projected(placed(body, 0, 0, 4))
-    showing([shown(pixels)])
-    if kind == "rtmw3d":
-        points = np.column_stack([0.5 + body[:, 0] / 2, 0.5 + body[:, 1] / 3, body[:, 2]])
-        points[COCO23.index("l_wrist"), 0] += 0.1
-    else:
-        points = mhr(body)
-        points[MHR70.index("l_wrist"), 0] += 0.2
-    lifter = load_lifter(request.getfixturevalue(kind)(points))
-    straight, fair = (
-        lifter.lift(ToLift(keypoints_of(pixels[None]), SIZE, FOCAL, flip, video))
-        .noted()
-        .joints[0]
-        .astype(float)
-        for flip in (False, True)
-    )
-    left, right = H36M17.indices(("l_wrist", "r_wrist"))
-    assert straight[left, 0] + straight[right, 0] > 0.1
-    assert abs(fair[left, 0] + fair[right, 0]) < 0.02
-    assert fair[left, 0] > 0 > fair[right, 0]
-
-
-def mhr(body: np.ndarray) -> np.ndarray:
-    """(70, 3) the body (23, 3) as InstantHMR's keypoints; what it lacks is at its nose."""
-    neck = body[COCO23.indices(("l_shoulder", "r_shoulder"))].mean(axis=0)
-    own = dict(zip(COCO23.joints, body, strict=True)) | {"neck": neck}
-    return np.array([own.get(name, own["nose"]) for name in MHR70.joints])
-
-
-def test_instanthmr_gives_body_and_place_back(instanthmr, body, showing, video):
-    """In the axes of its own camera, whose focal length is the image's diagonal."""
-    showing([np.zeros((SIZE[1], SIZE[0], 3), np.uint8)] * 3)
-    pixels = np.tile(projected(placed(body, 0.5, 0, 4)), (3, 1, 1))
-    diagonal = float(np.hypot(*SIZE))
-    lifter = load_lifter(instanthmr(mhr(body), (0.5, 0.1, 4.0)))
-    lifted = lifter.lift(ToLift(keypoints_of(pixels), SIZE, diagonal, video=video)).noted()
-    expected = remap(PoseSequence(mhr(body)[None], MHR70, CAMERA))
-    expected = expected.joints - expected.joint("pelvis")[:, None]
-    others = np.delete(np.arange(17), H36M17.index("nose"))
-    assert_allclose(lifted.joints[:, others], np.repeat(expected[:, others], 3, axis=0), atol=1e-5)
-    assert_allclose(lifted.root, [[0.5, 0.1, 4.0]] * 3, atol=1e-5)
-    heel = body[COCO23.index("l_heel")]
-    assert_allclose(lifted.feet[:, FEET.index("l_heel")], [heel] * 3, atol=1e-5)
-    assert (lifted.frame.unit, lifted.frame.origin) == ("m", "pelvis")
-    assert np.isnan(lifted.confidence).all()
-    said = lifted.history[-1].options
-    assert (said["kind"], said["focal_known"]) == ("instanthmr", True)
-    assert lifted.root is not None
-    assert "SAM License" in said["licence"]
-
-
-def test_another_focal_length_turns_the_body_and_moves_it_along(instanthmr, body, showing, video):
-    """Seen at the same pixel: at twice the focal length twice as far, and turned from the one ray to the other."""
-    showing([np.zeros((SIZE[1], SIZE[0], 3), np.uint8)])
-    diagonal = float(np.hypot(*SIZE))
-    pixels = projected(placed(body, 1.0, 0.0, 4.0))[None]
-    lifter = load_lifter(instanthmr(mhr(body), (1.0, 0.0, 4.0)))
-    own, far = (
-        lifter.lift(ToLift(keypoints_of(pixels), SIZE, f * diagonal, video=video)).noted() for f in (1, 2)
-    )
-    assert_allclose(far.root, own.root * [1, 1, 2], atol=1e-5)
-    middle, _ = box_of(pixels)
-    middle /= diagonal
-    turn = ray_rotation(middle / 2) @ ray_rotation(middle).T
-    assert_allclose(far.joints[0], rotate(turn, own.joints[0].astype(float)), atol=2e-3)
-
-
-def test_instanthmr_s_place_is_straightened_as_its_body_is(instanthmr, body, showing, video):
-    """Where the network's own camera has the hips on their filmed pixel, they are where they were filmed."""
-    import cv2
-
-    showing([np.zeros((SIZE[1], SIZE[0], 3), np.uint8)])
-    lens = Intrinsics((FOCAL, FOCAL), (660.0, 470.0), (-0.25, 0.08, 0.0, 0.0), image_size=SIZE)
-    truth = np.array([0.9, 0.1, 3.2])
-    still = np.zeros(3)
-    points = np.concatenate([placed(body, *truth), truth[None]])
-    filmed = cv2.projectPoints(points, still, still, lens.matrix, np.array(lens.distortion))[0][:, 0]
-    diagonal = float(np.hypot(*SIZE))
-    seen = np.append((filmed[-1] - np.array(SIZE) / 2) / diagonal, 1) * truth[2] * diagonal / FOCAL
-    lifter = load_lifter(instanthmr(mhr(body), seen))
-    lifted = lifter.lift(
-        ToLift(keypoints_of(filmed[None, :-1]), SIZE, FOCAL, video=video, intrinsics=lens)
-    ).noted()
-    assert_allclose(lifted.root, [truth], atol=1e-4)
-
-
-def test_without_a_focal_length_instanthmr_s_place_is_not_believed(instanthmr, body, showing, video):
-    showing([np.zeros((SIZE[1], SIZE[0], 3), np.uint8)])
-    pixels = projected(placed(body, 0, 0, 4))[None]
-    lifted = (
-        load_lifter(instanthmr(mhr(body), (0, 0, 4.0)))
-        .lift(ToLift(keypoints_of(pixels), SIZE, video=video))
-        .noted()
-    )
-    assert lifted.root is None
-    assert not lifted.history[-1].options["focal_known"]
-
-
-@pytest.mark.parametrize("angles", [False, True])
-def test_instanthmr_is_told_where_the_box_is(instanthmr, body, showing, video, angles):
-    """Its answer here is what it was told."""
-    image = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
-    showing([image])
-    pixels = projected(placed(body, 0.8, 0.3, 4.0))[None]
-    path = instanthmr(np.zeros((70, 3)), metadata={"cliff_focal": "true"} if angles else {})
-    lifted = load_lifter(path).lift(ToLift(keypoints_of(pixels), SIZE, FOCAL, video=video)).noted()
-    middle, side = box_of(pixels)
-    side *= 1.2
-    told = [*(2 * middle / SIZE), side / SIZE[0] * FOCAL / np.hypot(*SIZE)]  # the last one as a depth
-    if angles:
-        told = [*np.arctan(middle / FOCAL), side / FOCAL]
-    assert_allclose(lifted.root[0], told, rtol=0.02)
-
-
-def test_instanthmr_sees_the_crop_as_imagenet_has_it(instanthmr, body, showing, video):
-    """The nose's depth is the mean of the crop, here of a grey image that fills it."""
-    grey = 90
-    showing([np.full((SIZE[1], SIZE[0], 3), grey, np.uint8)])
-    pixels = projected(placed(body, 0, 0, 6.0))[None]
-    lifted = (
-        load_lifter(instanthmr(np.zeros((70, 3)), (0, 0, 6.0)))
-        .lift(ToLift(keypoints_of(pixels), SIZE, video=video))
-        .noted()
-    )
-    mean = np.mean((grey / 255 - np.array([0.485, 0.456, 0.406])) / [0.229, 0.224, 0.225])
-    assert_allclose(lifted.joint("nose")[0], (0, 0, mean), atol=0.01)
 
 
 @pytest.mark.parametrize(

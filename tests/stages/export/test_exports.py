@@ -10,48 +10,13 @@ import pyarrow.parquet as pq
 import pytest
 
 from golden.measures import rows_of
-from pcnet3d.adapters import c3d
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
-from pcnet3d.pipeline.core.notices import own_notice
-from pcnet3d.stages.angles import Angles
+from golden.waving import FPS, ROWS, WALK, exported, made
+from pcnet3d.pipeline import H36M17, InputError, Take
 from pcnet3d.stages.export.bids import write_bids
-from pcnet3d.stages.export.c3d import write_c3d
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 from refusals import refused
-
-ROWS, FPS = 60, 30.0
-TRC_KEYS = [
-    "DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units", "OrigDataRate", "OrigDataStartFrame",
-    "OrigNumFrames",
-]  # fmt: skip
-
-
-def made(facing_camera, unit: str = "m", time_s: np.ndarray | None = None, walks: bool = False) -> Take:
-    """A person who waves the right hand; the left wrist is missing in rows 20 to 24."""
-    time_s = np.arange(ROWS) / FPS + 0.4 if time_s is None else time_s
-    joints = np.tile(facing_camera, (len(time_s), 1, 1))
-    joints[:, H36M17.index("r_wrist"), 0] += 0.1 * np.sin(2 * np.pi * time_s)
-    joints[20:25, H36M17.index("l_wrist")] = np.nan
-    frame = CAMERA.with_(unit=unit)
-    if walks:
-        joints[..., 2] += 6 - 1.3 * time_s[:, None]
-        frame = frame.with_(origin="camera")
-    index = np.arange(len(time_s)) + 12
-    poses = PoseSequence(joints, H36M17, frame, time_s=time_s, frame_index=index, person="Ann")
-    poses = poses.noted("read", adapter="arrays")
-    inputs = ({"role": "poses", "file": "a,\nb.npy", "sha256": "0" * 64, "adapter": "arrays"},)
-    take = Take("waving", poses=poses, inputs=inputs, notices=(own_notice("test.said", "careful, please"),))
-    take = Angles()(Trajectories()(Rectify("geometric")(take)))
-    bend = 20 + 10 * np.sin(time_s)
-    bend[3] = np.nan
-    angles = {
-        "r_knee_flexion_deg": bend,
-        "r_knee_flexion_sd_deg": 0 * bend + 4,
-        "l_hip_abduction_deg": bend / 2,
-    }
-    return take.with_(kinematics={**take.kinematics, **angles})
 
 
 @pytest.fixture
@@ -59,9 +24,10 @@ def take(facing_camera) -> Take:
     return made(facing_camera)
 
 
-def exported(take: Take, folder, *also: str):
-    Export(folder, also=also)(take)
-    return folder
+TRC_KEYS = [
+    "DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units", "OrigDataRate", "OrigDataStartFrame",
+    "OrigNumFrames",
+]  # fmt: skip
 
 
 def read_trc(path):
@@ -135,117 +101,12 @@ def test_images_that_the_recording_lacks_are_gaps_whatever_the_stamps(facing_cam
     assert abs(even_s[lost].mean() - 41 / FPS) < 1.5 / FPS
 
 
-def test_c3d_round_trip(take, tmp_path):
-    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    file = ezc3d.c3d(str(exported(take, tmp_path, "c3d") / "markers.c3d"))
-    point = file["parameters"]["POINT"]
-    assert point["LABELS"]["value"] == list(H36M17.joints)
-    assert point["UNITS"]["value"] == ["mm"]
-    assert point["RATE"]["value"][0] == pytest.approx(FPS)
-    assert (point["X_SCREEN"]["value"], point["Y_SCREEN"]["value"]) == (["-X"], ["+Z"])
-    found = np.moveaxis(file["data"]["points"][:3], -1, 0).swapaxes(1, 2) / 1000
-    np.testing.assert_allclose(found, take.filtered.joints, atol=1e-6)
-    missing = np.isnan(take.filtered.joints).any(axis=-1).T
-    np.testing.assert_array_equal(file["data"]["meta_points"]["residuals"][0] < 0, missing)
-    assert any("sha256 000" in line for line in file["parameters"]["PCNET3D"]["PROVENANCE"]["value"])
-
-
-@pytest.mark.parametrize("begin_s", [0.0, 0.4, 7.0])
-def test_c3d_read_again_is_on_the_clock_of_the_take(facing_camera, tmp_path, begin_s):
-    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    take = made(facing_camera, time_s=np.arange(ROWS) / FPS + begin_s)
-    path = exported(take, tmp_path, "c3d") / "markers.c3d"
-    assert ezc3d.c3d(str(path))["header"]["points"]["first_frame"] == round(begin_s * FPS)
-    (poses,) = c3d.read(path)
-    np.testing.assert_allclose(poses.times, take.poses.times, atol=1e-5)
-
-
-WALK = {
-    "walking": {
-        "right": {"landings_s": [0.5, 1.5], "toe_offs_s": [1.1]},
-        "left": {"landings_s": [1.0], "toe_offs_s": [62.5]},
-    },
-    "floor": {"floor_height": -1.2},
-}
-
-
-def test_c3d_has_the_events_of_a_walk(take, tmp_path):
-    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    write_c3d(take.with_(measures=rows_of(WALK)), tmp_path / "markers.c3d")
-    event = {name: of["value"] for name, of in ezc3d.c3d(str(tmp_path / "markers.c3d"))["parameters"]["EVENT"].items()
-             if name != "__METADATA__"}  # fmt: skip
-    assert event["USED"][0] == 5
-    assert event["CONTEXTS"] == ["Right", "Left", "Right", "Right", "Left"]
-    assert event["LABELS"] == ["Foot Strike", "Foot Strike", "Foot Off", "Foot Strike", "Foot Off"]
-    np.testing.assert_allclose(event["TIMES"], [[0, 0, 0, 0, 1], [0.5, 1.0, 1.1, 1.5, 2.5]], atol=1e-6)
-
-
-def test_c3d_of_a_take_without_a_walk_has_no_events(take, tmp_path):
-    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    write_c3d(take, tmp_path / "markers.c3d")
-    assert "EVENT" not in ezc3d.c3d(str(tmp_path / "markers.c3d"))["parameters"]
-
-
 def test_the_floor_is_at_0_where_it_is_known(facing_camera, tmp_path):
     take = made(facing_camera, walks=True)
     before, names, *_ = read_trc(exported(take, tmp_path / "a", "trc") / "markers.trc")
     after, *_ = read_trc(exported(take.with_(measures=rows_of(WALK)), tmp_path / "b", "trc") / "markers.trc")
     shift = (after - before)[:, names.index("pelvis")]
     np.testing.assert_allclose(shift, np.broadcast_to([0, 1.2, 0], shift.shape), atol=2e-6)
-
-
-@pytest.mark.parametrize("begin_s", [-1.0, 3000.0])
-def test_c3d_that_cannot_number_its_first_frame_says_when_it_is(facing_camera, tmp_path, begin_s):
-    pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    take = made(facing_camera, time_s=np.arange(ROWS) / FPS + begin_s)
-    path = exported(take, tmp_path, "c3d") / "markers.c3d"
-    notices = json.loads((tmp_path / "summary.json").read_text())["notices"]
-    (said,) = [each for each in notices if each["code"] == "c3d-begins"]
-    assert said["values"] == {"file": "markers.c3d", "begin_s": begin_s}
-    (poses,) = c3d.read(path)
-    assert poses.times[0] == 0
-
-
-def test_more_frames_than_c3d_counts_cost_that_file_alone(take, tmp_path):
-    """They ended the run at its end, and everything else was lost."""
-    pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    rows = 65_536
-    joints = np.broadcast_to(take.filtered.joints[0], (rows, 17, 3))
-    long = PoseSequence(joints, H36M17, take.filtered.frame, time_s=np.arange(rows) / FPS)
-    (said,) = write_c3d(take.with_(filtered=long), tmp_path / "markers.c3d")
-    assert said.code == "c3d-too-long"
-    assert (said.values["most"], said.values["frames"]) == (65535, 65536)
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_single_frame_costs_c3d_alone(facing_camera, tmp_path):
-    """Its rate was written as no number, and no program opened the file."""
-    pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    poses = PoseSequence(facing_camera[None], H36M17, CAMERA.with_(unit="m"), time_s=np.array([1.0]))
-    take = Angles()(Trajectories()(Rectify("geometric")(Take("photo", poses=poses))))
-    folder = exported(take, tmp_path, "c3d", "trc")
-    assert (folder / "markers.trc").exists()
-    assert not (folder / "markers.c3d").exists()
-    notices = json.loads((folder / "summary.json").read_text())["notices"]
-    assert "c3d-single-frame" in [said["code"] for said in notices]
-
-
-def test_c3d_takes_texts_of_any_length_and_script(take, tmp_path):
-    """A text of more than 255 characters makes a file that nothing opens."""
-    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    said = [own_notice("test.said", text) for text in ("word " * 300, "x" * 400, "čeština")]
-    folder = exported(take.saying(*said).with_(name="Übung"), tmp_path, "c3d")
-    file = ezc3d.c3d(str(folder / "markers.c3d"))
-    lines = file["parameters"]["PCNET3D"]["PROVENANCE"]["value"]
-    assert sum(line.count("word") for line in lines) == 300
-    assert sum(line.count("x") for line in lines) >= 400
-    assert max(map(len, lines)) <= 100
-
-
-def test_c3d_without_its_package_is_refused_before_the_work(tmp_path, monkeypatch):
-    monkeypatch.setattr("pcnet3d.pipeline.files.markers.find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"pcnet3d\[c3d\]"):
-        Export(tmp_path, also=("c3d",))
 
 
 @pytest.mark.parametrize("form", ["trc", "c3d"])

@@ -20,6 +20,7 @@ from pcnet3d.pipeline import (
     rotate,
 )
 from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.stages.record.stage import record
 
 ROWS, FIRST, FPS = 12, 5, 25
 UPRIGHT = np.array(
@@ -165,3 +166,15 @@ class Recording:
 @pytest.fixture(scope="session")
 def read_rrd() -> Callable[[Path], Recording]:
     return Recording
+
+
+@pytest.fixture
+def taken(make_take, read_rrd, tmp_path):
+    """taken(**changes): the take with these changes, and its recording read back."""
+
+    def make(rows: int = 12, frames: bool = True, **changes):
+        take = make_take(rows).with_(**changes).telling(images=frames)
+        record(take, tmp_path / "take.rrd")
+        return take, read_rrd(tmp_path / "take.rrd")
+
+    return make

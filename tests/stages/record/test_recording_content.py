@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.pipeline import Y_UP, InputError, Pipeline, change_frame, notice, own_notice, rotate
+from pcnet3d.pipeline import InputError, Pipeline, notice, own_notice, rotate
 from pcnet3d.pipeline.signals.reprojection import LIMBS
 from pcnet3d.stages.record import stage
 from pcnet3d.stages.record.stage import Record, record
@@ -17,18 +17,6 @@ from pcnet3d.stages.record.views import OFF_KEYPOINTS
 
 NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"
 TAB = "ContainerBlueprint:display_name"
-
-
-@pytest.fixture
-def taken(make_take, read_rrd, tmp_path):
-    """taken(**changes): the take with these changes, and its recording read back."""
-
-    def make(rows: int = 12, frames: bool = True, **changes):
-        take = make_take(rows).with_(**changes).telling(images=frames)
-        record(take, tmp_path / "take.rrd")
-        return take, read_rrd(tmp_path / "take.rrd")
-
-    return make
 
 
 def same(values, expected):
@@ -109,48 +97,6 @@ def test_unit_is_arbitrary_where_the_source_has_no_scale(make_take, read_rrd, tm
     assert "Wrists after (arbitrary units)" in recording.blueprint(TAB)
 
 
-def test_votes_are_off_by_the_known_lean_beside_their_bound(taken):
-    _, recording = taken()
-    _, _, values = recording.over_time("rotation/up", "Scalars:scalars")
-    np.testing.assert_allclose(np.ravel(values), np.linspace(0, 30, 12), atol=1e-6)
-    assert recording.static("rotation/up", "SeriesLines:names") == ["vote off the take's up (deg)"]
-    assert np.ravel(recording.over_time("rotation/bound", "Scalars:scalars")[2]).tolist() == [5] * 12
-
-
-def test_expected_error_only_where_the_rectifier_states_one(taken, make_take):
-    assert "rotation/error" not in taken()[1].entities
-    error = np.arange(12.0)
-    error[3] = np.nan
-    _, recording = taken(rectified=replace(make_take().rectified, error_deg=error))
-    _, _, values = recording.over_time("rotation/error", "Scalars:scalars")
-    np.testing.assert_array_equal(np.ravel(values), error)
-
-
-def test_axes_of_the_body(taken):
-    take, recording = taken()
-    back, right, up = np.array(recording.static("body/axes", "Arrows3D:vectors"))
-    length = np.linalg.norm(up)
-    np.testing.assert_allclose([back, right, up], length * np.eye(3), atol=1e-6)
-    assert recording.static("body/axes", "Arrows3D:labels") == ["back", "right", "up"]
-    _, _, arrows = recording.over_time("source/axes", "Arrows3D:vectors")
-    np.testing.assert_allclose(
-        arrows, length * np.swapaxes(take.rectified.R_source_from_body, 1, 2), atol=1e-6
-    )
-
-
-def test_axes_turn_with_the_poses_in_a_world_that_is_not_z_up(make_take, read_rrd, tmp_path):
-    take = make_take()
-    R_source_from_body = np.broadcast_to(Y_UP.basis, (12, 3, 3))
-    poses = change_frame(take.rectified.body, Y_UP.with_(origin="pelvis"), R_to_from_source=Y_UP.basis)
-    rectified = replace(take.rectified, R_source_from_body=R_source_from_body, R_source_from_level=Y_UP.basis)
-    record(take.with_(poses=poses, rectified=rectified), tmp_path / "take.rrd")
-    _, _, arrows = read_rrd(tmp_path / "take.rrd").over_time("source/axes", "Arrows3D:vectors")
-    up = np.array(arrows)[:, 2]
-    np.testing.assert_allclose(
-        up / np.linalg.norm(up, axis=1, keepdims=True), np.tile([0, 1, 0], (12, 1)), atol=1e-6
-    )
-
-
 def test_missing_joints_stay_missing(taken, make_take):
     take = make_take()
     joints = take.poses.joints.copy()
@@ -229,14 +175,6 @@ def test_a_level_that_faces_the_camera_is_not_said_to_face_as_the_person(make_ta
     record(turned, tmp_path / "take.rrd")
     names = read_rrd(tmp_path / "take.rrd").blueprint(NAME)
     assert {"from the camera's side", "to the camera's left"} <= set(names)
-
-
-def test_moving_camera(taken, make_take):
-    take = make_take()
-    each = np.broadcast_to(take.rectified.R_source_from_level, (12, 3, 3))
-    _, recording = taken(rectified=replace(take.rectified, R_source_from_level=each))
-    values = np.ravel(recording.over_time("rotation/up", "Scalars:scalars")[2])
-    np.testing.assert_allclose(values, np.linspace(0, 30, 12), atol=1e-6)
 
 
 def test_events_stand_at_their_frames(taken):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import CAMERA, Z_UP, Rectified, Take
+from pcnet3d.pipeline import CAMERA, Y_UP, Z_UP, Rectified, Take, change_frame
 from pcnet3d.pipeline.core.camera import pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.frames import GL_CAMERA, PC_CAMERA
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate, unit
@@ -203,3 +203,53 @@ def test_the_summary_of_one_frame_has_no_rate(make_take):
 
 def test_the_summary_of_a_source_that_knows_its_up(make_take):
     assert "up: that of the source's own axes" in told(make_take(), source=Z_UP, camera=None, up_votes=None)
+
+
+def test_votes_are_off_by_the_known_lean_beside_their_bound(taken):
+    _, recording = taken()
+    _, _, values = recording.over_time("rotation/up", "Scalars:scalars")
+    np.testing.assert_allclose(np.ravel(values), np.linspace(0, 30, 12), atol=1e-6)
+    assert recording.static("rotation/up", "SeriesLines:names") == ["vote off the take's up (deg)"]
+    assert np.ravel(recording.over_time("rotation/bound", "Scalars:scalars")[2]).tolist() == [5] * 12
+
+
+def test_expected_error_only_where_the_rectifier_states_one(taken, make_take):
+    assert "rotation/error" not in taken()[1].entities
+    error = np.arange(12.0)
+    error[3] = np.nan
+    _, recording = taken(rectified=replace(make_take().rectified, error_deg=error))
+    _, _, values = recording.over_time("rotation/error", "Scalars:scalars")
+    np.testing.assert_array_equal(np.ravel(values), error)
+
+
+def test_axes_of_the_body(taken):
+    take, recording = taken()
+    back, right, up = np.array(recording.static("body/axes", "Arrows3D:vectors"))
+    length = np.linalg.norm(up)
+    np.testing.assert_allclose([back, right, up], length * np.eye(3), atol=1e-6)
+    assert recording.static("body/axes", "Arrows3D:labels") == ["back", "right", "up"]
+    _, _, arrows = recording.over_time("source/axes", "Arrows3D:vectors")
+    np.testing.assert_allclose(
+        arrows, length * np.swapaxes(take.rectified.R_source_from_body, 1, 2), atol=1e-6
+    )
+
+
+def test_axes_turn_with_the_poses_in_a_world_that_is_not_z_up(make_take, read_rrd, tmp_path):
+    take = make_take()
+    R_source_from_body = np.broadcast_to(Y_UP.basis, (12, 3, 3))
+    poses = change_frame(take.rectified.body, Y_UP.with_(origin="pelvis"), R_to_from_source=Y_UP.basis)
+    rectified = replace(take.rectified, R_source_from_body=R_source_from_body, R_source_from_level=Y_UP.basis)
+    record(take.with_(poses=poses, rectified=rectified), tmp_path / "take.rrd")
+    _, _, arrows = read_rrd(tmp_path / "take.rrd").over_time("source/axes", "Arrows3D:vectors")
+    up = np.array(arrows)[:, 2]
+    np.testing.assert_allclose(
+        up / np.linalg.norm(up, axis=1, keepdims=True), np.tile([0, 1, 0], (12, 1)), atol=1e-6
+    )
+
+
+def test_moving_camera(taken, make_take):
+    take = make_take()
+    each = np.broadcast_to(take.rectified.R_source_from_level, (12, 3, 3))
+    _, recording = taken(rectified=replace(take.rectified, R_source_from_level=each))
+    values = np.ravel(recording.over_time("rotation/up", "Scalars:scalars")[2])
+    np.testing.assert_allclose(values, np.linspace(0, 30, 12), atol=1e-6)

@@ -2,12 +2,12 @@
 
 import json
 import re
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from golden.html import Page
 from pcnet3d.examples.walker.camera import aimed, side_camera
 from pcnet3d.examples.walker.files import halpe26
 from pcnet3d.examples.walker.walk import walker
@@ -21,21 +21,6 @@ from pcnet3d.stages.study.compare.command import compare
 PERSON = "<script>alert(1)</script>&quot;&lt;b&gt;\"'"
 FILE = "<img src=x onerror=alert(1)>&quot;\"'.json"
 FOLDERS = ("<svg onload=alert(1)>&amp;", "<b>front&#60;")
-
-
-class Page(HTMLParser):
-    def __init__(self, text: str) -> None:
-        super().__init__(convert_charrefs=True)
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.words = ""
-        self.scripts = re.findall(r"<script>(.*?)</script>", text, flags=re.DOTALL)
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_data(self, data):
-        self.words += data
 
 
 @pytest.fixture(scope="module")

@@ -1,15 +1,13 @@
 """What the report says and shows, without a browser."""
 
-import base64
 import re
 import time
 from dataclasses import replace
-from html.parser import HTMLParser
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from golden.html import Page
 from golden.measures import rows_of
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, Pipeline, PoseSequence, Take, change_frame
@@ -18,39 +16,16 @@ from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.drawing import page as page_module
-from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT, SLICES, Curve, over_time, ranges, sides
-from pcnet3d.stages.drawing.page import answer, page, table
+from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT
+from pcnet3d.stages.drawing.page import answer, page
 from pcnet3d.stages.drawing.words import spoken
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.angles import angle_table
 from pcnet3d.stages.report.events import events
-from pcnet3d.stages.report.measures import _percent
 from pcnet3d.stages.report.stage import Report, report
 from pcnet3d.stages.trajectories import UNCERTAIN, Trajectories
 from refusals import refused
-
-
-class Page(HTMLParser):
-    """The tags with their attributes, and the words."""
-
-    def __init__(self, content: str) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.words = ""
-        self.feed(content)
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_data(self, data):
-        self.words += data
-
-    def images(self, kind: str = "") -> list[bytes]:
-        sources = [attributes["src"] or "" for tag, attributes in self.tags if tag == "img"]
-        assert all(source.startswith("data:image/") for source in sources)
-        return [base64.b64decode(s.partition(",")[2]) for s in sources if s.startswith(f"data:image/{kind}")]
 
 
 @pytest.fixture(scope="module")
@@ -106,17 +81,8 @@ def test_an_acceleration_that_is_less_certain_than_large_is_left_to_words(walk_t
 
 
 def test_it_stands_alone(content):
-    shown = Page(content)
-    assert not [tag for tag, _ in shown.tags if tag in ("link", "iframe", "object", "embed", "base", "form")]
-    (script,) = re.findall(r"<script>(.*?)</script>", content, flags=re.DOTALL)
-    of_ours = (Path(page_module.__file__).with_name(name) for name in ("charts.js", "player.js"))
-    assert script == "".join(path.read_text(encoding="utf-8") for path in of_ours)
-    for _, attributes in shown.tags:
-        assert not [name for name in attributes if name.startswith("on")]
-        for name in ("src", "href"):
-            assert (attributes.get(name) or "#").startswith(("data:image/", "#"))
     assert "url(" not in content
-    (policy,) = [a["content"] for tag, a in shown.tags if tag == "meta" and a.get("http-equiv")]
+    (policy,) = [a["content"] for tag, a in Page(content).tags if tag == "meta" and a.get("http-equiv")]
     assert "default-src 'none'" in policy
     assert "script-src 'sha256-" in policy
     assert "http" not in policy
@@ -278,133 +244,6 @@ def test_the_angle_table_counts_and_gives_reasons():
     assert angle_table({}) == ""
 
 
-def test_a_table_escapes_and_aligns_its_columns():
-    made = table(("name", "a <b>", "share"), [("x", 1234.5, 0.1234), ("<i>", None, 0.5)])
-    assert "a &lt;b&gt;" in made
-    assert "&lt;i&gt;" in made
-    assert re.findall(r"<td class=number>(.*?)</td>", made) == ["1234", "0.123", "–", "0.500"]
-    assert table(("name",), []) == ""
-
-
-def test_long_curves_keep_their_extremes_and_their_gaps():
-    x = np.arange(18_000) / 30.0
-    values = np.sin(x)
-    values[7_003], values[12_345] = 9.0, -9.0
-    values[3_000:6_000] = np.nan
-    at, low, high = ranges(x, values)
-    assert len(at) <= SLICES
-    assert (np.nanmin(low), np.nanmax(high)) == (-9.0, 9.0)
-    gap = (at >= 100) & (at < 198)
-    assert np.isnan(low[gap]).all()
-    assert np.isfinite(low[~gap & ((at < 98) | (at > 201))]).all()
-    assert (low[np.isfinite(low)] <= high[np.isfinite(high)]).all()
-
-
-@pytest.mark.parametrize("rows", [801, 1_000, 1_250, 17_999, 18_000])
-def test_the_row_that_is_read_off_a_long_curve_holds_what_is_asked_for(rows):
-    """As charts.js finds it: the row whose x is nearest."""
-    x = np.arange(rows) / 30.0
-    at, first, last = ranges(x, x)
-    assert first[0] == x[0]
-    assert last[-1] == x[-1]
-    for share in (0.1, 0.5, 0.9):
-        wanted = first + share * (last - first)
-        nearest = np.abs(at - wanted[:, None]).argmin(axis=1)
-        np.testing.assert_array_equal(nearest, np.arange(len(at)))
-
-
-def test_the_table_of_a_long_curve_tells_the_middle_of_each_range():
-    x = np.arange(18_000) / 30.0
-    drawn = over_time([Curve("milliseconds", 1000 * x)], x, "time over time")
-    rows = re.findall(r"<tr><td>([\d.]+)<td>(\d+) to (\d+)", drawn)
-    assert len(rows) == SLICES
-    at, low, high = np.array(rows, dtype=float).T
-    np.testing.assert_allclose(at, (low + high) / 2000, atol=0.051)  # to a decimal of a second
-
-
-@pytest.mark.parametrize(
-    "x", [np.arange(720) / 240, 0.005 + np.arange(300) / 100, 500 + np.arange(600) / 1000]
-)
-def test_every_row_of_values_has_an_x_of_its_own(x):
-    """By it charts.js finds the row again: of rows with one time the arrow keys would not leave the first."""
-    at = re.findall(r"<tr><td>([^<]+)<td>", over_time([Curve("a", np.sin(x))], x, "a over time"))
-    assert len({*at}) == len(at) == len(x)
-    np.testing.assert_allclose(np.array(at, dtype=float), x, atol=0.0051)
-
-
-def line(drawn: str) -> np.ndarray:
-    """(N, 2) points of the first curve of a chart, in pixels."""
-    (path, *_) = re.findall(r'class="line" d="([^"]*)"', drawn)
-    return np.array(re.findall(r"[ML]([-\d.]+) ([-\d.]+)", path), dtype=float)
-
-
-def test_a_gap_breaks_the_line():
-    """The line of a chart begins anew (M) behind every gap."""
-
-    def pieces(values):
-        drawn = over_time([Curve("a", values)], np.arange(float(len(values))), "a over time")
-        return re.findall(r'class="line" d="([^"]*)"', drawn)[0].count("M")
-
-    wave = np.sin(np.arange(100.0))
-    assert pieces(wave) == 1
-    wave[40:50] = np.nan
-    assert pieces(wave) == 2
-
-
-@pytest.mark.parametrize(("rows", "pause_s"), [(100, 3.0), (5000, 3.0), (5000, 60.0), (20000, 600.0)])
-def test_a_pause_of_the_recording_breaks_curve_and_band(rows, pause_s):
-    """A straight line went across what the time stamps leave out; of long takes a slice did."""
-    x = np.arange(rows) / 30 + pause_s * (np.arange(rows) >= rows // 2 + 5)
-    drawn = over_time([Curve("a", np.sin(x), margin=np.full(rows, 0.1))], x, "a over time")
-    shapes = re.findall(r' d="([^"]*)"', drawn)
-    assert shapes
-    longest = max(np.diff(np.array(re.findall(r"[ML]([-\d.]+) ", part), dtype=float)).max()
-                  for shape in shapes for part in re.split("(?=M)", shape) if part.count("L") > 1)  # fmt: skip
-    assert longest < 10
-    steady = re.findall(r' d="([^"]*)"', over_time([Curve("a", np.sin(x))], np.arange(rows) / 30, "a"))
-    assert sum(shape.count("M") for shape in steady) < sum(shape.count("M") for shape in shapes)
-
-
-def test_a_chart_is_to_scale():
-    """Pixels of the curve are one linear map of its values, upward; ticks stand where the map puts their numbers."""
-    x, values = np.linspace(2, 7, 60), 30 * np.sin(np.linspace(0, 9, 60)) - 4
-    drawn = over_time([Curve("a", values)], x, "a over time")
-    at = line(drawn)
-    across, upward = np.polyfit(x, at[:, 0], 1), np.polyfit(values, at[:, 1], 1)
-    np.testing.assert_allclose(np.polyval(across, x), at[:, 0], atol=0.06)
-    np.testing.assert_allclose(np.polyval(upward, values), at[:, 1], atol=0.06)
-    assert across[0] > 0 > upward[0]
-    ticks = re.findall(r'<text x="([\d.]+)" y="([\d.]+)"( dy="4")? text-anchor="\w+">([-\d.]+)<', drawn)
-    assert len(ticks) >= 8
-    for left, top, is_y, number in ticks:
-        expected, pixel = (
-            (np.polyval(upward, float(number)), top) if is_y else (np.polyval(across, float(number)), left)
-        )
-        assert float(pixel) == pytest.approx(expected, abs=0.15)
-
-
-def test_the_values_of_a_chart_are_in_its_table():
-    x = np.arange(40) / 10
-    right, left = np.linspace(0, 60, 40), np.full(40, np.nan)
-    left[5] = 12.34
-    curves = sides(left, right, right_margin=np.full(40, 5.0))
-    rows = re.findall(r"<tr><td>(.*?)<td>(.*?)<td>(.*?)(?=<tr>|</tbody>)", over_time(curves, x, "knee"))
-    assert len(rows) == 40
-    assert rows[5] == ("0.50", "7.7 ± 5.0", "12.3")
-    assert rows[6][2] == "–"
-
-
-def test_names_in_a_chart_are_escaped():
-    drawn = over_time(
-        [Curve("<b>", np.arange(3.0)), Curve('"', np.arange(3.0))], np.arange(3.0), '<i>"', "<u>", "<s>"
-    )
-    assert {tag for tag, _ in Page(str(drawn)).tags} <= {
-        "div", "p", "span", "i", "output", "svg", "g", "path", "text", "details", "summary", "table", "thead", "tbody",
-        "tr", "th", "td",
-    }  # fmt: skip
-    assert "<b>" in Page(str(drawn)).words
-
-
 def test_ten_minutes_are_quick_and_small(walk_take, film):
     """18,000 frames: under 10 s of work and under 10 MB."""
     times = 300
@@ -482,10 +321,6 @@ def test_body_is_seen_from_the_front_and_from_its_right(walk_take):
     trunk = [x for x, colour in lines if colour == MIDDLE and x.min() > 120]
     (thorax, nose), (_, head) = trunk[-2:]
     assert nose > (thorax + head) / 2
-
-
-def test_shares_are_written_in_full():
-    assert [_percent(share) for share in (1.0, 0.153, 0.0065)] == ["100 %", "15 %", "0.65 %"]
 
 
 def test_one_frame_has_no_empty_charts_and_its_angles_in_a_table():

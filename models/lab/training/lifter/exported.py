@@ -14,8 +14,6 @@ from ...common.onnx_file import stored_in, to_onnx
 from ...common.training import read_weights, reading
 from .net import Block, LifterNet
 
-_TOKENS = "which.weight"  # that only networks of a token a joint have
-
 
 def export(net: LifterNet, path: Path, **properties: object) -> None:
     """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), "sd" (B, T, 17, 2) and
@@ -29,10 +27,10 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
 
 def weights_of(path: Path, net: LifterNet) -> dict[str, Tensor]:
     """The weights of a run's best.pt, or of a network that `export` wrote, such as the shipped lifter.onnx, by their
-    names in LifterNet. InputError when it is neither, of another family of networks, or says another reach than net's
-    first as many blocks have: dilations are in no weight. Of a best.pt nobody knows them."""
+    names in LifterNet. InputError when it is neither, or says another reach than net's first as many blocks have:
+    dilations are in no weight. Of a best.pt nobody knows them."""
     if path.suffix.lower() != ".onnx":
-        return _of_this_family(read_weights(path), path)
+        return read_weights(path)
     stored = stored_in(path)
     with reading(path, "a network"):
         weights = {
@@ -47,7 +45,6 @@ def weights_of(path: Path, net: LifterNet) -> dict[str, Tensor]:
             biases = [name for name in node.input if name in weights]
             if node.op_type == "Add" and matrices and biases:
                 weights[biases[0].removesuffix("bias") + "weight"] = matrices[0].T.contiguous()
-        _of_this_family(weights, path)
         count = len({name.split(".")[1] for name in weights if name.startswith("blocks.")})
         dilations = [block.dilation for block in net.blocks if isinstance(block, Block)][:count]
         if int(stored.said.get("reach", sum(dilations))) != sum(dilations):
@@ -58,14 +55,3 @@ def weights_of(path: Path, net: LifterNet) -> dict[str, Tensor]:
                 f"{sum(dilations)}.",
             )
         return weights
-
-
-def _of_this_family(weights: dict[str, Tensor], path: Path) -> dict[str, Tensor]:
-    """The weights. InputError for those of a lifter of joint tokens."""
-    if isinstance(weights, dict) and _TOKENS in weights:
-        raise InputError(
-            "wrong-network",
-            f"Expected weights of a lifter of the shipped one's family, but {path} has a token a joint, which cannot "
-            "be gone on with; leave it out.",
-        )
-    return weights

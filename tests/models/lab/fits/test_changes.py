@@ -5,16 +5,16 @@ import pytest
 
 from pcnet3d.models.lab.fits import changes as module
 from pcnet3d.models.lab.fits.changes import changed, trained
-from pcnet3d.models.lifter.changes import CHANNELS, JOINTS, RATES, ROWS, WIDTHS, ZOOMS
+from pcnet3d.models.lifter.changes import CHANNELS, LIMBS, RATES, ROWS, WIDTHS, ZOOMS
 
 
 @pytest.fixture(scope="module")
 def take():
     """A body that swings and goes to the right."""
     rng = np.random.default_rng(0)
-    body, swing = rng.normal(0, 50, (1, len(JOINTS), 2)), rng.normal(0, 10, (1, len(JOINTS), 2))
+    body, swing = rng.normal(0, 50, (1, len(LIMBS), 2)), rng.normal(0, 10, (1, len(LIMBS), 2))
     time = np.arange(300)[:, None, None]
-    return body + swing * np.sin(time / 5) + time * (1.0, 0.0), np.ones((300, len(JOINTS)), dtype=bool)
+    return body + swing * np.sin(time / 5) + time * (1.0, 0.0), np.ones((300, len(LIMBS)), dtype=bool)
 
 
 def only(monkeypatch, **shares):
@@ -37,7 +37,7 @@ def test_wider_bodies_are_of_higher_classes(take, monkeypatch):
     shapes = {}
     for seed in range(40):
         features, classes = changed(take, np.random.default_rng(seed))
-        body = features[0, : 2 * len(JOINTS)].reshape(-1, 2)
+        body = features[0, : 2 * len(LIMBS)].reshape(-1, 2)
         shapes[classes[1]] = float(body[:, 0].std() / body[:, 1].std())
     order = [shapes[each] for each in sorted(shapes)]
     assert order == sorted(order)
@@ -45,7 +45,7 @@ def test_wider_bodies_are_of_higher_classes(take, monkeypatch):
 
 
 def test_a_clip_played_backwards_goes_the_other_way(take, monkeypatch):
-    across = 2 * 2 * len(JOINTS) + 2  # of the hips' movement
+    across = 2 * 2 * len(LIMBS) + 2  # of the hips' movement
     ways = []
     for share in (0.0, 1.0):
         only(monkeypatch, _BACKWARDS=share)

@@ -208,15 +208,6 @@ def test_a_folder_of_another_version_is_left_alone(finished, pcnet3d, told, tmp_
     assert told(tmp_path / "out" / "takes") == before
 
 
-@pytest.mark.parametrize("name", ["thesis.doc", "takes/mine/x.npy", "batch.json"])
-def test_somebody_elses_folder_is_left_alone(small, pcnet3d, tmp_path, name):
-    mine = tmp_path / "out" / name
-    mine.parent.mkdir(parents=True)
-    mine.write_text("mine")
-    refused(pcnet3d("batch", small, "-o", tmp_path / "out"), tmp_path / "out", "choose another -o")
-    assert [path for path in (tmp_path / "out").rglob("*") if path.is_file()] == [mine]
-
-
 def test_a_bad_manifest_makes_no_folder(small, pcnet3d, tmp_path):
     small.write_text(small.read_text().replace("poses", "posse"))
     refused(pcnet3d("batch", small, "-o", tmp_path / "out"), "'posse'", "poses")

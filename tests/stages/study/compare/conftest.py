@@ -12,6 +12,7 @@ from pcnet3d.pipeline import load_recipe
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
+from pcnet3d.stages.study.compare.side import load_side
 
 
 @pytest.fixture(scope="session")
@@ -35,3 +36,8 @@ def runs(walk, tmp_path_factory) -> Path:
         sources = RunOptions(poses=poses, adapter="videopose3d", keypoints=flat, fps=30)
         run_files(sources, folder / name, recipe)
     return folder
+
+
+@pytest.fixture(scope="module")
+def sides(runs):
+    return [load_side(runs / name) for name in ("side", "front")]

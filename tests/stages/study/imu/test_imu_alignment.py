@@ -6,10 +6,16 @@ import pytest
 from pcnet3d.examples.walker.imu import Faults, strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.signals.imu import point_on
+from pcnet3d.pipeline.signals.imu import GRAVITY_MPS2, point_on
 from pcnet3d.stages.study.compare.align import turned
 from pcnet3d.stages.study.imu.align import Signal, agreement, align
-from pcnet3d.stages.study.imu.motion import even_times, imu_signal, path_acceleration, still_pelvis
+from pcnet3d.stages.study.imu.motion import (
+    as_vertical,
+    even_times,
+    imu_signal,
+    path_acceleration,
+    still_pelvis,
+)
 from refusals import refused
 
 CUTOFF = 6.0
@@ -129,6 +135,12 @@ def test_too_little_in_common_has_words(walk):
         path_acceleration(walk.world[:, 0], walk.time_s, (), grid, 50.0)
     with pytest.raises(InputError, match="Nyquist"):
         imu_signal(strapped(walk, "r_forearm", rate_hz=20), None, 12.0)
+
+
+def test_a_sensor_at_rest_feels_gravity_alone():
+    """However it is turned; what it feels beyond that is taken for an acceleration upward."""
+    force = np.array([[0, 0, GRAVITY_MPS2], [0, -GRAVITY_MPS2, 0], [0, GRAVITY_MPS2 + 1.5, 0]])
+    np.testing.assert_allclose(as_vertical(force), [[0, 0, 0], [0, 0, 0], [0, 0, 1.5]], atol=1e-12)
 
 
 def test_a_periodic_motion_has_a_runner_up():

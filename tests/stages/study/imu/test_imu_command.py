@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from commands import pcnet3d
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
 from pcnet3d.examples.walker.walk import walker
@@ -271,13 +270,6 @@ def test_what_is_no_run_and_no_imu_has_words(made, tmp_path):
         imu(made / "run", imu=[made / "poses.npy"])
     with pytest.raises(InputError, match="--root"):
         imu(made / "run", imu=[made / "r_forearm.csv"], segment=["r_forearm"], root=made / "poses.npy")
-
-
-def test_the_command_line_ends_with_code_2(made):
-    ended = pcnet3d("imu", "run", "--imu", "r_forearm.csv", "--segment", "r_forarm", cwd=made)
-    assert ended.returncode == 2
-    assert "did you mean r_forearm" in ended.stderr
-    assert "Traceback" not in ended.stderr
 
 
 def test_a_sensor_that_does_not_fit_is_doubted(walk, made):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from golden import numbered
+from pcnet3d.stages.study.live.source import Source, open_source
 
 
 @pytest.fixture(scope="session")
@@ -24,3 +26,29 @@ def numbered_film(tmp_path_factory) -> Path:
 @pytest.fixture(scope="session")
 def toy_detector(tmp_path_factory) -> Path:
     return numbered.toy_detector(tmp_path_factory.mktemp("toy") / "toy.onnx")
+
+
+@pytest.fixture
+def camera(monkeypatch, numbered_film):
+    """A camera that shows the film; `camera(change)` one whose images are changed first."""
+
+    def shows(change):
+        def shots():
+            for shot in open_source(str(numbered_film)).shots:
+                yield replace(shot, image=change(shot.image))
+
+        came = Source("camera", shots(), None, waits=True)
+        monkeypatch.setattr("pcnet3d.stages.study.live.command.open_source", lambda *_: came)
+
+    shows(lambda image: image)
+    return shows
+
+
+@pytest.fixture
+def no_camera(camera):
+    """One that must not be looked at."""
+
+    def started(image):
+        raise AssertionError
+
+    camera(started)

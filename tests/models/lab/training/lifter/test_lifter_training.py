@@ -9,13 +9,11 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from golden.trainings import LIFTER, tiny
-from pcnet3d.models.lab.mocap.clips import lying
-from pcnet3d.models.lab.synthetic.bodies import STANDARD_SIZE_M, size_m
+from golden.trainings import LIFTER, three_people, tiny
 from pcnet3d.models.lifter.builtin import SHIPPED, lift, network, run
 from pcnet3d.models.lifter.features import CHANNELS
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
-from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
+from pcnet3d.pipeline.reading.mocap.clip import write_mocap
 from refusals import refused
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
@@ -24,7 +22,7 @@ module = pytest.importorskip("pcnet3d.models.lab.training.lifter.train")
 from golden.checkpoints import read_checkpoint, same  # noqa: E402
 from pcnet3d.models.lab.synthetic.keypoint_noise import Noise  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
-from pcnet3d.models.lab.synthetic.on_device.keypoint_noise import Spoilt, detect  # noqa: E402
+from pcnet3d.models.lab.synthetic.on_device.keypoint_noise import Spoilt  # noqa: E402
 from pcnet3d.models.lab.training.lifter import mean as averaging  # noqa: E402
 from pcnet3d.models.lab.training.lifter.exported import weights_of  # noqa: E402
 from pcnet3d.models.lab.training.lifter.net import LifterNet, NetConfig, _depth  # noqa: E402
@@ -32,26 +30,7 @@ from pcnet3d.models.lab.training.lifter.validation import judged, whole_takes  #
 from pcnet3d.models.lab.training.lifter.windows import Batch, Material, Windows  # noqa: E402
 
 LENGTHS = "lengths = { 1 = 0.3, 16 = 0.7 }"
-STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
 RECIPE = files("pcnet3d.models.lab.training.lifter").joinpath("lifter.toml")
-LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")])
-
-
-def three_people():
-    """Three people of other proportions, who hardly move."""
-    rng = np.random.default_rng(0)
-    poses = rng.uniform([-0.4, -0.4, 0], [0.4, 0.4, 1.8], (3, 1, 17, 3)) + rng.normal(
-        0, 0.01, (3, 150, 17, 3)
-    )
-    poses[:, :, 0] = poses[:, :, H36M17.indices(("l_hip", "r_hip"))].mean(axis=2)
-    return tuple(
-        Clip(f"0{i}_01", f"0{i}", "asfamc", 30.0, joints.astype(np.float32)) for i, joints in enumerate(poses)
-    )
-
-
-@pytest.fixture
-def clips():
-    return three_people()
 
 
 @pytest.fixture
@@ -77,134 +56,6 @@ def trained(tmp_path_factory):
 def without_export(monkeypatch):
     """Export takes seconds."""
     monkeypatch.setattr(module, "export", lambda net, path, **said: path.write_bytes(b"slow"))
-
-
-def upright_world(facing_camera):
-    """CAMERA to +Z up."""
-    return (facing_camera[:, [0, 2, 1]] * [1, 1, -1]).astype(np.float32)
-
-
-def batch(clips, material, count, frames, step=0):
-    return Batch(*(part.numpy() for part in Windows(clips, material).batch(Draw(3, step), count, frames)))
-
-
-@pytest.mark.parametrize(("count", "frames"), [(50, 1), (8, 30), (3, 150)])
-def test_windows_are_what_they_say(clips, count, frames):
-    x, joints, velocity = batch(clips, Material(other_rates=0.0, derived=0.5, pans=0.3), count, frames)
-    assert x.shape == (count, frames, CHANNELS)
-    assert joints.shape == velocity.shape == (count, frames, 17, 3)
-    assert x.dtype == joints.dtype == velocity.dtype == np.float32
-    assert np.isfinite(x).all()
-    np.testing.assert_array_equal(joints[..., 0, :], 0)
-    np.testing.assert_allclose(size_m(joints), STANDARD_SIZE_M, rtol=1e-4)
-    if frames == 1:
-        assert not velocity.any()  # of a single frame nothing is known, and nothing asked
-
-
-def test_the_same_draw_gives_the_same_windows(clips):
-    material = Material(
-        combined=0.5, pans=0.5, placed=0.5, good=0.5, slow=0.01, truncated=0.5, occluded=0.5, derived=0.5
-    )
-    one, again, other = (batch(clips, material, 4, 20, step) for step in (0, 0, 1))
-    assert all(np.array_equal(a, b) for a, b in zip(one, again, strict=True))
-    assert np.abs(one.joints - other.joints).max() > 0.1
-
-
-def test_the_image_shows_the_target(clips):
-    """x and y of the target are the image, up to perspective, noise and scale."""
-    x, joints, _ = batch(clips, STILL, 300, 1)
-    image = x[:, 0, :34].reshape(-1, 17, 2)
-    seen = x[:, 0, 51:68] > 0
-    use = seen & seen[:, :1]
-    correlation = np.corrcoef((image - image[:, :1])[use].ravel(), joints[:, 0, :, :2][use].ravel())[0, 1]
-    assert correlation > 0.9
-
-
-def test_combined_windows_have_other_upper_bodies(clips):
-    plain, mixed = (
-        batch(clips, Material(unchanged=1.0, mirrored=0.0, other_rates=0.0, combined=share), 60, 1).joints
-        for share in (0.0, 1.0)
-    )
-
-    def apart(joints, part):
-        left, right = (joints[:, 0, H36M17.index(f"{side}_{part}")] for side in "lr")
-        return np.linalg.norm(left - right, axis=-1)
-
-    linked, loose = (abs(np.corrcoef(apart(y, "knee"), apart(y, "wrist"))[0, 1]) for y in (plain, mixed))
-    assert linked > 0.4  # three people: who has these knees has these wrists
-    assert loose < 0.3
-
-
-def test_a_truncated_image_loses_the_legs_first_and_absent_joints_are_never_seen(facing_camera):
-    joints = torch.from_numpy(
-        np.tile(facing_camera + np.array([0, 0, 4.0]), (400, 5, 1, 1)).astype(np.float32)
-    )
-    pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
-
-    def lost(**spoilt):
-        keypoints, confidence = detect(pixels, joints, Draw(0, 0), Spoilt(**spoilt), 30.0)
-        assert not confidence[keypoints.isnan().any(-1)].any()
-        return keypoints.isnan().any(-1).float().mean((0, 1)).numpy()
-
-    plain, cut = lost(), lost(truncated=1.0)
-    assert (cut[LEGS] > plain[LEGS] + 0.2).all()
-    assert cut[H36M17.index("head")] < 0.3
-    absent = lost(absent={"nose": 1.0, "head": 0.5})
-    assert absent[H36M17.index("nose")] == 1
-    assert absent[H36M17.index("head")] == pytest.approx(0.5, abs=0.1)
-    occluded = lost(occluded=1.0) - plain
-    assert 0.02 < occluded[LEGS].mean() < 0.5
-    assert np.abs(occluded[H36M17.indices(("pelvis", "thorax", "l_hip", "r_shoulder"))]).max() < 0.05
-
-
-def test_a_slow_error_lasts_for_seconds_and_the_confidence_does_not_know_of_it(facing_camera):
-    joints = torch.from_numpy(
-        np.tile(facing_camera + np.array([0, 0, 4.0]), (400, 91, 1, 1)).astype(np.float32)
-    )
-    pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
-    silent = Noise(std=1e-6, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
-    hips = H36M17.indices(("l_hip", "r_hip"))
-    (plain, sure), (slow, as_sure) = (
-        detect(pixels, joints, Draw(0, 0), Spoilt(silent, slow=share), 30.0) for share in (0.0, 0.02)
-    )
-    body = np.ptp(pixels[0, 0].numpy(), axis=0).max()
-    off = (slow - plain)[:, :, hips].numpy() / body
-    assert off.std() == pytest.approx(0.02, rel=0.1)
-    same = {s: float(np.mean(off[:, 0] * off[:, round(30 * s)]) / 0.02**2) for s in (0.1, 3.0)}
-    assert same[0.1] == pytest.approx(np.exp(-0.1 / 3), abs=0.1)
-    assert same[3.0] == pytest.approx(np.exp(-1), abs=0.15)
-    assert float(as_sure.mean()) == pytest.approx(float(sure.mean()), abs=0.01)
-
-
-@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
-def test_clips_of_people_who_lie_are_drawn_as_often_as_asked(clips, facing_camera, share):
-    """Of four clips as long as each other one lies."""
-    upright = tuple(
-        replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips
-    )
-    lies = replace(upright[0], joints=upright[0].joints[..., [0, 2, 1]] * np.float32([1, -1, 1]))
-    windows = Windows((*upright, lies), Material(lying=share))
-    drawn = windows._motion(Draw(3, 0), 20, 30.0, 400).numpy()
-    assert float(lying(drawn[:, 0]).mean()) == pytest.approx(share + (1 - share) / 4, abs=0.08)
-
-
-def test_a_material_that_wants_people_who_lie_is_refused_without_any(clips, facing_camera):
-    upright = tuple(
-        replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips
-    )
-    with pytest.raises(InputError, match="clips in which somebody lies"):
-        Windows(upright, Material(lying=0.1))
-
-
-def test_windows_longer_than_every_clip_are_refused(clips):
-    with pytest.raises(InputError, match="151 frames"):
-        batch(clips, STILL, 2, 151)
-
-
-def test_clips_of_another_rate_are_refused(clips):
-    odd = Clip("07_01", "07", "asfamc", 60.0, clips[0].joints)
-    with pytest.raises(InputError, match="30 frames per second to train on, got 60"):
-        Windows([*clips, odd], STILL)
 
 
 def test_the_deviation_that_costs_least_is_the_true_one():
@@ -343,17 +194,10 @@ def test_an_exported_network_gives_its_weights_back(exported, tmp_path):
         weights_of(tmp_path / "cut.onnx", net)
 
 
-def test_a_network_of_joint_tokens_is_not_gone_on_with(tmp_path):
-    torch.save({"which.weight": torch.zeros(18, 16)}, tmp_path / "tokens.pt")
-    with pytest.raises(InputError, match="a token a joint") as refused:
-        module.started(LifterNet(NetConfig(16, (1, 3))), tmp_path / "tokens.pt")
-    assert "remove" not in str(refused.value)
-
-
 def windows_of(clips):
     """Features of exact keypoints, (6, 10, CHANNELS), and what they show."""
     silent = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
-    windows = Windows(clips, replace(STILL, focal_known=1.0))
+    windows = Windows(clips, Material(unchanged=1.0, mirrored=0.0, other_rates=0.0, focal_known=1.0))
     windows.spoilt = Spoilt(silent)
     return windows.batch(Draw(3, 0), 6, 10)
 
@@ -489,18 +333,15 @@ def test_training_on_own_data_does_not_go_on_with_another_split(own, tmp_path, m
     assert log.read_text() == before
 
 
-@pytest.mark.parametrize(
-    ("before", "after", "words"),
-    [
+def test_own_data_that_cannot_be_trained_on_is_refused(own):
+    for before, after, words in [
         ("split = ", "# split = ", "`data` and `split` together"),
         ('subjects = "train"', 'subjects = "train-a"', 'subjects = "train"'),
         ("clips.npz", "clip.npz", "found nothing"),
         ("16 = 0.7", "999 = 0.7", "999 frames"),
-    ],
-)
-def test_own_data_that_cannot_be_trained_on_is_refused(own, before, after, words):
-    with pytest.raises(InputError, match=words):
-        own((before, after))
+    ]:
+        with pytest.raises(InputError, match=words):
+            own((before, after))
 
 
 def test_nobody_upright_to_validate_on_is_refused(own, tmp_path, clips):
@@ -511,25 +352,13 @@ def test_nobody_upright_to_validate_on_is_refused(own, tmp_path, clips):
     assert not (tmp_path / "out" / "lifter.onnx").exists()
 
 
-def test_a_person_in_two_parts_is_refused(own, tmp_path):
-    (tmp_path / "split.json").write_text(json.dumps({"train": ["00", "02"], "val": ["02"]}))
-    with pytest.raises(InputError, match="02 is in train and val"):
-        own()
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "words"),
-    [
+def test_a_wrong_config_is_refused_by_its_key(tmp_path):
+    for before, after, words in [
         ("seed", "sede", "sede|seed"),
-        ("steps = 6", "steps = 'many'", r"schedule\.steps"),
-        ("warmup", "warm", r"schedule\.warm"),
         ("width", "widht", r"net\.widht"),
-        ("[weights]", "[weights]\nmoton = 1", r"weights\.moton"),
-        ("pans", "pants", r"material\.pants"),
+        ("sampled", "smapled", r"material\.poses\.smapled"),
         ("pans = 0.2", "pans = 20", "material.*between 0 and 1 for pans"),
         ("sampled = 0.2", "sampled = -1", r"material\.poses.*between 0 and 1 for sampled"),
-        ("sampled", "smapled", r"material\.poses\.smapled"),
         *(
             ('"train"', f'"{others}"', "subjects.*train-b")
             for others in ("everybody", "val", "test", "hdm05", "tennis")
@@ -551,21 +380,10 @@ def test_a_person_in_two_parts_is_refused(own, tmp_path):
             for name in ("quality", "slow", "limbs", "trunk", "redefined_m")
         ),
         ("steps = 6", "steps = 6]", "TOML"),
-    ],
-)
-def test_a_wrong_config_is_refused_by_its_key(tmp_path, before, after, words):
-    from pcnet3d.models.lab.train import train
-
-    (tmp_path / "c.toml").write_text(tiny((before, after), text=LIFTER))
-    with pytest.raises(InputError, match=words):
-        train(tmp_path / "c.toml", tmp_path / "out")
-
-
-def test_a_missing_config_is_refused(tmp_path):
-    from pcnet3d.models.lab.train import train
-
-    with pytest.raises(InputError, match="Expected a training config"):
-        train(tmp_path / "none.toml", tmp_path / "out")
+    ]:
+        (tmp_path / "c.toml").write_text(tiny((before, after), text=LIFTER))
+        with pytest.raises(InputError, match=words):
+            module.train_lifter(tmp_path / "c.toml", tmp_path / "out")
 
 
 def test_the_recipe_can_be_read():

@@ -9,35 +9,20 @@ import numpy as np
 import pytest
 
 from golden.trainings import tiny
-from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
 training = pytest.importorskip("pcnet3d.models.lab.training.rectifier.train")
-from golden.checkpoints import read_checkpoint, replace_checkpoint, same, saved  # noqa: E402
+from golden.checkpoints import read_checkpoint, replace_checkpoint, saved  # noqa: E402
 
 CONFIG = tiny(
     ("steps = 6", "steps = 3"),
     ("every = 2", "every = 3"),
     ('residual = "off"\nalign = true', 'residual = "free"'),
 )
-
-
-def write_mocap(path, names, joints):
-    """Clips of one person each, who stands at the world's origin."""
-    count = len(joints)
-    np.savez(
-        path,
-        joints=np.concatenate([joints] * len(names)).astype(np.float32),
-        root=np.tile(np.float32([0, 0, 0.9]), (count * len(names), 1)),
-        clip_start=np.arange(len(names) + 1) * count,
-        clip_name=np.array([f"{name}_01" for name in names]),
-        subject=np.array(names),
-        source=np.array(["asfamc"] * len(names)),
-        fps=30,
-        joint_names=np.array(H36M17.joints),
-    )
 
 
 OTHERS = {"accad_mocap": {}, "tennis_mocap": {"test": ["tennis-a"]}}  # of the split, beside CMU
@@ -50,10 +35,13 @@ def folder(tmp_path, facing_camera, monkeypatch):
     joints = standing + np.random.default_rng(0).normal(0, 0.03, (40, 17, 3))
     data = tmp_path / "data"
     data.mkdir()
-    write_mocap(data / "cmu_mocap.npz", ["01", "07", "03"], joints - joints[:, :1])
-    write_mocap(data / "hdm05_subset.npz", ["bd"], joints - joints[:, :1])
-    write_mocap(data / "accad_mocap.npz", ["accad-f1"], joints - joints[:, :1])
-    write_mocap(data / "tennis_mocap.npz", ["tennis-a", "tennis-b"], joints - joints[:, :1])
+    joints += np.array([0, 0, 0.9]) - joints[:, :1]
+    for file, names in {
+        "cmu_mocap": ["01", "07", "03"], "hdm05_subset": ["bd"], "accad_mocap": ["accad-f1"],
+        "tennis_mocap": ["tennis-a", "tennis-b"],
+    }.items():  # fmt: skip
+        clips = [Clip(f"{name}_01", name, "asfamc", 30.0, joints.astype(np.float32)) for name in names]
+        write_mocap(data / f"{file}.npz", clips)
     cmu = {"train": ["01"], "val": ["07"], "test": ["03"]}
     (data / "splits.json").write_text(json.dumps({**OTHERS, "cmu_mocap": cmu}))
     (tmp_path / "tiny.toml").write_text(CONFIG)
@@ -162,42 +150,6 @@ def test_a_resume_with_another_config_loses_nothing(folder, train):
     assert {path.name: path.read_bytes() for path in (folder / "out").iterdir()} == before
 
 
-def test_a_checkpoint_from_before_a_new_option_goes_on(folder, train):
-    """An option that was not there has its default."""
-    assert train()[0] == 0
-    listing = folder / "out" / "checkpoint.json"
-    listed = json.loads(listing.read_text())
-    config = json.loads(listed["config"])
-    del config["targets"], config["mixture"]["poses"]["limbs_swung"]
-    listing.write_text(json.dumps({**listed, "config": json.dumps(config)}))
-    assert train() == (0, "")
-
-
-def test_a_run_may_be_lengthened_until_it_cools_down(folder, train):
-    """Longer from the beginning or later, it comes to the same weights."""
-    change(folder, "steps = 3", "steps = 12")
-    change(folder, "cooldown = 0.5", "cooldown = 0.25")
-    assert train(output="whole")[0] == 0
-    change(folder, "steps = 12", "steps = 8")
-    for _ in range(3):
-        assert train(extra=("--minutes", "0"))[0] == 0
-    assert read_checkpoint(folder / "out")["step"] == 3
-    change(folder, "steps = 8", "steps = 12")
-    assert train()[0] == 0
-    one, other = (read_checkpoint(folder / run) for run in ("whole", "out"))
-    assert same(one["net"], other["net"])
-    assert same(one["optimisers"], other["optimisers"])
-    change(folder, "steps = 12", "steps = 20")
-    refused(train(), "cools down after 9", "cannot be changed")
-
-
-def test_a_device_that_is_not_here(folder, train):
-    refused(train(extra=("--device", "abacus")), "auto, cpu, cuda", "'abacus'")
-    if not torch.cuda.is_available():
-        refused(train(extra=("--device", "cuda")), "'cuda'")
-    assert not (folder / "out").exists()
-
-
 def test_a_rate_far_too_high_stops_the_training(folder, train):
     change(folder, "rate = 1e-3", "rate = 1e25")
     change(folder, "steps = 3", "steps = 60")
@@ -236,38 +188,6 @@ def test_what_is_no_number_keeps_the_last_good_checkpoint(folder, train, monkeyp
 
 
 @pytest.mark.parametrize(
-    ("lists", "words"),
-    [
-        ({"train": ["01", "03"], "val": ["07"], "test": ["03"]}, ("train and test", "03")),
-        ({"train": ["01"], "val": ["01"], "test": ["03"]}, ("train and val", "01")),
-        ({"train": [], "val": ["07"], "test": ["03"]}, ("train subjects", "none")),
-        ({"train": ["01"], "val": ["99"], "test": ["03"]}, ("val subjects", "none")),
-        ({"train": ["01"], "val": ["07"]}, ("splits.json", "test")),
-        (7, ("splits.json",)),
-    ],
-)
-def test_a_split_that_shares_or_lacks_subjects(folder, train, lists, words):
-    (folder / "data" / "splits.json").write_text(json.dumps({**OTHERS, "cmu_mocap": lists}))
-    refused(train(), *words)
-    assert not (folder / "out").exists()
-
-
-@pytest.mark.parametrize("name", ["cmu_mocap.npz", "tennis_mocap.npz", "hdm05_subset.npz", "splits.json"])
-def test_a_data_folder_without_its_files(folder, train, name):
-    (folder / "data" / name).unlink()
-    refused(train(), name)
-    assert not (folder / "out").exists()
-
-
-def test_motion_capture_with_a_nan(folder, train):
-    with np.load(folder / "data" / "cmu_mocap.npz") as file:
-        arrays = {key: file[key].copy() for key in file.files}
-    arrays["joints"][5, 3, 1] = np.nan
-    np.savez(folder / "data" / "cmu_mocap.npz", **arrays)
-    refused(train(), "cmu_mocap.npz", "NaN")
-
-
-@pytest.mark.parametrize(
     ("before", "after", "words"),
     [
         ("steps = 3", "steps = 0", ("tiny.toml", "steps")),
@@ -278,6 +198,8 @@ def test_motion_capture_with_a_nan(folder, train):
         ("rate = 1e-3", "rate = nan", ("rate",)),
         ("seed = 1", "seed = -1", ("seed",)),
         ("wide = 0.5", "wide = 7", ("mixture", "between 0 and 1", "wide")),
+        ("roll_deg = 10.0", "roll_deg = inf", ("mixture", "at least 0", "roll_deg")),
+        ("turned = 0.2", "turnt = 0.2", ("mixture.poses.turnt",)),
         ("width = 16", "width = 0", ("net", "width")),
         ('net = "mlp"', "heads = 3", ("net", "3 heads", "16")),
         ('kind = "pcnet"', 'kind = "pcnett"', ("kind", "pcnett", "lifter, pcnet")),
@@ -295,25 +217,6 @@ def test_configs_that_cannot_be_trained(folder, train, before, after, words):
 def test_a_config_that_is_not_there_and_a_folder(folder, train):
     refused(train("none.toml"), "none.toml")
     refused(train("data"), "data")
-
-
-@pytest.mark.parametrize("shape", [([16, 3], [16], [3, 3], []), ([17, 3], [17], [17, 3], [17])])
-def test_onnx_files_of_another_shape(folder, monkeypatch, capsys, shape):
-    onnx = pytest.importorskip("onnx", reason="needs onnx, the extra 'train'")
-    helper, single = onnx.helper, onnx.TensorProto.FLOAT
-    joints, valid, R, error_deg = (
-        helper.make_tensor_value_info(name, single, ["batch", *rest])
-        for name, rest in zip(("joints", "valid", "R", "error_deg"), shape, strict=True)
-    )
-    nodes = [
-        helper.make_node("Identity", ["joints"], ["R"]),
-        helper.make_node("Identity", ["valid"], ["error_deg"]),
-    ]
-    graph = helper.make_graph(nodes, "g", [joints, valid], [R, error_deg])
-    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9)
-    (folder / "other.onnx").write_bytes(model.SerializeToString())
-    code = command(monkeypatch, "evaluate", "takes", "--rectifier", "other.onnx", "-o", "out")
-    refused((code, capsys.readouterr().err), "other.onnx", "rectifier")
 
 
 @pytest.mark.parametrize("residual", ["off", "bones", "free"])

@@ -1,0 +1,106 @@
+"""Networks of detectors: downloaded once with their licence, put in place by hand, or asked for in words."""
+
+import hashlib
+import http.server
+import socket
+import sys
+import threading
+import zipfile
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from pcnet3d.models.common import download as networks
+from pcnet3d.models.common.download import MOVENET, Network
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.plugins.registry import open_model
+
+
+@pytest.fixture
+def served(tmp_path, toy, monkeypatch):
+    """An address that serves the toy as toy.onnx and in toy.zip, and the cache that downloads go to."""
+    folder = tmp_path / "served"
+    folder.mkdir()
+    (folder / "toy.onnx").write_bytes(toy.read_bytes())
+    with zipfile.ZipFile(folder / "toy.zip", "w") as archive:
+        archive.write(toy, "20230605/rtmpose_onnx/end2end.onnx")
+        archive.writestr("20230605/detail.json", "{}")
+    monkeypatch.setattr("pooch.os_cache", lambda name: tmp_path / "cache" / name)
+    handler = partial(http.server.SimpleHTTPRequestHandler, directory=str(folder))
+    handler.log_message = lambda *_: None
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+def _network(url: str, toy: Path, **changes: str) -> Network:
+    digest = hashlib.sha256(toy.read_bytes()).hexdigest()
+    return Network(**{
+        "name": "toy", "kind": "detector", "about": "a toy", "url": url, "sha256": digest,
+        "megabytes": 0.1, "licence": "MIT-0", **changes,
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["toy.onnx", "toy.zip"])
+def test_a_network_is_downloaded_once_and_its_licence_shown(served, toy, capsys, name):
+    network = _network(f"{served}/{name}", toy)
+    assert network.open().read_bytes() == toy.read_bytes()
+    assert "licence: MIT-0" in capsys.readouterr().err
+    assert _network(f"{served}/gone", toy).open() == network.path
+    assert capsys.readouterr().err == ""
+    assert [path.name for path in network.path.parent.iterdir()] == ["toy.onnx"]
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"), [("toy.onnx", {"sha256": "0" * 64}), ("gone.onnx", {}), ("gone.zip", {})]
+)
+def test_a_network_that_cannot_be_had(served, toy, name, changes):
+    network = _network(f"{served}/{name}", toy, **changes)
+    with pytest.raises(InputError) as raised:
+        network.open()
+    for part in (network.url, network.sha256, str(network.path), "--detector FILE.onnx"):
+        assert part in str(raised.value)
+    assert not network.path.exists()
+
+
+def test_without_a_network_one_sentence_says_what_to_do(walk_film, tmp_path, call, monkeypatch):
+    def refuse(*_, **__):
+        raise OSError("no network")
+
+    monkeypatch.setattr("pooch.os_cache", lambda name: tmp_path / "cache" / name)
+    monkeypatch.setattr(socket.socket, "connect", refuse)
+    monkeypatch.setattr(networks, "_download_onnx", refuse)
+    code, said = call(walk_film.path, "-o", tmp_path / "out")
+    assert code == 2
+    sentence = said.splitlines()[-1]
+    for part in (
+        MOVENET.url,
+        MOVENET.sha256,
+        str(tmp_path / "cache/pcnet3d/movenet.onnx"),
+        "--detector FILE.onnx",
+    ):
+        assert part in sentence
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_put_in_place_by_hand_is_taken(toy, tmp_path, monkeypatch):
+    """When it is the right one."""
+    monkeypatch.setattr("pooch.os_cache", lambda name: tmp_path / name)
+    network = _network("http://127.0.0.1:9/toy.onnx", toy)
+    network.path.parent.mkdir()
+    network.path.write_bytes(toy.read_bytes())
+    assert network.open() == network.path
+    assert open_model("detectors", toy) == toy
+
+
+def test_networks_are_listed(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["pcnet3d", "list", "models"])
+    with pytest.raises(SystemExit):
+        main()
+    lines = capsys.readouterr().out.splitlines()
+    (line,) = [line for line in lines if line.startswith("movenet ")]
+    assert "Apache-2.0" in line
+    assert MOVENET.sha256[:12] in line

@@ -1,0 +1,190 @@
+"""Measures as files, pages and the recording have them: every figure, with its error, its unit and its time."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+from pyarrow import parquet
+
+from golden.measures import rows_of
+from pcnet3d.models.gait.events import Stride
+from pcnet3d.pipeline import H36M17, Z_UP, InputError, PoseSequence, Take
+from pcnet3d.pipeline.core.measures import nested, with_bar
+from pcnet3d.pipeline.files.measures import Row, read_measures
+from pcnet3d.stages.export.measures import (
+    rows,
+    write_measures,
+    write_measures_parquet,
+    write_strides,
+)
+from pcnet3d.stages.measures.strides import peaks, stride_rows
+from pcnet3d.stages.record.measures import measures_markdown
+from refusals import refused
+
+
+def test_ready_for_json_without_nan(take):
+    json.dumps(nested(take.measures), allow_nan=False)
+
+
+def test_the_table_holds_every_figure(take, tmp_path):
+    write_measures(take, tmp_path / "measures.csv")
+    rows = list(csv.DictReader((tmp_path / "measures.csv").read_text().splitlines()))
+    assert list(rows[0]) == list(Row._fields)
+    found = {(row["measure"], row["item"]): row for row in rows}
+    assert len(found) == len(rows)
+    measures = nested(take.measures)
+    assert float(found["walking.cadence_spm", ""]["value"]) == measures["walking"]["cadence_spm"]
+    assert found["walking.cadence_spm", ""]["unit"] == "1/min"
+    assert not any("cycles" in row["measure"] for row in rows)
+    assert len(rows) < 600
+    symmetry = found["symmetry.hip_abduction.reason", ""]
+    assert (symmetry["value"], symmetry["text"]) == ("", measures["symmetry"]["hip_abduction"]["reason"])
+
+
+def test_every_stride_has_a_row_for_each_per_cent(take, tmp_path):
+    write_strides(take, tmp_path / "strides.csv")
+    rows = list(csv.DictReader((tmp_path / "strides.csv").read_text().splitlines()))
+    assert {"trunk_lean_sagittal_deg", "pelvis_obliquity_sd_deg", "r_knee_flexion_deg"} <= set(rows[0])
+    found = nested(take.measures)
+    for side in ("right", "left"):
+        own = [row for row in rows if row["movement"] == f"walking.{side}"]
+        walk = found["walking"][side]
+        assert [int(row["percent"]) for row in own] == [*range(101)] * walk["strides"]
+        starts = [float(row["time_s"]) for row in own if row["percent"] == "0"]
+        assert starts == pytest.approx(walk["stride_start_s"], abs=1e-3)
+        assert [row["event"] for row in own if row["percent"] in ("0", "100")] == [
+            "initial contact"
+        ] * 2 * len(starts)
+        toe_offs = [float(row["time_s"]) for row in own if row["event"] == "toe-off"]
+        assert toe_offs == pytest.approx(walk["toe_offs_s"], abs=0.02)
+        # The means of summary.json are the means of these.
+        angle = f"{side[0]}_knee_flexion"
+        curves = np.array([float(row[f"{angle}_deg"]) for row in own]).reshape(-1, 101)
+        assert curves.mean(axis=0) == pytest.approx(found["walking"]["cycles"][angle]["mean_deg"], abs=1e-3)
+    assert sum(row["movement"] == "knee_bends" for row in rows) == 101 * found["knee_bends"]["count"]
+
+
+def test_the_peaks_of_each_stride_are_those_of_its_curve(take):
+    walk = nested(take.measures)["walking"]["right"]
+    rows = [row for row in stride_rows(take) if row["movement"] == "walking.right"]
+    for number in range(walk["strides"]):
+        own = [row for row in rows if row["number"] == number]
+        knee, hip = (
+            np.array([row[f"r_{part}_flexion_deg"] for row in own]) for part in ("knee", "thigh_trunk")
+        )
+        off = next(row["percent"] for row in own if row["event"] == "toe-off")
+        assert walk["knee_at_contact_deg"][number] == pytest.approx(knee[0], abs=0.6)
+        assert walk["knee_swing_peak_deg"][number] == pytest.approx(knee[off:].max(), abs=0.6)
+        assert walk["knee_loading_peak_deg"][number] == pytest.approx(knee[: off // 2 + 1].max(), abs=1.0)
+        assert walk["thigh_trunk_lowest_deg"][number] == pytest.approx(hip.min(), abs=0.6)
+    assert walk["mean_knee_swing_peak_deg"] == pytest.approx(np.mean(walk["knee_swing_peak_deg"]), abs=0.6)
+
+
+def test_a_stride_without_the_angle_leaves_a_gap_in_the_list():
+    times = np.arange(0, 4, 0.05)
+    strides = [Stride("r", i, i + 1, i + 0.6, np.nan, np.nan) for i in range(3)]
+    knee = 30 + 30 * np.sin(2 * np.pi * times)
+    knee[(times > 0.9) & (times < 1.9)] = np.nan
+    found = nested(
+        peaks({"r_knee_flexion_deg": knee, "r_knee_flexion_sd_deg": np.full(len(times), 4.0)}, times, strides)
+    )
+    assert found["knee_at_contact_deg"][1] is None
+    assert found["knee_loading_peak_deg"][0] == pytest.approx(60, abs=1)
+    assert found["knee_at_contact_error_deg"][0] == 4.0
+    assert (
+        found["mean_knee_at_contact_error_deg"] >= 4.0
+    )  # what all strides have wrong alike does not average out
+    assert "thigh_trunk_lowest_deg" not in found
+
+
+def test_a_row_has_the_error_the_side_the_unit_and_the_times_of_its_figure():
+    bends = {
+        "start_s": [1.0, 4.0],
+        "stop_s": [2.0, 5.5],
+        "peak_deg": [90.0, 101.0],
+        "peak_error_deg": [3.0, 4.0],
+    }
+    walking = {
+        "walking_speed": 1.2,
+        "walking_speed_error": 0.05,
+        "step_time_symmetry_index_percent": 3.0,
+        "step_time_within_error": True,
+        "left": {"mean_step_length": 0.6},
+    }
+    poses = PoseSequence(np.zeros((1, 17, 3)), H36M17, Z_UP)
+    measures = rows_of({"bends": {"count": 2, **bends}, "walking": walking})
+    assert nested(measures) == {"bends": {"count": 2, **bends}, "walking": walking}
+    found = list(rows(Take("t", poses=poses, measures=measures)))
+    assert [row.measure for row in found] == [
+        "bends.count", *["bends.start_s"] * 2, *["bends.stop_s"] * 2, *["bends.peak_deg"] * 2,
+        "walking.walking_speed", "walking.step_time_symmetry_index_percent", "walking.step_time_within_error",
+        "walking.left.mean_step_length",
+    ]  # fmt: skip
+    assert found[0] == Row("bends.count", None, None, 2.0, None, None, None, None, None)
+    assert found[6] == Row("bends.peak_deg", None, 1, 101.0, 4.0, "deg", 4.0, 5.5, None)
+    assert found[7] == Row("walking.walking_speed", None, None, 1.2, 0.05, "m/s", None, None, None)
+    assert found[8].unit == "%"
+    assert found[9].text == "True"
+    assert found[9].value is None
+    assert found[10] == Row("walking.left.mean_step_length", "left", None, 0.6, None, "m", None, None, None)
+
+
+def test_the_parquet_table_is_the_same(take, tmp_path):
+    write_measures_parquet(take, tmp_path / "measures.parquet")
+    table = parquet.read_table(tmp_path / "measures.parquet")
+    assert [Row(**row) for row in table.to_pylist()] == list(rows(take))
+    assert table.schema.metadata[b"take"] == b"walker"
+    assert str(table.schema.field("value").type) == "double"
+    with refused("needs-stage"):
+        write_measures_parquet(take.with_(measures=None), tmp_path / "none.parquet")
+
+
+def test_the_text_of_the_recording_says_figures_and_reasons(take):
+    text = measures_markdown(take.measures, "m")
+    for said in ("#### walking", "cadence spm: 11", "| knee flexion |", "both ranges are below 5 degrees"):
+        assert said in text
+    assert max(map(len, text.splitlines())) < 800  # no curves, nor each stride
+
+
+def test_files_have_figures_in_full_and_pages_end_them_at_their_error(take):
+    walking = nested(take.measures)["walking"]
+    cadence, error = walking["cadence_spm"], walking["cadence_error_spm"]
+    assert 0.1 < error < 3
+    assert cadence != round(cadence, 3)
+    assert error != round(error, 3)
+    assert with_bar(97.96, 0.25) == "98.0 ± 0.41"
+    assert with_bar(97.96, 2.5) == "98 ± 4.1"
+    # The walker's strides are all alike: what is left of their spread is the frames'.
+    assert "sd_stride_time_s" not in walking
+    assert walking["step_time_within_error"]
+
+
+def test_what_is_written_is_read_back(take, tmp_path):
+    write_measures(take, tmp_path / "measures.csv")
+    assert "walking" in nested(read_measures(tmp_path))  # also without curves
+    text = json.dumps({"measures": nested(take.measures)})
+    (tmp_path / "summary.json").write_text(text, encoding="utf-8")
+    found, expected = nested(read_measures(tmp_path)), nested(take.measures)
+    for group in (found["walking"], expected["walking"]):
+        for side in ("right", "left"):
+            group[side] = {key: value for key, value in group[side].items() if value != []}
+    # Whether a figure lies within its error is a remark once it was read.
+    assert json.loads(json.dumps(found).replace('"True"', "true").replace('"False"', "false")) == expected
+    assert read_measures(tmp_path / "nowhere") == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "a,b\n1,2\n",
+        "ROWS\nwalking.steps,up,,1.0,,,,,\n",
+        "ROWS\nwalking.steps,,,1.0,,ell,,,\n",
+        "ROWS\nx\n",
+    ],
+)
+def test_a_table_that_somebody_has_changed_has_words(tmp_path, text):
+    (tmp_path / "measures.csv").write_text(text.replace("ROWS", ",".join(Row._fields)))
+    with pytest.raises(InputError, match=r"measures\.csv"):
+        read_measures(tmp_path)

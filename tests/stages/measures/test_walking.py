@@ -1,0 +1,316 @@
+"""Walks, their floor and jumps: figures of the walker against what it did, and why some are absent."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from golden import jumps
+from golden.walks import STAGES, measured, seen_from
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.gait.errors import shipped_errors
+from pcnet3d.models.gait.events import Stance, walks
+from pcnet3d.models.gait.of_take import body_joints, gait_of, least_step
+from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence, Take
+from pcnet3d.pipeline.core.frames import CAMERA, PC_CAMERA, change_frame
+from pcnet3d.pipeline.core.measures import Measure, nested
+from pcnet3d.stages.clean import Clean
+from pcnet3d.stages.measures.floor import floor
+from pcnet3d.stages.measures.stage import Measures
+from pcnet3d.stages.measures.walking import along_sight
+from refusals import refused
+
+
+@pytest.mark.parametrize(("fps", "turn_deg"), [(30, -45), (25, 0), (50, 90), (29.97, -160)])
+def test_cadence_within_one_per_cent_and_steps_at_their_times(fps, turn_deg):
+    walk = walker(fps=fps, seconds=12, turn_deg=turn_deg)
+    walking = nested(measured(walk.poses).measures)["walking"]
+    assert walking["cadence_spm"] == pytest.approx(walk.cadence_spm, rel=0.01)
+    assert walking["mean_step_time_s"] == pytest.approx(60 / walk.cadence_spm, rel=0.01)
+    assert abs(walking["step_time_symmetry_index_percent"]) < 2
+    for words, side in (("right", "r"), ("left", "l")):
+        strikes = walk.heel_strikes_s[side]
+        for landing in walking[words]["landings_s"]:
+            if landing < strikes[-1] + 0.1:
+                assert np.abs(strikes - landing).min() < 0.035  # about a frame
+    # Every strike at full speed but the first, which begins the first step or lies at the take's edge.
+    landings = sum(len(walking[words]["landings_s"]) for words in ("right", "left"))
+    assert landings >= sum(map(len, walk.heel_strikes_s.values())) - 2
+
+
+def test_a_moving_camera_changes_no_steps_but_paths_are_absent(walk):
+    steady = measured(walk.poses, STAGES[:3])
+    turns = np.radians(30 * np.sin(walk.time_s))
+    pan = np.zeros((len(walk), 3, 3))
+    pan[:, 0, 0] = pan[:, 1, 1] = np.cos(turns)
+    pan[:, 0, 1], pan[:, 1, 0], pan[:, 2, 2] = -np.sin(turns), np.sin(turns), 1
+    level = steady.rectified
+    moving = replace(level, R_source_from_level=level.R_source_from_level @ pan, camera="moving")
+    seen = np.einsum("tji,tnj->tni", pan, steady.filtered.joints)
+    found = nested(
+        STAGES[3](steady.with_(rectified=moving, filtered=steady.filtered.with_(joints=seen))).measures
+    )
+    expected = nested(STAGES[3](steady).measures)
+    for words in ("right", "left"):
+        np.testing.assert_allclose(
+            found["walking"][words]["landings_s"], expected["walking"][words]["landings_s"], atol=1e-4
+        )
+    assert set(found["paths"]) == {"reason"}
+    assert found["range_of_motion"] == expected["range_of_motion"]
+
+
+def test_strides_carry_curves_with_their_spread(walk, take):
+    walking = nested(take.measures)["walking"]
+    for side, words in (("r", "right"), ("l", "left")):
+        curve = walking["cycles"][f"{side}_knee_flexion"]
+        assert curve["count"] == walking[words]["strides"] >= 2
+        assert np.max(curve["mean_deg"]) == pytest.approx(60, abs=1.5)
+        assert "sd_deg" not in curve  # of fewer than six strides
+        assert "6" in walking[words]["sd_reason"]
+
+
+def lacking(walk, first, lost_s, numbered, rows=None):
+    """The first rows of a walk before a camera, without images from row `first` on for so long. numbered: whether frame
+    numbers tell of them."""
+    poses = camera_poses(walk, side_camera(walk))
+    kept = np.delete(np.arange(rows or len(walk)), np.arange(first, first + round(30 * lost_s)))
+    fewer = poses.with_(
+        joints=poses.joints[kept],
+        confidence=None,
+        time_s=walk.time_s[kept],
+        frame_index=kept if numbered else np.arange(len(kept)),
+    )
+    return measured(fewer, (Clean(), *STAGES))
+
+
+@pytest.mark.parametrize("lost_s", [2 / 30, 0.2])
+def test_images_that_a_video_lacks_take_no_step(walk, lost_s):
+    """As of a phone that dropped two, whose video numbers the others without a gap: a whole walk was none."""
+    video, rows = (lacking(walk, 70, lost_s, numbered) for numbered in (False, True))
+    found, expected = nested(video.measures)["walking"], nested(rows.measures)["walking"]
+    assert found["steps"] == expected["steps"] > 5
+    for side in ("left", "right"):
+        np.testing.assert_allclose(found[side]["landings_s"], expected[side]["landings_s"], atol=0.02)
+    (told,) = (event for event in video.notices if event.code.startswith("images-lacking"))
+    assert (told.weight, f"from 2.30 to {2.3 + lost_s + 1 / 30:.2f} s" in told.text) == ("repair", True)
+    assert len(video.poses) + round(30 * lost_s) == len(rows.poses)
+
+
+def test_images_that_a_video_lacks_for_long_end_a_walk_and_are_named(walk):
+    video = lacking(walk, 35, 1.0, False, rows=100)
+    assert nested(video.measures)["walking"]["steps"] == 0
+    assert (
+        "there is no image from 1.13 to 2.17 s, where a walk ends"
+        in nested(video.measures)["walking"]["reason"]
+    )
+    (told,) = (event for event in video.notices if event.code.startswith("images-lacking"))
+    assert (told.weight, told.about) == ("warning", "view")
+    assert "from 1.13 to 2.17 s" in told.text
+    assert told.code == "images-lacking-long"
+
+
+def test_a_take_that_is_not_levelled_has_no_steps(take):
+    lying = replace(take.rectified, level_ok=False, level_reason="the person lies")
+    walking = nested(STAGES[3](take.with_(rectified=lying)).measures)["walking"]
+    assert walking == {"outcome": "cannot-be-told", "reason": "the take is not levelled: the person lies"}
+
+
+@pytest.mark.parametrize(("sd_deg", "count"), [(3.0, 1), (12.0, 0)])
+def test_steps_go_beyond_the_noise_that_the_legs_are_stated_with(sd_deg, count):
+    time_s = np.arange(90) / 30
+    apart = 0.2 * np.sin(2 * np.pi * time_s)  # of a leg to either side: a shuffle, or nobody moves
+    columns = {
+        f"{side}_{bone}_sagittal{end}": np.full(90, value)
+        for side in "rl"
+        for bone in ("thigh", "shank")
+        for end, value in (("_deg", 0.0), ("_sd_deg", sd_deg))
+    }
+    lands = [(0.25, "r"), (0.75, "l"), (1.25, "r"), (1.75, "l"), (2.25, "r"), (2.75, "l")]
+    feet = {one: [Stance(one, at, at + 0.6) for at, side in lands if side == one] for one in "rl"}
+    between = np.column_stack([apart, np.zeros_like(apart)])
+    assert len(walks(feet, between, time_s, least_step(columns))) == count
+
+
+def test_no_cadence_from_fewer_than_three_strides(walk):
+    strikes = np.sort(np.concatenate(list(walk.heel_strikes_s.values())))
+    rows = slice(round(30 * (strikes[1] - 0.1)), round(30 * (strikes[4] + 0.25)))
+    part = walk.poses.with_(
+        joints=walk.poses.joints[rows],
+        confidence=None,
+        time_s=walk.poses.time_s[rows],
+        frame_index=walk.poses.frame_index[rows],
+        root=None if walk.poses.root is None else walk.poses.root[rows],
+    )
+    walking = nested(measured(part).measures)["walking"]
+    assert walking["counted"] == f"{walking['steps']} steps between {walking['steps'] + 1} landings"
+    assert walking["right"]["strides"] + walking["left"]["strides"] == 2
+    assert walking["cadence_reason"] == "fewer than 3 strides"
+    assert "cadence_spm" not in walking
+
+
+def test_lengths_of_motion_capture_have_no_errors_of_a_lifter(walk, take):
+    """Its angles have columns of standard deviations too, all NaN. Contacts are found alike, whoever made the poses."""
+    walking = nested(take.measures)["walking"]
+    lifted = nested(measured(seen_from(walk, 90.0)).measures)["walking"]
+    for name in ("walking_speed", "mean_step_length", "mean_stride_length", "mean_step_width"):
+        assert name in walking
+        assert f"{name}_error" not in walking
+    assert "step_length_symmetry_index_percent" in walking
+    assert not [key for key in walking if key.startswith("step_length_") and ("error" in key)]
+    for found, source in ((walking, "measured"), (lifted, "lifted")):
+        strides = found["right"]["strides"] + found["left"]["strides"]
+        style = {"stance_percent": found["mean_stance_percent"], "step_time_s": found["mean_step_time_s"]}
+        error = shipped_errors(source).mean("walking", "stride_time_s", strides, style=style)
+        assert found["mean_stride_time_error_s"] == pytest.approx(error, rel=0.05)
+        assert "mean_stance_error_percent" in found
+
+
+def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable():
+    walk = walker(seconds=12, turn_deg=0)
+    walking = nested(measured(seen_from(walk, 0.0, flat=0.15)).measures)["walking"]
+    assert "steps" not in walking
+    assert "line of sight" in walking["reason"]
+    assert "film the walk from the side" in walking["reason"]
+    assert nested(measured(seen_from(walk, 90.0)).measures)["walking"]["steps"] >= 3
+
+
+def test_errors_of_one_side_do_not_depend_on_how_a_camera_s_axes_are_named():
+    """How much of a step is depth was read off the camera's third axis, whichever way that points."""
+    poses = seen_from(walker(seconds=12, turn_deg=0), 0.0)
+    one, other = (
+        nested(measured(each).measures)["walking"]["right"]["mean_stance_time_error_s"]
+        for each in (poses, change_frame(poses, PC_CAMERA))
+    )
+    assert one == other
+
+
+def test_ten_frames_a_second_are_said_where_no_steps_are_found(walk):
+    still = np.repeat(walk.poses.joints[-1:], 60, axis=0)
+    poses = walk.poses.with_(
+        joints=still, confidence=None, time_s=np.arange(60) / 10, frame_index=np.arange(60), root=None
+    )
+    walking = nested(measured(poses).measures)["walking"]
+    assert "steps" not in walking
+    assert "10 frames per second" in walking["reason"]
+
+
+def test_the_floor_of_motion_capture_has_a_height_without_an_error(take):
+    """Places that are measured are alike to a millimetre, and 0.0009 m was stated with an error of 0.0002."""
+    found = nested(take.measures)["floor"]
+    assert found["floor_height"] == pytest.approx(0, abs=0.005)
+    assert "floor_height_error" not in found
+    assert "slope_error_deg" in found
+
+
+def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
+    straight = walker(seconds=12, turn_deg=0)
+    world = straight.world - straight.root[:, None] * (
+        1,
+        1,
+        0,
+    )  # the camera goes with the person, or the floor moves
+    on_belt = straight.poses.with_(joints=world)
+    found = nested(measured(on_belt).measures)["walking"]
+    assert found["belt"] == "its speed is that at which the standing foot drifts back"
+    assert found["walking_speed"] == pytest.approx(straight.speed_mps, rel=0.05)
+    told = nested(measured(on_belt, (*STAGES[:3], Measures(belt_speed=1.25))).measures)["walking"]
+    assert (told["belt"], told["belt_speed"]) == ("its speed was told", 1.25)
+    assert told["walking_speed"] == pytest.approx(1.25, rel=0.03)
+    nowhere = nested(measured(seen_from(straight, 90.0), (*STAGES[:3], Measures(belt_speed=1.25))).measures)[
+        "walking"
+    ]
+    assert nowhere["mean_step_length"] == pytest.approx(1.25 * 60 / straight.cadence_spm, rel=0.05)
+    assert "belt" not in nested(measured(straight.poses).measures)["walking"]
+    assert "belt_speed_error" not in found  # which is known of lifted walks only
+
+
+@pytest.mark.parametrize("incline", [0.0, 0.1])
+@pytest.mark.parametrize("belt_speed", [None, 1.25])
+def test_a_belt_has_a_height_and_no_slope(incline, belt_speed):
+    """The places of feet on it lie beside one another, and their line was called the slope."""
+    straight = walker(seconds=30, turn_deg=0)
+    rows = straight.during("walk")
+    on_belt = straight.world[rows] - straight.root[rows, None] * (1, 1, 0)
+    on_belt += np.random.default_rng(0).normal(0, 0.002, on_belt.shape)
+    on_belt[..., 2] += incline * on_belt[..., 0]  # the walker goes north
+    poses = PoseSequence(
+        on_belt, H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows)
+    )
+    floor = nested(measured(poses, (*STAGES[:3], Measures(belt_speed=belt_speed))).measures)["floor"]
+    assert floor["slope_reason"] == "the feet are carried by a belt"
+    assert {"slope_deg", "slope_error_deg", "stairs"}.isdisjoint(floor)
+    assert floor["floor_height"] == pytest.approx(0, abs=0.03)
+
+
+def test_a_floor_without_a_walk_has_no_slope():
+    """A man who stood on one leg had "the slope of the floor along the walk", 17 degrees of a level floor."""
+    straight = walker(seconds=12, turn_deg=0)
+    rows = straight.during("walk")
+    poses = PoseSequence(
+        straight.world[rows], H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows)
+    )
+    take = measured(poses, STAGES[:3])
+    gait = gait_of(body_joints(take.filtered, take.rectified), take.filtered, take.rectified, take.kinematics)
+    found = nested(floor([Measure("steps", 0)], gait, take.filtered, take.rectified, judged=False))
+    assert found["slope_reason"] == "there is no walk"
+    assert {"slope_deg", "stairs"}.isdisjoint(found)
+    assert found["floor_height"] == pytest.approx(0, abs=0.03)
+
+
+def test_a_ramp_of_motion_capture_has_its_slope_and_no_stairs():
+    straight = walker(seconds=12, turn_deg=0)
+    rows = straight.during("walk")
+    world = straight.world[rows] + np.random.default_rng(0).normal(0, 0.003, straight.world[rows].shape)
+    world[..., 2] += np.tan(np.radians(4)) * world[..., 0]
+    poses = PoseSequence(world, H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows))
+    floor = nested(measured(poses).measures)["floor"]
+    assert floor["slope_deg"] == pytest.approx(4, abs=0.5)
+    assert floor["stairs"] == "none"
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, np.nan])
+def test_a_belt_that_does_not_run_is_refused(speed):
+    with refused("bad-value"):
+        Measures(belt_speed=speed)
+
+
+def test_walking_speed_lengths_and_phases_where_the_place_is_known(walk, take):
+    walking = nested(take.measures)["walking"]
+    assert walking["gait"] == "walking"
+    step_m = 60 * walk.speed_mps / walk.cadence_spm
+    assert walking["walking_speed"] == pytest.approx(walk.speed_mps, rel=0.02)
+    assert walking["mean_step_length"] == pytest.approx(step_m, rel=0.02)
+    assert walking["mean_stance_percent"] + walking["mean_swing_percent"] == pytest.approx(100, abs=1)
+    assert 55 < walking["mean_stance_percent"] < 68
+    assert walking["right"]["landings_s"][0] < walking["right"]["toe_offs_s"][0]
+
+
+def test_jumps_with_their_height_and_none_in_a_walk(take):
+    assert nested(take.measures)["jumps"] == {"outcome": "none", "count": 0}
+    jumping = jumps.jumping()
+    poses = jumping.with_(joints=jumping.joints + jumping.root[:, None], frame=Z_UP, root=None)
+    found = nested(measured(poses).measures)["jumps"]
+    assert found["count"] == 2
+    # Stiff legs leave the floor without stretching the ankle: they are seen from 0.12 m on, not from 0.09.
+    assert found["jump_height"] == pytest.approx([0.25, 0.25], abs=0.02)
+    assert found["flight_time_s"] == pytest.approx([0.47, 0.47], abs=0.03)
+
+
+def test_facing_the_camera_hides_a_walk_only_while_it_lasts():
+    """One figure for the take said that steps of a man in full profile could not be told."""
+    times = np.arange(300) / 30
+    level = walker(seconds=10).poses
+    rectified = Pipeline(STAGES[:1])(Take("walker", poses=level)).rectified
+
+    def facing(degrees):
+        a = np.radians(degrees)
+        back = np.stack([np.sin(a), 0 * a, np.cos(a)], axis=-1)
+        R = np.stack([back, np.cross((0, 1, 0), back), np.broadcast_to((0.0, 1, 0), back.shape)], axis=-1)
+        return along_sight(replace(rectified, R_source_from_body=R), CAMERA, times)
+
+    assert facing(np.full(300, 90.0)) == []
+    ((start, stop),) = facing(np.where(times < 4, 10.0, 90.0))
+    assert start == 0
+    assert stop == pytest.approx(4, abs=0.1)
+    assert facing(np.where((times > 4) & (times < 5), 10.0, 90.0)) == []  # no walk is so short
