@@ -19,7 +19,8 @@ _OUTPUTS = {"R": [3, 3], "error_deg": []}
 
 
 class PCNetRectifier:
-    """Rectifier from an exported network. method: "pcnet@" and the first 12 digits of the file's SHA-256."""
+    """Rectifier from an exported network. method: the name it was trained under, "@" and the first 12 digits
+    of the file's SHA-256."""
 
     def __init__(self, path: str | Path, threads: int | None = None) -> None:
         """path: an .onnx file of training/export.py or training/quantise.py. threads: chunks answered at the same time;
@@ -43,7 +44,7 @@ class PCNetRectifier:
         properties = self.session.get_modelmeta().custom_metadata_map
         self.targets = properties.get("targets", "body")  # of pcnet_views.Targets
         self.precision = properties.get("precision", "float32")
-        self.method = f"pcnet@{opened.digest}"
+        self.method = f"{properties.get('name', 'pcnet')}@{opened.digest}"
 
     def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """joints (T, 17, 3) in CAMERA axes, any origin and scale, NaN where missing -> R_camera_from_body (T, 3, 3)

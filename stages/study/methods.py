@@ -2,28 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...models import load_rectifier
 from ...models.gravity import Seen, level_moving, level_static
+from ...pipeline.core.errors import InputError
 from ...pipeline.core.pose import Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
+from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.signals.filters import breaks
 
 # A camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).
 _R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 
-def methods(run: Take) -> dict[str, np.ndarray]:
+def methods(run: Take, rectifiers: Sequence[Rectifier] = ()) -> dict[str, np.ndarray]:
     """Joints (T, 17, 3) by method, relative to the pelvis, each with its own idea of up as +z.
 
     "camera axes": as if the camera were level. "geometric" and the run's own method: rotated as a take; with "per
     frame", each frame upright by its own vote on up, as without the take. Its heading stays the take's, so that only
-    tilt tells them apart. The run's own comes last.
+    tilt tells them apart. The run's own comes last. rectifiers: further ones, as `each_frame` has them.
     """
     poses, rectified = run.need("poses"), run.need("rectified")
     if rectified.in_world:
+        each_frame(run, rectifiers)
         return {"source's own up": rectified.level.joints.astype(np.float64)}
     source = poses.joints.astype(np.float64)
     R_geometric, unknown = load_rectifier("geometric").rotation(source)
@@ -33,12 +38,30 @@ def methods(run: Take) -> dict[str, np.ndarray]:
         "geometric": (levelled.R_camera_from_level, R_geometric[..., 2]),
         method_name(rectified): (rectified.R_source_from_level, rectified.up_votes),
     }
-    result = {"camera axes": rotate(transpose(_R_CAMERA_FROM_UPRIGHT), source)}
+    result = {"camera axes": rotate(transpose(_R_CAMERA_FROM_UPRIGHT), source), **each_frame(run, rectifiers)}
     for name, (R_source_from_level, votes) in ways.items():
         level = rotate(transpose(R_source_from_level), source)
         own_up = rotate(transpose(R_source_from_level), votes[:, None])[:, 0]
         result |= {f"{name} per frame": rotate(_upright(own_up), level), name: level}
     return result
+
+
+def each_frame(run: Take, rectifiers: Sequence[Rectifier]) -> dict[str, np.ndarray]:
+    """Joints (T, 17, 3) by method, turned frame by frame into the axes that each rectifier answers in: BODY, or its
+    data set's own as the 3DPCNet paper has it, with everybody facing -x. InputError for a run that had a world's axes
+    from the start."""
+    poses = run.need("poses")
+    if rectifiers and run.need("rectified").in_world:
+        raise InputError(
+            "option-conflict",
+            f"The poses of {run.name} know their own up ({poses.frame}), so no rectifier can be tried; leave "
+            "--rectifier out.",
+        )
+    source = poses.joints.astype(np.float64)
+    return {
+        f"{rectifier.method} per frame": rotate(transpose(rectifier.rotation(source)[0]), source)
+        for rectifier in rectifiers
+    }
 
 
 def method_name(rectified: Rectified) -> str:

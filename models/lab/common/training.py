@@ -176,22 +176,26 @@ def fingerprint(arrays: Iterable[tuple[str, np.ndarray]]) -> str:
 
 
 @contextmanager
-def reading(path: Path) -> Iterator[Path]:
-    """For reading a checkpoint: InputError in words for whatever is wrong with it."""
+def reading(path: Path, expected: str = "a checkpoint") -> Iterator[Path]:
+    """For reading a checkpoint, or what else is `expected`: InputError in words for whatever is wrong with it."""
     try:
         yield path
     except InputError:
         raise
     except OSError as error:
         raise InputError(
-            "cannot-open", f"Expected a checkpoint at {path}: {error.strerror or error}."
+            "cannot-open", f"Expected {expected} at {path}: {error.strerror or error}."
         ) from None
     except Exception as error:  # torch's errors have no common class but Exception, and advise to unpickle
         reason = (str(error).splitlines() or [""])[:2][-1].strip(" \t.")[:200]
+        way = (
+            "remove it to start anew, or choose another -o DIR"
+            if expected == "a checkpoint"
+            else "give another file"
+        )
         raise InputError(
             "file-damaged",
-            f"{path} is damaged, or no checkpoint of this network ({reason}); remove it to start anew, or choose "
-            "another -o DIR.",
+            f"Expected {expected} at {path}, but it is damaged or of another network ({reason}); {way}.",
         ) from None
 
 
@@ -206,7 +210,7 @@ def load_weights(net: Net, path: Path) -> Net:
 
 def read_weights(path: Path) -> dict[str, Tensor]:
     """By their names in a network, as torch.save wrote them; InputError when they are not there."""
-    with reading(path), open(path, "rb") as file:
+    with reading(path, "weights"), open(path, "rb") as file:
         return _unpickled(file, path.stat().st_size, path, torch.device("cpu"))
 
 

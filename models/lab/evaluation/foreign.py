@@ -77,15 +77,22 @@ class Answers:
                 f"Expected the lifter's answer {take}.npy or .npz in {self.folder}; lift what pcnet3d testbed "
                 f"--keypoints --bed {bed} --seed {seed} writes.",
             )
-        of: dict[str, Any] = {"layout": "H36M17", "frame": "CAMERA", "unit": "arbitrary"}
-        poses = read(found[0], "arrays", gives="poses", handedness="ignore", missing="gap", **of)
-        if len(poses) != len(truth.keypoints):
-            raise InputError(
-                "files-apart",
-                f"Expected {how_many(len(truth.keypoints), 'frame')} in {found[0]}, as in the take; got {len(poses)}.",
-            )
+        poses = answer(found[0], len(truth.keypoints))
         timed = {"time_s": truth.keypoints.time_s, "frame_index": truth.keypoints.frame_index}
         return poses.with_(made_by=MadeBy("estimated", self.name), **timed)
+
+
+def answer(path: Path, frames: int) -> PoseSequence:
+    """A lifter's poses of a take, (T, 17, 3) in CAMERA axes from the pelvis, NaN where it has none. InputError for a
+    file of anything else, or of other frames than the take has."""
+    of: dict[str, Any] = {"layout": "H36M17", "frame": "CAMERA", "unit": "arbitrary"}
+    poses = read(path, "arrays", gives="poses", handedness="ignore", missing="gap", **of)
+    if len(poses) != frames:
+        raise InputError(
+            "files-apart",
+            f"Expected {how_many(frames, 'frame')} in {path}, as in the take; got {len(poses)}.",
+        )
+    return poses
 
 
 @dataclass(frozen=True)

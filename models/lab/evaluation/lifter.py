@@ -19,6 +19,8 @@ from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import geodesic_deg, kabsch
 from ...common.metrics import Figure, joint_error, procrustes_error, scaled
 from ...lifter.builtin import lift
+from ..mocap.clips import subject_of
+from .people import pooled
 from .sets import Question
 from .tables import Page, Table
 from .testbed import BEDS, Bed, LiftedTake, SeenTake
@@ -28,13 +30,18 @@ _MOTIONS = ("walking", "squatting", "sitting")  # what clinics film most
 _ERRORS = ("MPJPE", "PA-MPJPE", "depth", "lateral", "vertical", "hidden rotation")
 PAGE = Page(
     "Lifter",
-    "; {frames_per_s:,.0f} frames/s. Cells are p50 / mean / p95; mm of each person's own size, degrees.",
+    "; {frames_per_s:,.0f} frames/s. Cells are p50 / mean / p95; mm of each person's own size, degrees; by person: "
+    "the mean over frames, in brackets 90 % of the means over people drawn anew.",
     [
         Table(
             f"A {per}",
             "beds/*/*/*/lifter",
             ["views", "focal length", "set"],
-            {f"{per}s": f"{{counts[{per}s]:,}}", **{name: f"{{{per}[{name}]}}" for name in _ERRORS}},
+            {
+                f"{per}s": f"{{counts[{per}s]:,}}",
+                **{name: f"{{{per}[{name}]}}" for name in _ERRORS},
+                **({"MPJPE by person": "{by person[MPJPE][said]}"} if per == "frame" else {}),
+            },
             f"Scale aligned per {per}, over {per}s.",
         )
         for per in ("frame", "take")
@@ -80,10 +87,12 @@ def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[st
     body, across it and level, and up. hidden rotation: the rigid rotation that would bring the lift closest.
     """
     parts: dict[str, dict[str, list[np.ndarray]]] = {"frame": {}, "take": {}}
+    people: list[str] = []
     for take in takes:
         use = in_group(take.seen, group)
         if not use.any():
             continue
+        people += [subject_of(take.seen.clip)] * int(use.sum())
         truth, lifted = take.seen.truth, take.lifted.joints.astype(np.float64)
         for per, rows in parts.items():
             fitted = scaled(lifted, truth, per)
@@ -99,6 +108,11 @@ def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[st
     return {
         "frame": {name: Figure.of(np.concatenate(values)) for name, values in parts["frame"].items()},
         "take": {name: _of_takes(values) for name, values in parts["take"].items()},
+        "by person": {
+            name: pooled(np.concatenate(values), people)
+            for name, values in parts["frame"].items()
+            if name.endswith("MPJPE")
+        },
         "counts": {
             "frames": len(frames),
             "not lifted": int(np.isnan(frames).sum()),

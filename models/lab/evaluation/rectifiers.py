@@ -22,10 +22,11 @@ from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpo
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.mocap.clip import Clip, read_mocap
 from ...common.metrics import Figure, joint_error, procrustes_error, scaled, sorting
-from ..mocap.clips import lying
+from ..mocap.clips import lying, subject_of
 from ..mocap.split import read_parts
 from ..synthetic.views import Targets, View, seen, views
 from .motion_class import CLASSES, motion_classes
+from .people import pooled
 from .sets import EvaluationSet, Question
 from .tables import Page, Table
 
@@ -37,7 +38,7 @@ _TITLES = {
 }
 PAGE = Page(
     "Rectifiers",
-    "{about}. Cells of three numbers are p50 / mean / p95.",
+    "{about}. Cells of three numbers are p50 / mean / p95; brackets hold 90 % of the means over people drawn anew.",
     [
         Table(
             title,
@@ -45,6 +46,7 @@ PAGE = Page(
             ["rectifier", "set"],
             {
                 "frames": "{frames:,}", "rotation, deg": "{rotation}", "tilt, deg": "{tilt}", "MPJPE, mm": "{mpjpe}",
+                "mean rotation by person": "{by person[rotation][said]}", "mean MPJPE": "{by person[mpjpe][said]}",
                 "PA-MPJPE, mm": "{pa_mpjpe.mean:.1f}", "bones, %": "{bones.mean:.2f}",
                 "Frobenius 'deg'": "{frobenius.mean:.1f}", "expected, mean": "{expected.mean:.1f}",
                 "Spearman": "{spearman:.2f}",
@@ -69,7 +71,7 @@ _BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
 class Take:
     """One take to be rectified. joints: (T, 17, 3), CAMERA axes relative to the pelvis. truth: the same without the
     lifter's errors, metres. R: (T, 3, 3) true R_camera_from_body. lying: (T,). source: of mocap.clips.Clip.
-    motion: {class: (T,)} of motion_class, for the tables by motion."""
+    motion: {class: (T,)} of motion_class, for the tables by motion. person: as a split calls them."""
 
     joints: np.ndarray
     truth: np.ndarray
@@ -77,11 +79,13 @@ class Take:
     lying: np.ndarray
     source: str
     motion: dict[str, np.ndarray] = field(default_factory=dict)
+    person: str = ""
 
     def some(self, rows: np.ndarray | slice) -> Take:
         """The take with some of its frames: a mask (T,), or a slice."""
         motion = {name: mask[rows] for name, mask in self.motion.items()}
-        return Take(self.joints[rows], self.truth[rows], self.R[rows], self.lying[rows], self.source, motion)
+        cut = (self.joints[rows], self.truth[rows], self.R[rows], self.lying[rows])
+        return Take(*cut, self.source, motion, self.person)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,17 +93,20 @@ class Judged:
     """What a rectifier did to the frames of a set; arrays (N,), NaN where it gave no answer.
 
     rotation, tilt: degrees. mpjpe, pa_mpjpe: mm, canonical joints against the true ones, the scale of a lift brought
-    to the truth's frame by frame. bones: mean change of bone lengths, per cent. frobenius: |R - R'| x 180 / pi, which
-    the paper's published code calls degrees. expected: error_deg.
+    to the truth's frame by frame; unscaled: as they come, which means something of joints in metres only. bones: mean
+    change of bone lengths, per cent. frobenius: |R - R'| x 180 / pi, which the paper's published code calls degrees.
+    expected: error_deg. person: whose the frame is.
     """
 
     rotation: np.ndarray
     tilt: np.ndarray
     mpjpe: np.ndarray
+    unscaled: np.ndarray
     pa_mpjpe: np.ndarray
     bones: np.ndarray
     frobenius: np.ndarray
     expected: np.ndarray
+    person: np.ndarray
 
     def row(self, use: np.ndarray) -> dict[str, Any]:
         """Figures over the frames of a mask (N,)."""
@@ -107,8 +114,11 @@ class Judged:
             "frames": int(use.sum()),
             "no answer": int(np.isnan(self.rotation[use]).sum()),
         }
-        for name in ("rotation", "tilt", "mpjpe", "pa_mpjpe", "bones", "frobenius", "expected"):
+        for name in ("rotation", "tilt", "mpjpe", "unscaled", "pa_mpjpe", "bones", "frobenius", "expected"):
             figures[name] = Figure.of(getattr(self, name)[use])
+        figures["by person"] = {
+            name: pooled(getattr(self, name)[use], self.person[use]) for name in ("rotation", "mpjpe")
+        }
         figures["spearman"] = sorting(self.expected[use], self.rotation[use])
         return figures
 
@@ -142,10 +152,12 @@ def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarr
         rotation=geodesic_deg(R, take.R),
         tilt=angle_deg(R[..., 2], take.R[..., 2]),
         mpjpe=1000 * joint_error(fitted, truth),
+        unscaled=1000 * joint_error(canonical, truth),
         pa_mpjpe=1000 * pa,
         bones=100 * np.abs(length[0] / np.maximum(length[1], 1e-9) - 1).mean(axis=-1),
         frobenius=np.degrees(np.linalg.norm(R - take.R, axis=(1, 2))),
         expected=expected,
+        person=np.full(len(joints), take.person),
     )
 
 
@@ -158,7 +170,11 @@ def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0, targets: Targe
         joints, fine = seen(clip.joints, R, targets)
         if fine.any():
             motion = motion_classes(clip.joints, clip.fps)
-            takes.append(Take(joints, joints, R, lying(clip.joints), clip.source, motion).some(fine))
+            takes.append(
+                Take(joints, joints, R, lying(clip.joints), clip.source, motion, subject_of(clip.name)).some(
+                    fine
+                )
+            )
     return takes
 
 
@@ -171,7 +187,13 @@ def lifted(question: Question, of: EvaluationSet) -> list[Take]:
         fine = np.asarray(finite.all(axis=(1, 2)))
         if fine.any():
             whole = Take(
-                joints, seen_.truth, seen_.R_camera_from_body, seen_.lying, seen_.source, seen_.motion
+                joints,
+                seen_.truth,
+                seen_.R_camera_from_body,
+                seen_.lying,
+                seen_.source,
+                seen_.motion,
+                subject_of(seen_.clip),
             )
             takes.append(whole.some(fine))
     return takes

@@ -199,7 +199,7 @@ def file_name(clip: str, bed: Bed, seed: int) -> str:
 
 
 def write_keypoints(subjects: Subjects, folder: Path, bed: Bed = "wild", seed: int = 0) -> int:
-    """Write what a lifter is given: for every take a file in the folder. -> how many."""
+    """Write what a lifter is given, and the truth: for every take a file in the folder. -> how many."""
     folder.mkdir(parents=True, exist_ok=True)
     clips = [clip for clip in read_clips(subjects) if len(clip) >= MIN_FRAMES]
     for clip in each(iter(clips), "takes", len(clips)):
@@ -215,6 +215,8 @@ def write_keypoints(subjects: Subjects, folder: Path, bed: Bed = "wild", seed: i
                 image_size=np.array(take.image_size),
                 fps=np.array(clip.fps),
                 joint_names=np.array(take.keypoints.layout.joints),
+                joints=clip.joints,
+                R_camera_from_world=take.R_camera_from_world,
             )
     return len(clips)
 
@@ -245,7 +247,10 @@ def write_takes(
     ] = 0.0,
     keypoints: Annotated[
         bool,
-        typer.Option("--keypoints", help="Only what a lifter of your own is given, a file for every take."),
+        typer.Option(
+            "--keypoints",
+            help="Only what a lifter of your own is given, with the truth, a file for every take.",
+        ),
     ] = False,
     device: OnDevice = "auto",
 ) -> None:
@@ -255,7 +260,7 @@ def write_takes(
     up (N, 3), lying (N,), spread (N,), the lifter's stated error (models/common/spread.py); take_start (C + 1,),
     clip, subject, source (C,); device (), where the lifter computed. With --keypoints instead, for every take
     OUTPUT/TAKE.npz: keypoints (T, 17, 2) in pixels, NaN where missing, confidence (T, 17), image_size (2,), fps (),
-    joint_names (17,).
+    joint_names (17,); and the truth: joints (T, 17, 3) in metres, z up, and R_camera_from_world (3, 3).
     """
     if keypoints:
         if bodies or laid or trained_on or lifter != "pcnet3d":

@@ -111,7 +111,13 @@ def batch(
         outcomes = _run(jobs, output, coming, failed_before)
         rows = study_rows(entries, outcomes)
         repeated = repeatability(believed(rows))
-        _write(output, rows, changes(rows, primary), repeated)
+        try:
+            found, refused = changes(rows, primary), None
+        except InputError as error:  # of the primary measure, for which no take need be run again
+            found, refused = changes(rows), error
+        _write(output, rows, found, repeated)
+        if refused:
+            raise refused
     failed = [outcome for outcome in outcomes if outcome.state == "failed"]
     kept = sum(outcome.state == "kept" for outcome in outcomes)
     strangers = {path.name for path in (output / "takes").iterdir() if path.name[0] != "."} - {

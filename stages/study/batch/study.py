@@ -251,12 +251,13 @@ def changes(rows: Sequence[Mapping[str, Any]], primary: str | None = None) -> li
     conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
     Takes that could not be levelled or have unusable poses have no say, nor have takes of several people: nothing says
     which of them is the subject, or who is who at the next visit. primary: the measure, as in changes.csv, that is
-    tested without correction. InputError for one that no take has.
+    tested without correction. InputError for one that no take has, where
+    others have measures.
     """
     done = believed(rows)
     measures = {key: of for row in done for key, of in row["measures"].items()}
     names = [_key(of) for of in measures.values()]
-    if primary is not None and primary not in names:
+    if names and primary is not None and primary not in names:
         raise InputError(
             "name-unknown", f"No take has the measure '{primary}' (--primary); {did_you_mean(primary, names)}"
         )

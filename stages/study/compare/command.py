@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import typer
 
+from ....models import load_rectifier
 from ....models.common.metrics import joint_error, plain
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
@@ -18,6 +19,7 @@ from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ....pipeline.files.digest import sha256
+from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.flags import Force
 from ....pipeline.reading.settings import OnDevice
 from ....pipeline.running.conclusion import point_to
@@ -66,6 +68,12 @@ def compare(
     search: Annotated[
         float, typer.Option(min=0, help="Largest time offset to search for, in seconds.")
     ] = 5.0,
+    rectifier: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="With --truth, compare the wrists by this one too, frame by frame: a name or .onnx file; repeatable."
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -78,10 +86,10 @@ def compare(
     force: Force = False,
 ) -> None:
     """Compare runs with each other or with motion capture: angles, limits of agreement, cycles and wrist paths."""
-    if truth is None and any(given is not None for given in (clip, up, unit, rate)):
+    if truth is None and any(given is not None for given in (clip, up, unit, rate, rectifier)):
         raise InputError(
             "option-conflict",
-            "--clip, --up, --unit and --rate are of motion capture; give it with --truth FILE.",
+            "--clip, --up, --unit, --rate and --rectifier need motion capture; give it with --truth FILE.",
         )
     sides = named_apart([load_side(folder) for folder in folders])
     if truth is not None:
@@ -102,7 +110,8 @@ def compare(
         sides[0] = replace(sides[0], sources=(entry,))
         sides[1:] = [with_trunk_of(side, sides[0]) for side in sides[1:]]
     with computing_on(device) as where:
-        found = compared(sides, align, offset, search)
+        others = [load_rectifier(name) for name in rectifier or ()]
+        found = compared(sides, align, offset, search, others)
     words = "\n".join([*as_text(found), *(f"warning: {each.text}" for each in found.notices)])
     target = folders[0] / "compare" if output is None else output
     with whole_folder(target, force, (*folders, *([truth] if truth else []))) as partial:
@@ -130,9 +139,10 @@ def compared(
     align: Align = "auto",
     offset_s: float = 0.0,
     search_s: float = 5.0,
+    rectifiers: Sequence[Rectifier] = (),
 ) -> Comparison:
-    """Every side against the first, which is motion capture when it has no run. InputError for fewer than two sides, or
-    for takes that do not overlap."""
+    """Every side against the first, which is motion capture when it has no run. rectifiers: as of wrists.
+    InputError for fewer than two sides, or for takes that do not overlap."""
     if not 2 <= len(sides) <= len(COLOURS) + 1:
         raise InputError(
             "needs-input",
@@ -154,7 +164,7 @@ def compared(
         found = changes(side, reference, near)
         differ = [*told_apart(side, reference), *["cadences"] * other_cadence(side, reference)]
         how, said = _aligned(side, reference, differ, align, offset_s, search_s)
-        pair = replace(_pair(side, reference, how), changes=found, same_place=near)
+        pair = replace(_pair(side, reference, how, rectifiers), changes=found, same_place=near)
         pairs.append(pair)
         notices += said
         notices += _beyond(pair)
@@ -216,7 +226,7 @@ def _beyond(pair: Pair) -> list[Notice]:
     return [notice("partly-common", **both, common_s=float(common_s), longest_s=float(longest_s))]
 
 
-def _pair(side: Side, reference: Side, how: Alignment | None) -> Pair:
+def _pair(side: Side, reference: Side, how: Alignment | None, rectifiers: Sequence[Rectifier]) -> Pair:
     clock = one_clock(side, reference)
     if how is None:
         cut, scale = cycles(side, reference, None), _scale(side, reference)
@@ -246,7 +256,7 @@ def _pair(side: Side, reference: Side, how: Alignment | None) -> Pair:
         scale=scale,
         joints_mm=float(1000 * np.nanmean(off)) if metres else None,
         joints=joint_agreement(level, joints, reference.metric),
-        wrists=wrists(side, joints) if truth and has_wrists(joints) else None,
+        wrists=wrists(side, joints, rectifiers) if truth and has_wrists(joints) else None,
         accelerations=None if truth else accelerations(side, reference, times, factor),
     )
 

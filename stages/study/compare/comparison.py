@@ -82,7 +82,7 @@ def as_text(comparison: Comparison) -> Iterator[str]:
             yield f"{name:<26}{of['bias_deg']:>z8.1f}{limits:>22}{of['rmse_deg']:>8.1f}{of['r']:>8.3f}"
         for method, wrists in pair.wrists.agreement.items() if pair.wrists else ():
             for wrist, axes in wrists.items():
-                said = ", ".join(f"{a} r {v['r']:.3f} RMSE {v['rmse_mm']:.0f} mm" for a, v in axes.items())
+                said = ", ".join(f"{a} {_r(v['r'])}RMSE {v['rmse_mm']:.0f} mm" for a, v in axes.items())
                 if said:
                     yield f"{wrist}, {method}: {said}"
         for cycle in pair.cycles:
@@ -91,6 +91,11 @@ def as_text(comparison: Comparison) -> Iterator[str]:
                 f"{cycle.kind}, {cycle.angle}: {of['cycles']} and {how_many(int(of['cycles_reference']), 'cycle')}, "
                 f"range {of['rom_deg']:.1f} against {of['rom_reference_deg']:.1f} degrees"
             )
+
+
+def _r(r: float) -> str:
+    """A correlation, which what does not move has none of."""
+    return f"r {r:.3f} " if np.isfinite(r) else ""
 
 
 def result(pair: Pair) -> Iterator[str]:

@@ -6,6 +6,7 @@ and over that size: the root mean square distance of the twelve limb joints from
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,10 +18,11 @@ from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ....pipeline.core.take import Take
+from ....pipeline.plugins.protocols import Rectifier
 from ...drawing.charts import Curve, over_time
 from ...drawing.page import charts, figure
 from ...drawing.words import spoken
-from ..methods import method_name, methods
+from ..methods import each_frame, method_name, methods
 from .figures import match
 from .side import TRUTH, Side
 
@@ -47,12 +49,13 @@ class Wrists:
     agreement: dict[str, dict[str, dict[str, dict[str, float]]]]
 
 
-def wrists(side: Side, truth: np.ndarray) -> Wrists:
-    """side: a run. truth: (T, 17, 3) motion capture at its rows, relative to the pelvis, +z up."""
+def wrists(side: Side, truth: np.ndarray, rectifiers: Sequence[Rectifier] = ()) -> Wrists:
+    """side: a run. truth: (T, 17, 3) motion capture at its rows, relative to the pelvis, +z up. rectifiers: further
+    ones to compare, as methods.each_frame has them."""
     assert side.run is not None
     body = rotate(transpose(R_world_from_body(truth)), truth)
     limbs = H36M17.indices(_LIMBS)
-    ways = {name: (joints[:, limbs], joints) for name, joints in _ways(side.run).items()}
+    ways = {name: (joints[:, limbs], joints) for name, joints in _ways(side.run, rectifiers).items()}
     size = _size(body[:, limbs], body[:, limbs], (0, 1, 2))[0]
     paths = {TRUTH: {wrist: body[:, H36M17.index(wrist)] / size for wrist in WRISTS}}
     if (keypoints := limbs_of(side.run)) is not None:
@@ -80,10 +83,10 @@ def has_wrists(truth: np.ndarray) -> bool:
     return bool(np.isfinite(truth[:, needed]).all(axis=(1, 2)).any())
 
 
-def _ways(run: Take) -> dict[str, np.ndarray]:
+def _ways(run: Take, rectifiers: Sequence[Rectifier]) -> dict[str, np.ndarray]:
     """Joints (T, 17, 3) in BODY by method: the lifter's own axes, each rectifier per frame, and the take's one up."""
     poses, rectified = run.need("poses"), run.need("rectified")
-    body = rectified.body.joints.astype(np.float64)
+    body, others = rectified.body.joints.astype(np.float64), each_frame(run, rectifiers)
     if rectified.in_world:
         return {"the source's own up": body}
     source, own = poses.joints.astype(np.float64), method_name(rectified)
@@ -94,7 +97,7 @@ def _ways(run: Take) -> dict[str, np.ndarray]:
             if name == "geometric" or chosen.method == rectified.method:
                 R_camera_from_body, _ = chosen.rotation(source)
                 result[f"{name} per frame"] = rotate(transpose(R_camera_from_body), source)
-    return {**result, f"{own}, take": body}
+    return {**result, **others, f"{own}, take": body}
 
 
 def _size(points: np.ndarray, others: np.ndarray, axes: tuple[int, ...]) -> tuple[float, float]:

@@ -20,6 +20,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from ....models import load_rectifier
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import Z_UP, change_frame
@@ -33,6 +34,7 @@ from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import call, did_you_mean, pairs
+from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.find import find_adapter
 from ....pipeline.signals.filters import CUTOFF_HZ, breaks, check_cutoff, rate
 from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
@@ -73,6 +75,10 @@ def imu(
     cutoff: Annotated[
         float, typer.Option(help="Cut-off of the low-pass filter for video and sensors, in Hz.")
     ] = CUTOFF_HZ,
+    rectifier: Annotated[
+        list[str] | None,
+        typer.Option(help="Compare this one too, frame by frame: a name or .onnx file; repeatable."),
+    ] = None,
     option: Annotated[
         list[str] | None,
         typer.Option("--option", "-O", help="Option KEY=VALUE for reading the sensor files; repeatable."),
@@ -83,12 +89,21 @@ def imu(
     Results of other segments are kept; a segment that is compared again is replaced.
     """
     run = read_run(folder)
+    others = [load_rectifier(name) for name in rectifier or ()]
     options = pairs(option) | ({} if rate_hz is None else {"rate_hz": rate_hz})
     sensors, compared = read_imus(imu, segment or [], adapter, options)
     sensors = {name: replace(sensor, time_s=sensor.time_s + offset) for name, sensor in sensors.items()}
     path = None if root is None else root_acceleration(root, cutoff, offset)
     results = [
-        compare(run, sensors[name], sensors.get("pelvis"), path, search_s=search, cutoff_hz=cutoff)
+        compare(
+            run,
+            sensors[name],
+            sensors.get("pelvis"),
+            path,
+            search_s=search,
+            cutoff_hz=cutoff,
+            rectifiers=others,
+        )
         for name in compared
     ]
     files = [*imu, *([root] if root else [])]
@@ -215,8 +230,10 @@ def compare(
     *,
     search_s: float = 5.0,
     cutoff_hz: float = CUTOFF_HZ,
+    rectifiers: Sequence[Rectifier] = (),
 ) -> Comparison:
-    """One sensor against every method of a run; one without orientation against the run's own alone.
+    """One sensor against every method of a run and further rectifiers (methods.methods); one without orientation
+    against the run's own alone.
 
     The lag and the clock's rate are properties of the recordings: they are found with the run's own method and hold
     for all. The heading is each method's own. InputError when there is too little to compare.
@@ -225,10 +242,16 @@ def compare(
     check_cutoff(cutoff_hz, rate(poses.times))
     time_s = even_times(poses.times, cutoff_hz)
     norms = sensor.R_world_from_sensor is None
+    if norms and rectifiers:
+        raise InputError(
+            "option-conflict",
+            f"The IMU on {sensor.segment} has no orientation, so only norms of the run itself are compared; leave "
+            "--rectifier out.",
+        )
     if norms:
         video, signal, means = _norms(run, sensor, time_s, cutoff_hz)
     else:
-        video, signal, means = _vectors(run, sensor, pelvis, root, time_s, cutoff_hz)
+        video, signal, means = _vectors(run, sensor, pelvis, root, time_s, cutoff_hz, rectifiers)
     own, step_s = list(video)[-1], float(time_s[1] - time_s[0])
     known_s = is_finite(video[own]).sum() * step_s
     if known_s < _LEAST_S:
@@ -261,7 +284,13 @@ def compare(
 
 
 def _vectors(
-    run: Take, sensor: Imu, pelvis: Imu | None, root: Signal | None, time_s: np.ndarray, cutoff_hz: float
+    run: Take,
+    sensor: Imu,
+    pelvis: Imu | None,
+    root: Signal | None,
+    time_s: np.ndarray,
+    cutoff_hz: float,
+    rectifiers: Sequence[Rectifier],
 ) -> tuple[dict[str, np.ndarray], Signal, str]:
     """Accelerations (N, 3) of the video by method at times (N,), those of the sensor, and how the pelvis' own motion
     was dealt with."""
@@ -277,7 +306,7 @@ def _vectors(
             "no pelvis IMU and no path of the root: only spans in which the pelvis stands still are compared"
         )
     video = {}
-    for name, joints in methods(run).items():
+    for name, joints in methods(run, rectifiers).items():
         path = path_acceleration(point_on(sensor.segment, joints), times, seams, time_s, cutoff_hz)
         video[name] = np.where(rows[:, None], path, np.nan)
     return video, imu_signal(sensor, reference, cutoff_hz), means

@@ -9,9 +9,8 @@ from torch import Tensor
 
 from .....pipeline.core.errors import InputError
 from .....pipeline.files.atomic import whole_file
-from ....common.onnx import without_traces
 from ....lifter.features import CHANNELS
-from ...common.extras import needed_for
+from ...common.onnx_file import stored_in, to_onnx
 from ...common.training import read_weights, reading
 from .net import Block, LifterNet
 
@@ -19,26 +18,11 @@ from .net import Block, LifterNet
 def export(net: LifterNet, path: Path, **properties: object) -> None:
     """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), "sd" (B, T, 17, 2) and
     "velocity" (B, T, 17, 3), any B and T. properties: kept in the file's metadata; the run time needs `reach`."""
-    with needed_for("The network is trained; writing it as ONNX"):
-        import onnx
-        import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)
-
     batch, frames = torch.export.Dim("batch"), torch.export.Dim("frames")
-    program = torch.onnx.export(
-        net.eval(),
-        (torch.zeros(2, 90, CHANNELS),),
-        input_names=["features"],
-        output_names=["joints", "sd", "velocity"],
-        dynamic_shapes=({0: batch, 1: frames},),
-        dynamo=True,
-        external_data=False,
-        verbose=False,
-    )
-    assert program is not None
-    model = without_traces(program.model_proto)
-    onnx.helper.set_model_props(model, {key: str(value) for key, value in properties.items()})
+    features = {"features": torch.zeros(2, 90, CHANNELS)}
+    model = to_onnx(net, features, ({0: batch, 1: frames},), ("joints", "sd", "velocity"), **properties)
     with whole_file(path) as partial:
-        onnx.save(model, str(partial))
+        partial.write_bytes(model.SerializeToString())
 
 
 def weights_of(path: Path, net: LifterNet) -> dict[str, Tensor]:
@@ -47,31 +31,27 @@ def weights_of(path: Path, net: LifterNet) -> dict[str, Tensor]:
     dilations are in no weight. Of a best.pt nobody knows them."""
     if path.suffix.lower() != ".onnx":
         return read_weights(path)
-    with needed_for("Reading weights out of an ONNX file"):
-        import onnx
-        from onnx import numpy_helper
-
-    with reading(path):
-        model = onnx.load(str(path), load_external_data=False)
-        graph = model.graph
-        stored = {
-            each.name: torch.from_numpy(numpy_helper.to_array(each).copy()) for each in graph.initializer
+    stored = stored_in(path)
+    with reading(path, "a network"):
+        weights = {
+            name: value for name, value in stored.tensors.items() if name.endswith((".weight", ".bias"))
         }
-        weights = {name: value for name, value in stored.items() if name.endswith((".weight", ".bias"))}
         # The exporter turns the matrix of a linear layer and forgets its name, but adds the bias to its product.
-        product = {node.output[0]: node.input[1] for node in graph.node if node.op_type == "MatMul"}
-        for node in graph.node:
-            matrices = [stored[product[name]] for name in node.input if product.get(name) in stored]
+        product = {node.output[0]: node.input[1] for node in stored.nodes if node.op_type == "MatMul"}
+        for node in stored.nodes:
+            matrices = [
+                stored.tensors[product[name]] for name in node.input if product.get(name) in stored.tensors
+            ]
             biases = [name for name in node.input if name in weights]
             if node.op_type == "Add" and matrices and biases:
                 weights[biases[0].removesuffix("bias") + "weight"] = matrices[0].T.contiguous()
-        said = {prop.key: prop.value for prop in model.metadata_props}
         count = len({name.split(".")[1] for name in weights if name.startswith("blocks.")})
         dilations = [block.dilation for block in net.blocks if isinstance(block, Block)][:count]
-        if "reach" in said and int(said["reach"]) != sum(dilations):
+        if int(stored.said.get("reach", sum(dilations))) != sum(dilations):
             raise InputError(
                 "wrong-network",
                 f"Expected a network whose first {count} blocks have the config's dilations "
-                f"({', '.join(map(str, dilations))}), but {path} reaches {said['reach']} frames, not {sum(dilations)}.",
+                f"({', '.join(map(str, dilations))}), but {path} reaches {stored.said['reach']} frames, not "
+                f"{sum(dilations)}.",
             )
         return weights

@@ -145,7 +145,7 @@ def started(net: LifterNet, path: Path) -> LifterNet:
     blocks, bones among the inputs, rays and bones in the answer, adds nothing, so that it answers as that one does, and
     learns from there. InputError as of load_weights and weights_of."""
     weights, own = weights_of(path, net), net.state_dict()
-    with reading(path):
+    with reading(path, "weights of this network"):
         blocks = len({name.split(".")[1] for name in weights if name.startswith("blocks.")})
         more = tuple(f"blocks.{i}." for i in range(blocks, len(net.blocks)))
         for name, value in own.items():

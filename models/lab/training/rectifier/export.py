@@ -1,4 +1,4 @@
-"""From torch to the ONNX file that is shipped, and a check that both answer alike."""
+"""From torch to the ONNX file that is shipped, checked to answer alike, and back to weights to go on from."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from torch import Tensor, nn
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.files.atomic import whole_file
-from ....common.onnx import session_of, without_traces
-from ...common.extras import needed_for
-from .net import JOINTS, PCNet, gram_schmidt
+from ....common.onnx import session_of
+from ...common.onnx_file import stored_in, to_onnx
+from ...common.training import read_weights, reading
+from .net import JOINTS, PCNet, gram_schmidt, skeleton_adjacency
 
 _TOLERANCE = 1e-4
 
@@ -49,33 +50,56 @@ def export(deployed: Deployed, path: Path, **properties: object) -> None:
 
     properties: kept in the file's metadata. InputError, and no file, when onnxruntime answers something else.
     """
-    with needed_for("The network is trained; writing it as ONNX"):
-        import onnx
-        import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)
-
-    batch = torch.export.Dim("batch")
-    program = torch.onnx.export(
-        deployed.cpu().eval(),
-        (torch.randn(2, JOINTS, 3), torch.ones(2, JOINTS)),
-        input_names=["joints", "valid"],
-        output_names=["R", "error_deg"],
-        dynamic_shapes=({0: batch}, {0: batch}),
-        dynamo=True,
-        external_data=False,
-        verbose=False,
-    )
-    assert program is not None
-    model = without_traces(program.model_proto)
+    axes = {0: torch.export.Dim("batch")}
+    inputs = {"joints": torch.randn(2, JOINTS, 3), "valid": torch.ones(2, JOINTS)}
     stated = {"pcnet3d": "rectifier", **properties}
-    onnx.helper.set_model_props(model, {key: str(value) for key, value in stated.items()})
+    model = to_onnx(deployed.cpu(), inputs, (axes, axes), ("R", "error_deg"), **stated)
     with whole_file(path) as partial:
-        onnx.save(model, str(partial))
+        partial.write_bytes(model.SerializeToString())
         apart = parity(deployed, partial)
         if not apart < _TOLERANCE:
             raise InputError(
                 "wrong-network",
                 f"The exported network answers otherwise than torch, by {apart:.1e}; it was not written.",
             )
+
+
+def started(net: PCNet, path: Path) -> PCNet:
+    """net with the weights of a run's best.pt, or of a network that `export` wrote, such as the shipped pcnet.onnx: the
+    same answers. Such a file has no residual head; net's own is kept. InputError when it is neither, or does not fit.
+    """
+    weights = _folded(path) if path.suffix.lower() == ".onnx" else read_weights(path)
+    own = {name: value for name, value in net.state_dict().items() if name.startswith("residual.")}
+    with reading(path, "weights of the network that the config's [net] says"):
+        net.load_state_dict({**own, **weights})
+    return net
+
+
+def _folded(path: Path) -> dict[str, Tensor]:
+    """The weights by their names in PCNet. What no input changes the exporter works out ahead and forgets the names
+    of: the joints' positions, the graph's adjacency, and the halves of a bias that keys and values share."""
+    stored = stored_in(path)
+    weights = {
+        name.removeprefix("net."): each for name, each in stored.tensors.items() if name.startswith("net.")
+    }
+    whole = {node.output[0]: node.input[0] for node in stored.nodes if node.op_type == "Slice"}
+    halves: dict[str, list[Tensor]] = {}
+    for node in stored.nodes:
+        named = whole.get(node.input[1], "") if node.op_type == "Gemm" else ""
+        if named.endswith("key_value.weight"):
+            bias = named.removeprefix("net.").removesuffix("weight") + "bias"
+            halves.setdefault(bias, []).append(stored.tensors[node.input[2]])
+    weights |= {name: torch.cat(parts) for name, parts in halves.items()}
+    for tensor in stored.tensors.values():
+        if tensor.is_floating_point() and tensor.shape == (
+            JOINTS,
+            JOINTS,
+        ):  # half is the skeleton's where alpha is 0
+            weights["encoder.graph.learned"] = 2 * tensor - skeleton_adjacency()
+            weights["encoder.graph.alpha"] = torch.zeros(())
+        elif tensor.is_floating_point() and tensor.ndim == 3 and tensor.shape[:2] == (JOINTS, 1):
+            weights["encoder.attention.position"] = tensor[:, 0]
+    return weights
 
 
 def parity(deployed: Deployed, path: Path, count: int = 100) -> float:

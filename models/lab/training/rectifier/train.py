@@ -1,6 +1,6 @@
 """Trains 3DPCNet:  pcnet3d train models/lab/training/rectifier/pcnet.toml -o DIR
 
-The config file says everything; DIR gets pcnet.onnx, the config, and what training.py keeps there.
+The config file says everything; DIR gets NAME.onnx, the config, and what training.py keeps there.
 """
 
 from __future__ import annotations
@@ -11,19 +11,20 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict, NonNegativeInt, PositiveInt
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveInt
 
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.rotations import geodesic_deg
 from .....pipeline.files.atomic import whole_file
 from .....pipeline.reading.mocap.clip import Clip
+from ....shipped import PCNET
 from ...common.toml_config import read_toml
 from ...common.training import Schedule, State, device_of, fingerprint, fit, load_weights, optimisers_of
 from ...mocap.clips import Subjects, lying, read_clips
 from ...mocap.split import Parts, read_parts
 from ...synthetic.on_device.draw import Draw
 from ...synthetic.views import Lifted, Targets, View, read_lifted, refuse_shared_subjects, seen, views
-from .export import Deployed, export
+from .export import Deployed, export, started
 from .frames import Frames, Mixture, TrainingFrames
 from .losses import Truth, Weights, total
 from .net import NetConfig, PCNet
@@ -37,11 +38,13 @@ _HELD_OUT: tuple[Subjects, ...] = ("val", "test", "hdm05", "tennis")
 class TrainConfig(BaseModel):
     """The whole of a training run.
 
-    kind: what `pcnet3d train` trains with this file. subjects: mocap.clips.Subjects to train on.
+    kind: what `pcnet3d train` trains with this file. name: of the network's file, and what results call it.
+    subjects: mocap.clips.Subjects to train on.
     lifted: files of `pcnet3d testbed` with takes of train subjects, by whichever lifter (docs/training.md).
     lifted_val: the same of val subjects, by a lifter that never saw them; with it, the best weights are the best on
         these.
-    start: weights of an earlier run of the same network (its best.pt) to begin with.
+    start: weights of the same network to begin with: best.pt or the .onnx file of an earlier run, or "pcnet", the
+        shipped one.
     symmetric: the shipped network's answer is averaged with that to the mirrored body.
     data, split: a file of `pcnet3d mocap` and one of its train, val and test subjects (models/lab/mocap/split.py),
     instead
@@ -51,6 +54,7 @@ class TrainConfig(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     kind: str = "pcnet"
+    name: str = Field("pcnet", pattern=r"^[\w.-]+$")
     subjects: Subjects
     lifted: tuple[Path, ...] = ()
     lifted_val: tuple[Path, ...] = ()
@@ -83,7 +87,7 @@ def train(
     frames, checks, learns_from = prepare(config, on)
     net = PCNet(config.net)
     if config.start is not None:
-        net = load_weights(net, config.start).train()
+        net = started(net, PCNET.files[0] if str(config.start) == "pcnet" else config.start).train()
     net = net.to(on)
     matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
     state = State(net, optimisers_of(net, config.schedule, matrices), learns_from)
@@ -108,8 +112,8 @@ def train(
         deployed = Deployed(best_of(config, output), config.symmetric).to(on)
         calibrate(deployed, checks.get("lifted", checks["paper"]))
         print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
-        properties = {"trained_on": _trained_on(config), "targets": config.targets, "network": config.net.net}
-        export(deployed, output / "pcnet.onnx", **properties)
+        said = {"trained_on": _trained_on(config), "targets": config.targets, "network": config.net.net}
+        export(deployed, output / f"{config.name}.onnx", **said, name=config.name)
 
 
 def read_config(path: Path) -> TrainConfig:

@@ -11,7 +11,7 @@ from pcnet3d.models.lab.evaluation import evaluate as reports
 from pcnet3d.models.lab.evaluation import lifter_takes, lifters
 from pcnet3d.models.lab.evaluation.lifter_takes import EXACT, FIGURES, PUBLISHED, judge, virtual_takes
 from pcnet3d.models.lab.evaluation.lifters import difference, rows_of, tables
-from pcnet3d.models.lab.evaluation.people import by_person, interval
+from pcnet3d.models.lab.evaluation.people import by_person, interval, pooled
 from pcnet3d.models.lab.evaluation.sets import Question
 from pcnet3d.pipeline import CAMERA, H36M17, InputError
 from pcnet3d.pipeline.core.layouts import remap
@@ -198,3 +198,12 @@ def test_parts_of_the_validation(data):
     assert [one.part for one in lifter_takes.materials(1, ["real take"])] == ["real take"]
     with pytest.raises(InputError, match="expected CMU val"):
         lifter_takes.materials(1, ["HDM05"])
+
+
+def test_a_mean_over_frames_is_drawn_by_people():
+    """Of people with equally many values, the interval of their means; of one person, none."""
+    values = np.array([1.0, 2.0, 3.0, 4.0, np.nan])
+    found = pooled(values, list("aabba"))
+    assert (found["low"], found["high"]) == interval(np.array([1.5, 3.5]))
+    assert found["mean"] == 2.5
+    assert np.isnan(pooled(values, ["a"] * 5)["low"])

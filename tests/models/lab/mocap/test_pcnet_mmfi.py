@@ -70,7 +70,7 @@ def test_the_table(tree, tmp_path, capsys):
     assert set(rows) == {(a, b) for a in ("geometric", "S2", "S3") for b in ("S2", "S3")}
     assert all(row["frames"] == 3 * 40 for row in rows.values())
     for (trained, tested), row in rows.items():
-        for name in ("rotation", "mpjpe", "pa_mpjpe", "turned only", "frobenius"):
+        for name in ("rotation", "mpjpe", "unscaled", "pa_mpjpe", "turned only", "frobenius"):
             assert np.isfinite(list(row[name].values())).all(), name
         assert row.get("known people") == {
             ("S2", "S2"): 0, ("S2", "S3"): 1, ("S3", "S2"): 1, ("S3", "S3"): 0,

@@ -309,3 +309,11 @@ def test_a_cluster_and_workers_at_once_are_refused(small, pcnet3d, tmp_path):
         "--workers",
         "--dask",
     )
+
+
+def test_a_primary_outcome_that_no_take_has_is_refused_after_the_tables(pcnet3d, small, tmp_path):
+    """Hours of takes are not lost by a slip of the pen."""
+    out = tmp_path / "out"
+    refused(pcnet3d("batch", small, "-o", out, "--primary", "walking.cadance"), "walking.cadance")
+    assert (out / "study.html").exists()
+    assert len(parquet.read_table(out / "study.parquet")) == 2

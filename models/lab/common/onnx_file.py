@@ -1,0 +1,67 @@
+"""Networks of torch as ONNX files: written for the run time, and read back as weights to go on from."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import torch
+from torch import Tensor, nn
+
+from ...common.onnx import without_traces
+from .extras import needed_for
+from .training import reading
+
+
+class Stored(NamedTuple):
+    """nodes: of the graph, in the order in which they compute. tensors: by their names. said: the metadata."""
+
+    nodes: Sequence[Any]
+    tensors: dict[str, Tensor]
+    said: dict[str, str]
+
+
+def to_onnx(
+    net: nn.Module, inputs: Mapping[str, Tensor], free: Sequence[Any], outputs: Sequence[str], **said: object
+) -> Any:
+    """An onnx.ModelProto. inputs: examples by name, in the order that the network takes them. free: for each input,
+    {axis: torch.export.Dim} of those that may have any size. outputs: names. said: kept in the file's metadata."""
+    with needed_for("The network is trained; writing it as ONNX"):
+        import onnx
+        import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of torch's exporter, about torch's own code
+        program = torch.onnx.export(
+            net.eval(),
+            tuple(inputs.values()),
+            input_names=list(inputs),
+            output_names=list(outputs),
+            dynamic_shapes=tuple(free),
+            dynamo=True,
+            external_data=False,
+            verbose=False,
+        )
+    assert program is not None
+    model = without_traces(program.model_proto)
+    onnx.helper.set_model_props(model, {key: str(value) for key, value in said.items()})
+    return model
+
+
+def stored_in(path: Path) -> Stored:
+    """What a network's ONNX file holds. InputError when it cannot be read."""
+    with needed_for("Reading weights out of an ONNX file"):
+        import onnx
+        from onnx import numpy_helper
+
+    with reading(path, "a network"):
+        model = onnx.load(str(path), load_external_data=False)
+        tensors = {
+            each.name: torch.from_numpy(numpy_helper.to_array(each).copy())
+            for each in model.graph.initializer
+        }
+        return Stored(
+            tuple(model.graph.node), tensors, {each.key: each.value for each in model.metadata_props}
+        )
