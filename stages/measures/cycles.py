@@ -19,7 +19,7 @@ from .smoothness import log_dimensionless_jerk, sparc
 POINTS = 101  # of a normalised cycle
 
 # A repetition begins at _EDGE of its rise, or earlier, where the rise below _BEGINS is slower than _STARTS of its
-# fastest for the last time: a lifter flattens slow starts, so that they come late to a height. Of the labelled movements
+# fastest for the last time: a lifter flattens slow starts, so that they come late to a height. Of labelled movements
 # that were found, 97 % begin within 0.15 s of their label if captured and 83 % if lifted, at the height alone 94 and
 # 79 %.
 _EDGE = 0.07  # a steady return ends there too
@@ -43,10 +43,10 @@ _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut m
 class Repetition:
     """One rise and return. start_s, peak_s, stop_s: it begins at 7 % of the rise, or where the signal is last slow
     before, and ends at 7 %, or where the signal settles before. peak: the signal's highest value, NaN where missing
-    rows hide it. rise: from the higher of the two valleys beside it. up, down: smoothness of both movements, (SPARC, log
-    dimensionless jerk) of the signal's rate, NaN where they are too short or lack rows. whole: False where a gap hides
-    how it began, how high it came or how it ended, so that all of these but the peak are of a part. held_s: for how
-    long the signal stays beyond four fifths of the rise."""
+    rows hide it. rise: from the higher of the two valleys beside it. up, down: smoothness of both movements, (SPARC,
+    log dimensionless jerk) of the signal's rate, NaN where they are too short or lack rows. whole: False where a gap
+    hides how it began, how high it came or how it ended, so that all of these but the peak are of a part. held_s:
+    for how long the signal stays beyond four fifths of the rise."""
 
     start_s: float
     peak_s: float
