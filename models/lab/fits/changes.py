@@ -6,8 +6,8 @@ for one must not hide another. It needs PCNET3D_DATA and the extra `train`. Half
 
 The shipped network was made by a forerunner of this file, in two runs: 3,100 steps with half of the windows at another
 rate and as many stretched, three in ten zoomed, four in ten backwards, and without lying bodies; and from there about
-4,700 on the material of this file. The network that this file makes tells 384 of 1,116 changes instead of 373, and doubts
-4 of 186 sound takes instead of 2; it is not shipped.
+4,700 on the material of this file. The network that this file makes tells 384 of 1,116 changes instead of 373, and
+doubts 4 of 186 sound takes instead of 2; it is not shipped.
 """
 
 from __future__ import annotations
