@@ -1,16 +1,18 @@
 """A page as a reader of HTML sees it."""
 
 import base64
+import re
 from html.parser import HTMLParser
 
 
 class Page(HTMLParser):
-    """The tags with their attributes, and the words."""
+    """The tags with their attributes, the words, and the scripts within the page."""
 
     def __init__(self, content: str) -> None:
         super().__init__()
         self.tags: list[tuple[str, dict[str, str | None]]] = []
         self.words = ""
+        self.scripts = re.findall(r"<script>(.*?)</script>", content, flags=re.DOTALL)
         self.feed(content)
 
     def handle_starttag(self, tag, attrs):
