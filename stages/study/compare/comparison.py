@@ -133,12 +133,13 @@ def _angles_apart(pair: Pair) -> str:
     rmse = {name: of["rmse_deg"] for name, of in pair.agreement.items()}
     worst = max(rmse, key=lambda name: rmse[name])
     inside = [of["within_band"] for of in pair.agreement.values() if "within_band" in of]
-    allowed = (
-        f"; {100 * np.mean(inside):.0f} % of the differences are within the stated errors, of 90 % expected"
-    )
+    allowed = ""
+    if inside:
+        share = 100 * np.mean(inside)
+        allowed = f"; {share:.0f} % of the differences are within the stated errors, of 90 % expected"
     return (
         f"{how_many(len(rmse), 'angle')} differ by {np.median(list(rmse.values())):.1f} degrees in the median, most "
-        f"{spoken(worst)} by {rmse[worst]:.1f} (root mean square){allowed if inside else ''}"
+        f"{spoken(worst)} by {rmse[worst]:.1f} (root mean square){allowed}"
     )
 
 
