@@ -171,7 +171,7 @@ def test_unknown_frame_numbers_are_admitted_beside_what_has_them(tmp_path, lifte
 def test_a_single_image_needs_no_rate(tmp_path, facing_camera):
     np.save(tmp_path / "X3D.npy", facing_camera[None] + [0.2, 0.2, 0])
     assert open_take(RunOptions(poses=tmp_path / "X3D.npy")).poses.times.tolist() == [0.0]
-    np.save(tmp_path / "X3D.npy", np.tile(facing_camera, (2, 1, 1)) + [0.2, 0.2, 0])
+    np.save(tmp_path / "X3D.npy", np.stack([facing_camera, facing_camera]) + np.array([0.2, 0.2, 0.0]))
     with refused("needs-rate"):
         open_take(RunOptions(poses=tmp_path / "X3D.npy"))
 
