@@ -186,7 +186,7 @@ def _takes(rows: Rows) -> Markup:
 def _posture(row: Mapping[str, Any]) -> Cell:
     if row.get("posture") is None:
         return None
-    joints = np.array(row["posture"])
+    joints = np.array(row["posture"], dtype=float)  # what is not known is null in JSON, NaN here
     return skeletons(
         body_views(joints), H36M17, f"A posture of {name_of(row)}, from the front and from the right"
     )

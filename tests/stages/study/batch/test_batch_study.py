@@ -178,6 +178,14 @@ def test_a_take_without_figures_is_neither_without_doubts_nor_not_levelled():
     assert (page.count(">yes<"), page.count(">no<")) == (1, 0)
 
 
+def test_a_posture_whose_joints_are_not_all_known_is_drawn():
+    """batch.json holds null for them."""
+    posture = [[0.1, 0.2, float(i)] for i in range(16)] + [[None] * 3]
+    labels = {"subject": "", "visit": "", "condition": "", "state": "done"}
+    bare = {"level_ok": None, "verdict": "", "frames": None, "measures": {}}
+    assert "<svg" in as_page("Study", [{"name": "t", **labels, **bare, "posture": posture}], [])
+
+
 def test_a_subject_counts_once_however_many_takes_there_are():
     rows = [row("a", "1", 10.0)] * 5 + [
         row("a", "1", 16.0),
