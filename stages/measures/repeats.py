@@ -64,6 +64,9 @@ def repeats(
     gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)
     unseen = "count_reason" if found else "reason"
     said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
+    if not (found or holds or gaps) and (parts := [one for one in held if counts(one)]):
+        seen_of_it = spans_in_words([(one.start_s, one.stop_s) for one in parts])
+        said = [Remark("reason", f"part of one was seen from {seen_of_it}")]
     result: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
     if not found:
         return result

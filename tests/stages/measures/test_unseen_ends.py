@@ -55,6 +55,14 @@ def test_a_hold_to_the_end_of_the_take_is_a_hold(backwards):
     assert rest_s == pytest.approx(5.05, abs=0.1)
 
 
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_rise_that_the_take_ends_in_is_not_none(backwards):
+    """An arm went up by 60 degrees until the take ended, and the page said that no arm was raised."""
+    x = 10 + 60 * np.clip(TIME - 11, 0, 1)
+    found = bends(x[::-1] if backwards else x)
+    assert (found["outcome"], found["count"]) == (CANNOT_BE_TOLD, 0)
+
+
 def test_of_two_holds_the_longest_was_seen_whole():
     x = 10 + 100 * np.clip(np.minimum(TIME, 6 - TIME), 0, 1) + 100 * np.clip(TIME - 7, 0, 1)
     x[: FPS // 2] = 10
