@@ -77,7 +77,9 @@ def stated_lean(
 
 def stated_heading(heading_deg: np.ndarray, spread: np.ndarray) -> tuple[float, float]:
     """STATED_HEADING_DEG and HEADING_POWER of heading errors (N,) and stated spreads (N,): the power by least squares
-    of the logarithms, then the mean."""
+    of the logarithms, then the mean. Frames where either is NaN count for nothing."""
+    known = np.isfinite(heading_deg) & np.isfinite(spread)
+    heading_deg, spread = heading_deg[known], spread[known]
     x, y = np.log(spread / USUAL_SPREAD), np.log(heading_deg + 1)
     power = float(np.cov(x, y)[0, 1] / np.var(x))
     return float(np.mean(heading_deg) / np.mean(np.exp(power * x))), power

@@ -49,3 +49,5 @@ def test_a_stated_lean_and_heading_are_those_of_takes_made_by_them():
     )
     heading = 6.0 * np.sqrt(spread / USUAL_SPREAD)
     assert stated_heading(heading, spread) == pytest.approx((6.0, 0.5), rel=0.15)  # the power, of 1 + heading
+    unseen = np.append(heading, [np.nan, 5.0]), np.append(spread, [USUAL_SPREAD, np.nan])
+    assert stated_heading(*unseen) == stated_heading(heading, spread)
