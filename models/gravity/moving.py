@@ -12,6 +12,7 @@ from ...pipeline.core.camera import Look
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
+from ...pipeline.signals.filters import nearest_row
 from .evidence import FRAMES, IMAGE, TakeUp
 from .fusion import settled
 from .seen import Seen, leaning, own_lean, smoothed, trust
@@ -148,7 +149,7 @@ def _between(
         ups = unit(trust * ups + (1 - trust) * usual)
         unsteady = float(np.median(off))
     up = unit(np.stack([np.interp(time_s, at, ups[:, axis]) for axis in range(3)], axis=-1))
-    nearest = np.abs(time_s[:, None] - at).min(axis=1)
+    nearest = np.abs(time_s - at[nearest_row(at, time_s)])
     outside = np.maximum(np.maximum(at[0] - time_s, time_s - at[-1]), 0.0)
     gap = float(np.median(np.diff(at))) if len(at) > 1 else 1.0
     beyond = np.maximum(nearest - gap, 0.0)

@@ -12,7 +12,7 @@ from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.take import Video
-from ..signals.filters import rate
+from ..signals.filters import nearest_row, rate
 from ..signals.rates import check_fps, rate_doubts
 
 _WHOLE = 0.95  # of a video's frames, up to the last that rows show
@@ -43,8 +43,7 @@ def numbered_by_times(video: Video, poses: PoseSequence) -> PoseSequence:
     anew. A phone's video lacks images, which numbers counted by times would count."""
     if poses.frames_known or poses.time_s is None or len(video.time_s) < 2:
         return poses
-    middles = (video.time_s[1:] + video.time_s[:-1]) / 2
-    numbers = np.searchsorted(middles, poses.time_s)
+    numbers = nearest_row(video.time_s, poses.time_s)
     off = np.abs(video.time_s[numbers] - poses.time_s)
     whole = numbers[-1] >= _WHOLE * (len(video.time_s) - 1)
     if not whole or (off >= np.median(np.diff(video.time_s)) / 2).any() or (np.diff(numbers) <= 0).any():

@@ -46,6 +46,11 @@ def rate(time_s: np.ndarray) -> float:
     return float(1 / steps[steps <= 1.5 * np.median(steps)].mean()) if len(steps) else float("nan")
 
 
+def nearest_row(time_s: np.ndarray, at_s: np.ndarray | float) -> np.ndarray:
+    """(...) rows of time_s (T,), which increases, that are nearest to at_s (...)."""
+    return np.searchsorted((time_s[1:] + time_s[:-1]) / 2, at_s)
+
+
 def holes(time_s: np.ndarray, longer_s: float = 0.0) -> np.ndarray:
     """(N,) rows of time_s (T,) before which rows are lacking: an interval of more than two and a half times the usual
     one, and longer than that by more than longer_s."""

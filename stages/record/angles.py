@@ -9,6 +9,7 @@ import numpy as np
 from ...pipeline.core.measures import Moments
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import MIDLINE, sides_of
+from ...pipeline.signals.filters import nearest_row
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.facts import angle_bands
 from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour, faint
@@ -75,7 +76,7 @@ def log_marks(recording: rr.RecordingStream, take: Take) -> None:
         look = rr.SeriesPoints(names=name, colors=_SIDES[side], markers=shape, marker_sizes=4)
         recording.log(entity, look, static=True)
         at_s = np.array(told.at_s)
-        frame = poses.frame_index[np.abs(poses.times[:, None] - at_s).argmin(axis=0)]
+        frame = poses.frame_index[nearest_row(poses.times, at_s)]
         recording.send_columns(entity, time_columns(frame, at_s), rr.Scalars.columns(scalars=0 * at_s))
 
 

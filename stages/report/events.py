@@ -10,6 +10,7 @@ import numpy as np
 
 from ...pipeline.core.measures import Group, grouped, moments, numbered, subgroup
 from ...pipeline.core.take import Take
+from ...pipeline.signals.filters import nearest_row
 
 _APART_S = 0.3  # closer, two pictures show the same
 _SIDES = {"right": "r_", "left": "l_"}
@@ -50,7 +51,7 @@ def _jumps(take: Take, jumps: Group) -> Iterator[Event]:
     for time in numbered(jumps, "flight_time"):
         if time.number is not None and time.number < len(starts):
             middle_s = starts[time.number] + time.value / 2
-            yield Event(int(np.abs(take.need("poses").times - middle_s).argmin()), "in the air")
+            yield Event(int(nearest_row(take.need("poses").times, middle_s)), "in the air")
 
 
 def _bends(take: Take, bends: Group) -> Iterator[Event]:
@@ -78,7 +79,7 @@ def _landings(take: Take, walking: Group) -> Iterator[Event]:
     landed.sort()
     middle = len(landed) // 2
     for at, side in landed[middle : middle + 2]:
-        row = int(np.abs(take.need("poses").times - at).argmin())
+        row = int(nearest_row(take.need("poses").times, at))
         yield Event(row, f"{side} foot lands", f"{_SIDES[side]}knee_flexion", f"{_SIDES[side]}knee")
 
 
