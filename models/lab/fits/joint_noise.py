@@ -35,6 +35,7 @@ from ...angle_error.joint_noise import (
 from ...angle_error.take_angles import smoothed
 from ...common.metrics import scaled
 from ...gravity import Levelled, Seen, level_static, why_not
+from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
 from ..common.modules import run_command
 from ..common.testbed_file import read_testbed
@@ -132,7 +133,8 @@ def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> Joi
             levels.append(level)
     if not pairs:
         raise InputError("nothing-usable", "Expected validation takes that can be levelled, got none.")
-    return with_multiples(replace(shipped_noise(), modes=modes_of(read_pairs(train))), pairs, levels)
+    noise = replace(shipped_noise(), lifter=load_lifter().method, modes=modes_of(read_pairs(train)))
+    return with_multiples(noise, pairs, levels)
 
 
 def main(
