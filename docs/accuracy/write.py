@@ -68,17 +68,17 @@ BLOCKS = {
         _TEST,
         ("lifter", "pcnet"),
         (
-            "takes/*, upright, 2 s and more/methods/geometric, a frame/rotation/mean",
+            "takes/*, upright, 2 s and more/methods/geometric, a frame/by person/rotation/said",
             *(
                 f"takes/*, upright, 2 s and more/methods/pcnet, a {method}/{figure}"
                 for method in ("frame", "take", "take, with its image")
-                for figure in ("tilt/mean", "rotation/mean", "mpjpe/mean")
+                for figure in ("tilt/mean", "by person/rotation/said", "mpjpe/mean")
             ),
             "takes/HDM05, lifted, lying/takes",
             "takes/HDM05, lifted, lying/methods/pcnet, a take/levelled",
             "takes/HDM05, lifted, lying/methods/pcnet, a take/tilt/mean",
             "takes/HDM05, lifted, lying/methods/pcnet, a take/tilt/p50",
-            "takes/HDM05, lifted, lying/methods/pcnet, a take, with its image/rotation/mean",
+            "takes/HDM05, lifted, lying/methods/pcnet, a take, with its image/by person/rotation/said",
             "acceleration/CMU test, lifted/level/*/rmse/p50",
             "acceleration/CMU test, lifted/lift/*/rmse/p50",
         ),
@@ -106,6 +106,7 @@ BLOCKS = {
         (
             "beds/*/focal assumed/*/lifter/frame/*MPJPE/*",
             "beds/wild/focal assumed/*/lifter/counts/frames",
+            "beds/wild/focal assumed/*/lifter/by person/MPJPE/said",
             *(
                 f"beds/wild/focal assumed/CMU test upright/lifter/frame/{axis}/mean"
                 for axis in ("depth", "lateral", "vertical")
@@ -119,6 +120,7 @@ BLOCKS = {
         (
             "rectifiers/*/rows/*/frames",
             "rectifiers/*/rows/*/rotation/*",
+            "rectifiers/*/rows/*/by person/rotation/said",
             "rectifiers/pcnet/rows/*/expected/mean",
             "rectifiers/pcnet/rows/*/spearman",
         ),

@@ -4,8 +4,9 @@ Every figure's error has three parts (models/gait/errors.py), besides what the p
 They are those under which the errors of the takes' means are most likely, every person with the same weight, with the
 true path and with those from keypoints and a focal length that is known or assumed, of takes as captured and of walks
 in drawn styles (models/lab/mocap/restyle.py), then times the factor that brings nine in ten errors within 1.645
-standard deviations, in either half of the takes by how far they are from the usual, or by how sure the path is. The
-errors of right less left have three parts too, one of them by how much of a step is depth.
+standard deviations, in either half of the takes by how far they are from the usual, or by how sure the path is, whether
+people or takes have the same weight. The errors of right less left have three parts too, one of them by how much of a
+step is depth.
 Of the captured joints themselves, as a measured take has them, times and shares of the stride have errors.
 """
 
@@ -174,12 +175,13 @@ def _likeliest(
         (np.log(_LEAST), 3.0),
     ]
     found = minimize(unlikely, np.log([usual, usual, 0.5]), bounds=bounds, method="L-BFGS-B").x
-    square = np.maximum((error / SD_90) ** 2 - alike**2, 0.0) / variance(
-        found
-    )  # of the factor for each to be inside
+    # Of the factor for each to be inside.
+    square = np.maximum((error / SD_90) ** 2 - alike**2, 0.0) / variance(found)
     far = further > np.median(further)
     halves = [half for half in (far, ~far) if half.any()]
-    factor = float(np.sqrt(max(_quantile(square[half], weight[half], _COVERED) for half in halves)))
+    alone = np.ones(len(weight))  # takes of the same weight too: people with few walks say little
+    squares = [_quantile(square[half], of[half], _COVERED) for half in halves for of in (weight, alone)]
+    factor = float(np.sqrt(max(squares)))
     shared, single, third = factor * np.exp(found)
     return shared, single, third
 

@@ -92,6 +92,27 @@ def test_gaits_far_from_the_usual_err_by_more_and_every_person_counts_the_same()
     assert again["apart"] == pytest.approx(parts["apart"], rel=0.2)
 
 
+def test_people_with_few_walks_do_not_narrow_the_errors_of_all_others():
+    """Four people with two good walks each, and one with a hundred: nine in ten of the walks are inside too."""
+    rng = np.random.default_rng(4)
+    people = [*(f"person {i % 4}" for i in range(8)), *["often filmed"] * 100]
+    errors = [*rng.normal(0, 0.002, 8), *rng.normal(0, 0.02, 100)]
+    takes = [
+        JudgedGait(
+            person,
+            "walking",
+            (1, 1),
+            np.zeros((0, 2)),
+            {},
+            {"true path": {"step_time_s": Mean(error, 0.0, 5, "walking", 0.9, {})}},
+        )
+        for person, error in zip(people, errors, strict=True)
+    ]
+    parts = fit_errors(takes)["walking"]["step_time_s"]
+    sd = np.hypot(parts["shared"], parts["each"] / np.sqrt(5))
+    assert (np.abs(errors) <= 1.645 * sd).mean() == pytest.approx(0.9, abs=0.01)
+
+
 def test_fitted_errors_of_differences_hold_nine_in_ten_from_every_side():
     """A lifter's error of the farther leg: the more of a step is depth, the larger the difference."""
     rng = np.random.default_rng(2)
