@@ -29,7 +29,7 @@ from ....pipeline.files.atomic import whole_file
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, StageEntry
-from ....pipeline.signals.angles import ANGLES, continuous, of_both
+from ....pipeline.signals.angles import ANGLES, OF_BOTH, continuous, of_both
 from ...angle_error.joint_noise import shipped_noise
 from ...angle_error.repeatability import (
     REPEATABILITY_FILE,
@@ -317,6 +317,8 @@ def _factors(pairs: Sequence[Visits]) -> dict[str, float]:
     for pair in pairs:
         by_figure.setdefault(pair.figure, []).append(pair.stated())
         by_kind.setdefault(_kind(pair.figure), []).append(pair.stated())
+    if "peak" in by_kind:  # of every angle, of which these people may have repeated none
+        by_figure = {f"peak.{angle}": [] for angle in OF_BOTH} | by_figure
     found = {}
     for figure, own in sorted(by_figure.items()):
         enough = next((of for of in (own, by_kind[_kind(figure)]) if _enough(of)), None)

@@ -150,6 +150,13 @@ def test_few_people_and_pairs_have_the_factor_of_their_kind_or_none():
     assert fitted.keys() == {few, many}
 
 
+def test_peaks_of_an_angle_that_nobody_repeated_have_the_factor_of_all_peaks():
+    repeated = pairs("peak.knee_flexion", 2.0, "abcdefgh", 50, kind="repetitions")
+    fitted = factors(repeated)["repetitions"]
+    assert fitted["peak.pelvis_obliquity"] == fitted["peak.knee_flexion"]
+    assert {f"peak.{name}" for name in OF_BOTH} == fitted.keys()
+
+
 def test_freedom_tells_heavy_tails_from_a_gaussian():
     """Of every comparison of twelve figures at most one in ten is said to differ."""
 
