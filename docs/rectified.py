@@ -13,6 +13,7 @@ import numpy as np
 
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.lab.evaluation.real_rectified import real_poses
+from pcnet3d.models.lab.evaluation.sets import Question
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.rotations import rotate, transpose
 
@@ -61,7 +62,7 @@ def row(clip: str, lifter: str, joints: np.ndarray, frame: int) -> np.ndarray:
 def main() -> None:
     rows = [
         row(clip, lifter, poses.joints, int(share * len(poses)))
-        for clip, lifter, poses in real_poses()
+        for clip, lifter, poses in real_poses(Question())
         if not lifter.startswith("pcnet3d")
         for share in SHARE
     ]

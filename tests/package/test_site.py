@@ -101,6 +101,13 @@ def test_the_notebook_is_that_of_its_script():
     assert {output.name for output in outputs if output.output_type == "stream"} == {"stdout"}
 
 
+@pytest.mark.data
+def test_the_picture_of_rectified_skeletons_is_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.argv", ["rectified.py", str(tmp_path / "out.png")])
+    run_path(str(ROOT / "docs/rectified.py"))["main"]()
+    assert (tmp_path / "out.png").stat().st_size > 10_000
+
+
 def test_the_notebook_is_small_and_names_no_machine():
     text = NOTEBOOK.read_text(encoding="utf-8")
     assert len(text) < 400_000
