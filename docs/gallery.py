@@ -74,6 +74,7 @@ def main() -> None:
         if not (out / name).exists():
             subprocess.run([PCNET3D, *words], check=True)
     for folder in map(Path, sys.argv[2:]):
+        folder.mkdir(parents=True, exist_ok=True)
         for name, page in SHOWN.items():
             picture(out / page, folder / name)
         screenshot(out / "walker" / "take.rrd", DEMO_FRAME, folder / "demo.png")
