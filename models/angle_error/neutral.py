@@ -15,7 +15,7 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.signals.angles import FINE, MISSING, near
 from ...pipeline.signals.foot_angles import ALL_ANGLES
-from .repeatability import middle_sd
+from .repeatability import known_median
 from .take_angles import AngleSeries
 
 FEWEST = 10  # frames of a neutral
@@ -39,7 +39,7 @@ def neutral_deg(
         known = values[np.isfinite(values)]
         if len(known) >= FEWEST:
             first = near(known, known[0])  # no step through 180 degrees
-            found[name] = float(np.median(first)), middle_sd(angle.sd_deg[inside])
+            found[name] = float(np.median(first)), known_median(angle.sd_deg[inside])
     if not found:
         raise InputError(
             "bad-value",

@@ -83,14 +83,14 @@ def ends(values_deg: np.ndarray, sd_deg: np.ndarray) -> tuple[tuple[float, float
     frames at and beyond each, by the angle's own (T,); NaN where none is known."""
     low, high = np.percentile(values_deg[np.isfinite(values_deg)], [5, 95])
     return (float(low), float(high)), (
-        middle_sd(sd_deg[values_deg <= low]),
-        middle_sd(sd_deg[values_deg >= high]),
+        known_median(sd_deg[values_deg <= low]),
+        known_median(sd_deg[values_deg >= high]),
     )
 
 
-def middle_sd(sd: np.ndarray) -> float:
+def known_median(values: np.ndarray) -> float:
     """The median of the finite ones of (N,), NaN without any."""
-    known = sd[np.isfinite(sd)]
+    known = values[np.isfinite(values)]
     return float(np.median(known)) if len(known) else float("nan")
 
 

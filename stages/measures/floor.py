@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...models.angle_error.repeatability import known_median
 from ...models.gait.contact import SIDES
 from ...models.gait.errors import own_covariance
 from ...models.gait.foot_lock import flat_rows
@@ -82,5 +83,5 @@ def _sds(filtered: PoseSequence, rectified: Rectified) -> tuple[float, float]:
     if rectified.level.covariance is not None:
         index = filtered.layout.indices([f"{side}_ankle" for side in SIDES])
         legs = float(np.nanmedian(rectified.level.covariance[:, index, 2, 2]))
-    own_variance, variance = (float(np.nanmedian(each[:, 2, 2])) for each in (own, whole))
+    own_variance, variance = (known_median(each[:, 2, 2]) for each in (own, whole))
     return float(np.sqrt(own_variance + legs)), float(np.sqrt(max(variance - own_variance, 0.0)))

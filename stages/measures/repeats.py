@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...models.angle_error.repeatability import middle_sd
+from ...models.angle_error.repeatability import known_median
 from ...models.gait.of_take import NOISE
 from ...pipeline.core.measures import SD_90, Curves, Measure, Remark, Row, within
 from ...pipeline.core.messages import spans_in_words
@@ -42,7 +42,7 @@ def repeats(
     if np.isfinite(driver).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
     whole = float(np.nanmax(driver) - np.nanmin(driver))
-    usual = middle_sd(sd)
+    usual = known_median(sd)
     noise = NOISE * usual if np.isfinite(usual) else 0.0
     held = unreturned(driver, take.times, max(least, noise), take.seams)
     plain = max(least, _HALF * whole)
@@ -116,7 +116,7 @@ def _peaks(take: Columns, angle: str, found: Sequence[Repetition], sd: np.ndarra
     errors = [float(sd[np.searchsorted(take.times, found[i].peak_s)]) for i in seen]
     peaks = [with_error("peak", "deg", found[i].peak, error) for i, error in zip(seen, errors, strict=True)]
     known = bool(np.isfinite(errors).all())
-    usual = middle_sd(np.array(errors))
+    usual = known_median(np.array(errors))
     mdc90 = SD_90 * take.difference_sd(f"peak.{of_both(angle)}", (usual, usual), "repetitions")
     return [
         *(

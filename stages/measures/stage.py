@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
-from ...models.angle_error.repeatability import ends, judged, middle_sd, range_sd
+from ...models.angle_error.repeatability import ends, judged, known_median, range_sd
 from ...models.gait.focal import focal_by_steps
 from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import SIDES, body_joints, gait_of
@@ -262,7 +262,7 @@ def _range(take: Columns, name: str) -> list[Row]:
         with_error("p05", "deg", low, at_low),
         with_error("p95", "deg", high, at_high),
         with_error("p05_p95", "deg", high - low, error),
-        *([Measure("sd", middle_sd(sd), "deg")] if np.isfinite(sd).any() else []),
+        *([Measure("sd", known_median(sd), "deg")] if np.isfinite(sd).any() else []),
         *([Measure("beyond_anatomy_frames", beyond)] if beyond else []),
         *basis(values),
     ]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...models.angle_error.repeatability import middle_sd
+from ...models.angle_error.repeatability import known_median
 from ...models.gait.events import Stride
 from ...pipeline.core.measures import Measure, Row, Side, grouped, moments, subgroup
 from ...pipeline.core.take import Take
@@ -113,7 +113,7 @@ def peaks(
         for value, error, number in zip(values, errors, numbers, strict=True):
             one = with_error(name, "deg", value, error)
             result.append(Measure(name, one.value, "deg", one.error if known else None, number=number))
-        result += spread(name, "deg", np.array(values), shared=middle_sd(np.array(errors)))
+        result += spread(name, "deg", np.array(values), shared=known_median(np.array(errors)))
     return result
 
 

@@ -15,7 +15,7 @@ from pcnet3d.models.angle_error.repeatability import (
     differing,
     ends,
     figure_of,
-    middle_sd,
+    known_median,
     range_sd,
     same_place,
     shipped,
@@ -99,7 +99,7 @@ def test_ends_carry_the_errors_of_the_frames_beyond_them():
     (low, high), sds = ends(values, np.where(values < 50, 3.0, 8.0))
     assert (low, high) == pytest.approx((5.0, 95.0))
     assert sds == (3.0, 8.0)
-    assert np.isnan(middle_sd(np.array([np.nan])))
+    assert np.isnan(known_median(np.array([np.nan])))
 
 
 def test_differences_are_those_of_the_lifter_whose_errors_they_are_shares_of():

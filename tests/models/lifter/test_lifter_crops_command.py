@@ -63,6 +63,7 @@ def cache(tmp_path, monkeypatch):
     return tmp_path / "cache/pcnet3d"
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 @pytest.mark.parametrize(
     ("kind", "licence"), [("rtmw3d", "Apache-2.0"), ("instanthmr", "SAM License (Meta)")]
 )
