@@ -106,7 +106,7 @@ def known_noise(
         stated = np.isfinite(covariance).all(axis=(-2, -1))
         axes = np.linalg.eigh(covariance[stated].mean(axis=0))[1].T if stated.any() else axes
     y = rotate(axes, points.astype(np.float64))
-    answer = np.full((2, 3, T, J, D), np.nan)
+    answer = np.full((2, 3, T, J, D), np.nan, np.float32)
     seen = np.asarray(is_finite(y))
     if seen.sum() < _FEWEST:
         return Motion(answer[0], answer[1], axes)

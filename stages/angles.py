@@ -205,15 +205,15 @@ def _by_disagreement(take: Take, series: dict[str, AngleSeries]) -> dict[str, An
     """The angles with errors by how far they are from those of the built-in lifter; None where it cannot lift the
     take's keypoints, as those of two people, or there are none."""
     rectified = take.need("rectified")
-    if take.keypoints is None or not rectified.level_ok:
+    if _lacking(take) or not rectified.level_ok:
         return None
     try:
-        second = Lift()(take.with_(poses=None)).need("poses")
+        second = [Lift()(take.with_(poses=None)).need("poses")]
     except InputError:  # no reason to end the run
         return None
     poses, R_camera_from_source = in_reference(take.need("poses"))
     up = (R_camera_from_source @ rectified.R_source_from_level)[..., :, 2]
-    return by_disagreement(poses, series, second, up, rectified.up_error_deg, take.cutoff_hz)
+    return by_disagreement(poses, series, second.pop(), up, rectified.up_error_deg, take.cutoff_hz)
 
 
 def _columns(

@@ -205,7 +205,7 @@ def smooth(
     lowered_from_hz = None
     if filter == "savgol" and not given and cutoff > (highest := highest_savgol_cutoff(rate(times))):
         cutoff, lowered_from_hz = highest, cutoff
-    joints = level.joints.astype(np.float64)
+    joints = level.joints
 
     def smoothed(path: np.ndarray) -> np.ndarray:
         return _FILTERS[filter](path, times, cutoff, seams)

@@ -99,7 +99,7 @@ def triples(flat: Any, where: str) -> np.ndarray:
             "wrong-content",
             f"{where}: expected x, y and score of each joint in one list, got shape {values.shape}.",
         )
-    return values.reshape(-1, 3)
+    return values.reshape(-1, 3).astype(np.float32)
 
 
 def sequences(

@@ -47,6 +47,7 @@ def by_disagreement(
     rows = np.where(there, rows, 0)
     joints = np.where(there[:, None, None], second.joints[rows].astype(np.float64), np.nan)
     spread = np.where(there, stated_spread(second)[rows], np.nan)
+    del second  # and its covariances, which in a long take are most of what is held here
     R, error_deg = load_rectifier("pcnet").rotation(joints)
     levelled = level(
         Seen(joints, R, error_deg, poses.times, poses.seams, spread=spread), TakeUp(up, up_error_deg)
@@ -62,16 +63,16 @@ def by_disagreement(
     )
     window = max(round(_OVER_S / float(np.median(np.diff(poses.times)))), 1)
     out = dict(angles)
-    for name, second_angle in own.items():
-        angle = angles[name]
+    for name in list(own):
+        angle, second_angle = angles[name], own.pop(name)
         apart = near(angle.value_deg - second_angle.value_deg, 0.0)
         sd = np.hypot(second_angle.sd_deg, np.sqrt(_running_mean(apart**2, window, seams)))
         vague = (angle.reason == FINE) & (sd > MAX_SD_DEG)
         out[name] = AngleSeries(
             np.where(vague, np.nan, angle.value_deg),
-            np.where((angle.reason == FINE) & ~vague, sd, np.nan),
+            np.where((angle.reason == FINE) & ~vague, sd, np.nan).astype(np.float32),
             np.where(vague, UNTRUSTED, angle.reason).astype(np.int8),
-            np.full(len(sd), np.nan),
+            np.broadcast_to(np.float32(np.nan), len(sd)),
         )
     return out
 

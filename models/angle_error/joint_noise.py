@@ -163,43 +163,57 @@ def heading_error(error_deg: np.ndarray, up_error_deg: np.ndarray) -> np.ndarray
     return np.sqrt(np.maximum(error_deg**2 - (_MEAN_OF_RMS * up_error_deg) ** 2, 0.0))
 
 
+def noise_size(
+    joints: np.ndarray,
+    error_deg: np.ndarray,
+    up_error_deg: np.ndarray,
+    noise: JointNoise,
+    stated: np.ndarray | None = None,
+) -> np.ndarray:
+    """(T,) how long the modes of the joints' noise are in each frame of a take, in the joints' unit.
+
+    joints: (T, 17, 3) in any axes. stated: (T,) the lifter's stated error (models/common/spread.py), None or NaN where
+    it states none; the others as of `angle_sd`.
+    """
+    stated = np.full(len(joints), np.nan) if stated is None else stated
+    heading = heading_error(error_deg, up_error_deg)
+    return noise.scale(heading, limb_spread(joints), stated) * implied_stature(joints)
+
+
 def angle_sd(
     body: np.ndarray,
     R_camera_from_body: np.ndarray,
     error_deg: np.ndarray,
     up_error_deg: np.ndarray,
-    noise: JointNoise | None = None,
-    stated: np.ndarray | None = None,
+    size: np.ndarray,
+    noise: JointNoise,
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """{angle: (T,) standard deviations in degrees of what the noise of joints and heading makes of it, and the error of
     up}, NaN where the angle is; what is stated is JointNoise.whole of them.
 
     body: (T, 17, 3) in BODY; R_camera_from_body (T, 3, 3), NaN where unknown, and then only angles without gravity can
-    be had from joints in camera axes. error_deg, up_error_deg: of the rectification (T,). stated: (T,) the lifter's
-    stated error (models/common/spread.py), None or NaN where it states none.
+    be had from joints in camera axes. error_deg, up_error_deg: of the rectification (T,). size: (T,) of `noise_size`.
 
     Every mode of the joints' noise moves the body one standard deviation either way, as do a tilt to the front and to
     the side and a turn of the heading; half the difference of the two angles is that mode's part, and the squares add.
     """
-    noise = shipped_noise() if noise is None else noise
     heading = heading_error(error_deg, up_error_deg)
-    stated = np.full(len(body), np.nan) if stated is None else stated
-    size = noise.scale(heading, limb_spread(body), stated) * implied_stature(body)
     turned = np.asarray(is_finite(R_camera_from_body).all(axis=1))
     R_body_from_camera = np.where(turned[:, None, None], transpose(R_camera_from_body), np.eye(3))
     heading = np.where(np.isfinite(heading), heading, noise.usual[0]) / _MEAN_OF_STD
     tilt = np.where(np.isfinite(up_error_deg), up_error_deg, 0.0) / np.sqrt(2)
 
-    def squares(rows: slice) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-        return _squares(
+    def squares(rows: slice) -> list[dict[str, np.ndarray]]:
+        both = _squares(
             body[rows], R_body_from_camera[rows], size[rows], tilt[rows], heading[rows], noise.modes
         )
+        return [{name: square.astype(np.float32) for name, square in each.items()} for each in both]
 
     with ThreadPoolExecutor(cores()) as pool:
         parts = list(pool.map(squares, (slice(start, start + _ROWS) for start in range(0, len(body), _ROWS))))
     out = {}
     for name in ANGLES:
-        joints, up = (np.sqrt(np.concatenate([part[i][name] for part in parts])) for i in (0, 1))
+        joints, up = (np.sqrt(np.concatenate([part[i].pop(name) for part in parts])) for i in (0, 1))
         out[name] = noise.factors.get(name, 1.0) * joints, noise.tilts.get(name, 1.0) * up
     return out
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import partial
 
 import numpy as np
@@ -26,9 +26,10 @@ from ...pipeline.signals.angles import (
 from ...pipeline.signals.filters import CUTOFF_HZ, each_path, lowpass
 from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
 from ..common.spread import stated_spread
-from .joint_noise import JointNoise, angle_sd, shipped_noise
+from .joint_noise import JointNoise, angle_sd, noise_size, shipped_noise
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
+_ROWS = 1 << 12  # at a time: what is made on the way takes many times the memory of the answer
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,21 +67,47 @@ def take_angles(
     joints, filtered: (T, 17, 3) relative to the pelvis, H36M17, any unit, before and after the low-pass; the angles are
     those of the second. Lifted ones in CAMERA axes: their noise is known in depth and across. R_source_from_body:
     (T, 3, 3), NaN where a frame has none. error_deg, up_error_deg: (T,) of the rectification. unseen: (T, 17) joints
-    that are missing because nobody saw them. stated: (T,) the lifter's own error, as of `angle_sd`. feet,
+    that are missing because nobody saw them. stated: (T,) the lifter's own error, as of `noise_size`. feet,
     filtered_feet: (T, 6, 3) in the order of FEET, where joints and filtered are.
     """
+    noise = shipped_noise() if noise is None else noise
+    unknown = np.full(len(joints), np.nan)
+    error_deg, up_error_deg = (unknown if one is None else one for one in (error_deg, up_error_deg))
+    size = noise_size(filtered, error_deg, up_error_deg, noise, stated) if lifted else None
+
+    def of(rows: slice) -> dict[str, AngleSeries]:
+        hidden, toes, filtered_toes = (
+            None if one is None else one[rows] for one in (unseen, feet, filtered_feet)
+        )
+        R = R_source_from_body[rows]
+        error = None if size is None else (error_deg[rows], up_error_deg[rows], size[rows])
+        return _angles(joints[rows], filtered[rows], R, level_ok, noise, error, hidden, toes, filtered_toes)
+
+    parts = [of(slice(start, start + _ROWS)) for start in range(0, len(joints), _ROWS)]
+    if len(parts) == 1:
+        return parts[0]
+    return {name: _joined([part.pop(name) for part in parts]) for name in list(parts[0])}
+
+
+def _angles(
+    joints: np.ndarray,
+    filtered: np.ndarray,
+    R_source_from_body: np.ndarray,
+    level_ok: bool,
+    noise: JointNoise,
+    error: tuple[np.ndarray, np.ndarray, np.ndarray] | None,
+    unseen: np.ndarray | None,
+    feet: np.ndarray | None,
+    filtered_feet: np.ndarray | None,
+) -> dict[str, AngleSeries]:
+    """As `take_angles`, of some of its rows. error: error_deg, up_error_deg and noise_size of a lifter's."""
     turned = np.asarray(is_finite(R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
     R = np.where(turned[:, None, None], R_source_from_body, np.eye(3))
     body = rotate(transpose(R), filtered)
     values = angles(body)
     unknown = np.full(len(joints), np.nan)
-    noise = shipped_noise() if noise is None else noise
-    sd = dict.fromkeys(ANGLES, (unknown, unknown))
-    if lifted:
-        error_deg = unknown if error_deg is None else error_deg
-        up_error_deg = unknown if up_error_deg is None else up_error_deg
-        sd = angle_sd(body, R_source_from_body, error_deg, up_error_deg, noise, stated)
+    sd = {} if error is None else angle_sd(body, R_source_from_body, *error, noise)
     there, left = is_finite(joints), is_finite(filtered)
     hidden = np.zeros(there.shape, dtype=bool) if unseen is None else unseen & ~there
     defined, points = ANGLES, H36M17.joints
@@ -94,22 +121,35 @@ def take_angles(
     for name, angle in defined.items():
         rows = [points.index(joint) for joint in angle.joints]
         own, tilt = sd.get(name, (unknown, unknown))
-        error = noise.whole(name, own, tilt, values[name])
+        whole = noise.whole(name, own, tilt, values[name])
         seen, kept = there[:, rows].all(axis=1), left[:, rows].all(axis=1)
         level = turned & level_ok if angle.needs_gravity else kept | turned
         undefined = np.isnan(values[name])
-        if lifted and name in ANGLES:
-            undefined |= np.isnan(error)  # or a step away from here
-        vague = error > MAX_SD_DEG
+        if name in sd:
+            undefined |= np.isnan(whole)  # or a step away from here
+        vague = whole > MAX_SD_DEG
         reason = np.select(
             [hidden[:, rows].any(axis=1), ~seen, ~level, ~kept, undefined, vague],
             [UNSEEN, MISSING, UNTRUSTED, TOO_SHORT, UNDEFINED, UNTRUSTED],
             FINE,
         ).astype(np.int8)
         fine = reason == FINE
-        value, whole, own, tilt = (np.where(fine, x, np.nan) for x in (values[name], error, own, tilt))
+        value = np.where(fine, values[name], np.nan)
+        whole, own, tilt = (np.where(fine, x, np.nan).astype(np.float32) for x in (whole, own, tilt))
         out[name] = AngleSeries(value, whole, reason, own, tilt)
     return out
+
+
+def _joined(parts: Sequence[AngleSeries]) -> AngleSeries:
+    """Of a long take, whose errors are held once where nobody knows them."""
+    joined = {
+        each.name: np.concatenate([getattr(part, each.name) for part in parts])
+        for each in fields(AngleSeries)
+    }
+    unknown = np.broadcast_to(np.float32(np.nan), joined["value_deg"].shape)
+    return AngleSeries(
+        **{name: unknown if np.isnan(values).all() else values for name, values in joined.items()}
+    )
 
 
 def angle_series(
@@ -128,7 +168,7 @@ def angle_series(
     feet = None if filtered.feet is None else rotate(R_reference_from_level, filtered.feet.astype(np.float64))
     series = take_angles(
         source.joints,
-        rotate(R_reference_from_level, filtered.joints.astype(np.float64)),
+        rotate(R_reference_from_level.astype(np.float32), filtered.joints),
         R_reference_from_source @ rectified.R_source_from_body,
         level_ok=rectified.level_ok,
         lifted=noise is not None,

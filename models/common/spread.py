@@ -7,6 +7,8 @@ import numpy as np
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.pose import PoseSequence
 
+_ROWS = 8192  # at a time
+
 
 def stated_spread(poses: PoseSequence) -> np.ndarray:
     """(T,) geometric mean of the joints' stated standard deviations over axes and joints, as a share of stature; NaN
@@ -14,6 +16,11 @@ def stated_spread(poses: PoseSequence) -> np.ndarray:
     if poses.covariance is None:
         return np.full(len(poses), np.nan)
     others = [joint != "pelvis" for joint in poses.layout.joints]
-    with np.errstate(invalid="ignore"):  # of missing joints
-        _, log_volume = np.linalg.slogdet(poses.covariance[:, others].astype(np.float64))
-    return np.exp(log_volume.mean(axis=1) / 6) / implied_stature(poses.joints)
+    log_volume = np.zeros(len(poses))
+    for start in range(0, len(poses), _ROWS):  # in double precision a long take's covariances are a gigabyte
+        rows = slice(start, start + _ROWS)
+        with np.errstate(invalid="ignore"):  # of missing joints
+            log_volume[rows] = np.linalg.slogdet(poses.covariance[rows, others].astype(np.float64))[1].mean(
+                axis=1
+            )
+    return np.exp(log_volume / 6) / implied_stature(poses.joints)

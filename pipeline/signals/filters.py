@@ -271,7 +271,7 @@ def each_path(filter_: Callable[[np.ndarray], np.ndarray], paths: np.ndarray) ->
     The same as one at a time, and many times as quick where pieces are short: those that are missing in the same rows
     go together.
     """
-    result = np.empty(paths.shape)
+    result = np.empty(paths.shape, paths.dtype)
     seen = np.asarray(np.isfinite(paths).reshape(*paths.shape[:2], -1).all(axis=-1))
     alike: dict[bytes, list[int]] = {}
     for path, rows in enumerate(seen.T):
@@ -280,7 +280,7 @@ def each_path(filter_: Callable[[np.ndarray], np.ndarray], paths: np.ndarray) ->
     for group in alike.values():
         for first in range(0, len(group), most):
             some = group[first : first + most]
-            together = paths[:, some]
+            together = paths[:, some].astype(np.float64)
             result[:, some] = filter_(together.reshape(len(paths), -1)).reshape(together.shape)
     return result
 

@@ -118,7 +118,7 @@ def pace_doubts(path: PoseSequence) -> list[Notice]:
     """
     if len(path) < 2 or path.time_s is None:
         return []
-    joints = path.joints.astype(np.float64)
+    joints = path.joints
     stature = implied_stature(joints)
     if not stature > 0:
         return []

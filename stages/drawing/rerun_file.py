@@ -20,6 +20,8 @@ _CHUNK = 1 << 20  # bytes that are copied at a time
 _END = b"RRF2FOOT"  # of the .rrd format, and 4 bytes after it
 # Several recordings at once in one process were seen to wait for each other for ever; the cause is not known.
 _TURN = threading.RLock()
+# Or the SDK's allocator keeps what it has freed, in a long take 100 MB; read when the SDK is imported.
+os.environ.setdefault("MIMALLOC_PURGE_DELAY", "0")
 
 
 class RecordingFile:

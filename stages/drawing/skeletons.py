@@ -21,8 +21,9 @@ def key_rows(joints: np.ndarray, count: int = 6) -> list[int]:
     seen = np.flatnonzero(is_finite(joints).mean(axis=1) > 0.5)
     if not len(seen):
         return []
-    joints = joints[:, is_finite(joints[seen]).any(axis=0)]
-    usual = np.nanmedian(joints[seen], axis=0)
+    there = np.flatnonzero(is_finite(joints).any(axis=0))
+    joints = joints if len(there) == joints.shape[1] else joints[:, there]
+    usual = np.stack([np.nanmedian(one[seen], axis=0) for one in joints.swapaxes(0, 1)])
     rows = []
     for part in np.array_split(seen, min(count, len(seen))):
         off = np.nanmean(np.linalg.norm(joints[part] - usual, axis=-1), axis=-1)

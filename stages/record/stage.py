@@ -11,7 +11,9 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import with_feet
 from ...pipeline.core.notices import Notice
+from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, is_finite
+from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
@@ -90,9 +92,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
         )
     parts, notices = viewable(take.video) if take.told.images and take.video else (None, ())
     take = take.saying(*notices).with_(video=take.video if parts else None)
-    distance = np.linalg.norm(poses.joints[is_finite(poses.joints)], axis=-1)
-    size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
-    prints = foot_prints(take)
+    size, prints = _size(poses), foot_prints(take)
 
     path = Path(path)
     needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.span_bytes if take.video else 0)
@@ -101,6 +101,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
         whole_file(path) as partial,
         recording_file(partial, blueprint(take, prints, size), path) as file,
     ):
+        give_memory_back()
         recording = file.stream
         recording.send_recording_name(take.name)
         if take.video and parts:
@@ -126,6 +127,12 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
             document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
             recording.log(entity, document, static=True)
     return notices
+
+
+def _size(poses: PoseSequence) -> float:
+    """About half the person's height, in the poses' unit."""
+    distance = np.linalg.norm(poses.joints[is_finite(poses.joints)], axis=-1)
+    return float(np.percentile(distance, 98)) if len(distance) else 1.0
 
 
 def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:

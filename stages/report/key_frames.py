@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import Layout, with_feet
+from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
@@ -39,17 +40,20 @@ def key_figures(take: Take) -> list[Markup]:
     images: dict[int, np.ndarray] = {}
     if take.told.images and take.video is not None:
         images = images_at(take.video, [int(body.frame_index[row]) for row in shown])
-    return [_key_figure(take, shown[row], images.get(int(body.frame_index[row]))) for row in sorted(shown)]
+    body = with_feet(body)
+    return [
+        _key_figure(take, body, shown[row], images.get(int(body.frame_index[row]))) for row in sorted(shown)
+    ]
 
 
 def _apart(times: np.ndarray, row: int, shown: Iterable[int]) -> bool:
     return all(abs(times[row] - times[other]) > _APART * (times[-1] - times[0]) for other in shown)
 
 
-def _key_figure(take: Take, event: Event, image: np.ndarray | None) -> Markup:
+def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray | None) -> Markup:
+    """body: the take's poses in BODY, with their feet."""
     row, angle = event.row, _angle(take, event)
     poses = with_feet(take.need("poses"))
-    body = with_feet(take.need("rectified").body)
     frame, joints = int(body.frame_index[row]), body.joints[row].astype(np.float64)
     rectified = body_views(joints)
     flat, layout = keypoints_at(take, frame)

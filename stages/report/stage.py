@@ -15,6 +15,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import Group, grouped, subgroup
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, is_finite
+from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, write_text
 from ...pipeline.files.video_frames import images_at
@@ -63,6 +64,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     if take.poses is None or take.rectified is None:
         raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
     facts, measures = facts_of(take), grouped(take.measures or ())
+    give_memory_back()
     said = [*seen(take), *sides_compared(measures)]
     bars = small(_ERRORS) if any("±" in sentence for sentence in said) else Markup("")
     head = session_words(take, facts) + answer(said or _withheld(take)) + bars

@@ -11,6 +11,7 @@ from pcnet3d.models.angle_error.joint_noise import (
     JointNoise,
     angle_sd,
     limb_spread,
+    noise_size,
     shipped_noise,
 )
 from pcnet3d.models.angle_error.take_angles import smoothed, take_angles
@@ -61,9 +62,13 @@ def some_noise(size=0.015):
     return JointNoise(modes * size / np.sqrt(6))
 
 
+def sd_of(body, R, error, up_error, noise, stated=None):
+    return angle_sd(body, R, error, up_error, noise_size(body, error, up_error, noise, stated), noise)
+
+
 def noise_of(*args):
     """{angle: (T,) what joints and heading make of its error}."""
-    return {name: noise for name, (noise, _) in angle_sd(*args).items()}
+    return {name: noise for name, (noise, _) in sd_of(*args).items()}
 
 
 def test_stated_errors_are_those_of_simulated_noise(seen):
@@ -89,14 +94,14 @@ def test_errors_of_up_and_heading_reach_only_what_depends_on_them(seen):
     body = rotate(transpose(R), joints)
     still = JointNoise(np.zeros((1, len(JOINTS), 3)))
     up, none = np.full(len(body), 5.0), np.zeros(len(body))
-    found = angle_sd(body, R, np.sqrt(np.pi) / 2 * up, up, still)  # all of the error is up's
+    found = sd_of(body, R, np.sqrt(np.pi) / 2 * up, up, still)  # all of the error is up's
     for name, angle in ANGLES.items():
         if not angle.needs_gravity:
             np.testing.assert_allclose(found[name], 0, atol=1e-6, err_msg=name)
         np.testing.assert_allclose(found[name][0], 0, atol=1e-6, err_msg=name)
     # A tilt to the front by 5 / sqrt(2) degrees, root mean square, tilts the trunk by as much.
     np.testing.assert_allclose(found["trunk_lean_sagittal"][1], 5 / np.sqrt(2), atol=0.02)
-    exact = angle_sd(body, R, none, none, still)
+    exact = sd_of(body, R, none, none, still)
     assert all(np.nanmax(values) < 1e-6 for values in exact.values())
 
 
