@@ -281,15 +281,16 @@ def inspect(
 
 def list_(
     what: Annotated[
-        Literal["adapters", "stages", "models", "writers", "devices"],
+        Literal["adapters", "stages", "models", "writers", "devices", "notices", "refusals"],
         typer.Argument(help="What to list."),
     ],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
-    """List what is installed, one line each."""
-    from .core import device
+    """List what is installed, or what a run may say, one line each."""
+    from .core import device, notices, refusals
 
-    rows = device.listed() if what == "devices" else registry.listed(what)
+    own = {"devices": device.listed, "notices": notices.listed, "refusals": refusals.listed}
+    rows = own[what]() if what in own else registry.listed(what)
     if as_json:
         print(json.dumps(rows, indent=1))
         return

@@ -13,6 +13,8 @@ from pathlib import Path
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
+from pcnet3d.pipeline.core import notices, refusals
+
 HERE = Path(__file__).parent
 PROJECT = tomllib.loads((HERE.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 FIRST_PAGE = "README"
@@ -48,6 +50,16 @@ def add_navigation(app: Sphinx, page: str, source: list[str]) -> None:
         source[0] += "\n" + (HERE / "navigation.md").read_text(encoding="utf-8")
 
 
+def add_catalogues(app: Sphinx, page: str, source: list[str]) -> None:
+    """What `pcnet3d list notices` and `list refusals` print, as tables."""
+    if page != "docs/notices":
+        return
+    for heading, rows in (("All notices", notices.listed()), ("All refusals", refusals.listed())):
+        lines = [[*rows[0]], ["---"] * 3, *([f"`{code}`", *texts] for code, *texts in map(dict.values, rows))]
+        table = "\n".join(f"| {' | '.join(text.replace('|', '&#124;') for text in line)} |" for line in lines)
+        source[0] += f"\n## {heading}\n\n{table}\n"
+
+
 def add_index(app: Sphinx, error: Exception | None) -> None:
     """What a browser opens in a folder."""
     if error is None:
@@ -57,4 +69,5 @@ def add_index(app: Sphinx, error: Exception | None) -> None:
 def setup(app: Sphinx) -> None:
     app.add_lexer("csv", TextLexer)  # Pygments has none
     app.connect("source-read", add_navigation)
+    app.connect("source-read", add_catalogues)
     app.connect("build-finished", add_index)

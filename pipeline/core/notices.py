@@ -130,10 +130,12 @@ def verdict_words(findings: Iterable[Notice]) -> str:
     return f"the poses are {verdict(findings)}{': ' if doubts else ''}{'; '.join(doubts)}"
 
 
-def notices_table() -> str:
-    """The catalogue as a table in Markdown, as docs/notices.md has it."""
-    rows = [f"| `{code}` | {entry.weight} | {_shown(entry.template)} |" for code, entry in CATALOGUE.items()]
-    return "\n".join(["| code | weight | what it says |", "| --- | --- | --- |", *rows]) + "\n"
+def listed() -> list[dict[str, str]]:
+    """Rows of `pcnet3d list notices`, each with three texts; a value is its name between asterisks."""
+    return [
+        {"code": code, "weight": entry.weight, "what it says": _shown(entry.template)}
+        for code, entry in CATALOGUE.items()
+    ]
 
 
 def _shown(template: str) -> str:
@@ -142,7 +144,7 @@ def _shown(template: str) -> str:
         f"{text}{'' if name is None else _value(name, spec or '')}"
         for text, name, spec, _ in Formatter().parse(template)
     ]
-    return "".join(parts).replace("|", "\\|")
+    return "".join(parts)
 
 
 def _value(name: str, spec: str) -> str:

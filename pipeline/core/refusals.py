@@ -65,7 +65,8 @@ REFUSALS: dict[Refusal, Meaning] = {
 assert set(REFUSALS) == set(get_args(Refusal))
 
 
-def refusals_table() -> str:
-    """The codes as a table in Markdown, as docs/notices.md has it."""
-    rows = [f"| `{code}` | {why.means} | {why.act} |" for code, why in REFUSALS.items()]
-    return "\n".join(["| refusal | why | what to do |", "| --- | --- | --- |", *rows]) + "\n"
+def listed() -> list[dict[str, str]]:
+    """Rows of `pcnet3d list refusals`, each with three texts."""
+    return [
+        {"code": code, "why": meaning.means, "what to do": meaning.act} for code, meaning in REFUSALS.items()
+    ]

@@ -44,7 +44,8 @@ def peak_memory_bytes(of_children: bool = False) -> float:
         import psutil
 
         return float("nan") if of_children else psutil.Process().memory_info().peak_wset
-    if sys.platform == "linux" and not of_children:  # where getrusage tells the parent's too, if that was higher
+    # Where getrusage tells that of the process that started this one, if it was higher.
+    if sys.platform == "linux" and not of_children:
         status = Path("/proc/self/status").read_text(encoding="ascii")
         return 1024 * int(status.partition("VmHWM:")[2].split()[0])
     import resource

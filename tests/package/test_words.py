@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pcnet3d.pipeline.cli import load_command
-from pcnet3d.pipeline.core.notices import notices_table
-from pcnet3d.pipeline.core.refusals import refusals_table
+from pcnet3d.pipeline.core import notices, refusals
 from pcnet3d.pipeline.plugins import registry
 
 ROOT = Path(__file__).parents[2]
@@ -54,8 +53,9 @@ def texts() -> Iterator[tuple[str, str]]:
         command = load_command(name)
         options = [getattr(option, "help", None) or "" for option in command.params]
         yield f"pcnet3d {name} --help", "\n\n".join([command.help or "", *options])
-    yield "pipeline/core/catalogue.py", notices_table()
-    yield "pipeline/core/refusals.py", refusals_table()
+    for catalogue in (notices, refusals):
+        sentences = ("; ".join(list(row.values())[1:]) for row in catalogue.listed())
+        yield catalogue.__name__, "\n\n".join(sentences)
 
 
 def test_the_rule_sees():

@@ -11,6 +11,8 @@ import pytest
 from typer.main import get_command
 
 from commands import APART, pcnet3d
+from pcnet3d.pipeline.core.catalogue import CATALOGUE
+from pcnet3d.pipeline.core.refusals import REFUSALS
 
 FILES = [
     "kinematics.parquet",
@@ -349,6 +351,8 @@ def test_list_prints_one_line_an_adapter_and_json():
     assert [line.split(maxsplit=2) for line in lines] == [list(row.values()) for row in rows]
     assert all(list(row) == ["name", "gives", "reads"] for row in rows)
     assert {"motionbert", "alphapose", "video"} <= {row["name"] for row in rows}
+    for what, known in (("notices", CATALOGUE), ("refusals", REFUSALS)):
+        assert [row["code"] for row in json.loads(pcnet3d("list", what, "--json").stdout)] == [*known]
     assert {row["name"] for row in json.loads(pcnet3d("list", "stages", "--json").stdout)} >= {
         "clean",
         "rectify",

@@ -9,7 +9,7 @@ from typing import get_args
 import pytest
 
 from pcnet3d.pipeline.core.errors import InputError
-from pcnet3d.pipeline.core.refusals import REFUSALS, Refusal, refusals_table
+from pcnet3d.pipeline.core.refusals import REFUSALS, Refusal
 
 ROOT = Path(__file__).parents[3]
 
@@ -49,8 +49,3 @@ def test_every_refusal_has_a_code_of_the_table_and_every_code_is_used():
                     code, _ = call.args
                     used.add(code.value if isinstance(code, ast.Constant) else ast.unparse(code))
     assert used == {*REFUSALS, "error.code"}
-
-
-def test_the_documents_hold_the_codes():
-    """`python docs/notices.py` writes them."""
-    assert refusals_table() in (ROOT / "docs/notices.md").read_text(encoding="utf-8")

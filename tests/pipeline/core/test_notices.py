@@ -8,7 +8,7 @@ from string import Formatter
 import pytest
 
 from pcnet3d.pipeline.core.catalogue import CATALOGUE
-from pcnet3d.pipeline.core.notices import Notice, notice, notices_table, own_notice, verdict, without_doubles
+from pcnet3d.pipeline.core.notices import Notice, notice, own_notice, verdict, without_doubles
 from pcnet3d.pipeline.core.take import Take
 
 ROOT = Path(__file__).parents[3]
@@ -68,8 +68,3 @@ def test_every_code_is_said_somewhere():
     text = "\n".join(path.read_text(encoding="utf-8") for path in sources)
     made = {code for code in CATALOGUE if f'"{code}"' in text or f'"{code.replace("-", "_")}"' in text}
     assert sorted(set(CATALOGUE) - made) == []
-
-
-def test_the_documents_hold_the_catalogue():
-    """`python docs/notices.py` writes it."""
-    assert notices_table() in (ROOT / "docs/notices.md").read_text(encoding="utf-8")

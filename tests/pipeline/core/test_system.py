@@ -163,6 +163,13 @@ def test_peak_memory_has_one_unit(on, monkeypatch):
     assert system.peak_memory_bytes() == 12345
 
 
+def test_peak_memory_is_not_that_of_who_started_the_process():
+    held = b"x" * 2**28
+    code = "from pcnet3d.pipeline.core.system import peak_memory_bytes; print(peak_memory_bytes())"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert float(told) < len(held)
+
+
 def test_windows_starts_a_process_apart_in_its_own_words(on):
     assert system.apart() == {"start_new_session": True}
     on("win32")
