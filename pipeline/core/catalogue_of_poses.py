@@ -56,6 +56,8 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
     "no-quick-movement": ("suspicious", "poses",
         "Hands and feet hardly move faster than {hertz:g} Hz (only {share_percent:.1f} % of their movement does): "
         "the poses were smoothed."),
+    "movement-shrunk": ("suspicious", "poses",
+        "Limbs keep their lengths only if the joints moved {times:.1f} times as far: the movement was made smaller."),
     "bones": ("suspicious", "poses",
         "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), most from {worst} "
         "({worst_percent:.0f} %)."),

@@ -52,6 +52,16 @@ def test_smoothed_poses_are_told(joints):
     assert "no-quick-movement" in codes(uniform_filter1d(joints, 15, axis=0))
 
 
+def test_movement_that_was_made_smaller_is_told(joints):
+    usual = joints.mean(axis=0)
+    for share in (0.3, 0.5, 0.8):
+        (said,) = shape_findings(poses(usual + share * (joints - usual)))
+        assert said.code == "movement-shrunk"
+        assert said.values["times"] == pytest.approx(1 / share, rel=0.05)
+    for share in (0.0, 1.0, 1.5):
+        assert "movement-shrunk" not in codes(usual + share * (joints - usual))
+
+
 def test_rows_that_are_lost_regularly_or_at_once_are_told(joints):
     walk = walker(seconds=8.0)
     quiet = (walk.world - walk.root[:, None])[:120]
