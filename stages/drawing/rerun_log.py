@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _AXES = {"back": PURPLE, "right": GREEN, "up": YELLOW}  # of BODY: x, y, z
 _LEVELS = {"warning": "WARN", "repair": "INFO", "mark": "INFO", "note": "DEBUG"}
-_ROWS = 1 << 12  # of a skeleton that are sent at a time, two minutes at 30 frames a second
+_ROWS = 1 << 13  # of a skeleton that are sent at a time, four minutes at 30 frames a second
 _LETTERS = {"away": "F", "toward": "B", "north": "F", "south": "B", "west": "L", "east": "R"}
 
 
