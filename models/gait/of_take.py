@@ -19,7 +19,7 @@ NOISE = 2.0 * float(np.sqrt(2))  # standard deviations of a frame's value: twice
 def body_joints(filtered: PoseSequence, rectified: Rectified) -> np.ndarray:
     """(T, 17, 3) the filtered joints in BODY axes: no turn of the path and no pan of the camera changes them."""
     R_body_from_level = transpose(rectified.R_source_from_body) @ rectified.R_source_from_level
-    return rotate(R_body_from_level, filtered.joints.astype(np.float64))
+    return rotate(R_body_from_level, filtered.joints)  # in double precision, as the rotations are
 
 
 def gait_of(

@@ -15,6 +15,7 @@ from ..core.device import computing_on
 from ..core.errors import InputError
 from ..core.messages import how_many
 from ..core.notices import notice
+from ..core.system import give_memory_back
 from ..core.take import Take, Told
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
 from ..files.names import KEYPOINTS
@@ -130,6 +131,7 @@ def run_into(
         start = time.perf_counter()
         people = _people(options) if everybody else (Person("", 0, open_take(options)),)
         done("read", time.perf_counter() - start)
+        give_memory_back()
         who = [(person.name, person.frames) for person in people]
         ended = {i: person.take for i, person in enumerate(people)}
         takes = {i: end for i, end in ended.items() if isinstance(end, Take)}
