@@ -22,8 +22,8 @@ TOGETHER = (
     "keypoints-of-somebody-else", "keypoints-not-of-poses", "keypoints-not-of-video", "keypoints-shifted",
 )  # fmt: skip
 SHAPE = (
-    "flattened-depth", "depth-stretched", "bones", "flat", "stature", "no-quick-movement", "movement-shrunk", "limbs-copied",
-    "limbs-unlike", "left-and-right", "mirrored", "legs-against-arms",
+    "flattened-depth", "depth-stretched", "bones", "flat", "stature", "no-quick-movement", "movement-shrunk",
+    "limbs-copied", "limbs-unlike", "left-and-right", "mirrored", "legs-against-arms",
 )  # fmt: skip
 SIDES = ("mirrored", "legs-against-arms", "left-and-right", "sides-doubtful", *TOGETHER)
 UP = ("nobody-upright", "upside-down", "picture-upside-down", "not-levelled")
