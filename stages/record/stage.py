@@ -140,8 +140,8 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
     if take.keypoints is not None:
         log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.0)
     source, level = take.need("poses"), rectified.level
-    for entity, skeleton in {"source": source, "body": rectified.body}.items():
-        log_skeleton(recording, entity, with_feet(skeleton), radius=0.024 * size)
+    log_skeleton(recording, "source", with_feet(source), radius=0.024 * size)
+    log_skeleton(recording, "body", with_feet(rectified.body), radius=0.024 * size)
     log_joints(recording, "level", with_feet(level), radius=0.024 * size)
     log_body(recording, "level", with_feet(level))
     for entity, skeleton in {"source": source, "level": level}.items():
