@@ -224,6 +224,7 @@ def _broken(
 def strides(walks: Sequence[Sequence[Step]], feet: Mapping[str, Sequence[Stance]]) -> list[Stride]:
     """Of every two steps in a row, walk by walk, with the toe-offs that lie in them."""
     found = []
+    offs = {side: np.sort([stance.stop_s for stance in of]) for side, of in feet.items()}
     for walk in walks:
         for one, two in pairwise(walk):
             side, other = two.side, one.side
@@ -233,18 +234,18 @@ def strides(walks: Sequence[Sequence[Step]], feet: Mapping[str, Sequence[Stance]
                     side,
                     one.start_s,
                     two.stop_s,
-                    _off(feet[side], one.start_s, two.stop_s),
-                    _off(feet[other], one.start_s - (one.stop_s - one.start_s), one.stop_s),
+                    _off(offs[side], one.start_s, two.stop_s),
+                    _off(offs[other], one.start_s - (one.stop_s - one.start_s), one.stop_s),
                     one.stop_s,
                 )
             )
     return found
 
 
-def _off(feet: Sequence[Stance], after_s: float, before_s: float) -> float:
-    """The last toe-off between; NaN where there is none."""
-    offs = [stance.stop_s for stance in feet if after_s < stance.stop_s < before_s]
-    return offs[-1] if offs else float("nan")
+def _off(offs: np.ndarray, after_s: float, before_s: float) -> float:
+    """The last of toe-offs (N,), which increase, between; NaN where there is none."""
+    last = int(np.searchsorted(offs, before_s)) - 1
+    return float(offs[last]) if last >= 0 and offs[last] > after_s else float("nan")
 
 
 def contact_times(walks: Sequence[Sequence[Step]], side: str) -> list[float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -28,12 +29,12 @@ class Gait:
     feet: dict[str, list[Stance]]
     walks: list[list[Step]]
 
-    @property
+    @cached_property
     def steps(self) -> list[Step]:
         """Of all walks, in order."""
         return [step for walk in self.walks for step in walk]
 
-    @property
+    @cached_property
     def kind(self) -> str:
         """ "running" where most strides have flights and steps are as quick as people run, else "walking"; "none"
         without a walk."""
@@ -41,14 +42,14 @@ class Gait:
             return "none"
         return "running" if self.flies and _step_s(self.steps) <= _RUN_STEP_S else "walking"
 
-    @property
+    @cached_property
     def flies(self) -> bool:
         """Whether most strides have flights."""
         flights = np.concatenate([*time_values(self)["flight_time_s"].values()])
         flights = flights[np.isfinite(flights)]
         return bool(len(flights) and np.median(flights) > 0)
 
-    @property
+    @cached_property
     def strides(self) -> list[Stride]:
         """Of all walks, in order."""
         return strides(self.walks, self.feet)

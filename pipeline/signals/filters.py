@@ -25,6 +25,7 @@ BRIDGED_S = 0.2  # of images that are lacking, as long as the gaps of rows that 
 _GAP = 2.5  # an interval this many times the usual one is a hole: more than one frame was lost
 _STAMP_S = 0.6e-3  # stamps rounded to milliseconds lie this near to even ones
 _ORDER = 4  # of both passes of the Butterworth filter together
+_ALL = 512  # rows of a take that is short; further than half of it away no row changes a spline's value
 _AT_ONCE = 1 << 17  # rows times paths that are filtered at once: some tens of megabytes
 _HALF_POWER = np.sqrt(0.5)  # gain at the cut-off
 _CUBIC, _SHORTEST = (
@@ -230,10 +231,20 @@ def derivative(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (), ord
     return result
 
 
+def around(time_s: np.ndarray, at_s: np.ndarray) -> slice:
+    """The rows of time_s (T,) that a spline at the times at_s (N,) rests on; of a short take all."""
+    if len(time_s) <= _ALL or not len(at_s):
+        return slice(0, len(time_s))
+    first, last = np.searchsorted(time_s, [at_s.min(), at_s.max()])
+    return slice(max(int(first) - _ALL // 2, 0), min(int(last) + _ALL // 2, len(time_s)))
+
+
 def resample(x: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
     """x (T,) or (T, D) at other times at_s (N,): a cubic spline inside each unbroken piece, NaN between pieces."""
-    x = np.asarray(x, dtype=np.float64)
     result = np.full((len(at_s), *x.shape[1:]), np.nan)
+    near = around(time_s, at_s)
+    x, time_s = np.asarray(x[near], dtype=np.float64), time_s[near]
+    seams = [seam - near.start for seam in seams if near.start < seam < near.stop]
     for piece in runs(_known(x), time_s, seams):
         times = time_s[piece]
         inside = (at_s >= times[0] - 1e-9) & (at_s <= times[-1] + 1e-9)

@@ -13,7 +13,7 @@ from ...models.gait.events import Stride
 from ...pipeline.core.measures import Measure, Row, Side, grouped, moments, subgroup
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import near, unwrapped
-from ...pipeline.signals.filters import breaks, resample
+from ...pipeline.signals.filters import around, breaks, resample
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .cycles import POINTS
 from .figures import spread, with_error
@@ -65,11 +65,13 @@ def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
     for cycle in cycles_of(take.measures):
         at_s = np.linspace(cycle.start_s, cycle.stop_s, POINTS)
         events = _events(walking, cycle) if cycle.movement.startswith("walking") else {}
+        near = around(times, at_s)
+        of_near = times[near], at_s, [seam - near.start for seam in seams if near.start < seam < near.stop]
         values: dict[str, np.ndarray] = {}
         for name in _angles(take):
-            curve = resample(unwrapped(columns[f"{name}_deg"]), times, at_s, seams)
+            curve = resample(unwrapped(columns[f"{name}_deg"][near]), *of_near)
             values[f"{name}_deg"] = _within_range(curve, ALL_ANGLES[name].centre_deg)
-            values[f"{name}_sd_deg"] = resample(columns[f"{name}_sd_deg"], times, at_s, seams)
+            values[f"{name}_sd_deg"] = resample(columns[f"{name}_sd_deg"][near], *of_near)
         for percent in range(POINTS):
             yield {
                 "movement": cycle.movement,

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, LEVEL, InputError, PoseSequence
@@ -259,6 +260,19 @@ def test_resampling_meets_the_points_and_leaves_the_gaps():
     np.testing.assert_allclose(found[inside], np.sin(3 * at[inside]), atol=1e-4)
     assert not inside[39:60].any()
     assert inside[:39].all()
+
+
+def test_resampling_a_part_of_a_long_take_is_that_of_the_whole():
+    """Else every stride of a long walk costs as much as the take is long."""
+    time_s = np.arange(5000) / 30
+    x = np.random.default_rng(0).normal(size=5000)
+    for at in (np.linspace(80, 81.3, 101), np.linspace(0, 1, 101), np.linspace(166, time_s[-1], 101)):
+        np.testing.assert_allclose(resample(x, time_s, at), CubicSpline(time_s, x)(at), atol=1e-9)
+    at = np.linspace(80, 81.3, 101)
+    cut = resample(x, time_s, at, seams=[10, 2420, 4000])  # the second lies between 80.63 and 80.67 s
+    assert (
+        np.flatnonzero(np.isnan(cut)).tolist() == np.flatnonzero((at > 2419 / 30) & (at < 2420 / 30)).tolist()
+    )
 
 
 @pytest.mark.parametrize("fps", [30, 60, 120])
