@@ -7,12 +7,15 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
 
+from ....examples.walker import side_camera, walker
+from ....examples.walker.files import write_keypoints, write_poses
 from ....pipeline.reading.settings import OnDevice, RunOptions
 from ..common.modules import in_own_process
 from .run import Measured, gemm_gflops, measured_run
@@ -33,11 +36,20 @@ _START = {
 def files(
     frames: Annotated[int, typer.Option(min=100, help="Frames of the take.")] = 10_000,
     rounds: Annotated[int, typer.Option(min=1, help="Times that it is measured.")] = 1,
+    walks: Annotated[
+        bool,
+        typer.Option(
+            "--walks", help="A person who walks, with the image's size, for which keypoints are lifted too."
+        ),
+    ] = False,
+    keypoints: Annotated[bool, typer.Option(help="Give the keypoints beside the poses.")] = True,
     device: OnDevice = "auto",
 ) -> None:
     """Measure a run on files of poses and keypoints: every stage, the memory, and how long a command takes to start."""
     with tempfile.TemporaryDirectory() as folder:
-        options = write_inputs(Path(folder), frames).with_(device=device)
+        written = write_walk(Path(folder), frames) if walks else write_inputs(Path(folder), frames)
+        options = written.with_(device=device)
+        options = options if keypoints else options.with_(keypoints=None, image_size=None)
         for _ in range(rounds):
             print(in_own_process(_run, options))
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
@@ -60,6 +72,17 @@ def write_inputs(folder: Path, frames: int) -> RunOptions:
     ]  # fmt: skip
     keypoints.write_text(json.dumps(detections), encoding="utf-8")
     return RunOptions(poses=poses, keypoints=keypoints, fps=30)
+
+
+def write_walk(folder: Path, frames: int) -> RunOptions:
+    """The same files of the built-in walker on a treadmill."""
+    walk, camera = walker(seconds=frames / 30), side_camera(walker())
+    walk = replace(walk, world=walk.world - walk.root[:, None] + walker().root[-1])
+    poses, keypoints = folder / "X3D.npy", folder / "alphapose-results.json"
+    rows, rng = np.arange(frames), np.random.default_rng(0)
+    write_keypoints(keypoints, walk, camera, rows, 1.0, rng)
+    write_poses(poses, walk, camera, rows, 0.008, rng)
+    return RunOptions(poses=poses, keypoints=keypoints, fps=30, image_size=(camera.width, camera.height))
 
 
 def _run(options: RunOptions) -> Measured:

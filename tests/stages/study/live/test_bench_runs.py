@@ -10,10 +10,11 @@ import pytest
 
 from pcnet3d.examples.walker.long_video import write_long_video
 from pcnet3d.models.lab.bench.batch import measured_batch
-from pcnet3d.models.lab.bench.files import write_inputs
+from pcnet3d.models.lab.bench.files import write_inputs, write_walk
 from pcnet3d.models.lab.bench.pipeline import _run
 from pcnet3d.models.lab.bench.run import measured_run
 from pcnet3d.models.rectifier.onnx import PCNetRectifier
+from pcnet3d.pipeline.core.measures import grouped, subgroup, value
 from pcnet3d.pipeline.reading.load import read_video
 
 # CPU time of a run from files without its network, over that of its network: 3.7 to 5.2 in 15 runs on two busy cores.
@@ -60,6 +61,14 @@ def test_a_run_on_files_says_where_its_time_went(tmp_path):
     assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s)
     assert 0 < measured.seconds["the rest"] < measured.wall_s / 4
     assert 0 < measured.arrays_mb < measured.peak_mb
+
+
+def test_a_walk_has_steps_and_a_second_lift(tmp_path):
+    take, measured = measured_run(write_walk(tmp_path, 600))
+    steps = value(subgroup(grouped(take.need("measures")), "walking"), "steps")
+    assert steps is not None
+    assert steps > 5
+    assert "lifter.onnx" in measured.devices
 
 
 def test_own_work_stays_in_proportion_to_the_networks(tmp_path, monkeypatch):
