@@ -125,13 +125,20 @@ def log_joints(recording: rr.RecordingStream, entity: str, poses: PoseSequence, 
 
 
 def log_body(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
-    """`entity`/right, /left and /middle: the body's tapered bones, one surface that each row puts wherever a bone is
-    known."""
+    """`entity`/right, /left and /middle: the body's tapered bones."""
+    log_body_looks(recording, entity)
+    log_body_rows(recording, entity, poses)
+
+
+_BODY_SIDES = {"right": RIGHT, "left": LEFT, "middle": MIDDLE}
+
+
+def log_body_looks(recording: rr.RecordingStream, entity: str) -> None:
+    """One surface for all bones of a side, and its colour."""
     import rerun as rr
 
     points = surface(np.eye(3)[0])
-    for side, colour in {"right": RIGHT, "left": LEFT, "middle": MIDDLE}.items():
-        bones = [bone for bone in poses.layout.bones if side_colour(*bone) == colour]
+    for side, colour in _BODY_SIDES.items():
         shape = rr.Mesh3D(
             vertex_positions=points,
             triangle_indices=FACES,
@@ -139,6 +146,14 @@ def log_body(recording: rr.RecordingStream, entity: str, poses: PoseSequence) ->
             albedo_factor=colour,
         )
         recording.log(f"{entity}/{side}", shape, static=True)
+
+
+def log_body_rows(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
+    """Each row puts the surface wherever a bone is known."""
+    import rerun as rr
+
+    for side, colour in _BODY_SIDES.items():
+        bones = [bone for bone in poses.layout.bones if side_colour(*bone) == colour]
         starts, ends = (poses.layout.indices(joints) for joints in zip(*bones, strict=True))
         for clock, joints in _pieces(recording, poses):
             bone = joints[:, ends] - joints[:, starts]

@@ -164,6 +164,7 @@ class Watch:
         self.latency = Latency()
         self._networks = networks
         self._estimators: tuple[LiveLifter, LiveRectifier] | None = None
+        networks.for_camera((1, 1))  # loads them, so that the first images need not wait
 
     def see(self, shot: Shot, dropped: int) -> Moment:
         """The next image. dropped: how many were, so far."""

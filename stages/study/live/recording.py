@@ -20,9 +20,9 @@ from ....pipeline.core.frames import BODY, CAMERA, IMAGE
 from ....pipeline.core.layouts import H36M17, Layout
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
-from ...drawing.palette import LEFT, RIGHT
+from ...drawing.palette import DARK, LEFT, RIGHT
 from ...drawing.rerun_file import RecordingFile, recording_file
-from ...drawing.rerun_log import log_looks, log_rows
+from ...drawing.rerun_log import log_body_looks, log_body_rows, log_looks, log_rows
 from .source import Shot
 
 if TYPE_CHECKING:
@@ -61,7 +61,8 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
 
 
 class LiveRecording:
-    """Entities as in `record`: video, video/keypoints, source, body; wrists/source, wrists/body; rotation."""
+    """Entities as in `record`: video, video/keypoints, source, body; wrists/source, wrists/body; rotation. And
+    body/surface: the person drawn as tapered bones."""
 
     def __init__(
         self,
@@ -81,6 +82,7 @@ class LiveRecording:
         log_looks(recording, "video/keypoints", layout, IMAGE, -3.0)
         log_looks(recording, "source", H36M17, _SOURCE, 0.024 * _SIZE)
         log_looks(recording, "body", H36M17, _BODY, 0.024 * _SIZE)
+        log_body_looks(recording, "body/surface")
         for entity, axes in (("source", _SOURCE.axes), ("body", _BODY.axes)):
             for side, colour in (("l", LEFT), ("r", RIGHT)):
                 shades = [tuple(int(part * share) for part in colour) for share in (1, 0.75, 0.5)]
@@ -127,6 +129,8 @@ class LiveRecording:
                 time_s=np.array([shot.time_s]),
             )
             log_rows(recording, entity, row)
+            if entity == "body":
+                log_body_rows(recording, "body/surface", row)
         for entity, shown in (("source", joints), ("body", body)):
             for wrist in ("l_wrist", "r_wrist"):
                 recording.log(f"wrists/{entity}/{wrist}", rr.Scalars(shown[H36M17.index(wrist)]))
@@ -163,31 +167,53 @@ class LiveRecording:
 def _blueprint() -> rrb.Blueprint:
     import rerun.blueprint as rrb
 
-    eye = rrb.EyeControls3D(position=_SIZE * np.array([-2.2, 1.1, 0.5]), look_target=(0, 0, 0))
+    eye = rrb.EyeControls3D(position=_SIZE * np.array([-1.8, 0.9, 0.4]), look_target=(0, 0, 0))
     camera = rrb.EyeControls3D(position=_SIZE * np.array([0.5, -0.4, -2.4]), look_target=(0, 0, 0))
     window = rrb.VisibleTimeRange(
         "video_time",
         start=rrb.TimeRangeBoundary.cursor_relative(seconds=-10),
         end=rrb.TimeRangeBoundary.cursor_relative(),
     )
-    return rrb.Blueprint(
-        rrb.Horizontal(
-            rrb.Vertical(
-                rrb.Spatial2DView(origin="video", name="Video and 2D keypoints"),
-                rrb.Spatial3DView(origin="source", name="Before: CAMERA axes", eye_controls=camera),
-            ),
-            rrb.Spatial3DView(origin="body", name="After: BODY, facing you", eye_controls=eye),
-            rrb.Vertical(
-                rrb.TimeSeriesView(
-                    origin="wrists/source", name="Wrists before: right, down, away (au)", time_ranges=[window]
-                ),
-                rrb.TimeSeriesView(
-                    origin="wrists/body", name="Wrists after: back, right, up (au)", time_ranges=[window]
-                ),
-                rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)"),
-            ),
-            column_shares=[3, 4, 4],
+    video = rrb.Spatial2DView(origin="video", name="Video and 2D keypoints")
+    first = rrb.Horizontal(
+        video, _body("Now: BODY, facing you", eye, ["$origin/surface/**"]), name="First look"
+    )
+    details = rrb.Horizontal(
+        rrb.Vertical(
+            video,
+            rrb.Spatial3DView(origin="source", name="Before: CAMERA axes", eye_controls=camera),
         ),
+        _body("After: BODY, facing you", eye, ["$origin/joints", "$origin/bones"]),
+        rrb.Vertical(
+            rrb.TimeSeriesView(
+                origin="wrists/source", name="Wrists before: right, down, away (au)", time_ranges=[window]
+            ),
+            rrb.TimeSeriesView(
+                origin="wrists/body", name="Wrists after: back, right, up (au)", time_ranges=[window]
+            ),
+            rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)"),
+        ),
+        column_shares=[3, 4, 4],
+        name="Details",
+    )
+    return rrb.Blueprint(
+        rrb.Tabs(first, details, active_tab=0),
         rrb.TimePanel(state="collapsed", timeline="video_time", play_state="following"),
         collapse_panels=True,
+    )
+
+
+def _body(name: str, eye: rrb.EyeControls3D, contents: list[str]) -> rrb.View:
+    """The person over a floor at about the height of their feet."""
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+    plane = rr.components.Plane3D.XY.with_distance(-_SIZE)
+    return rrb.Spatial3DView(
+        origin="body",
+        name=name,
+        contents=contents,
+        eye_controls=eye,
+        background=DARK,
+        line_grid=rrb.LineGrid3D(plane=plane, spacing=_SIZE / 4, color=(128, 128, 128, 110)),
     )

@@ -33,7 +33,7 @@ _NEEDED = "tls,crypto"  # what those are built on; no playlist from elsewhere ma
 class Shot:
     """number: from 0, of the images that were not dropped; of a file its frame number. time_s: from the first one.
     image: (H, W, 3) uint8 RGB, upright. came_s: when the image was there, by time.perf_counter; of one that waits, when
-    it was taken."""
+    it was taken; of a file in real time, when it was due."""
 
     number: int
     time_s: float
@@ -77,13 +77,18 @@ def _paced(shots: Iterator[Shot]) -> Iterator[Shot]:
         now = time.perf_counter()
         start = now - shot.time_s if start is None else start
         time.sleep(max(start + shot.time_s - now, 0.0))
-        yield replace(shot, came_s=time.perf_counter())
+        # Its own time: one that was decoded too slowly is late already.
+        yield replace(shot, came_s=start + shot.time_s)
 
 
 def _opened(source: str) -> Source:
     if source.isdigit() or Path(source).is_char_device():
         return Source(f"camera {source}", _camera(source), None, waits=False)
     if source == "-":
+        if sys.stdin is None:
+            raise InputError(
+                "not-reached", "Expected a video from standard input, but it is closed; pipe one into it."
+            )
         # Unbuffered: what is in the pipe is taken, and nothing more is waited for.
         pipe = open(sys.stdin.fileno(), "rb", buffering=0, closefd=False)  # noqa: SIM115 (stdin stays open)
         is_file = stat.S_ISREG(

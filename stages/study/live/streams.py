@@ -35,6 +35,8 @@ def streaming(address: str | None) -> Iterator[Send]:
         yield lambda pose: None
         return
     if address == "-":
+        if sys.stdout is None:
+            raise InputError("not-reached", f"{_EXPECTED}, got '-', but standard output is closed.")
         lines = _Lines(sys.stdout.fileno())
         try:
             yield lambda pose: lines.put(as_json(pose))
@@ -86,7 +88,8 @@ def _parsed(address: str) -> tuple[str, str, int]:
         host, port = parts.hostname, parts.port
     except ValueError as error:
         raise InputError("bad-value", f"{_EXPECTED}, got '{address}': {error}.") from None
-    if parts.scheme not in ("udp", "osc") or parts.netloc.count("@") or parts.path not in ("", "/"):
+    more = parts.netloc.count("@") or parts.path not in ("", "/") or parts.query or parts.fragment
+    if parts.scheme not in ("udp", "osc") or more:
         raise InputError("bad-value", f"{_EXPECTED}, got '{address}'.")
     if not host or not port:
         raise InputError("bad-value", f"{_EXPECTED}, with a host and a port of 1 to 65535; got '{address}'.")

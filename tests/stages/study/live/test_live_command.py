@@ -205,7 +205,7 @@ def test_the_lift_of_one_person_rests_on_nobody_else(numbered_film, joints_px, t
     monkeypatch.setattr("pcnet3d.stages.study.live.command.load_detector", lambda *_: toy)
     monkeypatch.setattr("pcnet3d.stages.study.live.frames.LiveLifter", Spy)
     live(source=str(numbered_film), output=tmp_path / "out", settings=QUICK)
-    first, second = seen
+    first, second = filter(None, seen)  # the first that is made only loads the network
     assert len(first) == 51
     np.testing.assert_allclose(second, moved[:9].max(axis=(1, 2)), rtol=1e-5)
     said = capsys.readouterr().err

@@ -15,7 +15,7 @@ import pytest
 from commands import APART
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.stages import LivePose, live_frames
-from pcnet3d.stages.study.live import streams
+from pcnet3d.stages.study.live import frames, streams
 from pcnet3d.stages.study.live.command import live
 from pcnet3d.stages.study.live.source import Incoming, Shot, Source, open_source
 from refusals import refused
@@ -137,12 +137,22 @@ def test_a_receiver_that_is_gone_is_told_of_once(numbered_film, toy_detector, tm
 @pytest.mark.parametrize(
     "address",
     ["udp://", "udp://127.0.0.1", "udp://127.0.0.1:0", "udp://127.0.0.1:99999", "tcp://127.0.0.1:5", "there",
-     "udp://127.0.0.1:5/there", "udp://me@127.0.0.1:5"],
+     "udp://127.0.0.1:5/there", "udp://me@127.0.0.1:5", "udp://127.0.0.1:5?ttl=1", "osc://127.0.0.1:5#there"],
 )  # fmt: skip
 def test_an_address_that_cannot_be_is_refused_before_the_camera_opens(address, tmp_path, monkeypatch):
     monkeypatch.setattr("pcnet3d.stages.study.live.command.open_source", None)
     with refused("bad-value"):
         live(source="0", output=tmp_path / "out", stream=address)
+    assert not any(tmp_path.iterdir())
+
+
+def test_closed_standard_streams_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "stdout", None)
+    with refused("not-reached"):
+        live(source="0", output=tmp_path / "out", stream="-")
+    monkeypatch.setattr(sys, "stdin", None)
+    with refused("not-reached"):
+        open_source("-")
     assert not any(tmp_path.iterdir())
 
 
@@ -206,6 +216,38 @@ def test_a_file_in_real_time_keeps_its_frame_numbers_and_drops_what_comes_too_fa
         time.sleep(0.1)
     assert incoming.dropped > 20
     assert len(numbers) + incoming.dropped == 60
+
+
+def test_an_image_in_real_time_that_is_decoded_too_slowly_is_late_already(numbered_film, monkeypatch):
+    def slowly(video):
+        for number in range(5):
+            time.sleep(0.1)
+            yield number, np.zeros((2, 2, 3), np.uint8)
+
+    monkeypatch.setattr("pcnet3d.stages.study.live.source.images_from", slowly)
+    late = [
+        time.perf_counter() - shot.came_s for shot in open_source(str(numbered_film), realtime=True).shots
+    ]
+    assert late[0] < 0.05
+    assert late[-1] > 0.2  # four images at 30 a second were due in 0.13 s, and took 0.4
+
+
+def test_networks_are_loaded_before_the_first_image(monkeypatch, numbered_film, toy_detector):
+    """Or images would be left out while they load."""
+    order, loads = [], frames.Networks.for_camera
+
+    def for_camera(networks, image_size):
+        order.append("networks")
+        return loads(networks, image_size)
+
+    def incoming(source):
+        order.append("images")
+        return Incoming(source)
+
+    monkeypatch.setattr(frames.Networks, "for_camera", for_camera)
+    monkeypatch.setattr(frames, "Incoming", incoming)
+    next(live_frames(numbered_film, toy_detector, rectifier="geometric"))
+    assert order[:2] == ["networks", "images"]
 
 
 def test_a_slow_worker_gets_the_newest_image():
