@@ -60,8 +60,8 @@ def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:
     if not _STATURE_M[0] < stature < _STATURE_M[1]:
         raise InputError(
             "wrong-axes",
-            f"{path}: expected a body of human size, got limbs of a person of {stature:.2g} m; say the file's unit in "
-            "metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over 1000.",
+            f"{path}: expected a body of human size, got limbs of a person of {stature:.2g} m; give the file's unit "
+            "in metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over 1000.",
         )
     made = poses.with_(joints=joints, layout=H36M17, confidence=None)
     derived = {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}

@@ -106,7 +106,7 @@ def _times(path: Path, table: dict[str, np.ndarray], rate_hz: float | None) -> n
     if "time_s" not in table:
         if rate_hz is None:
             raise InputError(
-                "needs-rate", f"{path} has no column time_s; give the samples a second (--rate HZ)."
+                "needs-rate", f"{path} has no column time_s; give the samples per second (--rate HZ)."
             )
         return np.arange(rows) / rate_hz
     time_s = table["time_s"]

@@ -10,7 +10,7 @@ from .kit.numpy import arrays_in
 
 name = "keypoints"
 gives = "keypoints"
-reads = "keypoints.npz of a run of ours on a video alone"
+reads = "keypoints.npz of a pcnet3d run on a video alone"
 
 
 def sniff(path: Path) -> bool:

@@ -39,7 +39,7 @@ _AXES = ("x", "y", "z", "visibility")
 _ROOT_M = 0.1  # the hips' middle is at the origin but for rounding
 _HIPS = BLAZEPOSE33.indices(["l_hip", "r_hip"])
 _IMAGE_REASON = (
-    "image landmarks, whose x and y are shares of the picture's width and height and whose z is no length; save "
+    "image landmarks, whose x and y are shares of the image's width and height and whose z is not a length; save "
     "pose_world_landmarks instead of pose_landmarks"
 )
 
@@ -154,7 +154,8 @@ def _json(path: Path) -> Iterator[Body]:
         people = _people(landmarks, where)
         if frame is None and len(people) > 1:
             raise InputError(
-                "wrong-content", f"{where}: expected frames with a number ('frame') where people are several."
+                "wrong-content",
+                f"{where}: expected frames with a number ('frame') if there are several people.",
             )
         if not people:  # counts as a table's empty row does, so that later frames keep their places and times
             yield Body(np.full((COUNT, 4), np.nan), frame, time_s)

@@ -81,11 +81,11 @@ def _visible(frame: dict[str, Any], where: str) -> list[tuple[str, np.ndarray]]:
     ids, people = frame.get("tid"), frame.get(_JOINTS)
     if not isinstance(ids, list) or not isinstance(people, list) or len(ids) != len(people):
         raise InputError(
-            "wrong-content", f"{where}: expected lists 'tid' and '{_JOINTS}' with an entry a person."
+            "wrong-content", f"{where}: expected lists 'tid' and '{_JOINTS}' with an entry per person."
         )
     since = frame.get("tracked_time", [0] * len(ids))
     if len(since) != len(ids):
-        raise InputError("wrong-content", f"{where}: expected 'tracked_time' with an entry a person.")
+        raise InputError("wrong-content", f"{where}: expected 'tracked_time' with an entry per person.")
     visible = []
     for person, joints, age in zip(ids, people, since, strict=True):
         joints = joints if isinstance(joints, np.ndarray) else np.zeros(())

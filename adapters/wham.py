@@ -59,8 +59,8 @@ def read(path: Path, regressor: str = "") -> tuple[PoseSequence, ...]:
     if not regressor:
         raise InputError(
             "needs-input",
-            f"{path}: expected joints, got WHAM's meshes; say where SMPL's joint regressor is, a .npy of (24, 6890) or "
-            "(17, 6890), with regressor= (-O regressor=J_regressor_h36m.npy), or save joints with a frame rate as .npz "
+            f"{path}: expected joints, got WHAM's meshes; give SMPL's joint regressor, an .npy of (24, 6890) or (17, "
+            "6890), with regressor= (-O regressor=J_regressor_h36m.npy), or save joints with a frame rate as .npz "
             "for adapter amass.",
         )
     weights = _weights(Path(regressor) if Path(regressor).exists() else path.parent / regressor)

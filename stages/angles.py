@@ -171,7 +171,9 @@ def _standing(folder: str) -> _Standing:
     names = [name for name in ALL_ANGLES if f"{name}_deg" in columns]
     if run.told.neutral is not None or not names:
         lacks = (
-            "no angles" if run.told.neutral is None else "angles that are from a neutral posture themselves"
+            "no angles"
+            if run.told.neutral is None
+            else "angles that are themselves relative to a neutral posture"
         )
         raise InputError(
             "bad-value",

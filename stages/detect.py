@@ -63,9 +63,8 @@ class Detect:
             frames = video.span[1] + 1 - video.span[0]
             raise InputError(
                 "nothing-usable",
-                f"Nobody was found in any of the {how_many(frames, 'frame')} of {video.path} "
-                f"by {found.method}; give "
-                "another --detector, or check that the person is upright in the picture and large enough.",
+                f"Nobody was found in any of the {how_many(frames, 'frame')} of {video.path} by {found.method}; give "
+                "another --detector, or check that the person is upright in the image and large enough.",
             )
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -110,8 +109,8 @@ def _notices(found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSe
             if one is not chosen and not np.isin(one.frame_index, chosen.frame_index).any()
         ]
         values["unsure"] = (
-            f"; {' and '.join(again[:_LISTED])} may be {chosen.person} again, for who is lost for a second gets a new "
-            "number"
+            f"; {' and '.join(again[:_LISTED])} may be {chosen.person} again: a person who is lost for a second gets "
+            "a new number"
             if again
             else ""
         )

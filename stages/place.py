@@ -92,11 +92,11 @@ def _why_not(
     if keypoints is None:
         return "there are no 2D keypoints (--keypoints)"
     if moving:
-        return "the camera moves, and how it does is not known"
+        return "the camera moves, and its motion is not known"
     if camera is None:
         return "the image's size is not known (--set read.image_size=WIDTHxHEIGHT)"
     if len(poses) < FEWEST_FRAMES:
-        return f"a path takes {FEWEST_FRAMES} frames, got {len(poses)}"
+        return f"a path needs {FEWEST_FRAMES} frames, got {len(poses)}"
     return None
 
 
@@ -119,11 +119,9 @@ def _said(path: PelvisPath, camera: Camera, poses: PoseSequence, seen: np.ndarra
         within=half_bar(float(np.median(own))),
         unit="m" if poses.frame.unit == "m" else "units",
         size_percent=half_bar(100 * SCALE_SD),
-        depth=f"the distance from the camera is within {share:g} % for the focal length"
+        depth=f"because of the focal length, the distance from the camera is within {share:g} %"
         if (share := half_bar(100 * path.focal_sd)) < 100
-        else "the distance from the camera is not known, nor is the focal length",
+        else "the focal length and the distance from the camera are not known",
         guess=guess,
-        unjudged=""
-        if made_by_the_built_in(poses)
-        else "; whether this holds for these poses was not measured",
+        unjudged="" if made_by_the_built_in(poses) else "; these errors were not measured for these poses",
     )

@@ -115,9 +115,7 @@ class Trajectories:
         if known_error and level.covariance is None:
             notices.append(notice("smoothed-by-estimated-error"))
         elif known_error:
-            unjudged = (
-                "" if judged else "; that error was not checked, and none of them has a standard deviation"
-            )
+            unjudged = "" if judged else "; that error was not checked, so they have no standard deviation"
             notices.append(notice("smoothed-by-stated-error", unjudged=unjudged))
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
             *notices,
@@ -331,7 +329,7 @@ def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
     if np.isnan(asked).all():
         raise InputError(
             "nothing-usable",
-            "The take is too short, or too broken by gaps, to choose a cut-off from; give it as cutoff_hz.",
+            "The take is too short, or has too many gaps, to choose a cut-off; give cutoff_hz.",
         )
     return float(np.nanmax(asked))
 

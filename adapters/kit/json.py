@@ -78,7 +78,7 @@ def load(path: Path, what: str) -> Any:
         raise InputError("cannot-open", f"Expected {what} at {path}: {error.strerror}.") from None
     except UnicodeDecodeError:
         raise InputError(
-            "format-unknown", f"Expected {what} in {path}, got bytes that are no UTF-8 text."
+            "format-unknown", f"Expected {what} in {path}, got bytes that are not UTF-8 text."
         ) from None
     if not text.strip():
         raise InputError("file-damaged", f"Expected {what} in {path}, but the file is empty.")
@@ -87,7 +87,7 @@ def load(path: Path, what: str) -> Any:
     except json.JSONDecodeError as error:
         raise InputError(
             "file-damaged",
-            f"Expected {what} in {path}, but its JSON breaks off or is damaged at line {error.lineno}, column "
+            f"Expected {what} in {path}, but its JSON is incomplete or damaged at line {error.lineno}, column "
             f"{error.colno}; write or copy the file again.",
         ) from None
     except (RecursionError, ValueError):  # nested too deeply; an integer of thousands of digits
@@ -109,7 +109,7 @@ def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
         raise InputError("cannot-open", f"Expected {what} at {path}: {error.strerror}.") from None
     except UnicodeDecodeError:
         raise InputError(
-            "format-unknown", f"Expected {what} in {path}, got bytes that are no UTF-8 text."
+            "format-unknown", f"Expected {what} in {path}, got bytes that are not UTF-8 text."
         ) from None
     except (RecursionError, ValueError):
         if path.stat().st_size <= _SMALL:  # say where
@@ -119,7 +119,7 @@ def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
             ) from None
         raise InputError(
             "file-damaged",
-            f"Expected {what} in {path}, but its JSON breaks off or is damaged; write or copy the file again.",
+            f"Expected {what} in {path}, but its JSON is incomplete or damaged; write or copy the file again.",
         ) from None
 
 

@@ -98,7 +98,7 @@ def _matrix(data: memoryview, order: str) -> _Matrix:
     try:
         (_, flags), (_, dims), (_, name) = (next(elements) for _ in range(3))
     except RuntimeError:  # a StopIteration inside a generator
-        raise ValueError("a variable breaks off") from None
+        raise ValueError("a variable is incomplete") from None
     word = int(np.frombuffer(flags[:4], f"{order}u4")[0]) if len(flags) == 8 else 0
     shape = tuple(int(n) for n in np.frombuffer(dims, f"{order}i4"))
     if not 2 <= len(shape) <= 32 or min(shape) < 0:
@@ -112,7 +112,7 @@ def _matrix(data: memoryview, order: str) -> _Matrix:
 def _numbers(matrix: _Matrix, order: str) -> np.ndarray:
     stored, data = next(_elements(matrix.rest, order), (0, memoryview(b"")))
     if matrix.kind not in _CLASSES or matrix.complex or stored not in _STORED:
-        raise ValueError(f"'{matrix.name}' is no array of real numbers")
+        raise ValueError(f"'{matrix.name}' is not an array of real numbers")
     values = np.frombuffer(data, order + _STORED[stored])
     if len(values) != math.prod(matrix.shape):
         raise ValueError(f"'{matrix.name}' of shape {matrix.shape} has {how_many(len(values), 'number')}")

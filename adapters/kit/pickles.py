@@ -233,7 +233,8 @@ def loads(content: bytes, where: str) -> Any:
         raise error if where in str(error) else InputError(error.code, f"{where}: {error}") from None
     except Exception as error:  # the parser raises whatever damaged bytes lead it to
         raise InputError(
-            "file-damaged", f"{where} is no pickle, is damaged or was cut short ({error!r}); write it again."
+            "file-damaged",
+            f"{where} is not a pickle, is damaged or was cut short ({error!r}); write it again.",
         ) from None
 
 

@@ -30,5 +30,5 @@ def opened_table(path: Path, what: str) -> Iterator[TextIO]:
         raise InputError("cannot-open", f"Expected {what} at {path}: {error.strerror}.") from None
     except (UnicodeDecodeError, csv.Error):
         raise InputError(
-            "format-unknown", f"Expected {what} in {path}, got a file that is no table of text."
+            "format-unknown", f"Expected {what} in {path}, got a file that is not a text table."
         ) from None

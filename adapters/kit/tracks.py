@@ -77,8 +77,8 @@ class Crowd:
             )
             raise InputError(
                 "unsafe",
-                f"{self._where}: expected at most {many}, got more by frame {frame}, where reading was stopped; keep "
-                "the people who are meant in the file, or raise the detector's threshold.",
+                f"{self._where}: expected at most {many}, got more by frame {frame}, where reading stopped; keep "
+                "only the people that you need in the file, or raise the detector's threshold.",
             )
 
 

@@ -40,7 +40,7 @@ def world(up: Up, unit: str) -> Frame:
     """The world frame with that axis up; InputError for a unit that is no length."""
     if unit not in LENGTHS:
         raise InputError(
-            "needs-input", f"Expected a unit of {', '.join(LENGTHS)}, got '{unit}'; say it with unit=."
+            "needs-input", f"Expected a unit of {', '.join(LENGTHS)}, got '{unit}'; give it with unit=."
         )
     return (Y_UP if up == "y" else Z_UP).with_(unit=unit)
 
@@ -115,8 +115,8 @@ def _named(found: Markers, metres: float) -> tuple[Layout, np.ndarray, dict[str,
         raise _NoBodyError(
             "wrong-content",
             "expected points at the joint centres (nose, hips, knees, ankles, shoulders, elbows, wrists, neck and "
-            f"head, under names in use), got {', '.join(found.names[:30])}; markers on the skin must be turned "
-            "into joint centres first.",
+            f"head, under common names), got {', '.join(found.names[:30])}; markers on the skin must be turned into "
+            "joint centres first.",
         ) from None
     return H36M17, joints, {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
 
@@ -144,6 +144,6 @@ def check_upright(poses: PoseSequence, where: str) -> None:
         raise InputError(
             "wrong-axes",
             f"{where}: expected a person who stands along +{axis}, the axis that is up in such files, but in most "
-            "frames the head is not above the feet; say which axis is up with up=y or up=z (--option up=z), which is "
-            "then believed.",
+            "frames the head is not above the feet; give the vertical axis with up=y or up=z (--option up=z), which "
+            "is then used.",
         )

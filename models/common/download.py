@@ -108,8 +108,9 @@ class ByHand(Listed):
         if not self.is_there:
             raise InputError(
                 "needs-input",
-                f"The network '{self.name}' is never downloaded, for its licence is yours to accept ({self.licence}): "
-                f"get {self.file} from {self.page} and put it at {self.path}, or give it with --{self.kind} FILE.onnx.",
+                f"The network '{self.name}' is never downloaded, because you must accept its licence "
+                f"({self.licence}): get {self.file} from {self.page} and put it at {self.path}, or give it with "
+                f"--{self.kind} FILE.onnx.",
             )
         return self.path
 
@@ -173,7 +174,7 @@ INSTANTHMR = ByHand(
 GEOCALIB = Network(
     "geocalib",
     "gravity-network",
-    "GeoCalib's fields, which way is up and the focal length where no straight lines tell them",
+    "GeoCalib's fields, which way is up and the focal length where no straight lines show them",
     "https://huggingface.co/mprib/geocalib-fields-onnx/resolve/main/geocalib_fields.onnx",
     "a724447e1bf7138352e5e70bbe0f011e6fb02909edd3148a5d0f46e8d153ae7b",
     118.2,

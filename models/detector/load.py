@@ -43,12 +43,12 @@ def load_detector(
         )
     opened, name = open_model("detectors", detector), f"The detector '{detector}'"
     if isinstance(opened, Path):
-        network = open_onnx(opened, "a network that finds joints in pictures")
+        network = open_onnx(opened, "a network that finds joints in images")
         opened, name = _joints(network), str(network.path)
         if opened is None:
             raise InputError(
                 "wrong-network",
-                f"{name} is no network that finds joints in pictures: expected MoveNet, SimCC outputs or BlazePose, "
+                f"{name} is not a network that finds joints in images: expected MoveNet, SimCC outputs or BlazePose, "
                 f"got {network.looks}.",
             )
         if not isinstance(opened, MultiMoveNet):
@@ -62,7 +62,7 @@ def load_detector(
         )
     if looks is not None and looks > 1:
         raise InputError(
-            "option-conflict", f"{name} looks at everybody at once; leave --set detect.looks={looks} out."
+            "option-conflict", f"{name} looks at all people at once; leave --set detect.looks={looks} out."
         )
     return opened
 
@@ -89,5 +89,7 @@ def _persons(name: str | Path, kind: PersonKind) -> PersonNetwork:
         return opened
     network = open_onnx(opened, "a network that finds people")
     if len(network.inputs) != 1:
-        raise InputError("wrong-network", f"{network.path} is no network that finds people: {network.looks}.")
+        raise InputError(
+            "wrong-network", f"{network.path} is not a network that finds people: {network.looks}."
+        )
     return PersonBoxes(network, normalised=kind == "rtmdet")

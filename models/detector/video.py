@@ -154,8 +154,8 @@ def detect(
             raise InputError(
                 "files-apart",
                 f"What was detected before is of another video, detector or version ({resume.method} on "
-                f"{how_many(resume.frames, 'frame')}, now {detector.method} on {total}); leave "
-                "--resume out to begin anew.",
+                f"{how_many(resume.frames, 'frame')}, now {detector.method} on {total}); leave --resume out to start "
+                "again.",
             )
         search.take_up(resume)
     seen = total

@@ -35,7 +35,7 @@ class PersonBoxes:
         labels = [i for i, shape in enumerate(shapes) if len(shape) == 2]
         if len(image) != 4 or image[1] != 3 or len(boxes) != 1 or len(boxes) + len(labels) != len(shapes):
             raise InputError(
-                "wrong-network", f"{network.path} is no network that finds people: {network.looks}."
+                "wrong-network", f"{network.path} is not a network that finds people: {network.looks}."
             )
         self._network, self._normalised = network, normalised
         self._size = (image[3] or _SIDE, image[2] or _SIDE)

@@ -118,7 +118,7 @@ def _notices_of_told(bodies: TakeUp, said: TakeUp, look: Look | None) -> tuple[N
         upside_down = min(apart.values()) > 180 - _TOLD_WIDEST_DEG
         raise InputError(
             "wrong-axes",
-            f"The gravity that was told contradicts {contradicted}"
+            f"The gravity that you gave contradicts {contradicted}"
             + (
                 "; an accelerometer at rest reads the reaction, which points up: negate it."
                 if upside_down

@@ -83,15 +83,17 @@ def up_from_images(
         _FLAT_FAILURE if third < _LEAST_SUPPORT else 0.0,
     )
     if second < _LEAST_SUPPORT:
-        return Unknown("nearly all straight lines run along one direction, which does not tell up")
+        return Unknown(
+            "nearly all straight lines run along one direction, which does not show which way is up"
+        )
     if doubtful(best.up, failure) and not any(map(len, boxes or ())):
         return Unknown(
-            "the straight lines tell a pitch that cameras seldom have, and nobody in the image confirms it"
+            "the straight lines suggest a pitch that cameras seldom have, and no person in the image confirms it"
         )
     covariance = _covariance(best, found[1:], _FLAT_NATS if third < 0 else _NATS)
     error = float(np.degrees(np.sqrt(np.trace(covariance))))
     if error > _WIDEST_DEG:
-        return Unknown(f"the straight lines tell up only to within {error:.0f} degrees")
+        return Unknown(f"the straight lines show up only to within {error:.0f} degrees")
     assert best.covariance is not None
     return ImageUp(
         up=best.up,
@@ -121,7 +123,7 @@ def _covariance(best: Fit, others: Sequence[Fit], nats: float) -> np.ndarray:
 
 def _refuse(images: Sequence[np.ndarray], focal_px: float | None) -> None:
     if not images:
-        raise InputError("needs-input", "Expected one image or more to read up from, got none.")
+        raise InputError("needs-input", "Expected one image or more, got none.")
     for image in images:
         if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
             raise InputError(

@@ -150,14 +150,14 @@ def why_not(levelled: Levelled) -> str:
     if fine.sum() < _FEWEST_FRAMES:
         return f"only {fine.sum()} {'frame has' if fine.sum() == 1 else 'frames have'} a rotation"
     bound = float(levelled.up_bound_deg[fine].max())
-    wide = f"its up is only known to within {bound:.0f} degrees" if bound > _WIDEST_BOUND_DEG else ""
+    wide = f"its up is known only to within {bound:.0f} degrees" if bound > _WIDEST_BOUND_DEG else ""
     if levelled.up.by_bodies < 0.5:
         return wide
     voted = fine & is_finite(levelled.votes)
     ups = levelled.R_camera_from_body[:, :, 2]
     leans = float(angle_deg(unit(ups[fine].mean(axis=0)), np.array([0.0, -1.0, 0.0])))
     if leans > _FROM_IMAGE_DEG:
-        return f"its up is {leans:.0f} degrees from the picture's: the person lies or hangs, or the camera is turned"
+        return f"its up is {leans:.0f} degrees from the image's: the person lies or hangs, or the camera is turned"
     scatter = float(np.median(angle_deg(levelled.votes[voted], ups[voted])))
     if not scatter < _SCATTER_DEG:
         return f"the frames' up directions scatter by {scatter:.0f} degrees about their mean"

@@ -132,9 +132,7 @@ class ImageLifter:
         keypoints that cannot be lifted, and when the network fails.
         """
         if asked.video is None:
-            raise InputError(
-                "needs-input", f"The lifter {self.method} looks at the pictures; give the video."
-            )
+            raise InputError("needs-input", f"The lifter {self.method} looks at the images; give the video.")
         before = None if asked.resume is None else load_answers(asked.resume)
         keypoints, intrinsics = asked.keypoints, asked.intrinsics
         size = checked_size(asked)

@@ -35,7 +35,7 @@ def checked_size(asked: ToLift) -> np.ndarray:
     if image_size is None:
         raise InputError(
             "needs-input",
-            "The lifter needs the picture's width and height in pixels; give the video or --set "
+            "The lifter needs the image's width and height in pixels; give the video or --set "
             "read.image_size=WIDTHxHEIGHT.",
         )
     size = np.asarray(image_size, dtype=float)
@@ -47,7 +47,7 @@ def checked_size(asked: ToLift) -> np.ndarray:
     if focal_px is not None and not 0.1 * size.max() < focal_px < 20 * size.max():
         raise InputError(
             "bad-value",
-            f"Expected a focal length in pixels, near the picture's longer side of {size.max():.0f}; got {focal_px:g}.",
+            f"Expected a focal length in pixels, near the image's longer side of {size.max():.0f}; got {focal_px:g}.",
         )
     coordinates = keypoints.joints[np.isfinite(keypoints.joints)]
     if len(coordinates) == 0:
@@ -57,8 +57,8 @@ def checked_size(asked: ToLift) -> np.ndarray:
     if np.abs(coordinates).max() <= _NORMALISED:
         raise InputError(
             "wrong-axes",
-            "Expected keypoints in pixels, but none is beyond "
-            f"{np.abs(coordinates).max():.2f}: they look normalised; multiply them back to pixels first.",
+            f"Expected keypoints in pixels, but none exceeds {np.abs(coordinates).max():.2f}: they look normalised; "
+            "multiply them back to pixels first.",
         )
     if asked.intrinsics is None:  # else whoever undid the distortion has looked at those that were filmed
         refuse_outside(keypoints, size)
@@ -73,8 +73,8 @@ def refuse_outside(keypoints: PoseSequence, size: np.ndarray) -> None:
     if outside > _MAX_OUTSIDE:
         raise InputError(
             "files-apart",
-            f"Expected keypoints inside a picture of {size[0]:.0f} x {size[1]:.0f} pixels, but {100 * outside:.0f} % "
-            "lie outside it; give the size of the picture that they were detected in.",
+            f"Expected keypoints inside an image of {size[0]:.0f} x {size[1]:.0f} pixels, but {100 * outside:.0f} % "
+            "lie outside it; give the size of the image that they were detected in.",
         )
 
 

@@ -42,7 +42,7 @@ def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter
         if unknown := [each for each in opened.takes if each not in LIFTER_TAKES]:
             raise InputError(
                 "plugin-broken",
-                f"The lifter '{name}' takes '{unknown[0]}', which there is not: "
+                f"The lifter '{name}' takes '{unknown[0]}', which is unknown: "
                 f"{did_you_mean(unknown[0], LIFTER_TAKES)}",
             )
         return _opened(opened, str(name), kind)
@@ -50,7 +50,7 @@ def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter
     if str(name) in _BY_IMAGE and not _BY_IMAGE[str(name)][1](network):
         raise InputError(
             "wrong-network",
-            f"{network.path} is another network than {name}: {network.looks}; put the right file there.",
+            f"{network.path} is not the network {name}: {network.looks}; put the right file there.",
         )
     method = f"{network.path.name}@{network.digest}"
     if {"reach", "trained_on"} <= network.session.get_modelmeta().custom_metadata_map.keys():
@@ -62,7 +62,7 @@ def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter
         return _sequence_lifter(network, method, kind)
     raise InputError(
         "wrong-network",
-        f"{network.path} is no lifter: expected keypoints (1, frames, 17, 2 or 3) and poses (1, frames, 17, 3), a "
+        f"{network.path} is not a lifter: expected keypoints (1, frames, 17, 2 or 3) and poses (1, frames, 17, 3), a "
         f"network of BlazePose's landmarks, RTMW3D, InstantHMR, or one trained with pcnet3d; got {network.looks}.",
     )
 
@@ -73,9 +73,8 @@ def _sequence_lifter(network: OnnxFile, method: str, kind: str | None) -> Lifter
         kinds = "; ".join(f"{name}: {one.about}" for name, one in KINDS.items())
         raise InputError(
             "needs-input",
-            f"{network.path} does not say how its keypoints are scaled and ordered; name its kind with "
-            "--set lift.lifter_kind "
-            f"({kinds}).",
+            f"{network.path} does not say how its keypoints are scaled and ordered; give its kind with --set "
+            f"lift.lifter_kind ({kinds}).",
         )
     kind = kind or "motionbert"
     if kind not in KINDS:

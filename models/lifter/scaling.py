@@ -55,10 +55,10 @@ def screen_scaled(pixels: np.ndarray, confidence: np.ndarray, image_size: np.nda
 KINDS = {
     "motionbert": Kind("MotionBERT, scaled to the person's crop", crop_scaled, H36M17, True, "arbitrary"),
     "motionbert-pixel": Kind(
-        "MotionBERT as with --pixel, scaled by the picture's shorter side", pixel_scaled, H36M17, False, "arbitrary"
+        "MotionBERT as with --pixel, scaled by the image's shorter side", pixel_scaled, H36M17, False, "arbitrary"
     ),
     "videopose3d": Kind(
-        "VideoPose3D, MixSTE and others on Human3.6M's joints, scaled by the picture's width",
+        "VideoPose3D, MixSTE and others on Human3.6M's joints, scaled by the image's width",
         screen_scaled, H36M17, False, "m",
     ),
     "videopose3d-coco": Kind(

@@ -134,7 +134,7 @@ def span_of(network: OnnxFile) -> Span:
     tried = " or ".join(map(str, tries))
     raise InputError(
         "wrong-network",
-        f"Expected {network.path} to lift {tried} frames of keypoints; it cannot, or answers more frames.",
+        f"Expected {network.path} to lift {tried} frames of keypoints; it cannot, or returns more frames.",
     )
 
 

@@ -84,7 +84,7 @@ def airborne(take: Take) -> Airborne:
     if not found and (slow := flights(level, _ANY_PACE)):
         share = np.median([flight.fall for flight in slow]) * (stature_m or _USUAL_M) / GRAVITY
         return Airborne(
-            reason=f"the body falls at {share:.2g} of gravity: another pace, or up is wrong", lifted=True
+            reason=f"the body falls at {share:.2g} of gravity: the frame rate or up is wrong", lifted=True
         )
     still = take.stands
     unknown = "neither the user nor the images say that the camera stands still (--camera static)"

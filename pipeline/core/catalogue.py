@@ -23,7 +23,7 @@ class Entry(NamedTuple):
 _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     # What was read
     "part-only": ("note", "files",
-        "Only {part} was processed, as asked; the whole recording is from {whole}."),
+        "Only {part} was processed, as asked; the whole recording lasts from {whole}."),
     "part-covered": ("note", "files",
         "The data cover video frames {first} to {last} of {frames}."),
     "frames-unknown": ("warning", "files",
@@ -37,35 +37,35 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The video is damaged at frame {frames}, up to the next key frame. Copy it again, or leave that part out "
         "(--time-range)."),
     "scene-changes": ("warning", "files",
-        "The video cuts to another scene {count:~time}, at frame {frames}; nobody is followed across a cut."),
+        "The video cuts to another scene {count:~time}, at frame {frames}; people are not tracked across a cut."),
     "scenes-apart": ("note", "files",
         "People share the camera and the LEVEL axes only within one scene of the video."),
     "people-by-poses-alone": ("warning", "files",
-        "The file has no track numbers and no boxes, so people were told apart by their poses. Check that each is "
-        "one person throughout."),
+        "The file has no track numbers and no boxes, so people were told apart by their poses. Check that each track "
+        "shows one person only."),
     "keypoints-of-somebody-else": ("suspicious", "files",
-        "Person '{person}' of the poses differs from '{track}' of the keypoints by {apart:.2f} of their spread; "
-        "one person has {most:g} at most. Give the keypoints of this person and of these frames; else the path is "
-        "wrong."),
+        "Person '{person}' of the poses differs from '{track}' of the keypoints by {apart:.2f} of their spread; for "
+        "the same person it is {most:g} at most. Give the keypoints of this person and of these frames; otherwise "
+        "the path is wrong."),
     "keypoints-not-of-poses": ("suspicious", "files",
-        "The poses are off the keypoints by {off_percent:.1f} % of the stature{how}. They belong to different "
+        "The poses differ from the keypoints by {off_percent:.1f} % of the stature{how}. They belong to different "
         "recordings or frames, or the poses were changed."),
     "leap-between-people": ("warning", "files",
-        "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from there on."),
+        "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from then on."),
     "leap-after-gap": ("warning", "files",
-        "The person leaps by {sizes:.1f} body sizes at frame {frame}, unseen for {unseen:~frame} before: it may be"
-        " another person from there on."),
+        "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} out of sight: it may be "
+        "another person from then on."),
     "no-joint-centres": ("warning", "files",
-        "Left out, because the points are not joint centres: {people}."),
+        "People left out, because their points are not joint centres: {people}."),
     "no-track-number": ("warning", "files",
         "{unnamed:~detection} of {detections} {unnamed:?has/have} no track number and {unnamed:?was/were} left "
         "out. --set keypoints.track=true joins each person to the nearest one before."),
     "rebased-to-floor": ("warning", "files",
-        "In {rebased} of {frames:~frame} the lowest joint was put at height 0, and it was another joint "
-        "{changes:~time}, so the body's rise and fall is lost. Run MMPose with --disable-rebase-keypoint."),
+        "In {rebased} of {frames:~frame} the lowest joint was put at height 0. It changed {changes:~time}, so the "
+        "body's vertical movement is lost. Run MMPose with --disable-rebase-keypoint."),
     "display-undone": ("warning", "files",
-        "A rotation for display was undone, as asked, taken to be that of Human3.6M's camera 54138969; with "
-        "another one the body is tilted."),
+        "A rotation for display was undone, as asked. It was assumed to be that of Human3.6M's camera 54138969; if "
+        "not, the body is tilted."),
     "stature-assumed": ("warning", "files",
         "RTMW3D's file has no scale across the image; a stature of {stature_m:g} m was assumed."),
     "figures-withheld": ("warning", "poses",
@@ -81,31 +81,31 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The video's {shown_fps:.4g} frames per second were used, but the file's own times say {stated_fps:.4g}. "
         "If the file is right, give --fps {stated_fps:.4g}: speeds are {times:.3g} times what they should be."),
     "falls-slowly": ("warning", "clock",
-        "In {flights:~flight} the body falls at {share:.2g} of gravity, as in slow motion by {times:.2g} times. If"
-        " the camera captured about {fps:g} frames per second, give --fps {fps:g}."),
-    "falls-fast": ("warning", "clock",
-        "In {flights:~flight} the body falls at {share:.2g} of gravity, as in a time lapse by {times:.2g} times. "
+        "In {flights:~flight} the body falls at {share:.2g} of gravity, as in a video slowed down {times:.2g} times. "
         "If the camera captured about {fps:g} frames per second, give --fps {fps:g}."),
+    "falls-fast": ("warning", "clock",
+        "In {flights:~flight} the body falls at {share:.2g} of gravity, as in a video sped up {times:.2g} times. If "
+        "the camera captured about {fps:g} frames per second, give --fps {fps:g}."),
     "moves-slowly": ("warning", "clock",
-        "At {fps:.4g} frames per second {found}, slower than people usually move. For slow motion give the "
+        "At {fps:.4g} frames per second {found}, slower than people usually move. If it is slow motion, give the "
         "camera's rate (--fps)."),
     "moves-fast": ("warning", "clock",
         "At {fps:.4g} frames per second {found}, faster than people can move. If the rate is wrong, give the "
         "camera's (--fps)."),
     "gait-against-rate": ("suspicious", "clock",
-        "At {fps:.4g} frames per second the legs {gait}, and pass each other every {step_s:.2f} s: {times:.1f} "
-        "times too {way}. Give the camera's rate (--fps), about {fits:.2g} by the gait."),
+        "At {fps:.4g} frames per second the legs {gait} and pass each other every {step_s:.2f} s, {times:.1f} times "
+        "too {way}. Give the camera's rate (--fps); the gait suggests about {fits:.2g}."),
     "movement-against-rate": ("suspicious", "clock",
-        "At {fps:.4g} frames per second the body moves about {times:.1f} times too {way} for people. Give the "
-        "camera's rate (--fps), about {fits:.2g} by the movement."),
+        "At {fps:.4g} frames per second the body moves about {times:.1f} times too {way} for a person. Give the "
+        "camera's rate (--fps); the movement suggests about {fits:.2g}."),
     "played-backwards": ("suspicious", "clock",
-        "The body moves as in a clip that is played backwards. Sort the frames, unless the person moves backwards."),
+        "The body moves as if the clip were played backwards. Sort the frames, unless the person moves backwards."),
     "rows-lost": ("suspicious", "clock",
-        "At {count:~row} the whole body moves by more than one frame's movement, {how}. Write the file with frame "
-        "numbers or times, or give --fps."),
+        "At {count:~row} the whole body moves further than in one frame, {how}. Write the file with frame numbers or "
+        "times, or give --fps."),
     # Keypoints and video
     "video-not-compared": ("note", "files",
-        "It cannot be told whether the keypoints belong to this video: {reason}."),
+        "It is unclear whether the keypoints belong to this video: {reason}."),
     "keypoints-move-as-video": ("note", "files",
         "The keypoints move like the image beneath them (agreement {alike:.2f})."),
     "keypoints-not-of-video": ("suspicious", "files",
@@ -115,24 +115,24 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "detected": ("note", "files",
         "The 2D keypoints were detected in the video by {detector}."),
     "person-chosen": ("note", "files",
-        "People were followed under {people:~number} (frames in brackets): {listed}{unsure}. Number {person} was "
-        "taken, in frames {first} to {last}; --person chooses another."),
+        "People were tracked under {people:~number} (frames in brackets): {listed}{unsure}. Number {person} was "
+        "used, in frames {first} to {last}; --person chooses another."),
     "hardly-a-person": ("warning", "view",
-        "Person {person} may be no person: shoulders and hips score {score:.2f} (people have 0.6 or more). Look at"
-        " the key frames."),
+        "Person {person} may not be a person: shoulders and hips score {score:.2f} (people have 0.6 or more). Look "
+        "at the key frames."),
     "interrupted": ("warning", "files",
         "Interrupted at frame {frame} of {frames}; --resume continues from there."),
     # The camera
     "camera-moves": ("note", "camera",
-        "The camera {how}: the background moves by {percent_a_second:.0f} % of the image per second. If it stands "
-        "still, give --camera static."),
+        "The camera {how}: the background moves by {percent_a_second:.0f} % of the image per second. If the camera "
+        "stands still, give --camera static."),
     "camera-moves-against-told": ("warning", "camera",
         "You gave --camera static, but the camera {how}: the background moves by {percent_a_second:.0f} % of the "
-        "image per second. If it moves, give --camera moving."),
+        "image per second. If it does move, give --camera moving."),
     "camera-stands-against-told": ("warning", "camera",
-        "You gave --camera moving, but the background stands still; --camera static makes up more certain."),
+        "You gave --camera moving, but the background stands still; with --camera static, up is more certain."),
     "camera-motion-unknown": ("note", "camera",
-        "It cannot be told whether the camera moves: too few corners of the background can be followed."),
+        "It is unclear whether the camera moves: too few corners of the background can be tracked."),
     "image-without-up": ("note", "camera",
         "The image was not used to find which way is up: {reason}."),
     "image-up-in-frames": ("note", "camera",
@@ -143,16 +143,16 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "image-focal": ("note", "camera",
         "According to the image, the focal length is {focal_px:.0f} pixels, within {within_px:.0f}."),
     "focal-against-lines": ("warning", "camera",
-        "You gave a focal length of {focal_px:.0f} pixels, but by the straight lines of the image it is about "
-        "{fits:.0f}: place and speed are wrong if the lines are right. Yours is believed (--focal)."),
+        "You gave a focal length of {focal_px:.0f} pixels, but according to the straight lines of the image it is "
+        "about {fits:.0f}. If the lines are right, place and speed are wrong. Your value is used (--focal)."),
     "focal-against-steps": ("warning", "camera",
-        "You gave a focal length of {focal_px:.0f} pixels, but the steps are not as long as the way that the person "
-        "goes with it: about {fits:.0f} would fit. Yours is believed, and place and speed rest on it (--focal)."),
+        "You gave a focal length of {focal_px:.0f} pixels, but with it the steps do not add up to the person's path: "
+        "about {fits:.0f} would fit. Your value is used, and place and speed depend on it (--focal)."),
     # Left and right
     "sides-put-right": ("repair", "left and right",
         "Left and right were corrected as asked: {repair}."),
     "sides-wrong-as-asked": ("warning", "left and right",
-        "With left and right as you asked for them, they are {verdict}: {evidence}."),
+        "Left and right were treated as you asked, but then they are {verdict}: {evidence}."),
     "sides-doubtful": ("warning", "left and right",
         "Left and right are doubtful: {evidence}."),
     "swaps-found": ("warning", "left and right",
@@ -165,17 +165,17 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "swaps-masked": ("repair", "left and right",
         "The {what} were masked as asked: {swaps} ({wrong} of {of:~row})."),
     "swapped-keypoints": ("warning", "left and right",
-        "If the poses were lifted from these keypoints, {wrong} of them are wrong. Leave --poses out and give "
+        "If the poses were lifted from these keypoints, {wrong} of the poses are wrong. Leave --poses out and give "
         "--set read.swaps=repair: then the keypoints are lifted again."),
     "masked-with-keypoints": ("repair", "left and right",
         "{wrong:~pose was/poses were} masked as asked, because left and right are exchanged in the keypoints "
         "there."),
     # Lifting
     "keypoints-left-out": ("repair", "",
-        "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because all keypoints are somewhere else "
+        "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because all keypoints jump to another place "
         "there."),
     "joints-on-a-line": ("repair", "",
-        "{joints} missing keypoints were filled in by a straight line between the frames around them."),
+        "{joints} missing keypoints were interpolated linearly between the frames around them."),
     "lifted": ("note", "",
         "The built-in lifter made the poses from the 2D keypoints (network {model})."),
     "lifted-by": ("note", "",
@@ -197,9 +197,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "frames-without-person": ("warning", "",
         "{frames:~frame has/frames have} keypoints, but the lifter finds nobody in the images."),
     "frames-without-numbers": ("warning", "",
-        "{frames:~frame has/frames have} keypoints, but the lifter's answer to them is not a number."),
+        "{frames:~frame has/frames have} keypoints, but the lifter's output for them is not a number."),
     "frames-without-scale": ("warning", "",
-        "{frames:~frame has/frames have} limbs whose depth alone is longer than any person's limbs."),
+        "{frames:~frame has/frames have} limbs that are longer in depth alone than any person's."),
     # Cleaning, scaling, placing
     "seam": ("mark", "",
         "The estimator started a new clip here."),
@@ -208,7 +208,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "spikes-removed": ("repair", "",
         "{count:~single-frame jump} of a joint {count:?was/were} removed."),
     "strays-removed": ("repair", "",
-        "{count:~frame} alone between leaps of the whole pose {count:?was/were} removed."),
+        "{count:~frame} {count:?was/were} removed, because the whole pose leaps before and after."),
     "gaps-filled": ("repair", "",
         "{count:~missing joint position} in gaps of up to {max_gap_s} s {count:?was/were} interpolated."),
     "images-lacking": ("repair", "",
@@ -216,13 +216,13 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "images-lacking-long": ("warning", "view",
         "The recording has no images {when}; walks and repetitions end there."),
     "joints-missing": ("warning", "",
-        "{count:~joint position/joint positions} stayed missing."),
+        "{count:~joint position is/joint positions are} still missing."),
     "not-in-image": ("warning", "view",
         "The {part} {parts:?is/are} not in the image {when}; results that need {parts:?it/them} are missing there."),
     "image-size-doubtful": ("warning", "view",
-        "{share_percent:.0f} % of the 2D keypoints lie far outside an image of {width} x {height} pixels, up to x "
-        "= {right:.0f} and y = {down:.0f}. Give the size of their own image (--set read.image_size); else the "
-        "place is wrong."),
+        "{share_percent:.0f} % of the 2D keypoints lie far outside an image of {width} x {height} pixels, up to x = "
+        "{right:.0f} and y = {down:.0f}. Give the size of the image of the keypoints (--set read.image_size); "
+        "otherwise the place is wrong."),
     "not-seen": ("warning", "view",
         "The detector does not see the {part} {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("warning", "",
@@ -230,45 +230,43 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "scaled": ("repair", "",
         "Lengths were scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scale-assumed": ("warning", "",
-        "Lengths are in metres of the person that the estimator assumes; an image does not show how tall somebody is. "
-        "Give the person's height (--stature METRES)."),
+        "Lengths are in metres for the body size that the estimator assumes; an image does not show how tall a "
+        "person is. Give the person's height (--stature METRES)."),
     "scaled-by-flights": ("warning", "",
-        "Metres come from how fast the body falls in {flights:~flight}: the stature is {stature_m:.2f} ± "
-        "{within_m:g} m, and lengths and speeds are within {percent:g} %. --stature METRES makes them more "
-        "certain."),
+        "The scale comes from how fast the body falls in {flights:~flight}: the stature is {stature_m:.2f} ± "
+        "{within_m:g} m, and lengths and speeds are within {percent:g} %. --stature METRES makes them more certain."),
     "not-placed": ("note", "place",
         "It is not known where the person is: {reason}."),
     "placed": ("note", "place",
         "The path of the pelvis comes from the keypoints, in {placed} of {frames} frames{bridges}. Each frame is "
-        "within {within:g} {unit}, mostly in depth, the whole path within {size_percent:g} %; "
+        "within {within:g} {unit}, mostly in depth, and the size of the whole path within {size_percent:g} %; "
         "{depth}{guess}{unjudged}."),
     "size-levelled": ("repair", "place",
-        "The lifted body grew with its size in the image, by {grown_percent:.0f} % in all; it was brought to one "
-        "size."),
+        "The lifted body grew as it grew in the image, by {grown_percent:.0f} % in all; it was scaled to one size."),
     # Up
     "frames-not-rectified": ("warning", "up",
         "{lost} of {frames:~frame} {lost:?has/have} too few joints of the trunk to be turned upright."),
     "not-levelled": ("warning", "up",
         "The take could not be levelled: {reason}."),
     "nobody-upright": ("suspicious", "up",
-        "The trunk is tilted by more than {off_deg:.0f} degrees in {share_percent:.0f} % of the frames: the person"
-        " lies or bends down, or the image is turned. If so, turn the video."),
+        "The trunk is tilted by more than {off_deg:.0f} degrees in {share_percent:.0f} % of the frames: the person "
+        "lies or bends down, or the image is turned. If the image is turned, turn the video back."),
     "up-drifts": ("warning", "up",
-        "By the body, up changes by {drift_deg:.0f} degrees at frame {frame}: a cut, a moving camera (--camera "
-        "moving), or a person who lies or bends down for long."),
+        "According to the body, up changes by {drift_deg:.0f} degrees at frame {frame}. There is a cut, the camera "
+        "moves (--camera moving), or the person lies or bends down for long."),
     "up-of-one-apart": ("warning", "up",
-        "Up from this person is {apart_deg:.0f} degrees from the up of the recording: the person leans or lies for"
-        " long, or the lifter tilted the poses."),
+        "According to this person, up is {apart_deg:.0f} degrees from that of the recording: the person leans or "
+        "lies for long, or the lifter tilted the poses."),
     "image-against-bodies": ("warning", "up",
         "The image's {seen_in} and the skeletons disagree about up by {apart_deg:.0f} degrees: {answers}. The "
         "{believed} believed."),
     "told-up-contradicted": ("warning", "up",
         "The gravity that you gave and {other} differ by {apart_deg:.0f} degrees, more than their errors explain; "
-        "yours is believed."),
+        "your value is used."),
     # Motion and angles
     "relative-to-camera": ("note", "motion",
-        "The camera moves, so x and y are relative to it. Heights (z, vz, az) and distances are right; other "
-        "speeds and accelerations contain the camera's turns."),
+        "The camera moves, so x and y are relative to it. Heights (z, vz, az) and distances are right; other speeds "
+        "and accelerations include the camera's rotation."),
     "smoothed-by-stated-error": ("note", "motion",
         "Paths are smoothed according to the joint errors that the lifter states{unjudged}."),
     "smoothed-by-estimated-error": ("note", "motion",
@@ -278,10 +276,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Feet were not held in place on the floor: this needs a camera that stands still and a pelvis path from "
         "keypoints."),
     "gait-errors-unknown": ("note", "motion",
-        "The errors of the gait figures are not known: these poses{by} were not compared with a truth."),
+        "The errors of the gait figures are not known: these poses{by} were not compared with ground truth."),
     "gait-unlike-any-seen": ("warning", "motion",
-        "The errors of gait were fitted on people whose {gait} had no such values: {figures}. The stated errors "
-        "were not compared with a truth there."),
+        "The gait errors were fitted on people whose {gait} had no such values: {figures}. For these values they "
+        "were not compared with ground truth."),
     "single-frame": ("warning", "motion",
         "A single frame has no path, so velocities and accelerations are missing."),
     "not-filtered": ("warning", "motion",
@@ -293,12 +291,12 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{values} joint positions were seen for too short a time between gaps to be smoothed at {cutoff_hz:g} Hz; "
         "their {missing} are missing."),
     "times-uneven": ("note", "motion",
-        "The time stamps of {frames:~frame} are not evenly spaced; the filter works on even times."),
+        "The time stamps of {frames:~frame} are not evenly spaced; they are resampled evenly for the filter."),
     "angles-left-out": ("note", "motion",
         "Angles left out (in brackets: frames): {angles}. Reason: {reason}."),
     "angles-from-neutral": ("note", "motion",
-        "All angles are relative to the person standing from {begin_s:g} to {end_s:g} s{of} (--neutral), and so "
-        "are their errors. Anatomical limits and OpenSim's names do not hold for them."),
+        "All angles are relative to the person standing from {begin_s:g} to {end_s:g} s{of} (--neutral), and so are "
+        "their errors. Anatomical limits and OpenSim's names do not apply to them."),
     "neutral-moves": ("warning", "motion",
         "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s{of}. For --neutral choose a "
         "span in which the person stands still."),
@@ -306,11 +304,11 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The errors of the angles are not known. Say whether the poses were measured or estimated (-O "
         "made_by=measured, or -O made_by=estimated)."),
     "angle-errors-of-world": ("note", "motion",
-        "The errors of the angles are not known: the poses were estimated{by} in world axes, where no estimator "
-        "was compared with a truth."),
+        "The errors of the angles are not known: the poses were estimated{by} in world axes, where no estimator was "
+        "compared with ground truth."),
     "angle-errors-unjudged": ("note", "motion",
-        "The errors of the angles are not known: the poses were estimated{by}, which was not compared with a "
-        "truth. Give {more}a file of its errors (--set angles.errors=FILE)."),
+        "The errors of the angles are not known: the poses were estimated{by}, and this estimator was not compared "
+        "with ground truth. Give {more}a file of its errors (--set angles.errors=FILE)."),
     "angle-errors-by-disagreement": ("note", "motion",
         "The errors of the angles are estimated: these poses{by} were compared with the built-in lifter's on the "
         "same keypoints."),
@@ -322,7 +320,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "these {are}."),
     # Files that were written
     "c3d-too-long": ("warning", "files",
-        "{file} was not written: C3D numbers {most} frames at most, and the take has {frames} at an even rate. "
+        "{file} was not written: C3D can number {most} frames at most, and the take has {frames} at an even rate. "
         "Write TRC (--also trc), or a part of the take (--time-range)."),
     "c3d-single-frame": ("warning", "files",
         "{file} was not written, because a single frame has no rate. Write TRC (--also trc)."),
@@ -339,7 +337,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "animation-begins": ("note", "files",
         "{file}: its time 0 is at {begin_s:.3f} s of the take."),
     "animation-held": ("note", "files",
-        "{file}: in {held} of {frames:~frame} nothing is known of {joints}; the last known value is kept."),
+        "{file}: in {held} of {frames:~frame} nothing is known about {joints}; the last known value is kept."),
     "annotated-begins": ("note", "files",
         "{file} begins with frame {frame} of the video, at {begin_s:.3f} s."),
     "video-copied": ("note", "files",

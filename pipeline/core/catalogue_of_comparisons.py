@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .catalogue import About, Weight
 
-_APART = "They are taken for different motions, so only their ranges and cycles are compared."
-_ONE = "Check that they show one motion, and that the shift is right."
+_APART = "They are treated as different motions, so only their ranges and cycles are compared."
+_ONE = "Check that they show the same motion, and that the time shift is right."
 _FITS = (
     "Another shift of {run} fits about as well (r {runner_up:.2f} against {r:.2f}), as in a repeated motion."
 )
@@ -25,22 +25,22 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
     "truth-lacks-joints": ("note", "files",
         "The motion capture has no {joints}, so these angles are left out: {angles}."),
     "truth-trunk-by-shoulders": ("note", "files",
-        "The motion capture has no thorax, so in both the trunk line goes from the middle of the hips to the "
-        "middle of the shoulders."),
+        "The motion capture has no thorax, so for both the trunk line goes from the middle of the hips to the middle "
+        "of the shoulders."),
     "neutral-of-some": ("warning", "motion",
-        "The angles of {with_neutral} are relative to a neutral posture (--neutral), those of {without} are not: "
+        "The angles of {with_neutral} are relative to a neutral posture (--neutral), those of {without} are not, so "
         "they differ by that posture."),
     "cutoffs-differ": ("warning", "motion",
         "The runs were filtered at different cut-offs ({cutoffs} Hz)."),
     "rates-differ": ("warning", "clock",
-        "The {takes} were lifted at {least_fps:.4g} to {most_fps:.4g} frames per second. This alone changes ranges"
-        " of motion (the knee's in walking by 3 degrees from 30 to 60): film at one rate."),
+        "The {takes} were lifted at {least_fps:.4g} to {most_fps:.4g} frames per second. This alone changes ranges "
+        "of motion (in walking, the knee's by 3 degrees between 30 and 60): film at one rate."),
     "told-apart": ("warning", "motion",
         f"{{run}} and {{other}} have different {{what}}. {_APART} If they are the same motion, give "
         "--align correlate."),
     "no-common-time": ("warning", "clock",
-        "{run} and {other} share no second by their clocks, within {search_s:g} s (--search) of {offset_s:g} s "
-        f"(--offset). {_APART}"),
+        "By their clocks {run} and {other} do not overlap in time, within {search_s:g} s (--search) of {offset_s:g} "
+        f"s (--offset). {_APART}"),
     "angles-apart": ("warning", "motion",
         f"The angles of {{run}} and {{other}} correlate weakly (r {{r:.2f}}). {_APART}"),
     "angles-weak": ("warning", "motion",
@@ -53,11 +53,11 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
     "shift-ambiguous": ("warning", "clock",
         f"{_FITS} The shift nearest to {{offset_s:g}} s (--offset) was used: {_NARROW}."),
     "partly-common": ("warning", "motion",
-        "{run} and {other} have only {common_s:.1f} of {longest_s:.1f} s in common, but their figures are those of"
-        " each whole take. Run both on the common part (--time-range)."),
+        "{run} and {other} have only {common_s:.1f} of {longest_s:.1f} s in common, but their figures are of the "
+        "whole takes. Run both on the common part (--time-range)."),
     # Comparing with inertial sensors
     "imu-unit": ("repair", "files",
-        "Accelerations were in {unit} (gravity is {gravity:.3g} in them) and were converted to m/s^2."),
+        "Accelerations were in {unit} (gravity is {gravity:.3g} in that unit) and were converted to m/s^2."),
     "imu-run-not-levelled": ("warning", "up",
         "The run could not be levelled, so its axes are not upright."),
     "imu-moving-camera": ("warning", "camera",
@@ -66,11 +66,11 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
         "The run has no scale; its unit was taken to be {metres:.3g} m, which fits the sensor best."),
     "imu-weak": ("warning", "clock",
         "Video and sensor agree weakly (r {r:.2f} over all axes), so lag and heading may be wrong. Check the "
-        "sensor's segment, side, take and the search."),
+        "sensor's segment, side and take, and the search range."),
     "imu-lag-ambiguous": ("warning", "clock",
         f"Another lag fits nearly as well (r {{runner_up:.2f}} against {{r:.2f}}), as in a periodic "
         f"motion; {_NARROW}."),
     "imu-clock-differs": ("warning", "clock",
-        "The sensor's clock is {way}: {rate:.5f} of its seconds pass in one of the video's. It was corrected to "
+        "The sensor's clock is {way}: {rate:.5f} of its seconds pass in one second of the video. It was corrected to "
         "the video's rate."),
 }  # fmt: skip

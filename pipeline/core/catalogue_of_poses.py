@@ -15,8 +15,7 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
         "{lost} of {frames:~frame} {lost:?is/are} missing: {absent} without a row (at most {longest} in a row), "
         "{incomplete} with NaN, {empty} with all joints at one point."),
     "duplicates": ("note", "poses",
-        "{repeated:~row repeats/rows repeat} the one before exactly, the first is row {first}; speeds are wrong "
-        "there."),
+        "{repeated:~row repeats/rows repeat} the row before exactly, first at row {first}; speeds are wrong there."),
     "frames-not-numbered": ("note", "poses",
         "The file does not say which video frames its rows belong to."),
     "rate-not-stated": ("note", "poses",
@@ -26,7 +25,7 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
     "swaps-unsure": ("note", "poses",
         "Some rows look wrong: {doubt}."),
     "rebase": ("suspicious", "poses",
-        "In every frame the outermost joint lies at {axis} = 0 exactly: the pelvis's movement along that axis was "
+        "In every frame the outermost joint lies exactly at {axis} = 0: the pelvis's movement along that axis is "
         "lost."),
     "flat": ("unusable", "poses",
         "All joints lie in one plane (thickness {thickness_percent:.1f} % of the trunk): the poses have no depth."),
@@ -39,23 +38,22 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
     "limbs-copied": ("suspicious", "poses",
         "One {limb} is a copy of the other, so left and right cannot be told apart."),
     "repeats-itself": ("suspicious", "poses",
-        "{count} of {rows_read:~row} come again exactly: the clip plays more than once, so counts and cadences are"
-        " wrong."),
+        "{count} of {rows_read:~row} are exact repeats: the clip plays more than once, so counts and cadences are "
+        "wrong."),
     "only-noise": ("suspicious", "poses",
-        "Hands and feet jump to and fro and move no further: this is noise, a single pose, or rows in the wrong "
-        "order."),
+        "Hands and feet only jump back and forth: this is noise, a single pose, or rows in the wrong order."),
     "image-stretched": ("suspicious", "files",
         "The body looks about {times:.2g} times too {way}, as in a stretched image. Give the video, or the "
         "keypoints and the image size, as recorded."),
     "camera-zooms": ("suspicious", "camera",
-        "The body grows in the image by about {percent:.1f} % in 1/30 s, and its steps do not explain that: the "
-        "camera seems to zoom. Then place and speed are wrong."),
+        "The body grows in the image by about {percent:.1f} % in 1/30 s, which its steps do not explain: the camera "
+        "seems to zoom. If so, place and speed are wrong."),
     "keypoints-smooth": ("warning", "files",
-        "Hands' and feet's keypoints hardly move faster than {hertz:g} Hz ({share_percent:.1f} %): they were "
-        "smoothed or computed. Give the detector's own."),
+        "The keypoints of hands and feet have little movement above {hertz:g} Hz ({share_percent:.1f} %): they were "
+        "smoothed or computed. Give the detector's own keypoints."),
     "no-quick-movement": ("suspicious", "poses",
-        "Hands and feet hardly move faster than {hertz:g} Hz (only {share_percent:.1f} % of their movement does): "
-        "the poses were smoothed."),
+        "Hands and feet have little movement above {hertz:g} Hz (only {share_percent:.1f} % of it): the poses were "
+        "smoothed."),
     "movement-shrunk": ("suspicious", "poses",
         "Limbs keep their lengths only if the joints moved {times:.1f} times as far: the movement was made smaller."),
     "bones": ("suspicious", "poses",
@@ -73,19 +71,19 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
         "The limbs imply a stature of {stature_m:.3g} m. Check that the unit of the file is really metres."),
     "upside-down": ("suspicious", "poses",
         "The head is below the feet in {share_percent:.0f} % of the frames: the file's vertical axis seems to be "
-        "upside down, or the person stands on the hands. If its y points up, read it with --adapter arrays -O "
-        "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary"
-        " if it has no scale)."),
+        "upside down, or the person does a handstand. If its y points up, read it with --adapter arrays -O "
+        "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary "
+        "if it has no scale)."),
     "picture-upside-down": ("suspicious", "poses",
         "The head is below the feet in {share_percent:.0f} % of the frames: turn the image before the run, unless "
-        "the person stands on the hands."),
+        "the person does a handstand."),
     "leaps": ("suspicious", "poses",
         "The whole pose leaps from one frame to the next at {count:~row}, first at row {first}."),
     "seams": ("note", "poses",
         "The estimator started a new clip at row {listed}."),
     "seams-step": ("note", "poses",
-        "The estimator started a new clip at row {listed}; the pose steps there by up to {times:.1f} times its "
-        "usual movement."),
+        "The estimator started a new clip at row {listed}; the pose jumps there by up to {times:.1f} times its usual "
+        "movement."),
     "refused": ("unusable", "poses",
         "{reason}"),
     "video-apart": ("suspicious", "poses",
@@ -97,10 +95,10 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
     "keypoints-not-compared": ("note", "poses",
         "The poses were not compared with the keypoints: {reason}."),
     "keypoints-shifted": ("suspicious", "poses",
-        "The poses fit the keypoints better {lag:~frame} {direction}: they are off by {better_percent:.0f} % "
-        "instead of {off_percent:.0f} % of the person's size, over {frames:~frame} of track {person}."),
+        "The poses fit the keypoints better {lag:~frame} {direction}: they differ by {better_percent:.0f} % instead "
+        "of {off_percent:.0f} % of the person's size, over {frames:~frame} of track {person}."),
     "keypoints-missed": ("suspicious", "poses",
-        "The poses are off the keypoints by {off_percent:.0f} % of the person's size, over {frames:~frame} of "
+        "The poses differ from the keypoints by {off_percent:.0f} % of the person's size, over {frames:~frame} of "
         "track {person}."),
     "keypoints-met": ("note", "poses",
         "The poses fit the keypoints within {off_percent:.0f} % of the person's size, over {frames:~frame} of "

@@ -50,7 +50,7 @@ class Placement:
         self.used[network] = CPU
         if name in self.tried:
             self.tried.remove(name)
-        text = f"{network} fails on {name} and computes on the CPU: {reason.rstrip('.')}."
+        text = f"{network} fails on {name} and runs on the CPU: {reason.rstrip('.')}."
         self.notes.append(text)
         say("note", text)
 
@@ -82,7 +82,7 @@ def computing_on(asked: Device) -> Iterator[Placement]:
         raise InputError(
             "no-device",
             f"Expected a device that onnxruntime offers here ({', '.join(found)}), got --device {asked}; install "
-            f"{KINDS[asked].install}, in place of the onnxruntime that is there.",
+            f"{KINDS[asked].install}, in place of the installed onnxruntime.",
         )
     tried = found if asked == AUTO else [asked]
     token = _placement.set(Placement(asked, [name for name in tried if name != CPU]))

@@ -141,7 +141,7 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
         matrix = to.basis @ source.basis.T
         if R_to_from_source is not None:
             raise InputError(
-                "option-conflict", f"{source} and {to} differ by fixed axes only; no rotation is to be given."
+                "option-conflict", f"{source} and {to} differ by fixed axes only; do not give a rotation."
             )
     elif R_to_from_source is not None:
         matrix = np.asarray(R_to_from_source)
@@ -162,7 +162,8 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
 
     if source.origin != to.origin and to.origin != "pelvis":
         raise InputError(
-            "wrong-axes", f"Points in {source} cannot become {to}: the way between the origins is not known."
+            "wrong-axes",
+            f"Points in {source} cannot become {to}: the offset between their origins is not known.",
         )
     root = poses.root if source.origin == to.origin else _place(poses)
     if root is not None:

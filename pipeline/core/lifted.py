@@ -98,8 +98,8 @@ class Lifted:
         if layout.joints != H36M17.joints or (frame.family, frame.axes, frame.origin) != where:
             raise InputError(
                 "plugin-broken",
-                f"Expected from the lifter {self.model} poses of {H36M17.name} in {CAMERA.name} axes from the pelvis, "
-                f"got {layout.name} in {frame}: repair its package.",
+                f"Expected the lifter {self.model} to return poses of {H36M17.name} in {CAMERA.name} axes relative "
+                f"to the pelvis, got {layout.name} in {frame}: repair its package.",
             )
 
     @property

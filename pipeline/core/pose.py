@@ -163,9 +163,7 @@ class PoseSequence:
                     f"Expected {name} of shape {shape}{', finite or NaN' if finite else ''}, got {array.shape}.",
                 )
         if self.root_covariance is not None and self.root is None:
-            raise InputError(
-                "wrong-content", "Expected a root_covariance beside a root, got one without one."
-            )
+            raise InputError("wrong-content", "Expected a root beside root_covariance, got none.")
         if any(not 0 < seam < rows for seam in self.seams):
             raise InputError("wrong-content", f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
         for name, array in arrays.items():
@@ -215,7 +213,7 @@ class PoseSequence:
         """(T,) seconds. InputError when the source's rate is unknown."""
         if self.time_s is None:
             raise InputError(
-                "needs-rate", "The poses carry no time stamps: give the frame rate (--fps F) or the video."
+                "needs-rate", "The poses have no time stamps: give the frame rate (--fps F) or the video."
             )
         return self.time_s
 

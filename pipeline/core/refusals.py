@@ -22,7 +22,7 @@ class Meaning(NamedTuple):
 
 REFUSALS: dict[Refusal, Meaning] = {
     # Of the files that are read
-    "cannot-open": Meaning("The file or folder does not exist, or may not be opened",
+    "cannot-open": Meaning("The file or folder does not exist, or cannot be opened",
         "correct the path or its permissions"),
     "file-damaged": Meaning("The file is empty, cut short or damaged", "copy or write it again"),
     "format-unknown": Meaning("The file does not have the expected format", "name an adapter, or export it again"),
@@ -32,7 +32,7 @@ REFUSALS: dict[Refusal, Meaning] = {
     "wrong-axes": Meaning("Coordinates have other axes or another unit than expected",
         "state the axes or the unit, or convert them"),
     "sides-swapped": Meaning("The body is mirrored, or left and right are exchanged",
-        "look at the take, and say which (`handedness`)"),
+        "look at the take, and state which (`handedness`)"),
     "people-mixed": Meaning("Several people are mixed into one, or are not tracked", "track people first"),
     "files-apart": Meaning("The files belong to different recordings, or have different settings", "leave one out"),
     "times-broken": Meaning("Times or frame numbers do not increase as they should", "write them again"),
@@ -42,7 +42,7 @@ REFUSALS: dict[Refusal, Meaning] = {
     # Of what is asked for
     "bad-value": Meaning("A value has the wrong type, or is outside its range", "correct the value"),
     "name-unknown": Meaning("There is no option, stage, adapter, network, person or joint with that name",
-        "correct the name; the message has the nearest ones"),
+        "correct the name; the message lists the nearest ones"),
     "option-conflict": Meaning("Options exclude each other, or this run cannot use one", "leave one out"),
     "choose-person": Meaning("There are several people", "name one (`person`)"),
     "choose-entry": Meaning("The file or folder holds several cameras, clips, arrays or runs", "name one"),
@@ -52,8 +52,8 @@ REFUSALS: dict[Refusal, Meaning] = {
         "add the stage that gives it, or put it earlier"),
     # Of the machine and of what is installed
     "needs-package": Meaning("A package or program is not installed", "install it"),
-    "plugin-broken": Meaning("An installed package does not work as it must", "repair or uninstall it"),
-    "wrong-network": Meaning("The network in the file is not of the kind that is needed", "give another"),
+    "plugin-broken": Meaning("An installed package does not work as it should", "repair or uninstall it"),
+    "wrong-network": Meaning("The network in the file is not of the kind that is needed", "give another network"),
     "no-device": Meaning("The device or the screen does not exist, or has no memory left", "choose another"),
     "not-reached": Meaning("A server, camera, stream or cluster cannot be reached", "try again later"),
     "other-version": Meaning("Results or data come from another version", "install that version, or start again"),

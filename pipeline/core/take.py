@@ -107,7 +107,7 @@ class Told:
         if self.gravity is not None and not 0 < np.linalg.norm(self.gravity) < np.inf:
             raise InputError(
                 "bad-value",
-                f"Expected a direction for gravity, such as 0,1,0 (down the picture), got {self.gravity}.",
+                f"Expected a direction for gravity, such as 0,1,0 (down in the image), got {self.gravity}.",
             )
         if not all(abs(angle) <= 180 for angle in angles):
             raise InputError("bad-value", f"Expected pitch and roll in degrees, got {pitch} and {roll}.")
@@ -115,12 +115,12 @@ class Told:
             alone = "roll" if pitch is None else "pitch"
             raise InputError(
                 "needs-input",
-                f"Expected the camera's pitch and roll together, got the {alone} alone; a camera that looks neither "
-                "up nor down has a pitch of 0, one whose pictures show the horizon level a roll of 0.",
+                f"Expected the camera's pitch and roll together, got only the {alone}; a camera that looks neither "
+                "up nor down has a pitch of 0, a camera that shows the horizon level has a roll of 0.",
             )
         if self.moving and (angles or self.gravity is not None):
             raise InputError(
-                "option-conflict", "A moving camera has no one pitch, roll or gravity; leave them out."
+                "option-conflict", "A moving camera has no single pitch, roll or gravity; leave them out."
             )
 
     @property

@@ -99,7 +99,7 @@ def header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dty
     if version not in _HEADERS:
         raise InputError(
             "format-unknown",
-            f"{where}: expected an array of plain numbers, got npy version {version}; save it anew.",
+            f"{where}: expected an array of plain numbers, got npy version {version}; save it again.",
         )
     shape, fortran_order, dtype = _HEADERS[version](stream)
     return shape, fortran_order, dtype
@@ -109,8 +109,8 @@ def _check_kind(dtype: np.dtype, kinds: str, where: str) -> None:
     if dtype.hasobject:
         raise InputError(
             "unsafe",
-            f"{where}: expected an array of numbers, got Python objects, which would have to be unpickled and "
-            "could run a stranger's code; save it as a plain float array.",
+            f"{where}: expected an array of numbers, got Python objects, which could run a stranger's code when "
+            "unpickled; save it as a plain float array.",
         )
     if dtype.kind not in kinds:
         raise InputError(
@@ -146,7 +146,7 @@ def _data(
     if dtype.kind == "U" and array.view(dtype.str[0] + "u4").max(initial=0) > sys.maxunicode:
         raise InputError(
             "file-damaged",
-            f"{where}: its texts hold what is no character; the file is damaged, copy it again.",
+            f"{where}: its texts contain bytes that are not characters; the file is damaged, copy it again.",
         )
     return array.reshape(shape, order="F" if fortran_order else "C")
 

@@ -174,8 +174,8 @@ def _check_replaceable(path: Path, force: bool, inputs: Iterable[Path]) -> None:
     if Path.cwd().resolve().is_relative_to(path):
         raise InputError(
             "already-there",
-            f"{path} is the folder that you are in, or holds it, and cannot be replaced; choose another -o DIR, such "
-            "as a new one inside it.",
+            f"{path} is or contains the current folder and cannot be replaced; choose another -o DIR, such as a new "
+            "one inside it.",
         )
     for used in inputs:
         if used.resolve().is_relative_to(path):

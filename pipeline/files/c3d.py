@@ -37,7 +37,7 @@ def parse(content: bytes) -> C3d:
     begin = (content[0] - 1) * _BLOCK
     processor = content[begin + 3] if begin + 3 < len(content) else 0
     if processor not in (_INTEL, _DEC, _MIPS):
-        raise ValueError("it has no parameters where its header says")
+        raise ValueError("its parameters are not where its header says")
     parameters = _parameters(content, begin + 4, processor)
     _, count, analog, first, last, _, _, _, block = map(
         int, _integers(content[:18], processor).view(np.uint16)
@@ -54,8 +54,8 @@ def parse(content: bytes) -> C3d:
         )
     if last == LAST and len(content) - start - promised >= max(_BLOCK, width * item):
         raise ValueError(
-            f"its header counts to frame {LAST}, the last that it can, and more data follow, so the file does not say "
-            "how many frames it has; export it in parts, or as TRC"
+            f"its header counts to frame {LAST}, its maximum, and more data follow, so the file does not say how "
+            "many frames it has; export it in parts, or as TRC"
         )
     data = content[start : start + promised]
     values = _reals(data, processor) if item == 4 else _integers(data, processor).astype(np.float32)
@@ -63,7 +63,7 @@ def parse(content: bytes) -> C3d:
     places = points[..., :3] if item == 4 else points[..., :3] * np.float32(scale)
     (rate_hz,) = parameters.get("POINT:RATE", [])[:1] or [header_rate]
     if isinstance(rate_hz, str):
-        raise ValueError("its POINT:RATE is a text and no number")
+        raise ValueError("its POINT:RATE is text, not a number")
     return C3d(np.where(points[..., 3:] < 0, np.nan, places), first, rate_hz, parameters)
 
 

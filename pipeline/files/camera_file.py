@@ -81,7 +81,7 @@ def read_camera(
     cameras = _cameras(path)
     if name is None and len(cameras) > 1:
         raise InputError(
-            "choose-entry", f"{path} holds {len(cameras)} cameras; say which it is: {', '.join(cameras)}."
+            "choose-entry", f"{path} holds {len(cameras)} cameras; name one: {', '.join(cameras)}."
         )
     if name is not None and name not in cameras:
         raise InputError("name-unknown", f"{path} holds no camera '{name}'; {did_you_mean(name, cameras)}")
@@ -99,7 +99,7 @@ def _cameras(path: Path) -> dict[str, Camera]:
     except damage as error:
         said = f" ({str(error).strip().splitlines()[-1]})" if str(error).strip() else ""
         raise InputError(
-            "format-unknown", f"Expected {_FORMATS}; {path} is none or is damaged{said}."
+            "format-unknown", f"Expected {_FORMATS}; {path} is not one, or is damaged{said}."
         ) from None
     except RecursionError:
         raise InputError("unsafe", f"Expected {_FORMATS}; {path} nests its values too deeply.") from None
@@ -111,7 +111,7 @@ def _cameras(path: Path) -> dict[str, Camera]:
     if len(cameras) < len(found):
         raise InputError(
             "wrong-content",
-            f"{path}: expected cameras of different names, got {', '.join(name for name, _ in found)}.",
+            f"{path}: expected cameras with different names, got {', '.join(name for name, _ in found)}.",
         )
     return cameras
 
@@ -127,7 +127,7 @@ def _text(path: Path) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError("format-unknown", f"Expected {_FORMATS}; {path} is no UTF-8 text.") from None
+        raise InputError("format-unknown", f"Expected {_FORMATS}; {path} is not UTF-8 text.") from None
 
 
 def _parser(text: str) -> tuple[Callable[[str], Iterable[tuple[str, Camera]]], type[Exception]]:

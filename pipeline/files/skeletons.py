@@ -196,7 +196,7 @@ def h36m17_of_limbs(joints: np.ndarray, names: Sequence[str]) -> np.ndarray:
             return made
     raise InputError(
         "wrong-content",
-        f"Expected hips, knees and ankles under names in use, got {', '.join(names[:40])}.",
+        f"Expected hips, knees and ankles under common names, got {', '.join(names[:40])}.",
     )
 
 
@@ -213,7 +213,7 @@ def match(names: Sequence[str]) -> dict[str, int]:
             return found | {"neck": at[neck], "head": at["head"]}
     raise InputError(
         "wrong-content",
-        "Expected a skeleton with hips, knees, ankles, shoulders, elbows, wrists, neck and head under names in use, "
+        "Expected a skeleton with hips, knees, ankles, shoulders, elbows, wrists, neck and head under common names, "
         f"got {', '.join(names[:40])}.",
     )
 
@@ -260,7 +260,7 @@ def unit_by_legs(leg: float) -> str:
     if len(fits) != 1:
         raise InputError(
             "needs-input",
-            f"legs of {leg:.4g} fit no unit of {', '.join(UNITS)} alone; say which with --unit.",
+            f"legs of {leg:.4g} do not show which unit of {', '.join(UNITS)} it is; give it with --unit.",
         )
     return fits[0]
 

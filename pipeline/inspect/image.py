@@ -48,7 +48,7 @@ def draw(poses: PoseSequence, path: Path) -> None:
     import cv2
 
     if path.suffix.lower() != ".png":
-        raise InputError("bad-value", f"Expected a name that ends in .png for the picture, got {path}.")
+        raise InputError("bad-value", f"Expected an image name that ends in .png, got {path}.")
     rows = np.flatnonzero(np.isfinite(poses.joints).all(axis=(1, 2)))
     if not len(rows):
         raise InputError("nothing-usable", "There is no complete frame that could be drawn.")

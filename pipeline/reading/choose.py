@@ -73,9 +73,9 @@ def same_person(
     if apart[best] > most or any(apart[other] < _BY_FAR * max(apart[best], least) for other in others):
         raise InputError(
             "choose-person",
-            f"The people of {names[0]} and {names[1]} were numbered apart from each other, and how the limbs lie does "
-            f"not tell which track shows person '{poses.person}': the second holds {_listed(tracks)}; choose it with "
-            "--set read.keypoints_person=NAME, or leave --keypoints out.",
+            f"The people of {names[0]} and {names[1]} have separate numbers, and the limbs do not show which track "
+            f"is person '{poses.person}': the second holds {_listed(tracks)}; choose it with --set "
+            "read.keypoints_person=NAME, or leave --keypoints out.",
         )
     return tracks[best].noted("same person", poses=poses.person, apart=round(float(apart[best]), 3))
 
@@ -148,7 +148,7 @@ def _area(poses: PoseSequence, where: str) -> float:
     if poses.frame.family not in ("image", "camera"):
         raise InputError(
             "choose-person",
-            f"{where} holds poses in a world's axes ({poses.frame}), so nobody is the largest in a picture; choose by "
+            f"{where} holds poses in a world's axes ({poses.frame}), so no image shows who is the largest; choose by "
             "name, or 'longest'.",
         )
     image = poses.frame.basis.T[:2]  # right and down, from the file's axes

@@ -28,9 +28,8 @@ def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> Pos
     if len(poses) != len(keypoints):
         raise InputError(
             "files-apart",
-            f"{where} have {len(poses)} and {how_many(len(keypoints), 'row')}, and the poses carry "
-            "no frame numbers to join them "
-            "by; give the 2D file that the lifter was run on, or leave --keypoints out.",
+            f"{where} have {len(poses)} and {how_many(len(keypoints), 'row')}, and the poses have no frame numbers "
+            "to match them by; give the 2D file that the lifter was run on, or leave --keypoints out.",
         )
     return poses.with_(frame_index=keypoints.frame_index, frames_known=keypoints.frames_known).noted(
         "frame numbers", source="keypoints"
@@ -82,8 +81,8 @@ def check_numbers(sequence: PoseSequence, video: Video | None, path: Path, first
         way_out = ", or its first row is another frame (--set read.first_frame=N)"
     elif first and last == frames:  # the first images may show nobody, so the lowest number need not be 1
         way_out = (
-            f", unless its numbers count from 1: then pass --set read.first_frame={first - 1}, the video frame of the "
-            f"lowest of them, {first}"
+            f", unless its numbers count from 1: then pass --set read.first_frame={first - 1}, the video frame of "
+            f"the lowest number, {first}"
         )
     elif first:
         way_out = f", unless its lowest number, {first}, is video frame N: then pass --set read.first_frame=N"
@@ -106,7 +105,7 @@ def rows_within(time_range: tuple[float, float], time_s: np.ndarray) -> tuple[in
     if first == behind:
         raise InputError(
             "bad-value",
-            f"Expected a --time-range in which something was recorded, got {_seconds(start, end)}; the take is from "
+            f"Expected a --time-range within the recording, got {_seconds(start, end)}; the take lasts from "
             f"{_seconds(time_s[0], time_s[-1])}.",
         )
     return first, behind - 1

@@ -109,7 +109,7 @@ def _json(path: Path, start: bytes) -> str:
         try:
             json.loads(path.read_bytes().decode("utf-8-sig"))
         except json.JSONDecodeError as error:
-            return f"JSON that breaks off or is damaged at line {error.lineno}, column {error.colno}"
+            return f"JSON that is incomplete or damaged at line {error.lineno}, column {error.colno}"
         except (ValueError, RecursionError):
-            return "no JSON that a detector or lifter writes"
+            return "JSON of another kind than detectors and lifters write"
     return f"JSON that begins with {start.decode('utf-8', 'replace')[:_SHOWN]!r}"

@@ -62,7 +62,7 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     if others := exchanged(path, gives):
         raise InputError("format-unknown", others)
     own = gives != "keypoints" and path.suffix in (".npy", ".npz")
-    arrays = " An array of joints of your own: --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=m."
+    arrays = " For your own array of joints: --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=m."
     raise InputError(
         "format-unknown",
         f"No adapter recognises {path} as {gives or 'poses'}: it is {in_words(path)}. If it is one of "

@@ -57,21 +57,21 @@ def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
     if empty.all():
         raise InputError(
             "nothing-usable",
-            f"{path}: each frame has every joint on one point ({how_many(len(poses), 'frame')}); "
-            "there are no poses in it.",
+            f"{path}: in each frame all joints are at one point ({how_many(len(poses), 'frame')}); there are no "
+            "poses in it.",
         )
     if np.isnan(poses.joints).all():
         raise InputError("nothing-usable", f"{path}: every coordinate is NaN; there are no poses in it.")
     if not (empty | gone).any():
         return poses
-    counts = {"frames with NaN": int(gone.sum()), "frames with all joints on one point": int(empty.sum())}
+    counts = {"frames with NaN": int(gone.sum()), "frames with all joints at one point": int(empty.sum())}
     if missing == "refuse":
         first = int(np.argmax(empty | gone))
         said = " and ".join(_in_words(what, count) for what, count in counts.items() if count)
         raise InputError(
             "wrong-content",
             f"{path}: expected a pose in each of {how_many(len(poses), 'frame')}, got {said} (first at row {first}); "
-            "pass --set read.missing=gap to take them for gaps.",
+            "pass --set read.missing=gap to treat them as gaps.",
         )
     words = ", ".join(_in_words(what, count) for what, count in counts.items() if count)
     poses = poses.mapped(lambda points: np.where(empty[:, None, None], np.nan, points))

@@ -50,7 +50,7 @@ class _Files:
         if lead is None:
             raise InputError(
                 "needs-input",
-                "Several people need a file that holds them, --poses or --keypoints; of a video alone a run without "
+                "Expected a file of several people (--poses or --keypoints), got a video alone; a run without "
                 "--person all writes one, keypoints.npz.",
             )
         return lead
@@ -107,7 +107,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     if options.keypoints_person is not None:
         raise InputError(
             "option-conflict",
-            "--set read.keypoints_person names one person, and everybody is asked for; leave it out.",
+            "--set read.keypoints_person names one person, but the run is for all people; leave it out.",
         )
     if poses and keypoints and not files.nameless:
         names = [sorted(one.person for one in file.people) for file in (poses, keypoints)]
@@ -115,7 +115,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
             raise InputError(
                 "files-apart",
                 f"{poses.path} holds the people {', '.join(names[0])} and {keypoints.path} {', '.join(names[1])}, so "
-                "nothing says who is who; leave --keypoints out, or run one --person at a time.",
+                "it is unclear who is who; leave --keypoints out, or run one --person at a time.",
             )
     tracks = {track.person: track for track in keypoints.people} if keypoints else {}
     found = []
@@ -357,9 +357,9 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
         if sum(map(len, tracks)) == len(poses):
             raise InputError(
                 "people-mixed",
-                f"{options.poses} has {how_many(len(poses), 'row')}, as many as all {len(tracks)} "
-                f"people of {file.path} together: "
-                "the lifter took several people for one (MotionBERT without --focus); lift one person at a time.",
+                f"{options.poses} has {how_many(len(poses), 'row')}, as many as all {len(tracks)} people of "
+                f"{file.path} together: the lifter treated several people as one (MotionBERT without --focus); lift "
+                "one person at a time.",
             )
     others = files.poses if files.poses and len(files.poses.people) > 1 and len(tracks) > 1 else None
     if others and poses is not None and files.nameless:

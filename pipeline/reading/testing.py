@@ -77,7 +77,7 @@ def check_adapter(
     adapter = registry.load("adapters", name)
     _expect(adapter.name == name, f"its name is '{adapter.name}', its entry point's '{name}'")
     _expect(adapter.gives in get_args(Gives), f"it gives '{adapter.gives}', not one of {get_args(Gives)}")
-    _expect(bool(adapter.reads) and "\n" not in adapter.reads, "what it reads is not said in one line")
+    _expect(bool(adapter.reads) and "\n" not in adapter.reads, "what it reads is not described in one line")
     _check_alone(adapter, golden, by_name)
 
     def read(path: Path) -> tuple[Any, ...]:
@@ -104,7 +104,7 @@ def _expect(kept: bool, otherwise: str) -> None:
 
 def _check_alone(adapter: Adapter, golden: Path, by_name: bool) -> None:
     if by_name:
-        _expect(not adapter.sniff(golden), "it recognises the file, which it was said not to")
+        _expect(not adapter.sniff(golden), "it recognises the file, but should not")
         return
     _expect(adapter.sniff(golden) is True, f"it does not recognise its golden file {golden.name}")
     try:
@@ -124,7 +124,7 @@ def _of_people(people: tuple[PoseSequence, ...], facts: Facts) -> Facts:
     _expect(len({poses.person for poses in people}) == len(people), "two people have the same name")
     scores = np.concatenate([poses.confidence[np.isfinite(poses.confidence)] for poses in people])
     alike = len(scores) > 1 and np.ptp(scores) == 0
-    _expect(not alike, "all scores are alike, which says nothing: make them NaN, or the golden file's differ")
+    _expect(not alike, "all scores are equal: make them NaN, or give the golden file different ones")
     return replace(
         facts,
         guarded=True if facts.gives == "poses" else None,
@@ -192,7 +192,7 @@ def _sniffs(adapter: Adapter, path: Path) -> bool:
     try:
         return adapter.sniff(path)
     except Exception as error:
-        raise AssertionError(f"sniff raises {error!r}; it has to say False") from error
+        raise AssertionError(f"sniff raises {error!r}; it must return False") from error
 
 
 def _reads(read: Callable[[Path], Any], path: Path) -> bool:

@@ -60,7 +60,7 @@ def trust(take: Take) -> tuple[int, str]:
             words[-1] += f": {take.rectified.level_reason}"
         elif np.isfinite(bound).any():
             words[-1] += f", up is known to within {bound_in_words(float(np.nanmax(bound)))} degrees"
-            words[-1] += " unless the picture is turned" if nobody_upright(take.rectified) else ""
+            words[-1] += " unless the image is turned" if nobody_upright(take.rectified) else ""
         elif take.rectified.in_world:
             words[-1] += ", up comes from the file; its error is not known"
     return code, "; ".join(words)

@@ -26,7 +26,7 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
     _check_readers(options, alone)
     if recipe is not None and options.recipe is not None:
         raise InputError(
-            "option-conflict", f"Expected one recipe, got one beside {options.recipe}; leave either out."
+            "option-conflict", f"Expected one recipe, got another beside {options.recipe}; leave one out."
         )
     chosen = load_recipe(options.recipe) if recipe is None else recipe
     for entry in chosen.stages:
@@ -78,8 +78,7 @@ def _check_not_told(stage: str, key: str) -> None:
     if key in _TOLD and key not in option_types(registry.load("stages", stage)):
         raise InputError(
             "name-unknown",
-            f"{stage}.{key} is no option of a stage, for it is told of the recording, once for all stages; give "
-            f"{_TOLD[key]}.",
+            f"{stage}.{key} is not an option of a stage, but of the recording, for all stages; give {_TOLD[key]}.",
         )
 
 

@@ -116,15 +116,15 @@ def telling_of_kept(checkpoints: Sequence[Path], resumed: bool) -> Iterator[None
     found = [str(path) for path in checkpoints if path.is_file()]
     if found and not resumed:
         words = (
-            f"a run into this folder was interrupted, and what it had done is kept in {' and '.join(found)} until this "
-            "one has done as much for a minute; --resume goes on from there"
+            f"an interrupted run left its work in {' and '.join(found)}, which this run replaces after about a minute; --resume "
+            "continues from there"
         )
         say("note", words)
     try:
         yield
     except BaseException:
         if any(path.is_file() for path in checkpoints):
-            words = "what was done is kept; the same command with --resume goes on from there"
+            words = "finished work is kept; the same command with --resume continues from there"
             say("note", words)
         raise
 

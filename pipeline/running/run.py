@@ -82,12 +82,12 @@ def run_people(
     """
     if options.stature is not None:
         raise InputError(
-            "option-conflict", "A stature is one person's: leave it out, or run one --person at a time."
+            "option-conflict", "A stature is for one person: leave it out, or run one --person at a time."
         )
     if options.person_id is not None:
         raise InputError(
             "option-conflict",
-            "An ID is one person's: leave read.person_id out, or run one --person at a time.",
+            "An ID is for one person: leave read.person_id out, or run one --person at a time.",
         )
     return _run(options, Path(output), planned(options, recipe), how, everybody=True)
 
@@ -168,7 +168,7 @@ def _list(runs: Sequence[PersonRun], folder: Path) -> None:
     """The index over the people's folders, each of which is a run of its own; InputError where there are none."""
     if all(run.take is None for run in runs):
         reasons = "; ".join(f"{run.person}: {run.reason.rstrip('.')}" for run in runs)
-        raise InputError("nothing-usable", f"There is nobody to make a run of: {reasons}.")
+        raise InputError("nothing-usable", f"There is no person to process: {reasons}.")
     for run in runs:
         if run.take is not None:
             sign(folder / run.folder)
@@ -228,7 +228,7 @@ def _people(options: RunOptions) -> tuple[Person, ...]:
     people = []
     for person in open_people(options):
         if person.frames < FEWEST_FRAMES:
-            few = f"seen in {how_many(person.frames, 'frame')}; {FEWEST_FRAMES} are the least"
+            few = f"seen in {how_many(person.frames, 'frame')}; at least {FEWEST_FRAMES} are needed"
             person = replace(person, take=InputError("nothing-usable", few))
         people.append(person)
     return tuple(people)
@@ -248,7 +248,7 @@ def _resumed(recipe: Recipe, output: Path) -> Recipe:
     }
     if not left:
         raise InputError(
-            "option-conflict", f"There is no interrupted run in {output} to go on with; leave --resume out."
+            "option-conflict", f"There is no interrupted run in {output} to continue; leave --resume out."
         )
     for stage, path in left.items():
         recipe = recipe.with_options(stage, resume=path)

@@ -86,15 +86,15 @@ def _of_side(side: str) -> dict[str, Angle]:
     return {
         "knee_flexion": Angle(
             "Knees",
-            "between thigh and shank, 0 when straight, about the hip line made square to the thigh",
-            "heel towards the buttock; negative is a knee bent back",
+            "between thigh and shank, 0 when straight, about the hip line made perpendicular to the thigh",
+            "heel towards the buttock; negative: hyperextended",
             _union(thigh, shank, _HIPS),
         ),
         "elbow_flexion": Angle(
             "Elbows",
             "between upper arm and forearm, 0 when straight, about the thorax's mediolateral axis carried along "
             "with the upper arm",
-            "hand towards the shoulder; negative is an elbow bent back",
+            "hand towards the shoulder; negative: hyperextended",
             _union(arm, forearm, _THORAX),
         ),
         "thigh_trunk_flexion": Angle(
@@ -104,7 +104,7 @@ def _of_side(side: str) -> dict[str, Angle]:
         ),
         "hip_abduction": Angle(
             "Hips",
-            "of the thigh out of the plane square to the hip line", "thigh away from the midline",
+            "of the thigh out of the plane perpendicular to the hip line", "thigh away from the midline",
             _union(thigh, _HIPS),
         ),
         "shoulder_flexion": Angle(
@@ -114,13 +114,13 @@ def _of_side(side: str) -> dict[str, Angle]:
         ),
         "shoulder_abduction": Angle(
             "Shoulders",
-            "of the upper arm out of the plane square to the shoulder line; 90 at most: an arm raised sideways "
-            "above that has a flexion near 180", "arm away from the midline",
+            "of the upper arm out of the plane perpendicular to the shoulder line; 90 at most: an arm raised "
+            "sideways above that has a flexion near 180", "arm away from the midline",
             _union(arm, _SHOULDERS),
         ),
         "shoulder_elevation": Angle(
             "Shoulders",
-            "between upper arm and the trunk's downward line, in whichever plane: 0 hanging, 180 overhead",
+            "between upper arm and the trunk's downward line, in any plane: 0 hanging, 180 overhead",
             "arm up",
             _union(arm, _THORAX),
         ),

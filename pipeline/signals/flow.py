@@ -153,9 +153,9 @@ def flow_notice(flow: Flow | None) -> Notice:
         return notice(
             "keypoints-not-of-video",
             **alike,
-            how=f": as of a video that is {way}"
+            how=f": they move as in a video that is {way}"
             if way == "mirrored"
-            else ": as of a video that runs backwards",
+            else ": they move as in a video that runs backwards",
         )
     better = _BETTER if flow.alike < _USUAL else _CLEARLY_BETTER
     if flow.best > max(flow.alike + better, _ALIKE) and abs(flow.lag) > 1:
@@ -163,6 +163,6 @@ def flow_notice(flow: Flow | None) -> Notice:
         return notice("keypoints-not-of-video", **alike, how=f": they fit {abs(flow.lag)} frames {way}")
     if flow.alike < _ALIKE:
         return notice(
-            "keypoints-not-of-video", **alike, how=": they may be of another recording, or of another rate"
+            "keypoints-not-of-video", **alike, how=": they may be from another recording, or at another rate"
         )
     return notice("keypoints-move-as-video", **alike)

@@ -32,7 +32,7 @@ def _definitions() -> dict[str, Angle]:
         # Active range of healthy adults: 20 up, 50 down (American Academy of Orthopaedic Surgeons, 1965), and 30 more.
         angles[f"{side}_ankle_dorsiflexion"] = Angle(
             "Feet",
-            "between shank and foot (heel to toes), 0 when they are square to each other",
+            "between shank and foot (heel to toes), 0 when they are at right angles",
             "toes towards the shank; negative is plantarflexion",
             (f"{side}_knee", f"{side}_ankle", *foot),
             anatomy_deg=(-80.0, 50.0),

@@ -294,7 +294,7 @@ def rows_lost(points: PoseSequence) -> list[Notice]:
             return []
         fps = points.fps if points.time_s is not None else float("nan")
         how = f"at every {every}th row" + (
-            f", as of {fps * every / (every + 1):.3g} frames a second" if fps == fps else ""
+            f", as at {fps * every / (every + 1):.3g} frames a second" if fps == fps else ""
         )
         return [notice("rows-lost", count=len(moved) // every, how=how)]
     way = np.cumsum(np.concatenate([np.zeros_like(moved[:1]), moved]), axis=0)
@@ -308,7 +308,7 @@ def rows_lost(points: PoseSequence) -> list[Notice]:
     found = np.flatnonzero((alike / square > _LEAP) & (cosine > _ALONG) & (usual > np.median(length) / 2))
     if not 0 < len(found) <= _FEW_LEAPS[points.frame.dims]:
         return []
-    how = f"by that of {float((alike / square)[found].max()):.0f} frames at row {int(at[found[0]]) + 1}"
+    how = f"as far as in {float((alike / square)[found].max()):.0f} frames at row {int(at[found[0]]) + 1}"
     return [notice("rows-lost", count=len(found), how=how)]
 
 

@@ -104,7 +104,7 @@ def told(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
             ranges.setdefault(f"{swap.kind} in frames", []).append(span)
         elif swap.one_sided:
             ends = [frames[row] for row in (swap.first_row, swap.last_row + 1) if 0 < row < len(poses)]
-            told = ranges.setdefault(f"{swap.kind} from or up to (which cannot be told) frames", [])
+            told = ranges.setdefault(f"{swap.kind} before or after (which is unclear) frames", [])
             told += [f"{end}" for end in ends if f"{end}" not in told]
         else:
             ranges.setdefault(f"perhaps {swap.kind} in frames", []).append(span)
@@ -121,7 +121,7 @@ def settled(poses: PoseSequence, swaps: Iterable[Swap]) -> tuple[tuple[Swap, ...
     would make the take worse."""
     swaps = tuple(swaps)
     doubtful = [swap for swap in swaps if not swap.certain]
-    said = [f"{told(poses, doubtful)}; that is too uncertain to be changed"] if doubtful else []
+    said = [f"{told(poses, doubtful)}; this is too uncertain to be changed"] if doubtful else []
     kept: tuple[Swap, ...] = ()
     for kind in dict.fromkeys(swap.kind for swap in swaps if swap.certain):
         group = tuple(swap for swap in swaps if swap.kind == kind and swap.certain)

@@ -76,22 +76,22 @@ class Facts:
         if not self.rectified.in_world:
             return ""
         if self.up_bound_deg is None:
-            return "Told by the file; its error is not known."
+            return "Given by the file; its error is not known."
         return "The source knows its own up."
 
     @property
     def camera_words(self) -> str:
         """How the camera stands, behind "the camera"."""
         if self.rectified.camera == "moving":
-            return f"{self.camera_motion}, and up with it"
+            return f"{self.camera_motion}, and up moves with it"
         if self.standing_deg is None:
             return self.camera_motion
         pitch, roll = self.standing_deg
         digits = 1 if self.up_bound_deg and "." in bound_in_words(self.up_bound_deg[1]) else 0
-        turned = f"turned {'counter-' if roll >= 0 else ''}clockwise by {abs(roll):.{digits}f} deg (roll)"
+        turned = f"turned {'counter-' if roll >= 0 else ''}clockwise by {abs(roll):.{digits}f} degrees (roll)"
         return (
-            f"{self.camera_motion}, looks {'down' if pitch >= 0 else 'up'} by {abs(pitch):.{digits}f} deg (pitch), "
-            f"what it sees is {turned if round(roll, digits) else 'not turned (roll)'}"
+            f"{self.camera_motion}; it looks {'down' if pitch >= 0 else 'up'} by {abs(pitch):.{digits}f} degrees "
+            f"(pitch), and its image is {turned if round(roll, digits) else 'not turned (roll)'}"
         )
 
     @property
@@ -109,10 +109,10 @@ class Facts:
         if self.up_of_world:
             return self.up_of_world
         if not self.rectified.level_ok:
-            return "A guess, not to be relied on."
+            return "It is a guess; do not rely on it."
         if self.bound_words is None:
-            return "How well it is known is not stated."
-        unless = ", unless the picture is turned" if self.nobody_upright else ""
+            return "Its error is not stated."
+        unless = ", unless the image is turned" if self.nobody_upright else ""
         return f"Known to within {self.bound_words.replace(' to', '° to')}° (90 %){unless}."
 
     @property
@@ -121,7 +121,7 @@ class Facts:
         shares = {name: source.share for name, source in self.sources.items() if source.share is not None}
         largest = sorted(shares.items(), key=lambda share: -share[1])
         said = [f"{SOURCES.get(name, name)} ({100 * part:.0f} %)" for name, part in largest if part >= 0.005]
-        return f"It rests on {', '.join(said)}." if said else ""
+        return f"It is based on {', '.join(said)}." if said else ""
 
 
 def facts_of(take: Take) -> Facts:
@@ -228,10 +228,10 @@ def _camera_motion(take: Take) -> str:
     if take.need("rectified").camera is None:
         return ""
     if take.told.moving or take.told.standing:
-        return f"{'moves' if take.moving else 'stands still'}, as was told"
+        return f"{'moves' if take.moving else 'stands still'}, as you stated"
     if take.camera is not None and take.camera.background is not None:
-        return f"{take.camera.background.words}, by the background of its images"
-    return "is taken to stand still (nothing shows whether it does)"
+        return f"{take.camera.background.words}, judging by the background"
+    return "is assumed to stand still (nothing shows whether it does)"
 
 
 def _standing(take: Take) -> tuple[float, float] | None:

@@ -11,7 +11,7 @@ from .palette import GREEN, PURPLE, YELLOW
 # Green runs up; the two level directions and the horizon have colours that nothing else in an image has.
 COLOURS = {0: GREEN, 1: PURPLE, 2: YELLOW}
 HORIZON, UP = (255, 255, 255), GREEN
-WORDS = "Green: lines taken for vertical; purple and yellow: for level, at right angles; white: the horizon."
+WORDS = "Green: lines assumed vertical; purple and yellow: lines assumed level, at right angles; white: the horizon."
 
 
 def ideal(image: np.ndarray, intrinsics: Intrinsics | None) -> np.ndarray:

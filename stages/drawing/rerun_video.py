@@ -60,7 +60,7 @@ def viewable(video: Video) -> tuple[Iterator[Part], tuple[Notice, ...]]:
     if video.part is not None:
         reason = "only a part of it is processed"
     elif video.rotation_deg:
-        reason = f"its picture is stored turned by {video.rotation_deg} degrees, which the viewer ignores"
+        reason = f"its image is stored turned by {video.rotation_deg} degrees, which the viewer ignores"
     elif video.codec not in _VIEWER_CODECS:
         reason = f"the viewer does not play its codec, {video.codec}"
     elif (whole := _as_it_is(video)) is not None:

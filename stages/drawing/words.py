@@ -8,7 +8,7 @@ from .page import Cell, Soft
 
 ERRORS_OF_ANGLES: dict[AngleErrors, str] = {
     "judged": "as measured for the built-in lifter",
-    "disagreement": "by disagreement with the built-in lifter",
+    "disagreement": "from disagreement with the built-in lifter",
     "file": "from the given file",
     "none": "not known",
 }

@@ -56,7 +56,7 @@ def deviation(name: str, unit: str, values: np.ndarray, resolution: float) -> li
     """The standard deviation of (N,) finite values where it is larger than the resolution; the reason for none where
     there are two or more, but fewer than six. Nothing of one, and where the measurement makes it."""
     if len(values) < FEWEST_FOR_SD:
-        words = f"a standard deviation takes {FEWEST_FOR_SD} values"
+        words = f"a standard deviation needs {FEWEST_FOR_SD} values"
         return [Remark("sd_reason", words)] if len(values) > 1 else []
     sd = float(values.std(ddof=1))
     return [Measure(f"sd_{name}", sd, unit)] if sd > resolution else []

@@ -99,7 +99,7 @@ def jumps(airborne: Airborne, found: Sequence[Flight], rectified: Rectified) -> 
     return [
         Measure("count", len(found)),
         *(
-            [Remark("count_reason", f"whether the feet leave the floor from {unsure} is not certain")]
+            [Remark("count_reason", f"it is uncertain whether the feet leave the floor from {unsure}")]
             if unsure
             else []
         ),

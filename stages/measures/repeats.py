@@ -56,7 +56,7 @@ def repeats(
         and least > plain
         and any(map(counts, repetitions(driver, take.times, plain, take.seams)))
     ):
-        why = f"the angle rises by less than {least:.0f} degrees at a time, which its error may make"
+        why = f"the angle rises by less than {least:.0f} degrees at a time, which may be its error"
         return [Measure("count", 0), Remark("reason", why), *basis(driver)]
     whole_ones = [one for one in found if one.whole]
     if found:
@@ -66,7 +66,7 @@ def repeats(
     said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
     if not (found or holds or gaps) and (parts := [one for one in held if counts(one)]):
         seen_of_it = spans_in_words([(one.start_s, one.stop_s) for one in parts])
-        said = [Remark("reason", f"part of one was seen from {seen_of_it}")]
+        said = [Remark("reason", f"only part of one was seen, from {seen_of_it}")]
     result: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
     if not found:
         return result

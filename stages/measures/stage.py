@@ -221,7 +221,9 @@ def _knee_bends(
         bends.append(Measure("squats", sum(peak.value >= _SQUAT for peak in peaks)))
     elif feet_move and not steps_told and not text(grouped(bends), "reason"):
         when = spans_in_words(feet_move)
-        bends.append(Remark("reason", f"whether the feet stay while the knees bend from {when} is not seen"))
+        bends.append(
+            Remark("reason", f"it is not seen whether the feet stay while the knees bend from {when}")
+        )
     return bends
 
 
@@ -302,7 +304,7 @@ def _symmetry(take: Columns, ranges: Sequence[Row], angles: Sequence[str], lasts
 
 def _paths(take: Columns, rectified: Rectified) -> list[Row]:
     if rectified.camera == "moving":
-        why = "the camera moves, and its turning about the vertical would be part of the way"
+        why = "the camera moves, and its turning about the vertical would add to the path"
         return [Remark("reason", why)]
     result: list[Row] = []
     for column in take.columns:

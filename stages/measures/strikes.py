@@ -44,7 +44,7 @@ _LIMBS = {"punches": ("shoulder", "elbow", "wrist"), "kicks": ("hip", "knee", "a
 HIDES_PUNCHES = "lifted poses do not show every punch"
 NO_IMAGE = "lifted poses show them only beside keypoints in an image of known size"
 Spans = Sequence[tuple[float, float]]
-UNJUDGED = "what these figures are off by has not been measured"
+UNJUDGED = "the errors of these figures were not measured"
 
 
 @dataclass(frozen=True, eq=False)

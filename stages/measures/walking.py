@@ -334,7 +334,7 @@ def _lengths(
     share = 0.0 if told else belt_share
     speed = with_error("belt_speed", "speed", belt, share * belt or float("nan"))
     how = Remark(
-        "belt", "its speed was told" if told else "its speed is that at which the standing foot drifts back"
+        "belt", "its speed was given" if told else "its speed is that at which the standing foot drifts back"
     )
     return values, [speed, how], share
 

@@ -81,6 +81,8 @@ def camera_view(take: Take) -> rrb.View:
     bounds = rrb.VisualBounds2D(x_range=(0, width), y_range=(0, height))
     tells = take.need("rectified").up_shares.get("image", 0.0) > 0
     name = (
-        "Lines that tell up, horizon" if tells else "Lines of the image (up does not rest on them), horizon"
+        "Lines that show which way is up, horizon"
+        if tells
+        else "Lines of the image (not used for up), horizon"
     )
     return rrb.Spatial2DView(origin="camera", name=name, visual_bounds=bounds)

@@ -57,7 +57,7 @@ def _relative(facts: Facts) -> str:
     if facts.rectified.camera != "moving":
         return "" if (front, right) == OWN_WAYS else f"; in LEVEL **-x points to {front}, y to {right}**"
     return (
-        "; in LEVEL **back and right are relative to the camera**: how it turns about the vertical cannot be seen, "
+        "; in LEVEL **back and right are relative to the camera**: its turns about the vertical cannot be seen, "
         "heights and horizontal distances can"
     )
 

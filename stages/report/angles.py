@@ -41,11 +41,10 @@ def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
         return Markup("")
     return (
         small(
-            "From the 5th to the 95th percentile of the frames, in degrees; the true angle lies within ± in nine "
-            "of ten cases. Difference: right minus left range, divided by their mean; ± is its MDC90: if equal, "
-            "nine in ten differences lie within it. Grey: it lies within ±, or some values are beyond what a joint "
-            "reaches. "
-            f"{errors_of_angles(errors)}"
+            "From the 5th to the 95th percentile of the frames, in degrees; the true angle lies within ± in nine of "
+            "ten cases. Difference: right minus left range, divided by their mean; ± is its MDC90: if both are "
+            "equal, nine in ten differences lie within it. Grey: the difference lies within ±, or some values are "
+            f"beyond what a joint reaches. {errors_of_angles(errors)}"
         )
         + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
         + details("All figures of the ranges", measure_tables({name: found[name] for name in known}, level=3))
@@ -75,7 +74,7 @@ def sides_compared(measures: Group) -> list[str]:
     ]
     if apart:
         return [
-            f"Right and left differ in {', '.join(apart)} (right less left; {len(stated)} figures compared)."
+            f"Right and left differ in {', '.join(apart)} (right minus left; {len(stated)} figures compared)."
         ]
     beyond = sum(abs(value) > bar for value, _, bar in stated.values())
     steps = " or steps" if any(words in stated for words in _STEPS.values()) else ""

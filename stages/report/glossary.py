@@ -24,22 +24,24 @@ _EXPLAINED = {
     "knee_at_contact": "Knee flexion when the foot lands.",
     "knee_loading_peak": "The highest knee flexion in the first half of stance (loading response).",
     "knee_swing_peak": "The highest knee flexion while the foot is in the air.",
-    "thigh_trunk_lowest": "The thigh's lowest flexion against the trunk in a stride; negative: behind it.",
+    "thigh_trunk_lowest": "The thigh's lowest flexion against the trunk in a stride; negative: behind the trunk.",
     "symmetry_index": "Right minus left, divided by their mean: 0 % when equal, positive when the right is larger.",
     "stride_start": "When each stride begins: the foot lands.",
     "stride_stop": "When each stride ends: the same foot lands again, in the same walk.",
     "landings": "When the foot first touches the floor (initial contact).",
     "toe_offs": "When the foot leaves the floor.",
     "belt_speed": "Speed of the treadmill.",
-    "count": "How often it was made in the whole take; what is held for over 3 s is counted by itself.",
+    "count": "How often it was made in the whole take; a posture held for over 3 s is counted separately.",
     "squats": "Knee bends in which the less bent knee reaches 70 degrees.",
-    "duration": "From when the angle begins to rise until it is back at 7 % of the rise; none if a gap hides either.",
+    "duration": "From when the angle begins to rise until it is back at 7 % of the rise; missing if a gap hides "
+                "either.",
     "rise": "By how much the angle grows; not given if a gap hides its start or end.",
     "peak_mdc90": "Equal peaks of one take differ by less than this in nine of ten cases.",
     "peak_at": "When the angle is largest.",
     "peak": "The largest angle; in a knee bend that of the less bent knee.",
     "jump_height": "By how much the centre of mass rises after the feet have left the floor.",
-    "height_by_flight_time": "From time in the air alone, as on a jump mat; too high if landing with bent legs.",
+    "height_by_flight_time": "From time in the air alone, as on a jump mat; too high if the person lands with bent "
+                             "legs.",
     "contact_time": "How long the feet are on the floor before a jump that follows another within a second.",
     "take_off_feet": "On how many feet the person takes off.",
     "landing_feet": "On how many feet the person lands.",
@@ -69,4 +71,8 @@ def explained(name: str, running: bool = False, metric: bool = True) -> str:
     usual = plain in _USUAL and not running and (metric or plain != "walking_speed")
     if said and usual and not name.startswith("sd_"):
         said = f"{said} {_USUAL[plain]}"
-    return f"How much it varies from one to the next. {said}" if said and name.startswith("sd_") else said
+    return (
+        f"How much the figure varies from one to the next. {said}"
+        if said and name.startswith("sd_")
+        else said
+    )

@@ -130,7 +130,7 @@ def _title(name: str, group: Group) -> str:
 
 
 _CYCLE = (
-    "Means over strides, from a foot's initial contact (0 %) to its next (100 %). Upright line: its mean toe-off, "
+    "Means over strides, from a foot's initial contact (0 %) to its next (100 %). Vertical line: the mean toe-off, "
     "where stance ends and swing begins."
 )
 

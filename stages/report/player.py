@@ -77,7 +77,7 @@ def _standing(level: PoseSequence, rows: np.ndarray) -> tuple[np.ndarray, str]:
             0,
             0,
             1,
-        ), "The person's place is not known: the lower foot stands on the floor."
+        ), "The person's place is not known, so the lower foot is put on the floor."
     joints = joints + level.root[rows][:, None]
     lowest = joints[:, feet, 2]
     floor = (

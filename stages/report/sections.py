@@ -21,7 +21,7 @@ IN_THE_GAUGE = ("poses", "left and right", "view")  # what notices there are abo
 _MOST = 40  # notices of one kind
 _UNITS = {"m": "metres", "arbitrary": "units of the source, which has no scale"}
 _HEADINGS = {
-    "camera": "Front is towards the camera, and right its left.",
+    "camera": "Front is towards the camera, and right is the camera's left.",
     "world": "Front and right are those of the file's world.",
 }
 _FILES = {
@@ -105,9 +105,15 @@ def up_table(facts: Facts, image: bool) -> Markup:
     for name, source in facts.sources.items():
         bound = None if source.error_deg is None else RAYLEIGH_90 * source.error_deg
         own = [_rounded(angle, bound) for angle in (source.pitch_deg, source.roll_deg)]
-        share = "not heard" if source.share is None else f"{100 * source.share:.0f} %"
+        share = "not used" if source.share is None else f"{100 * source.share:.0f} %"
         rows.append([SOURCES.get(name, name), *own, share, _rounded(source.pull_deg, 1.0)])
-    head = ("source of up", "camera's pitch (°)", "camera's roll (°)", "share", "turns the take's up by (°)")
+    head = (
+        "source of up",
+        "camera's pitch (°)",
+        "camera's roll (°)",
+        "share",
+        "changes the take's up by (°)",
+    )
     return table(head, rows) if len(rows) > 1 or image else Markup("")
 
 
@@ -141,9 +147,7 @@ def provenance(facts: Facts, take: Take) -> Markup:
         )
     if seams := poses.seams:
         times = ", ".join(f"{poses.times[seam]:.2f}" for seam in seams[:_MOST])
-        about.append(
-            f"Seams, where the estimator began anew, at {times}{' ...' if len(seams) > _MOST else ''} s."
-        )
+        about.append(f"Clip boundaries at {times}{' ...' if len(seams) > _MOST else ''} s.")
     steps = [(step.name, step.version, _options(step.options)) for step in facts.history]
     return (
         bullets(about)

@@ -101,8 +101,9 @@ def _off_keypoints(measures: Group, length: str) -> Markup:
         name: limb for name, limb in subgroup(measures, "off_keypoints").items() if isinstance(limb, dict)
     }
     words = small(
-        "How far the bones' images are from those of the keypoints: in pixels, and in per cent of the body's height "
-        "there. Start and stop: where a limb contradicts its keypoints; the errors of its angles are larger then."
+        "Distance of the projected bones from those of the keypoints, in pixels and in per cent of the body's height "
+        "in the image. Start and stop: when a limb contradicts its keypoints; the errors of its angles are larger "
+        "then."
     )
     shown = words + measure_tables(limbs, length, level=3) if limbs else Markup("")
     return details("Limbs against their keypoints", shown)
@@ -111,8 +112,8 @@ def _off_keypoints(measures: Group, length: str) -> Markup:
 def _key_frames(take: Take) -> Markup:
     figures = key_figures(take)
     words = (
-        "Moments of events, and between them frames chosen for their posture. Beside each the same instant turned "
-        "upright and facing you, and seen from its right side. Orange is the person's right, blue the left."
+        "Moments of events and, between them, frames chosen for their posture. Beside each image the same pose is "
+        "upright, seen from the front and from its right side. Orange is the person's right, blue the left."
     )
     return small(words) + charts(figures) if figures else Markup("")
 
@@ -124,12 +125,11 @@ def _wrists(take: Take) -> Markup:
     heading = {
         "camera": f"{camera}: back is away from it, right to its left",
         "world": "the world's: back is its north, right its west",
-    }.get(rectified.level_heading, "one for the take")
+    }.get(rectified.level_heading, "the same for the whole take")
     return (
         small(
-            "From the pelvis, unfiltered. Before: in the axes before they were turned upright. After: turned upright; "
-            f"directions on the floor are {heading}. Orange: right. Blue: left. "
-            "The cross is the pelvis."
+            "Relative to the pelvis, unfiltered. Before: in the source's axes. After: turned upright; directions on "
+            f"the floor are {heading}. Orange: right. Blue: left. The cross is the pelvis."
         )
         + charts(_ways(take))
         + details(

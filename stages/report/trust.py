@@ -73,7 +73,7 @@ def _undoubted(poses: PoseSequence) -> str:
     thorax, pelvis = (joints[:, poses.layout.index(name)] for name in ("thorax", "pelvis"))
     trunk = float(np.median(np.linalg.norm(thorax - pelvis, axis=-1)))
     goes = float(np.linalg.norm(np.ptp(joints, axis=0), axis=-1).max())
-    return f"A body with steady bones{' that moves as people do' if goes > _MOVES * trunk else ''}."
+    return f"The body has steady bones{' and moves as people do' if goes > _MOVES * trunk else ''}."
 
 
 def _up(facts: Facts) -> Check:
@@ -87,13 +87,13 @@ def _up(facts: Facts) -> Check:
         return "Which way is up", weight, [facts.up_words]
     known, rests = facts.up_words, f" {facts.rests_words}".rstrip()
     if facts.bound_words is None:
-        return "Which way is up", "care", [f"{known} With it {_TO_GRAVITY} are uncertain."]
+        return "Which way is up", "care", [f"{known} So {_TO_GRAVITY} are uncertain."]
     if facts.nobody_upright:
         return "Which way is up", "care", [f"{known} {facts.nobody_upright.text}{rests}"]
     if max(facts.up_bound_deg or (0.0,)) <= _WELL:
         return "Which way is up", "good", [known + rests]
     tilted = f"{_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much"
-    others = "angles between segments, such as the knee's, do not depend on it"
+    others = "angles between segments, such as the knee's, do not depend on up"
     return "Which way is up", "care", [f"{known} {tilted}; {others}.{rests}"]
 
 
@@ -114,7 +114,7 @@ def _angles(take: Take) -> list[Check]:
         (
             "Joint angles",
             "care",
-            [f"{words} Smaller movements and smaller differences between sides cannot be told.", *basis],
+            [f"{words} Smaller movements and smaller differences between sides cannot be detected.", *basis],
         )
     ]
 
@@ -125,7 +125,7 @@ def _sides(take: Take) -> Check:
     wrong = any(finding.code in _SIDES_WRONG for finding in take.findings or ())
     warned = wrong or any(each.warns for each in said)
     if texts or wrong:
-        words = texts or ["They are doubtful in the whole take; see the poses."]
+        words = texts or ["Left and right are doubtful in the whole take; see the poses."]
         return "Left and right", "care" if warned else "good", words
     if len(take.need("poses")) < 2:
         return "Left and right", "care", ["A single frame does not show whether limbs are exchanged."]
@@ -137,7 +137,7 @@ def _sides(take: Take) -> Check:
             off.append(f"{words} from {spans_in_words(spans, _MOST)}")
     if not off:
         return "Left and right", "good", ["No limbs look exchanged."]
-    words = "No limbs look exchanged, but where they contradict their keypoints that cannot be told"
+    words = "No limbs look exchanged; this is unclear where limbs contradict their keypoints"
     return "Left and right", "care", [f"{words}: {', '.join(off)}."]
 
 

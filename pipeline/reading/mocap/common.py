@@ -98,7 +98,9 @@ def require_a_person(joints: np.ndarray) -> None:
     is not judged."""
     leg = leg_length(joints)
     if not LEG_M[0] * 0.5 <= leg <= LEG_M[1] * 1.1:
-        raise InputError("wrong-axes", f"expected metres, got legs {leg:.4g} long; say the unit with --unit.")
+        raise InputError(
+            "wrong-axes", f"expected metres, got legs {leg:.4g} long; give the unit with --unit."
+        )
     for start, end in _LIMBS:
         length = _distance(joints, H36M17.index(start), H36M17.index(end))
         length = length[np.isfinite(length)]
@@ -110,7 +112,8 @@ def require_a_person(joints: np.ndarray) -> None:
     # Not the verdict: where the nose is made from left and right, it agrees with them whatever they are.
     if seen.verdict == "legs against arms":
         raise InputError(
-            "sides-swapped", "the shoulders' left is not the hips' left; look at the joints' names."
+            "sides-swapped",
+            "left and right of the shoulders contradict those of the hips; check the joints' names.",
         )
     if seen.knee_votes >= _MIN_VOTES and seen.knees <= _BACKWARD:
         raise InputError(

@@ -38,7 +38,7 @@ def read(path: Path, folder: Path, how: How, parts: bool = False) -> Found:
     rates = [float(load(path, (), (1,), key=name).squeeze()) for name in _RATES if name in held]
     fps = how.fps or next(iter(rates), None)
     if not fps or fps <= 0:
-        raise InputError("needs-rate", f"expected the frame rate in {', '.join(_RATES)}; say it with --fps.")
+        raise InputError("needs-rate", f"expected the frame rate in {', '.join(_RATES)}; give it with --fps.")
     joints *= UNITS[how.unit or "m"]
     try:
         whole, require = h36m17_named(joints, names), require_plausible

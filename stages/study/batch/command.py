@@ -89,7 +89,7 @@ def batch(
     """
     if dask and workers:
         raise InputError(
-            "option-conflict", "--workers is of this machine, --dask of a cluster; give one of them."
+            "option-conflict", "--workers is for this machine, --dask for a cluster; give one of them."
         )
     shared = pairs(common, "--set")
     if device != AUTO:
@@ -161,7 +161,7 @@ def _ours_alone(output: Path) -> Iterator[None]:
                 left.unlink()
             yield
     except Timeout:
-        owner = read_object(output / STATUS).get("owner", "its owner has not said who it is")
+        owner = read_object(output / STATUS).get("owner", "an unknown process")
         raise InputError(
             "already-there",
             f"Another batch is at work in {output}: {printable(str(owner))}; wait for it, or choose another -o.",
@@ -182,8 +182,8 @@ def _check(output: Path) -> None:
     if of not in (None, package_version()):
         raise InputError(
             "other-version",
-            f"{output} was made by pcnet3d {printable(str(of))}, this is {package_version()}, and one study is not "
-            f"to mix them; choose another -o DIR, or install {of} to go on with this one.",
+            f"{output} was made by pcnet3d {printable(str(of))}, this is {package_version()}, and a study must not "
+            f"mix them; choose another -o DIR, or install {of} to continue this one.",
         )
 
 

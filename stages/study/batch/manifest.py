@@ -83,7 +83,9 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
     """
     given = {_column(name, "--set"): value for name, value in common.items()}
     if wrong := given.keys() & {"name", *LABELS}:
-        raise InputError("option-conflict", f"--set {min(wrong)}: that is one take's own; write a manifest.")
+        raise InputError(
+            "option-conflict", f"--set {min(wrong)}: that belongs to one take; write a manifest."
+        )
     shared, shared_files = _options(given, Path.cwd(), None, "--set")
     if source.is_dir():
         rows, base = list(_folder(source)), source
@@ -113,7 +115,7 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
         entries.append(Entry(name, options, tuple(option for option in options if option in files), labels))
     for name in refused.keys() - used:
         raise InputError(
-            "option-conflict", f"--set {name}: no take has a use for it; of the last one: {refused[name]}"
+            "option-conflict", f"--set {name}: no take can use it; the last one says: {refused[name]}"
         )
     _check_names(entries, [where for where, _ in rows])
     return tuple(entries)
@@ -189,7 +191,7 @@ def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
             columns = [_column(name, str(path)) for name in header]
             if twice := {name for name in columns if columns.count(name) > 1}:
                 raise InputError(
-                    "wrong-content", f"{path}: the column '{min(twice)}' stands there twice; leave one."
+                    "wrong-content", f"{path}: the column '{min(twice)}' is there twice; keep one."
                 )
             for cells in reader:
                 where = f"{path}, line {reader.line_num}"
@@ -322,7 +324,7 @@ def _found(cell: str, base: Path, inside: Path | None, where: str) -> Path:
     if inside is not None and not path.is_relative_to(inside.resolve()):
         raise InputError(
             "unsafe",
-            f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside if it may be.",
+            f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside to allow it.",
         )
     if not there:
         raise InputError("cannot-open", f"{where}: expected a file at {path}, found nothing there.")
@@ -345,7 +347,7 @@ def _check_names(entries: list[Entry], places: list[str]) -> None:
         if not is_file_name(entry.name) or len(entry.name) > _LONGEST:
             raise InputError(
                 "bad-value",
-                f"{where}: the name {entry.name!r} cannot be a folder's; give another in a column 'name'.",
+                f"{where}: the name {entry.name!r} cannot be a folder's name; give another in a column 'name'.",
             )
         first = names.setdefault(entry.name.casefold(), where)
         if first != where:

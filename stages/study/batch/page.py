@@ -87,7 +87,7 @@ def _head(rows: Rows, done: Rows, changed: Sequence[Change]) -> Markup:
     return (
         small(" · ".join([*about, f"pcnet3d {package_version()}"]))
         + answer(_conclusion(rows, done, changed))
-        + box("Not to be believed, or with care", unsure, "warning")
+        + box("Not to be trusted, or with care", unsure, "warning")
     )
 
 
@@ -107,13 +107,13 @@ def _conclusion(rows: Rows, done: Rows, changed: Sequence[Change]) -> Iterator[s
             f"From {factor} {earlier} to {later}, {how_many(max(change.n for change in changes), 'subject')}"
         )
         if not judged:
-            yield f"{step}: too few to say whether anything changed on average; it takes {FEWEST_SUBJECTS}."
+            yield f"{step}: too few to say whether anything changed on average; {FEWEST_SUBJECTS} are needed."
             continue
         counts = f"{len(beyond) or 'none'} of {how_many(len(judged), 'measure')} changed on average"
         told = ", ".join(f"{_named(change.of)} {change.bias:+.3g}" for change in beyond[:_MOST_TOLD])
         more = f" and {len(beyond) - _MOST_TOLD} more" if len(beyond) > _MOST_TOLD else ""
         chance = (
-            "of those that are said to, one in twenty did not: Benjamini & Hochberg 1995; a primary outcome "
+            "of these, one in twenty is expected to be false: Benjamini & Hochberg 1995; a primary outcome "
             "(--primary) is tested without this correction"
         )
         yield f"{step}: {counts} ({chance}){f': {told}{more}' if told else ''}."
@@ -177,8 +177,8 @@ def _takes(rows: Rows) -> Markup:
         "repairs": [_count(row, ("repair",)) for row in rows],
     }
     words = (
-        "A take's name leads to its report. Posture: a frame far from the take's usual one, from the front and from "
-        "the right; orange is the person's right. A click on a column's heading sorts by it."
+        "A take's name links to its report. Posture: a frame far from the take's usual one, from the front and from "
+        "the right; orange is the person's right. Click a column's heading to sort by it."
     )
     return _table(rows, columns) + small(words) if rows else Markup("")
 
@@ -261,20 +261,20 @@ def _changes(changed: Sequence[Change]) -> Markup:
         rest = [[_named(change.of), *_changed(change)] for key, change in by.items() if key not in paired]
         head = ("mean change", "95 % interval", "single subjects", "MDC90", "n")
         tables += [
-            heading(f"{factor} {later} less {earlier}"),
+            heading(f"{factor} {later} minus {earlier}"),
             table(
                 ("", *(f"{side}: {word}" for side in ("right", "left") for word in head)), rows, sortable=True
             ),
             table(("", *head), rest, sortable=True),
         ]
     words = (
-        "Differences of each subject's mean, compared within the same condition or visit; subjects who have both, "
-        "without takes that could not be levelled, have unusable poses or show several people, because "
+        "Differences of each subject's mean, compared within the same condition or visit, for subjects who have "
+        "both. Left out are takes that could not be levelled, have unusable poses, or show several people, because "
         "the subject is not marked there. 95 % interval: of the mean (Student's t); n: subjects. Single subjects: "
         "limits of agreement, the mean ± 1.96 standard deviations of the differences (Bland & Altman 1986), which "
-        "contain both change of the person and error of the method. Both include at least the rounding of the "
-        "figures. MDC90, for single takes of a subject from any camera place: if nothing changed, one change in ten "
-        "is larger. All measures are in changes.csv."
+        "contain both the person's change and the method's error. Both include at least the rounding of the figures. "
+        "MDC90, for single takes of a subject from any camera place: if nothing changed, one change in ten is "
+        "larger. All measures are in changes.csv."
     )
     return joined(tables) + small(words) if tables else Markup("")
 

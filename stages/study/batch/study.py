@@ -167,7 +167,7 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any
     }
     runs["not levelled"] = [row for row in rows if row.get("level_ok") is False]
     # Without the stage `export` a run's summary has no figures.
-    runs["that left nothing to judge them by"] = [row for row in rows if row.get("level_ok") is None]
+    runs["that cannot be judged"] = [row for row in rows if row.get("level_ok") is None]
     return {what: doubtful for what, doubtful in runs.items() if doubtful}
 
 

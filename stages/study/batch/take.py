@@ -198,7 +198,7 @@ def _run(job: Job, resume: bool) -> tuple[Ended, str]:
     try:
         ended = run_in_worker(arguments, job.log, job.timeout_s)
     except TimeoutError:
-        return Ended(124), f"took longer than the {job.timeout_s:g} s of --timeout, and was ended"
+        return Ended(124), f"took longer than the {job.timeout_s:g} s of --timeout, and was stopped"
     return ended, _last_words(ended.exit_code, job.log) if ended.exit_code else ""
 
 
@@ -217,5 +217,5 @@ def _last_words(code: int, log: Path) -> str:
             name = signal.Signals(-code).name
         except ValueError:
             name = str(-code)
-        return f"its process was ended by {name}; last in its log{last or ': nothing'}"
+        return f"its process was stopped by {name}; last in its log{last or ': nothing'}"
     return f"it failed with exit code {code}{last}"

@@ -147,7 +147,7 @@ def _apart(side: Side, reference: Side, offset_s: float, search_s: float) -> str
     ]
     tried = f" and shifts up to {search_s:g} s" if search_s else ""
     return (
-        f"Expected at least {LEAST_S:g} s of motion that both know, got none: {' and '.join(spans)}, with an offset "
-        f"of {offset_s:g} s{tried}; give what must be added to the first one's time with --offset S, or a wider "
+        f"Expected at least {LEAST_S:g} s of motion in both, got none: {' and '.join(spans)}, with an offset of "
+        f"{offset_s:g} s{tried}; give what must be added to the first one's time with --offset S, or a wider "
         "--search S."
     )

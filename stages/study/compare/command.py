@@ -57,9 +57,9 @@ def compare(
     align: Annotated[
         Align,
         typer.Option(
-            help="How to match the runs in time: by their time stamps, by correlating the angles, or not at all and by "
-            "cycles only (different movements). auto takes stamps for runs of one recording, cycles if date, person or "
-            "cadence differ, and otherwise correlate, or cycles if the correlation is doubtful."
+            help="How to match the runs in time: by time stamps, by correlating the angles, or by cycles only "
+            "(different movements). auto uses stamps for runs of one recording, cycles if date, person or "
+            "cadence differ or the correlation is doubtful, and correlate otherwise."
         ),
     ] = "auto",
     offset: Annotated[
@@ -71,7 +71,8 @@ def compare(
     rectifier: Annotated[
         list[str] | None,
         typer.Option(
-            help="With --truth, compare the wrists by this one too, frame by frame: a name or .onnx file; repeatable."
+            help="With --truth, also compare the wrists of this rectifier, frame by frame: a name or .onnx file; "
+            "repeatable."
         ),
     ] = None,
     output: Annotated[
@@ -180,7 +181,8 @@ def _aligned(
     if align == "cycles":
         if reference.run is None:
             raise InputError(
-                "files-apart", "Motion capture of another motion tells nothing; give that of the take itself."
+                "files-apart",
+                "Motion capture of another motion is no reference; give that of the take itself.",
             )
         return None, []
     together = one_clock(side, reference)

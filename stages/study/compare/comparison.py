@@ -99,7 +99,7 @@ def _r(r: float) -> str:
 
 
 def result(pair: Pair) -> Iterator[str]:
-    """What came of a pair: whether they are taken for one motion, by how much their angles differ, also beside the
+    """What came of a pair: whether they are treated as one motion, by how much their angles differ, also beside the
     errors that are stated, and which measures of two recordings differ by more than their errors."""
     against = f"{pair.side.name} against {pair.reference.name}"
     if pair.alignment is None or not pair.agreement:
@@ -107,7 +107,7 @@ def result(pair: Pair) -> Iterator[str]:
         both = ["the ranges of motion"] * bool(pair.changes) + [how_many(kinds, "kind") + " of cycle"] * bool(
             kinds
         )
-        yield f"{against}: taken for two motions; compared: {' and '.join(both) or 'nothing'}"
+        yield f"{against}: treated as two motions; compared: {' and '.join(both) or 'nothing'}"
     else:
         yield f"{against}: {_of_one_motion(pair, pair.alignment)}"
         yield _angles_apart(pair)
@@ -118,13 +118,13 @@ def result(pair: Pair) -> Iterator[str]:
 def _of_one_motion(pair: Pair, how: Alignment) -> str:
     """That both are compared as one motion; only of one recording it is known, for two takes may correlate as well."""
     alike = how.r >= WEAK
-    taken = "one motion" if alike and pair.one_recording else "taken for one motion"
+    taken = "one motion" if alike and pair.one_recording else "treated as one motion"
     though = "" if alike else " though their angles hardly correlate"
     # Motion capture is asked for as that of the take itself.
     way_out = (
         ""
         if pair.one_recording or pair.reference.run is None
-        else "; if they are two takes, say --align cycles"
+        else "; if they are two takes, give --align cycles"
     )
     return f"{taken}{though}, shifted by {how.shift_s:+z.3f} s (correlation {how.r:.2f}){way_out}"
 
@@ -136,10 +136,10 @@ def _angles_apart(pair: Pair) -> str:
     allowed = ""
     if inside:
         share = 100 * np.mean(inside)
-        allowed = f"; {share:.0f} % of the differences are within the stated errors, of 90 % expected"
+        allowed = f"; {share:.0f} % of the differences are within the stated errors (90 % expected)"
     return (
-        f"{how_many(len(rmse), 'angle')} differ by {np.median(list(rmse.values())):.1f} degrees in the median, most "
-        f"{spoken(worst)} by {rmse[worst]:.1f} (root mean square){allowed}"
+        f"{how_many(len(rmse), 'angle')} differ by {np.median(list(rmse.values())):.1f} degrees in the median, "
+        f"{spoken(worst)} most, by {rmse[worst]:.1f} (root mean square){allowed}"
     )
 
 

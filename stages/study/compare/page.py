@@ -34,8 +34,8 @@ _ERRORS = (
     "Of the figures said to differ, at most a tenth does so by chance (Benjamini & Hochberg 1995)."
 )
 LOWER_BOUND = (
-    "Half of a root mean square difference is a lower bound of the error of one of the two, here as for angles: runs "
-    "that agree may still err alike."
+    "At least one of the two has an error of half a root mean square difference or more, here as for angles. Runs "
+    "that agree may still share errors."
 )
 
 
@@ -48,7 +48,7 @@ def as_page(comparison: Comparison) -> str:
     spread = (
         _spread(comparison) if len(comparison.pairs) > 1 else Markup("")
     )  # of two, it says no more than their agreement
-    sections += [("View-consistency", spread), ("How they were brought together", _together(comparison))]
+    sections += [("View-consistency", spread), ("How they were aligned", _together(comparison))]
     names = " and ".join([comparison.reference.name, *(pair.side.name for pair in comparison.pairs)])
     about = [f"Reference: {comparison.reference.name} ({comparison.reference.about})"]
     about += [f"compared: {pair.side.name} ({pair.side.about})" for pair in comparison.pairs]
@@ -85,7 +85,7 @@ def _together(comparison: Comparison) -> Markup:
         how = pair.alignment
         if how is None:
             lines.append(
-                f"{pair.side.name}: taken for another motion than {comparison.reference.name}'s, so only ranges and "
+                f"{pair.side.name}: treated as another motion than {comparison.reference.name}'s, so only ranges and "
                 "cycles are compared."
             )
             continue
@@ -111,10 +111,10 @@ def _agreement(pair: Pair) -> Markup:
         return Markup("")
     head = ("difference (°)", "RMSE (°)", "r", "within error")
     return small(
-        f"{pair.side.name} less {pair.reference.name}: bias, and in brackets the limits of agreement, 1.96 standard "
+        f"{pair.side.name} minus {pair.reference.name}: bias, and in brackets the limits of agreement, 1.96 standard "
         "deviations of the differences to each side of it (Bland & Altman 1986), of this take's frames. Within "
-        "error: share of frames whose difference is what the stated standard errors allow in nine of ten. All figures "
-        "are in compare.json."
+        "error: share of frames whose difference is what the stated standard errors allow in nine of ten. All "
+        "figures are in compare.json."
     ) + _by_angle({name: _agreed(of) for name, of in pair.agreement.items()}, head)
 
 
@@ -169,22 +169,22 @@ def _ranges(pair: Pair) -> Markup:
     }
     words = (
         "From the 5th to the 95th percentile of each whole take, in degrees; the truth lies within ± in nine of ten. "
-        f"Difference: {pair.side.name} less {pair.reference.name}, of how wide the range is. {_of_changes(pair)} Grey "
-        "too: a range with values such as no joint reaches."
+        f"Difference: {pair.side.name} minus {pair.reference.name}, of the width of the range. {_of_changes(pair)} "
+        "Grey too: a range with values that no joint reaches."
     )
     return small(words) + _by_angle(cells, (pair.reference.name, pair.side.name, "difference (± MDC90)"))
 
 
 def _of_changes(pair: Pair) -> str:
     place = (
-        "about the same place, as the person's facing and the camera's pitch say"
+        "about the same place, according to the person's heading and the camera's pitch"
         if pair.same_place
-        else "different places, or it is not known from where"
+        else "different or unknown places"
     )
     return (
-        "± of a difference is MDC90 too, the minimal detectable change: beyond it lies one in ten differences of what "
-        f"did not change; both were filmed from {place}. Grey: a difference within it, which answers for a figure that "
-        "was chosen beforehand. *: a difference that is told from none with all figures looked at."
+        "± of a difference is its MDC90, the minimal detectable change: if nothing changed, one difference in ten is "
+        f"larger. Both were filmed from {place}. Grey: a difference within its ±; this judges a figure that was "
+        "chosen beforehand. *: a difference that is certain even with all figures looked at."
     )
 
 
@@ -241,8 +241,8 @@ def _cycles(pair: Pair) -> Markup:
         table(head, rows)
         + small(
             "Each cycle is brought to 0 to 100 %. Range: of motion within a cycle, mean. The interval of its change "
-            "takes cycles for independent cases (Welch's t, or paired where both show the same cycles); it does "
-            "not hold errors that all cycles of a take share."
+            "treats cycles as independent (Welch's t, or paired where both show the same cycles); it does not "
+            "include errors that all cycles of a take share."
         )
         + small(f"Mean over the cycles; band: one standard deviation. Grey: {pair.reference.name}.")
         + cycle_rows(pair)
@@ -259,12 +259,12 @@ def _motion(pair: Pair) -> Markup:
         for joint, of in sorted(pair.accelerations.agreement.items(), key=lambda one: one[0][1:])
     ]
     words = (
-        f"From the pelvis, unfiltered, in {pair.reference.name}'s LEVEL; {pair.side.name} is turned by "
+        f"Relative to the pelvis, unfiltered, in {pair.reference.name}'s LEVEL; {pair.side.name} is turned by "
         f"{pair.turn_deg:.1f}° and scaled by {pair.scale:.3g} to it. The cross is the pelvis."
     )
     about = (
         "Accelerations of the smoothed paths, relative to the pelvis; the band holds the grey curve in nine of ten "
-        "frames, if the stated errors of both are right. What is less certain than large is left out."
+        "frames, if the stated errors of both are right. Values smaller than their error are left out."
     )
     return (
         small(words)
@@ -305,8 +305,8 @@ def _wrists(pair: Pair) -> Markup:
         small(
             "From the pelvis, in BODY: x back, y right, z up, unfiltered, over the person's size (root mean square "
             f"distance of the limbs' joints from the pelvis, {pair.wrists.size_m:.3f} m), each method at motion "
-            "capture's size by one factor. Raw 2D and camera axes stand for a level camera in front of a person who "
-            "faces it; 2D has no depth. No r along an axis on which the wrist hardly moves."
+            "capture's size by one factor. Raw 2D and camera axes assume a level camera that the person faces; 2D "
+            "has no depth. No r along an axis on which the wrist hardly moves."
         )
         + table(head, rows)
         + joined(wrist_charts(pair.wrists, wrist, pair.times) for wrist in WRISTS)

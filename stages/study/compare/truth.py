@@ -45,7 +45,9 @@ def read_truth(
         raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
     kind = path.suffix.lower()
     if clip is not None and kind != ".npz":
-        raise InputError("option-conflict", f"A clip is chosen from a .npz file of several; {path} is none.")
+        raise InputError(
+            "option-conflict", f"--clip chooses from an .npz file of several clips; {path} is not one."
+        )
     try:
         if kind in (".trc", ".c3d"):
             poses = _of_markers(read_trc(path) if kind == ".trc" else read_c3d(path), up, unit, fps)
@@ -66,8 +68,8 @@ def read_truth(
     if share < 0.5:
         raise InputError(
             "wrong-axes",
-            f"{path}: only in {100 * share:.0f} % of the frames is the head, or are the hips, above the feet; "
-            "say which axis is up with --up.",
+            f"{path}: the head or the hips are above the feet in only {100 * share:.0f} % of the frames; give the "
+            "vertical axis with --up.",
         )
     return poses
 
@@ -76,7 +78,7 @@ def _of_markers(found: Markers, up: Up | None, unit: str | None, fps: float | No
     unit = unit or found.unit
     if unit not in UNITS:
         raise InputError(
-            "needs-input", f"expected a unit of {', '.join(UNITS)}, got '{unit}'; say it with --unit."
+            "needs-input", f"expected a unit of {', '.join(UNITS)}, got '{unit}'; give it with --unit."
         )
     bodies: dict[str, np.ndarray] = {}
     for body in (h36m17_named, h36m17_of_limbs):
@@ -91,9 +93,8 @@ def _of_markers(found: Markers, up: Up | None, unit: str | None, fps: float | No
     if not bodies:
         raise InputError(
             "wrong-content",
-            "expected points at the joint centres (hips, knees and ankles at least, under names in use), "
-            f"got {', '.join(found.names[:30])}; markers on the skin must be turned "
-            "into joint centres first.",
+            "expected points at the joint centres (hips, knees and ankles at least, under common names), got "
+            f"{', '.join(found.names[:30])}; markers on the skin must be turned into joint centres first.",
         )
     (joints,) = bodies.values()
     joints = z_up(joints, up or found.up)
@@ -111,7 +112,7 @@ def _npz(path: Path, name: str | None, how: How) -> PoseSequence:
     several = "clip_start" in keys(path)
     if not several:
         if name is not None:
-            raise InputError("option-conflict", "a clip is chosen from a file of several; this holds one.")
+            raise InputError("option-conflict", "--clip chooses from a file of several clips; this holds one")
         clip = mocap_joints.read(path, path.parent, how, parts=True).clip
     else:
         _refuse(how, "a file of several clips is in metres with +Z up and says its frame rate")

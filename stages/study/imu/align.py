@@ -249,7 +249,7 @@ def _no_overlap(time_s: np.ndarray, imu: Signal, search_s: float) -> str:
     said = f"from {held[0]:.6g} to {held[-1]:.6g} s" if len(held) else "nowhere"
     seen = f"from {time_s[0]:.6g} to {time_s[-1]:.6g} s" if len(time_s) else "nowhere"
     return (
-        f"Expected at least {_LEAST_S:g} s of motion that both video and IMU know; the video's is {seen}, the IMU's "
-        f"{said}, and lags up to {search_s:g} s were tried: give what must be added to the IMU's time with --offset S, "
-        "or a wider --search S."
+        f"Expected at least {_LEAST_S:g} s of motion in both video and IMU; the video's is {seen}, the IMU's {said}, "
+        f"and lags up to {search_s:g} s were tried: give what must be added to the IMU's time with --offset S, or a "
+        "wider --search S."
     )

@@ -77,7 +77,7 @@ def imu(
     ] = CUTOFF_HZ,
     rectifier: Annotated[
         list[str] | None,
-        typer.Option(help="Compare this one too, frame by frame: a name or .onnx file; repeatable."),
+        typer.Option(help="Also compare this rectifier, frame by frame: a name or .onnx file; repeatable."),
     ] = None,
     option: Annotated[
         list[str] | None,
@@ -197,8 +197,8 @@ def read_imus(
     if not compared:
         raise InputError(
             "needs-input",
-            "A video shows motion relative to the pelvis, so a pelvis IMU alone has nothing to be compared with; add "
-            "one on another segment.",
+            "A video shows motion relative to the pelvis, so a pelvis IMU alone cannot be compared; add one on "
+            "another segment.",
         )
     return sensors, compared
 

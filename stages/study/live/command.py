@@ -145,15 +145,13 @@ def _detect(recipe: Recipe) -> Detect:
     whole videos and would go unheard."""
     told = next((entry.options for entry in recipe.stages if entry.use == "detect"), None)
     if told is None:
-        raise InputError(
-            "option-conflict", "Expected somebody to be looked for by live, got detect=off; leave it out."
-        )
+        raise InputError("option-conflict", "Expected live to look for people, got detect=off; leave it out.")
     detect = call(Detect, what="Stage 'detect'", options=told)
     if unheard := [f"detect.{name}" for name in told if name not in _KNOWN]:
         raise InputError(
             "option-conflict",
-            f"Expected for live no options of detect but {', '.join(_KNOWN)}, got {', '.join(unheard)}; leave it out, "
-            "or give it to a run of the video afterwards.",
+            f"Expected live to have only these options of detect: {', '.join(_KNOWN)}, got {', '.join(unheard)}; "
+            "leave it out, or give it to a later run of the video.",
         )
     return detect
 

@@ -159,14 +159,14 @@ def _camera(source: str) -> Iterator[Shot]:
         if not camera.isOpened():
             raise InputError(
                 "not-reached",
-                f"There is no camera {source}, or another program has it; the first one has number 0.",
+                f"There is no camera {source}, or another program uses it; the first camera has number 0.",
             )
         start, number = None, 0
         while True:
             there, image = camera.read()
             if not there:
                 raise InputError(
-                    "not-reached", f"The camera {source} gives no more pictures; is it still connected?"
+                    "not-reached", f"The camera {source} gives no more images; is it still connected?"
                 )
             now = time.perf_counter()  # whose steps are finer than those of monotonic on Windows
             start = now if start is None else start

@@ -239,7 +239,7 @@ def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
     assert not [left for left in tmp_path.iterdir() if ".partial-" in left.name]
     kept = limit == 12_000
     assert (tmp_path / ".out.keypoints.npz").exists() == kept
-    assert ("what was done is kept; the same command with --resume" in done.stderr) == kept
+    assert ("finished work is kept; the same command with --resume" in done.stderr) == kept
 
 
 def test_room_is_asked_for_before_the_detection(walk_film, toy, tmp_path, call, monkeypatch):

@@ -140,7 +140,7 @@ def test_a_network_that_fails_half_way_leaves_no_results(files, make, quick, pcn
     assert code == 2, said
     assert "instanthmr.onnx@" in said
     assert "failed at video frame" in said
-    assert "what was done is kept; the same command with --resume goes on from there" in said
+    assert "finished work is kept; the same command with --resume continues from there" in said
     assert "Traceback" not in said
     assert not (tmp_path / "out").exists()
     with np.load(tmp_path / ".out.lift.npz") as kept:

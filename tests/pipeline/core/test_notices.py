@@ -16,8 +16,8 @@ ROOT = Path(__file__).parents[3]
 
 def test_a_notice_has_its_sentence_and_plain_values():
     said = notice("duplicates", rows=[4], weight="suspicious", repeated=2, first=4)
-    assert said.text == "2 rows repeat the one before exactly, the first is row 4; speeds are wrong there."
-    assert notice("duplicates", repeated=1, first=4).text.startswith("1 row repeats the one")
+    assert said.text == "2 rows repeat the row before exactly, first at row 4; speeds are wrong there."
+    assert notice("duplicates", repeated=1, first=4).text.startswith("1 row repeats the row before")
     assert json.loads(json.dumps(said.as_dict())) == {
         "code": "duplicates",
         "weight": "suspicious",

@@ -79,7 +79,7 @@ def test_a_camera_without_distortion_says_so_with_an_empty_list(tmp_path):
     ],
 )
 def test_several_cameras_have_to_be_told_apart(form, names, written):
-    with pytest.raises(InputError, match=f"holds {len(names)} cameras; say which it is: {', '.join(names)}"):
+    with pytest.raises(InputError, match=f"holds {len(names)} cameras; name one: {', '.join(names)}"):
         read_camera(written(form))
     with pytest.raises(InputError, match="holds no camera 'cam1'"):
         read_camera(written(form), "cam1")

@@ -223,7 +223,7 @@ def test_a_joint_that_is_never_there_hides_no_repeated_and_no_failed_row(walker,
     failed[60:62] = 0
     failed[:, H36M17.index("head")] = np.nan
     said = {f.code: f.text for f in looked_at(tmp_path, failed).people[0].findings}
-    assert said["duplicates"].startswith("3 rows repeat the one before exactly, the first is row 41")
+    assert said["duplicates"].startswith("3 rows repeat the row before exactly, first at row 41")
     assert "88 with NaN, 2 with all joints at one point" in said["gaps"]
 
 

@@ -60,7 +60,7 @@ def test_what_moved_is_said_as_the_report_says_it(take):
 def test_up_of_a_take_in_which_nobody_stands_is_known_unless_the_picture_is_turned(take):
     level = take.rectified.level
     laid = replace(take.rectified, level=level.with_(joints=level.joints[..., [2, 1, 0]]))
-    assert trust(take.with_(rectified=laid))[1].endswith(" degrees unless the picture is turned")
+    assert trust(take.with_(rectified=laid))[1].endswith(" degrees unless the image is turned")
     assert "turned" not in trust(take)[1]
     known = replace(laid, source=Z_UP, camera=None)
     assert "turned" not in trust(take.with_(rectified=known))[1]

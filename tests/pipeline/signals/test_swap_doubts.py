@@ -80,11 +80,11 @@ def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
     assert 0.5 < found.probability < 0.8
     assert found.one_sided
     assert len(found) <= 60  # the labeling with fewer frames
-    assert told(wrong, (found,)) == "legs exchanged from or up to (which cannot be told) frame 50"
+    assert told(wrong, (found,)) == "legs exchanged before or after (which is unclear) frame 50"
     for how in ("report", "repair", "mask"):
         _, keypoints, (event,), _ = treated(None, wrong, how)
         assert event.weight == "warning"
-        assert "which cannot be told" in event.text
+        assert "which is unclear" in event.text
         assert "--set read.swaps" not in event.text
         np.testing.assert_array_equal(keypoints.joints, wrong.joints)
     assert [finding.weight for finding in swap_findings(wrong, (found,))] == ["note"]

@@ -215,7 +215,7 @@ def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
     assert found["belt"] == "its speed is that at which the standing foot drifts back"
     assert found["walking_speed"] == pytest.approx(straight.speed_mps, rel=0.05)
     told = nested(measured(on_belt, (*STAGES[:3], Measures(belt_speed=1.25))).measures)["walking"]
-    assert (told["belt"], told["belt_speed"]) == ("its speed was told", 1.25)
+    assert (told["belt"], told["belt_speed"]) == ("its speed was given", 1.25)
     assert told["walking_speed"] == pytest.approx(1.25, rel=0.03)
     nowhere = nested(measured(seen_from(straight, 90.0), (*STAGES[:3], Measures(belt_speed=1.25))).measures)[
         "walking"

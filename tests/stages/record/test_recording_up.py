@@ -162,7 +162,7 @@ def told(take: Take, **changes) -> str:
 def test_the_summary_says_how_well_up_is_known_and_what_it_rests_on(make_take):
     text = told(make_take())
     assert (
-        "up: Known to within 5° (90 %). It rests on the body's posture (75 %), the feet's places (25 %)."
+        "up: Known to within 5° (90 %). It is based on the body's posture (75 %), the feet's places (25 %)."
         in text
     )
     assert "looks down by 0 deg" in text
@@ -193,7 +193,7 @@ def test_the_summary_of_a_take_that_is_not_level_claims_nothing(make_take):
 def test_the_summary_of_a_take_in_which_nobody_stands_has_a_condition(make_take):
     level = make_take().rectified.level
     text = told(make_take(), level=level.with_(joints=level.joints[..., [2, 1, 0]]))
-    assert "Known to within 5° (90 %), unless the picture is turned. It rests on" in text
+    assert "Known to within 5° (90 %), unless the image is turned. It is based on" in text
 
 
 def test_the_summary_of_one_frame_has_no_rate(make_take):

@@ -265,7 +265,7 @@ def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
     walking = {f"step_length_{key}": value for key, value in hip.items()}
     (apart,) = compared({"symmetry": {"knee_flexion": knee, "thigh_trunk_flexion": hip}, "walking": walking})
     assert apart == (
-        "Right and left differ in range of thigh against trunk +30 ± 10 %, step length +30 ± 10 % (right less left; "
+        "Right and left differ in range of thigh against trunk +30 ± 10 %, step length +30 ± 10 % (right minus left; "
         "3 figures compared)."
     )
 

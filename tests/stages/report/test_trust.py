@@ -48,7 +48,7 @@ def test_a_take_without_doubts_is_to_be_trusted(walk_take):
 @pytest.mark.parametrize(
     ("change", "expected", "words"),
     [
-        (laid, "care", "Known to within 2.7° (90 %), unless the picture is turned. The trunk is tilted by more"),
+        (laid, "care", "Known to within 2.7° (90 %), unless the image is turned. The trunk is tilted by more"),
         (lambda take: known(take, 12.0), "care", "may be off by as much"),
         (lambda take: erring(take, 10.0), "care", "Known to within 16°"),
         (lambda take: take.saying(own_notice("test.said", "exchanged", about="left and right")), "care", "exchanged"),
