@@ -35,9 +35,10 @@ def train(
         typer.Option(help="Folder with the truth of the answers: trains a rectifier for that lifter."),
     ] = None,
     split: Annotated[
-        Path | None, typer.Option(help="With --truth, a JSON file of train, val and test people; else drawn.")
+        Path | None,
+        typer.Option(help="With --truth, a JSON file of train, val and test people; by default drawn."),
     ] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="With --truth, how long to train.")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="With --truth, number of training steps.")] = None,
 ) -> None:
     """Train a network of this package from a config file, or continue a stopped training."""
     with needed_for("Training"):

@@ -41,19 +41,19 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "scenes-apart": ("note", "files",
         "People share the camera and the LEVEL axes only within one scene of the video."),
     "people-by-poses-alone": ("warning", "files",
-        "The file has no track numbers and no boxes, so people were told apart by their poses. Check that each track "
-        "shows one person only."),
+        "The file has no track numbers and no boxes, so people were told apart by their poses. Check that each is "
+        "only one person."),
     "keypoints-of-somebody-else": ("suspicious", "files",
-        "Person '{person}' of the poses differs from '{track}' of the keypoints by {apart:.2f} of their spread; for "
-        "the same person it is {most:g} at most. Give the keypoints of this person and of these frames; otherwise "
-        "the path is wrong."),
+        "Person '{person}' of the poses differs from '{track}' of the keypoints by {apart:.2f} of their spread; one "
+        "person has at most {most:g}. Give the keypoints of this person and of these frames; otherwise the path is "
+        "wrong."),
     "keypoints-not-of-poses": ("suspicious", "files",
         "The poses differ from the keypoints by {off_percent:.1f} % of the stature{how}. They belong to different "
         "recordings or frames, or the poses were changed."),
     "leap-between-people": ("warning", "files",
         "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from then on."),
     "leap-after-gap": ("warning", "files",
-        "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} out of sight: it may be "
+        "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} unseen: it may be "
         "another person from then on."),
     "no-joint-centres": ("warning", "files",
         "People left out, because their points are not joint centres: {people}."),
@@ -239,7 +239,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "It is not known where the person is: {reason}."),
     "placed": ("note", "place",
         "The path of the pelvis comes from the keypoints, in {placed} of {frames} frames{bridges}. Each frame is "
-        "within {within:g} {unit}, mostly in depth, and the size of the whole path within {size_percent:g} %; "
+        "within {within:g} {unit}, mostly in depth, the size of the whole path within {size_percent:g} %; "
         "{depth}{guess}{unjudged}."),
     "size-levelled": ("repair", "place",
         "The lifted body grew as it grew in the image, by {grown_percent:.0f} % in all; it was scaled to one size."),
@@ -250,7 +250,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The take could not be levelled: {reason}."),
     "nobody-upright": ("suspicious", "up",
         "The trunk is tilted by more than {off_deg:.0f} degrees in {share_percent:.0f} % of the frames: the person "
-        "lies or bends down, or the image is turned. If the image is turned, turn the video back."),
+        "lies or bends down, or the image is turned. In that case turn the video."),
     "up-drifts": ("warning", "up",
         "According to the body, up changes by {drift_deg:.0f} degrees at frame {frame}. There is a cut, the camera "
         "moves (--camera moving), or the person lies or bends down for long."),
@@ -278,8 +278,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "gait-errors-unknown": ("note", "motion",
         "The errors of the gait figures are not known: these poses{by} were not compared with ground truth."),
     "gait-unlike-any-seen": ("warning", "motion",
-        "The gait errors were fitted on people whose {gait} had no such values: {figures}. For these values they "
-        "were not compared with ground truth."),
+        "The gait errors were fitted on people whose {gait} had no such values: {figures}. There they were not "
+        "compared with ground truth."),
     "single-frame": ("warning", "motion",
         "A single frame has no path, so velocities and accelerations are missing."),
     "not-filtered": ("warning", "motion",

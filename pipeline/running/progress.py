@@ -116,8 +116,8 @@ def telling_of_kept(checkpoints: Sequence[Path], resumed: bool) -> Iterator[None
     found = [str(path) for path in checkpoints if path.is_file()]
     if found and not resumed:
         words = (
-            f"an interrupted run left its work in {' and '.join(found)}, which this run replaces after about a minute; --resume "
-            "continues from there"
+            f"an interrupted run left its work in {' and '.join(found)}, which this run replaces after about a "
+            "minute; --resume continues from there"
         )
         say("note", words)
     try:

@@ -35,11 +35,11 @@ _START = {
 
 def files(
     frames: Annotated[int, typer.Option(min=100, help="Frames of the take.")] = 10_000,
-    rounds: Annotated[int, typer.Option(min=1, help="Times that it is measured.")] = 1,
+    rounds: Annotated[int, typer.Option(min=1, help="How often it is measured.")] = 1,
     walks: Annotated[
         bool,
         typer.Option(
-            "--walks", help="A person who walks, with the image's size, for which keypoints are lifted too."
+            "--walks", help="Use a person who walks and give the image's size; keypoints are then lifted too."
         ),
     ] = False,
     keypoints: Annotated[bool, typer.Option(help="Give the keypoints beside the poses.")] = True,

@@ -38,13 +38,13 @@ _FIRST = 30  # frames that are not counted: networks warm up, and the lifter's w
 
 def live(
     video: Annotated[
-        Path | None, typer.Argument(help="A video; without it one of the walker is made.")
+        Path | None, typer.Argument(help="A video; by default one of the walker is made.")
     ] = None,
-    detector: Annotated[str, typer.Option(help="As of `live`.")] = "movenet",
+    detector: Annotated[str, typer.Option(help="As for `live`.")] = "movenet",
     seconds: Annotated[float, typer.Option(min=3, help="Length of the walker's video.")] = 30.0,
     device: OnDevice = "auto",
 ) -> None:
-    """Measure live on a video that is played at its own speed, and on one that waits."""
+    """Measure live on a video that is played at its own speed, and on one whose images wait."""
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
     with tempfile.TemporaryDirectory() as folder, computing_on(device):
         if video is None:

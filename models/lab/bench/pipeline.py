@@ -34,9 +34,9 @@ _DECODED = 1000  # frames that the rate of decoding is measured on
 
 def pipeline(
     video: Annotated[
-        Path | None, typer.Argument(help="A video; without it one of the walker is made.")
+        Path | None, typer.Argument(help="A video; by default one of the walker is made.")
     ] = None,
-    detector: Annotated[str, typer.Option(help="As of `run`.")] = "movenet",
+    detector: Annotated[str, typer.Option(help="As for `run`.")] = "movenet",
     minutes: Annotated[
         list[float],
         typer.Option(min=0.05, help="Length of the walker's video; repeatable, to compare memory."),

@@ -54,15 +54,15 @@ def rectify(
     rectifier: Annotated[
         list[str], typer.Option(help="A network by name, or its .onnx file; repeatable.")
     ] = ["pcnet"],  # noqa: B006 (typer copies it)
-    count: Annotated[int, typer.Option(min=1, help="Poses of a batch.")] = 10_000,
-    rounds: Annotated[int, typer.Option(min=1, help="Times that everything is measured.")] = 5,
+    count: Annotated[int, typer.Option(min=1, help="Poses per batch.")] = 10_000,
+    rounds: Annotated[int, typer.Option(min=1, help="How often everything is measured.")] = 5,
     threads: Annotated[
-        int | None, typer.Option(min=1, help="All that the process may use, by default.")
+        int | None, typer.Option(min=1, help="CPU threads; by default all that the process may use.")
     ] = None,
     device: OnDevice = "auto",
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write this JSON file.")] = None,
 ) -> None:
-    """Measure a rectifier's speed, in float32 and in int8, beside the machine's own."""
+    """Measure a rectifier's speed, in float32 and in int8, beside the machine's own speed."""
     if output is not None:
         refuse_unwritable_file(output)
     with computing_on(device) as where:

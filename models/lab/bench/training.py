@@ -20,9 +20,9 @@ def training(
     config: Annotated[Path, typer.Argument(help="A lifter's training config.")] = _SHIPPED,
     device: Annotated[str, typer.Option(help="auto (a GPU where there is one), cpu or cuda.")] = "auto",
     threads: Annotated[int, typer.Option(min=1, help="CPU threads.")] = 1,
-    rounds: Annotated[int, typer.Option(min=1, help="Steps of every length that are measured.")] = 5,
+    rounds: Annotated[int, typer.Option(min=1, help="How many steps of every length are measured.")] = 5,
 ) -> None:
-    """Measure frames per second of a lifter's training: making its material, its network both ways, its optimiser."""
+    """Measure frames per second of a lifter's training: making its data, forward and backward pass, optimiser."""
     with needed_for("Measuring a training"):
         import torch
     torch.set_num_threads(threads)

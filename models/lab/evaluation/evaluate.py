@@ -48,7 +48,7 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
         Annotated[list[str], typer.Option(help="A rectifier, or a network's .onnx file; repeatable.")], _BOTH
     ),
     "split": (
-        Annotated[Path | None, typer.Option(help="JSON file whose `test` lists the people to test on; else all.")], None
+        Annotated[Path | None, typer.Option(help="JSON file whose `test` lists the test people; by default all.")], None
     ),
     "targets": (
         Annotated[Targets, typer.Option(help="True axes: gravity and heading (body), or the file's (axes).")], "body"

@@ -232,24 +232,30 @@ def write_takes(
     ],
     seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
     lifter: Annotated[
-        str, typer.Option(help="pcnet3d (built-in), or an .onnx file; one that never saw the subjects.")
+        str,
+        typer.Option(help="pcnet3d (built-in), or an .onnx file; it must not be trained on the subjects."),
     ] = "pcnet3d",
     bodies: Annotated[bool, typer.Option("--bodies", help="Draw other proportions and mirror some.")] = False,
     bed: Annotated[
-        Bed, typer.Option(help="Cameras: steep, tilted and long lenses too, or as people film.")
+        Bed,
+        typer.Option(
+            help="Cameras: wild (also steep, tilted, with long lenses) or typical (as people film)."
+        ),
     ] = "wild",
     trained_on: Annotated[
         bool,
-        typer.Option("--trained-on", help="Also subjects that the lifter was trained on: never to judge by."),
+        typer.Option(
+            "--trained-on", help="Also subjects that the lifter was trained on: not for evaluation."
+        ),
     ] = False,
     laid: Annotated[
-        float, typer.Option(min=0, max=1, help="Only this share of the clips, and their bodies laid down.")
+        float, typer.Option(min=0, max=1, help="Only this share of the clips, with the bodies lying down.")
     ] = 0.0,
     keypoints: Annotated[
         bool,
         typer.Option(
             "--keypoints",
-            help="Only what a lifter of your own is given, with the truth, a file for every take.",
+            help="Only the input for a lifter of your own, with the truth, one file per take.",
         ),
     ] = False,
     device: OnDevice = "auto",

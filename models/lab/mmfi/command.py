@@ -63,14 +63,14 @@ _PAGE = Page(
 def mmfi(
     tree: Annotated[Path, typer.Argument(help="The data set's folder, with E01 to E04 in it.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for networks and table.")],
-    steps: Annotated[int | None, typer.Option(min=1, help="Of training, instead of the config's.")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Training steps, instead of the config's.")] = None,
     protocols: Annotated[
         list[str], typer.Option("--protocol", help="S1, S2 or S3, trained and tested; repeatable.")
     ] = ["S2", "S3"],  # noqa: B006 (typer copies it)
     activities: Annotated[Activities, typer.Option(help="Daily, rehabilitation or all actions.")] = "P3",
     config: Annotated[
         Path | None,
-        typer.Option(help="Another training config than models/lab/training/rectifier/mmfi.toml."),
+        typer.Option(help="Training config instead of models/lab/training/rectifier/mmfi.toml."),
     ] = None,
     device: Annotated[
         str, typer.Option(help="Where to train: auto (a GPU where there is one), cpu or cuda.")

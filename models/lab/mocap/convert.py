@@ -72,17 +72,19 @@ _ORDER = (("mmfi",), ("asfamc", "bvh"), ("joints",))
 def mocap(
     folder: Annotated[Path, typer.Argument(help="Motion capture: MM-Fi, ASF/AMC, BVH, or .npz with joints.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The .npz file to write.")],
-    format: Annotated[str, typer.Option(help=f"auto, {', '.join(FORMATS)}.")] = "auto",
-    unit: Annotated[str | None, typer.Option(help=f"Of the files: {', '.join(UNITS)}.")] = None,
+    format: Annotated[str, typer.Option(help=f"Format of the files: auto, {', '.join(FORMATS)}.")] = "auto",
+    unit: Annotated[str | None, typer.Option(help=f"Unit of the files: {', '.join(UNITS)}.")] = None,
     up: Annotated[Literal["y", "z"] | None, typer.Option(help="The files' vertical axis.")] = None,
-    fps: Annotated[float | None, typer.Option(help="Of files that do not say it, or say it wrong.")] = None,
+    fps: Annotated[
+        float | None, typer.Option(help="Frames per second, if the files do not state them or are wrong.")
+    ] = None,
     subject: Annotated[
         str | None, typer.Option(help="Regular expression on the path; its first group is the subject.")
     ] = None,
 ) -> None:
     """Convert a folder of motion capture for training and evaluation.
 
-    Says who is in it: subjects must be told apart before a split can be made.
+    It lists the subjects: a split needs to know them.
     """
     if unit is not None and unit not in UNITS:
         raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")

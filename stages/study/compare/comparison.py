@@ -112,7 +112,7 @@ def result(pair: Pair) -> Iterator[str]:
         yield f"{against}: {_of_one_motion(pair, pair.alignment)}"
         yield _angles_apart(pair)
     if not pair.one_recording:
-        yield from told(pair.changes, f"{pair.side.name} less {pair.reference.name}")
+        yield from told(pair.changes, f"{pair.side.name} minus {pair.reference.name}")
 
 
 def _of_one_motion(pair: Pair, how: Alignment) -> str:

@@ -170,11 +170,11 @@ def test_a_take_without_figures_is_neither_without_doubts_nor_not_levelled():
     rows = [{"name": name, **labels, **bare} for name in ("a", "b")]
     page = as_page("Study", rows, [])
     assert "2 takes done, none failed; 2 of them with doubts." in page
-    assert "2 runs that left nothing to judge them by: a; b<" in page
+    assert "2 runs that cannot be judged: a; b<" in page
     assert ">levelled<" not in page  # a column without a cell
     rows[1] |= {"level_ok": True, "frames": 45}
     page = as_page("Study", rows, [])
-    assert "1 run that left nothing to judge them by: a<" in page
+    assert "1 run that cannot be judged: a<" in page
     assert (page.count(">yes<"), page.count(">no<")) == (1, 0)
 
 

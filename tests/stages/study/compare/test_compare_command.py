@@ -171,12 +171,12 @@ def test_files_and_page(cameras, against_truth, runs):
 def test_the_page_of_two_runs_begins_with_what_came_of_it(cameras, runs):
     page = (runs / "side/compare/compare.html").read_text()
     head, *sections = page.split("<section")
-    assert "front against side: taken for one motion" in head
+    assert "front against side: treated as one motion" in head
     names = [re.search(r"<h2>([^<]+)</h2>", section).group(1) for section in sections]
     assert names == [
         "At the same moments", "Ranges of motion", "Walking and repetitions", "Agreement of the angles",
         "Agreement of the joints", "Cycles",
-        "Angles over time and differences", "Wrist paths and accelerations", "How they were brought together",
+        "Angles over time and differences", "Wrist paths and accelerations", "How they were aligned",
     ]  # fmt: skip
     shown = dict(zip(names, sections, strict=True))
     assert shown["At the same moments"].count('class="skeleton"') == 6

@@ -62,7 +62,7 @@ def test_what_the_user_says_of_two_visits_makes_them_two_motions(sides, key):
     assert (pair.alignment, pair.agreement, found.spread) == (None, {}, {})
     assert found.notices[0].code == "told-apart"
     assert found.notices[0].values["what"] == {"date": "dates", "person_id": "people"}[key]
-    assert next(result(pair)).startswith("front against side: taken for two motions")
+    assert next(result(pair)).startswith("front against side: treated as two motions")
     assert compared(visits, "correlate", search_s=0.4).pairs[0].alignment is not None
     one_day = [with_run(each, session=visits[0].session) for each in visits]
     assert compared(one_day, search_s=0.4).pairs[0].alignment is not None
@@ -77,8 +77,8 @@ def test_walks_that_fit_at_every_stride_are_compared_moment_by_moment_on_demand_
         assert [each.code for each in found.notices] == ["shift-unknown"]
         (pair,) = compared(walks, search_s=0.4).pairs
         said = next(result(pair))
-        assert said.startswith("front against side: taken for one motion, shifted by")
-        assert said.endswith("; if they are two takes, say --align cycles")
+        assert said.startswith("front against side: treated as one motion, shifted by")
+        assert said.endswith("; if they are two takes, give --align cycles")
         assert compared(walks, "correlate").pairs[0].alignment is not None
 
 
@@ -121,7 +121,7 @@ def test_what_hardly_correlates_is_not_said_to_be_one_motion(sides):
     twin = replace(sides[0], angles=other)  # of the same recording
     for pair in (sides[0], replace(sides[1], angles=other)), (sides[0], twin):
         (found,) = compared(list(pair), "stamps").pairs
-        assert "taken for one motion though their angles hardly correlate" in next(result(found))
+        assert "treated as one motion though their angles hardly correlate" in next(result(found))
     assert "side: one motion, shifted by +0.000 s" in next(result(compared([sides[0]] * 2).pairs[0]))
 
 
@@ -143,7 +143,7 @@ def test_a_difference_of_two_visits_stands_with_its_error(sides):
     assert speed.within_error  # 0.10 of 1.645 * 0.071
     said = list(result(found.pairs[0]))[-1]
     assert said == (
-        "1 of 2 ranges of motion and figures of movements differs by more than the error, front less side: range of "
+        "1 of 2 ranges of motion and figures of movements differs by more than the error, front minus side: range of "
         "right knee flexion +20 ± 9.3°; 1 beyond MDC90, where 0.2 are expected by chance"
     )
     page = as_page(found)
