@@ -105,7 +105,7 @@ def rows_within(time_range: tuple[float, float], time_s: np.ndarray) -> tuple[in
     if first == behind:
         raise InputError(
             "bad-value",
-            f"Expected a --time-range within the recording, got {_seconds(start, end)}; the take lasts from "
+            f"Expected a --time-range that contains frames, got {_seconds(start, end)}; the take lasts from "
             f"{_seconds(time_s[0], time_s[-1])}.",
         )
     return first, behind - 1

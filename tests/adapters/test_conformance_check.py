@@ -92,7 +92,7 @@ BROKEN = {
     "read raises": "read raises KeyError",
     "reads nothing": "it recognises an empty file",
     "axes": "mirrored",
-    "all alike": "all scores are alike",
+    "all alike": "all scores are equal",
     "pixels": "call it arbitrary",
     "a list": "not a tuple",
     "twins": "the same name",

@@ -181,7 +181,7 @@ def test_people_are_separated(tmp_path, world, turning, boxes):
 BAD = {
     "cell": ("a.csv", lambda text: text.replace("0.1", "x.1", 1), "expected a number, got"),
     "cut row": ("a.csv", lambda text: text[: len(text) - 400], "expected a number, got"),
-    "cut json": ("a.json", lambda text: text[:-30], "breaks off or is damaged"),
+    "cut json": ("a.json", lambda text: text[:-30], "is incomplete or damaged"),
     "landmarks": (
         "a.json",
         lambda text: text.replace('"pose_world": [[', '"pose_world": [[0, 0, 0, 0], [', 1),

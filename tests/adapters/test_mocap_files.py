@@ -65,7 +65,7 @@ def test_bvh_of_another_unit_and_an_added_t_pose(standing, y_up, tmp_path):
     assert len(poses) == FRAMES - 10
     assert poses.times[0] == pytest.approx(10 / 60, rel=1e-3)
     np.testing.assert_allclose(limbs(poses), limbs_of(standing(FRAMES))[10:], atol=2e-6)
-    with pytest.raises(InputError, match="say which with unit="):
+    with pytest.raises(InputError, match="give it with unit="):
         read(bvh(tmp_path / "y.bvh", y_up, scale=7.0))
 
 

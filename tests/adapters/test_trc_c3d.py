@@ -188,7 +188,5 @@ def test_a_c3d_whose_rate_is_a_text(markers, tmp_path):
     content = path.read_bytes()
     kind = content.index(b"RATE", content.index(b"POINT")) + 6  # behind the distance to the next
     path.write_bytes(content[:kind] + b"\xff" + content[kind + 1 :])
-    with pytest.raises(
-        InputError, match=r"x\.c3d: expected a C3D file with points: its POINT:RATE is a text"
-    ):
+    with pytest.raises(InputError, match=r"x\.c3d: expected a C3D file with points: its POINT:RATE is text"):
         read(path, "c3d")

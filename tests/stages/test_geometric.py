@@ -133,7 +133,7 @@ def test_a_person_who_lies_across_the_image_is_not_called_level(facing_camera):
     for poses in (PoseSequence(lying, H36M17, CAMERA), PoseSequence(motion, H36M17, GL_CAMERA)):
         rectified = rectify(poses, "geometric")
         assert not rectified.level_ok
-        assert "from the picture's" in rectified.level_reason
+        assert "from the image's" in rectified.level_reason
 
 
 def test_a_take_of_one_frame_is_not_called_level(facing_camera):

@@ -134,7 +134,7 @@ def test_most_keypoints_outside_the_filmed_picture_are_refused_with_a_lens_too(t
     lens = Intrinsics((500.0, 500.0), (320.0, 180.0), (-0.3, 0.05, 0.0, 0.0), image_size=IMAGE_SIZE)
     camera = Camera(IMAGE_SIZE, lens.pinhole_focal_px, 0.0, "told", intrinsics=lens)
     beyond = take.keypoints.with_(joints=take.keypoints.joints + np.array([700, 0]))
-    with pytest.raises(InputError, match=r"inside a picture of 640 x 360|missing"):
+    with pytest.raises(InputError, match=r"inside an image of 640 x 360|missing"):
         Lift()(take.with_(video=None, camera=camera, keypoints=beyond).telling(image_size=IMAGE_SIZE))
 
 

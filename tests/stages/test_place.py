@@ -124,7 +124,7 @@ def test_poses_of_a_world_and_people_whom_nobody_sees_are_not_placed(take, walk)
 def test_a_take_of_two_frames_names_the_frames_and_no_joints(take):
     short = take.with_(poses=take.poses.rows(0, 2))
     (said,) = [event for event in Place()(short).notices if event not in short.notices]
-    assert (said.code, said.values["reason"]) == ("not-placed", "a path takes 3 frames, got 2")
+    assert (said.code, said.values["reason"]) == ("not-placed", "a path needs 3 frames, got 2")
 
 
 def test_without_a_camera_what_is_told_counts_and_a_guess_says_so(take, placed):
@@ -233,7 +233,7 @@ def test_the_error_follows_a_scale_a_turn_a_mirror_and_cleaning(placed):
 
 
 def test_a_covariance_needs_a_root(take):
-    with pytest.raises(InputError, match="beside a root"):
+    with pytest.raises(InputError, match="beside root_covariance"):
         take.poses.with_(root_covariance=np.zeros((len(take.poses), 3, 3)))
 
 
@@ -267,4 +267,4 @@ def test_of_poses_that_nobody_has_judged_speed_and_floor_have_no_error(take):
     assert "floor_height_error" not in found["floor"]
     assert "walking_speed_error" not in found["walking"]
     said = {each.code: each.text for each in done.notices}
-    assert "was not measured" in said["placed"]
+    assert "were not measured" in said["placed"]

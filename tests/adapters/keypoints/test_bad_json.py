@@ -51,10 +51,10 @@ def test_truncated_file_is_recognised_and_refused(write, moving, form):
     for share in (0.7, 0.9):  # the demos' metadata, which tell nothing, take half of so short a file
         path.write_bytes(whole[: int(share * len(whole))])
         assert FORMS[form].sniff(path)
-        with pytest.raises(InputError, match="breaks off or is damaged at line 1"):
+        with pytest.raises(InputError, match="is incomplete or damaged at line 1"):
             FORMS[form].read(path)
     path.write_bytes(whole[:-1])
-    with pytest.raises(InputError, match="breaks off"):
+    with pytest.raises(InputError, match="is incomplete"):
         FORMS[form].read(path)
 
 

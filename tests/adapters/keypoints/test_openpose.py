@@ -125,5 +125,5 @@ def test_not_a_folder_of_such_files(tmp_path):
 def test_damaged_frame_is_named(write, moving):
     folder = write("openpose", {"0": moving(25)})
     (folder / "walk.v2_000000000007_keypoints.json").write_text('{"version": 1.3, "people": [{"pose_')
-    with pytest.raises(InputError, match=r"000000000007_keypoints.json, but its JSON breaks off"):
+    with pytest.raises(InputError, match=r"000000000007_keypoints.json, but its JSON is incomplete"):
         read(folder)

@@ -89,7 +89,7 @@ def test_far_too_many_people_are_refused_early(tmp_path, adapter, crowd):
         file.write("]")
     most = {"in a frame": 501, "by name": 5_001}[crowd]
     tracemalloc.start()
-    with pytest.raises(InputError, match=r"expected at most .* people.*reading was stopped"):
+    with pytest.raises(InputError, match=r"expected at most .* people.*reading stopped"):
         read_all(path, adapter)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()

@@ -165,7 +165,7 @@ def test_resume_with_another_video(walk_film, film, toys, toy, quick, tmp_path, 
     other = film([toys.scene(box, seed=5) for box in toys.walking(40)], name="other.mp4")
     code, said = call(other.path, *words, "--resume")
     assert code == 2
-    assert "leave --resume out to begin anew" in said
+    assert "leave --resume out to start again" in said
     assert (tmp_path / "out/summary.json").read_bytes() == before
 
 
@@ -271,7 +271,7 @@ def test_what_was_detected_survives_a_later_failure(walk_film, toy, quick, tmp_p
         _disk_full_at_the_export(patched)
         first = call(*words, "-o", tmp_path / "part")
     assert first[0] == 2
-    assert "--resume goes on from there" in first[1]
+    assert "--resume continues from there" in first[1]
     assert not (tmp_path / "part").exists()
     monkeypatch.setattr(detect_video.Search, "look", lambda *_: pytest.fail("was detected again"))
     assert call(*words, "-o", tmp_path / "part", "--resume")[0] == 0
@@ -316,8 +316,8 @@ def test_a_run_that_begins_anew_says_what_it_could_go_on_from(
         assert call(*words)[0] == 2
     code, said = call(*words)
     assert code == 0
-    assert "a run into this folder was interrupted" in said
-    assert "a run into this folder was interrupted" not in call(*words)[1]
+    assert "an interrupted run left its work" in said
+    assert "an interrupted run left its work" not in call(*words)[1]
 
 
 def test_the_checkpoint_is_ours_to_replace(walk_film, toy, quick, tmp_path, call):

@@ -141,5 +141,5 @@ def test_a_network_that_sees_everybody_at_once_looks_once(tmp_path, toys):
     answer = np.zeros((1, 6, 56), np.float32)
     path = toys.constant_graph(tmp_path / "multi.onnx", (1, 256, 256, 3), {"output": answer})
     assert load_detector(path, looks=None).method.startswith("movenet-multipose@")
-    with pytest.raises(InputError, match=r"looks at everybody at once; leave --set detect.looks=2 out"):
+    with pytest.raises(InputError, match=r"looks at all people at once; leave --set detect.looks=2 out"):
         load_detector(path, looks=2)

@@ -226,7 +226,7 @@ def test_a_person_who_lies_is_levelled_by_a_rectifier_that_knows_up(seen):
     lying = seen.seen(joints=rotate(R_down, seen.joints))
     assert why_not(level_static(lying)) == ""
     unsure = replace(lying, error_deg=np.full(len(seen.R), 60.0))
-    assert "only known to within" in why_not(level_static(unsure))
+    assert "known only to within" in why_not(level_static(unsure))
     told = level_static(unsure, [direction("told", seen.up[0], 1.0)])
     assert why_not(told) == ""
 
@@ -237,7 +237,7 @@ def test_a_person_who_lies_is_levelled_by_a_rectifier_that_knows_up(seen):
 def test_up_that_is_badly_known_levels_no_take_whoever_told_it(seen):
     ups = np.tile(seen.up[0], (len(seen.up), 1))
     unsure = TakeUp(ups, np.where(seen.time_s < 2, 25.0, 3.0), {"image": 0.9, "frames": 0.1})
-    assert "only known to within 38" in why_not(level(seen.seen(), unsure))
+    assert "known only to within 38" in why_not(level(seen.seen(), unsure))
 
 
 @pytest.mark.parametrize("levelling", [level_static, level_moving])

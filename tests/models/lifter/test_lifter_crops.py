@@ -190,9 +190,9 @@ def test_a_body_that_is_deeper_than_long_has_no_scale(rtmw3d, body, showing, vid
 @pytest.mark.parametrize(
     ("network", "words"),
     [
-        (lambda make: make["rtmw3d"](np.full((17, 3), 0.5), joints=17), "no lifter: expected keypoints"),
+        (lambda make: make["rtmw3d"](np.full((17, 3), 0.5), joints=17), "not a lifter: expected keypoints"),
         (lambda make: make["instanthmr"](np.zeros((70, 3)), left_out="joints_3d"), "but no joints_3d"),
-        (lambda make: make["instanthmr"](np.zeros((70, 3)), left_out="cam_trans"), "no lifter: expected keypoints"),
+        (lambda make: make["instanthmr"](np.zeros((70, 3)), left_out="cam_trans"), "not a lifter: expected keypoints"),
     ],
 )  # fmt: skip
 def test_networks_of_other_shapes_are_refused(rtmw3d, instanthmr, network, words):

@@ -155,7 +155,7 @@ def test_interrupted_and_resumed(files, make, quick, pcnet3d, tmp_path, monkeypa
     monkeypatch.setattr(images, "images_ahead", pressing_ctrl_c(given, 11))
     code, said = pcnet3d(*words, "-o", tmp_path / "part")
     assert code == 130
-    assert "what was done is kept" in said
+    assert "finished work is kept" in said
     assert not (tmp_path / "part").exists()
     monkeypatch.setattr(images, "images_ahead", noting(given, asked))
     code, said = pcnet3d(*words, "-o", tmp_path / "part", "--resume")

@@ -196,5 +196,5 @@ def test_networks_of_another_kind(per_frame, tmp_path):
 def test_a_rectifier_is_no_lifter():
     from importlib.resources import files
 
-    with pytest.raises(InputError, match=r"pcnet.onnx is no lifter: expected keypoints .* got inputs"):
+    with pytest.raises(InputError, match=r"pcnet.onnx is not a lifter: expected keypoints .* got inputs"):
         load_lifter(str(files("pcnet3d.models.rectifier").joinpath("pcnet.onnx")))

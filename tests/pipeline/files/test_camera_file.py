@@ -159,10 +159,10 @@ def test_a_file_that_was_cut_short(form, written):
 def test_other_files_are_refused(tmp_path):
     for content, words in [
         (b"", "no camera matrix"),
-        (b"\x89PNG\r\n\x1a\n\0\0", "no UTF-8 text"),
-        (b"frame,x,y\n0,1,2\n", "none or is damaged"),
+        (b"\x89PNG\r\n\x1a\n\0\0", "not UTF-8 text"),
+        (b"frame,x,y\n0,1,2\n", "not one, or is damaged"),
         (b'{"image_id": 1, "keypoints": [1, 2, 3]}', "no camera matrix"),
-        (b'[{"image_id": 1}]', "none or is damaged"),
+        (b'[{"image_id": 1}]', "not one, or is damaged"),
         (b"[tool]\nname = 'x'\n", "no camera matrix"),
         (b"<svg xmlns='http://www.w3.org/2000/svg'/>", "no camera matrix"),
         (
@@ -175,7 +175,7 @@ def test_other_files_are_refused(tmp_path):
             b"1 PINHOLE 1280 720 1000 1000 640 360\n1 PINHOLE 1280 720 900 900 640 360\n",
             "different names, got 1, 1",
         ),
-        (b"K: " + b"[" * 100_000, "none or is damaged"),
+        (b"K: " + b"[" * 100_000, "not one, or is damaged"),
         (b"K:\n  " + b"- " * 100_000, "9 finite numbers"),
         (b"K: [1000, 0, 640\n", "never closed"),
         (b"K: [1000, 0, 640]\nD\n", "line 2 of its YAML"),

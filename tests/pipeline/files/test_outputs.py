@@ -144,7 +144,7 @@ def test_the_folder_that_one_is_in_is_refused_as_what_it_is(tmp_path, monkeypatc
     (tmp_path / "out" / inside).mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "out" / inside)
     with (
-        pytest.raises(InputError, match="is the folder that you are in, or holds it"),
+        pytest.raises(InputError, match="is or contains the current folder"),
         whole_folder(tmp_path / "out"),
     ):
         pass

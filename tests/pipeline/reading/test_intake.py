@@ -302,7 +302,7 @@ def test_millimetres_called_metres_are_doubted(tmp_path, facing_camera):
     ("name", "content", "words"),
     [
         ("empty.npy", b"", "is empty"),
-        ("cut.json", b'[{"image_id": "1.jpg", "key', "breaks off"),
+        ("cut.json", b'[{"image_id": "1.jpg", "key', "is incomplete"),
         ("other.npy", None, r"an array of shape \(30, 16, 3\)"),
     ],
 )

@@ -50,7 +50,7 @@ def test_what_is_no_range(opened, told):
 
 @pytest.mark.parametrize("told", ["3:4", "1.001:1.002"])
 def test_where_nothing_was_recorded(opened, told):
-    with pytest.raises(InputError, match=r"the take is from 0\.00 to 2\.97 s"):
+    with pytest.raises(InputError, match=r"the take lasts from 0\.00 to 2\.97 s"):
         opened(time_range=told)
 
 

@@ -67,7 +67,7 @@ def test_keypoints_of_whom_nothing_tells_need_a_name(mmpose, tmp_path):
         open_take(options)
     assert all(isinstance(one.take, InputError) for one in open_people(options.with_(person=None)))
     assert open_take(options.with_(keypoints_person="1")).keypoints.person == "1"
-    with pytest.raises(InputError, match="everybody is asked for"):
+    with pytest.raises(InputError, match="the run is for all people"):
         open_people(options.with_(keypoints_person="1"))
 
 

@@ -62,7 +62,7 @@ def test_who_is_hardly_seen_is_named_and_left_out(done):
     output, people = done
     (left_out,) = json.loads((output / SUMMARY).read_text())["left_out"]
     assert (left_out["person"], left_out["frames"], left_out["code"]) == ("2", 4, "nothing-usable")
-    assert "10 are the least" in left_out["reason"] == people[2].reason
+    assert "at least 10 are needed" in left_out["reason"] == people[2].reason
 
 
 def test_who_is_hardly_seen_in_the_part_is_left_out_too(mmpose, recipe, tmp_path):
@@ -72,7 +72,7 @@ def test_who_is_hardly_seen_in_the_part_is_left_out_too(mmpose, recipe, tmp_path
     assert (first.frames, second.frames, second.take) == (19, 4, None)
     index = json.loads((tmp_path / "out" / SUMMARY).read_text())
     assert [entry["frames"] for entry in (*index["people"], *index["left_out"])] == [19, 4]
-    assert index["left_out"][0]["reason"] == "seen in 4 frames; 10 are the least"
+    assert index["left_out"][0]["reason"] == "seen in 4 frames; at least 10 are needed"
 
 
 def test_a_broken_person_does_not_sink_the_others(mmpose, recipe, tmp_path):
@@ -170,7 +170,7 @@ def test_the_options_are_those_of_the_command(mmpose, tmp_path, monkeypatch):
     assert own == command
     assert own["poses"]["unit"] == "m"
     assert "kinematics.csv" in own["files"]
-    with pytest.raises(InputError, match="A stature is one person's"):
+    with pytest.raises(InputError, match="A stature is for one person"):
         run_people(options, tmp_path / "out")
     run_people(options.with_(person=None, stature=None), str(tmp_path / "out"))
     other = json.loads((tmp_path / "out" / "1" / SUMMARY).read_text())

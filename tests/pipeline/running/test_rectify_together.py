@@ -101,7 +101,7 @@ def test_when_all_lie_nobody_is_called_level(scene):
     over = Rotation.from_euler("z", 90, degrees=True).as_matrix()
     lying = [poses.with_(joints=rotate(over, poses.joints)) for poses in scene.poses]
     for rectified in rectify_together(lying, "geometric"):
-        assert "from the picture's" in rectified.level_reason
+        assert "from the image's" in rectified.level_reason
     told = rectify_together(lying, "geometric", gravity=tuple(-scene.camera.up))
     assert all(rectified.level_ok for rectified in told)
     np.testing.assert_allclose(told[0].R_source_from_level[:, 2], scene.camera.up, atol=1e-6)

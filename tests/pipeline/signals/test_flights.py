@@ -32,7 +32,7 @@ def test_a_ballistic_path_falls_with_the_square_of_the_pace(slowed, unit):
     doubts = fall_doubts(poses)
     assert len(doubts) == (slowed > 1)
     if slowed > 1:
-        assert f"slow motion by {slowed}" in doubts[0].text
+        assert f"a video slowed down {slowed}" in doubts[0].text
         assert f"--fps {30 * slowed}" in doubts[0].text
 
 

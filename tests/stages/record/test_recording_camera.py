@@ -57,8 +57,8 @@ def test_a_recording_shows_them_and_says_whether_up_rests_on_them(
     assert len(seen.static("camera/lines", "LineStrips2D:strips")) == 2
     assert ("camera/image" in seen.entities) == frames
     names = seen.blueprint("ViewBlueprint:display_name")
-    assert any("Lines that tell up" in name for name in names) == tells
-    assert any("up does not rest on them" in name for name in names) != tells
+    assert any("Lines that show which way is up" in name for name in names) == tells
+    assert any("not used for up" in name for name in names) != tells
 
 
 def test_a_take_without_a_look_has_none(make_take, read_rrd, tmp_path):

@@ -84,7 +84,7 @@ def test_a_wrong_file_is_refused(read, standing):
         (lambda a: a.update(joints=a["joints"][:, :9]), "17 joints"),
         (lambda a: a.update(joints=a["joints"][0]), r"shape \(frames, joints, 3\)"),
         (lambda a: a.update(joint_names=np.array(["a", "b"])), "a name for each"),
-        (lambda a: a.update(joint_names=np.array([f"j{i}" for i in range(17)])), "names in use"),
+        (lambda a: a.update(joint_names=np.array([f"j{i}" for i in range(17)])), "common names"),
         (lambda a: a.update(joints=1000 * a["joints"]), "--unit"),
         (lambda a: a["joints"].__setitem__((1, 2, 0), np.nan), "NaN"),
         (lambda a: a["joints"].__setitem__((1, H36M17.index("l_ankle"), 2), -9), "length"),

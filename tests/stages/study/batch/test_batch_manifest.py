@@ -179,9 +179,7 @@ def test_a_common_option_goes_to_the_takes_that_have_a_use_for_it(mixed, given, 
 )
 def test_a_common_option_that_no_take_has_a_use_for_is_refused_before_the_first_take(study, given):
     column = next(iter(given))
-    with pytest.raises(
-        InputError, match=rf"--set {column}: no take has a use for it.*this run does not have"
-    ):
+    with pytest.raises(InputError, match=rf"--set {column}: no take can use it.*this run does not have"):
         read_entries(manifest(study, "poses", "a.npy", "b.npy"), {"fps": "30", **given})
 
 

@@ -89,7 +89,7 @@ def test_a_gravity_that_is_told_is_believed_from_the_first_frame_on(
     assert np.abs(other - expected).max() > 0.01
 
 
-@pytest.mark.parametrize(("looks", "why"), [(0, "Expected 1 to 4 looks"), (2, "looks at everybody at once")])
+@pytest.mark.parametrize(("looks", "why"), [(0, "Expected 1 to 4 looks"), (2, "looks at all people at once")])
 def test_looks_that_cannot_be_are_refused_before_anything_is_recorded(
     numbered_film, toy_detector, tmp_path, looks, why
 ):
