@@ -56,7 +56,7 @@ def test_pitch_and_roll_do_not_depend_on_the_names_of_the_axes(make_take, read_r
     for curve in ("votes", "take"):
         _, _, values = read_rrd(tmp_path / "take.rrd").over_time(f"tilt/{curve}", "Scalars:scalars")
         np.testing.assert_allclose(values, np.tile([20.0, -8.0], (12, 1)), atol=1e-6)
-    assert "looks down by 20 deg (pitch)" in summary_markdown(take)
+    assert "looks down by 20 degrees (pitch)" in summary_markdown(take)
 
 
 def test_the_votes_of_a_nodding_person_are_the_pitch_of_a_camera(recorded):
@@ -172,8 +172,8 @@ def test_the_summary_says_how_well_up_is_known_and_what_it_rests_on(make_take):
 def test_the_summary_of_a_tilted_camera(make_take):
     R = view_rotation(*(np.array(angle) for angle in (30.0, -12.0, -7.0)))
     text = told(make_take(), R_source_from_level=R)
-    assert "looks up by 12 deg (pitch)" in text
-    assert "turned clockwise by 7 deg (roll)" in text
+    assert "looks up by 12 degrees (pitch)" in text
+    assert "turned clockwise by 7 degrees (roll)" in text
 
 
 def test_the_summary_of_a_moving_camera(make_take):
