@@ -24,6 +24,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..pipeline.core.blocks import overlapping
 from ..pipeline.core.rotations import is_finite, rotate
 from ..pipeline.signals.filters import BRIDGED_S, holes, on_lines, rate
 from .common.splines import solved
@@ -167,10 +168,7 @@ def _smooth(
     first, last = seen.argmax(axis=0), T - 1 - seen[::-1].argmax(axis=0)
     between = ((row >= first) & (row <= last))[..., None]
     around = round(_SETTLED_S / dt)
-    for start in range(0, T, _ROWS):
-        rows = slice(max(start - around, 0), min(start + _ROWS + around, T))
-        kept = slice(start, min(start + _ROWS, T))
-        inside = slice(kept.start - rows.start, kept.stop - rows.start)
+    for kept, rows, inside in overlapping(T, _ROWS, around):
         found = solved(
             y[rows].reshape(rows.stop - rows.start, -1),
             np.where(seen[rows, :, None], noise[rows], np.inf).reshape(rows.stop - rows.start, -1),

@@ -210,7 +210,7 @@ def _by_disagreement(take: Take, series: dict[str, AngleSeries]) -> dict[str, An
     if _lacking(take) or not rectified.level_ok:
         return None
     try:
-        second = [Lift()(take.with_(poses=None)).need("poses")]
+        second = [Lift().poses_of(take.with_(poses=None))]
     except InputError:  # no reason to end the run
         return None
     poses, R_camera_from_source = in_reference(take.need("poses"))

@@ -21,7 +21,7 @@ from ..pipeline.core.lifted import Lifted, ToLift
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
-from ..pipeline.core.take import Take, Told
+from ..pipeline.core.take import Handedness, Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.reading.handedness import guarded
@@ -65,29 +65,42 @@ class Lift:
         return self._opened.unit
 
     def __call__(self, take: Take) -> Take:
+        asked, lifted, strays = self._of(take)
+        if strays:
+            take = take.saying(notice("keypoints-left-out", frames=strays))
+        poses = self._guarded(lifted, take.told.handedness)
+        if lifted.joints_on_a_line:
+            take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))
+        found = findings_of(poses)
+        if not take.moving:  # changes were learned before cameras that stand still
+            found = (*found, *change_doubts(take.need("keypoints"), asked.image_size))
+        if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
+            found = (*found, *sides_doubts(asked, lifted.poses, self.lifter))
+        take = take.with_(poses=poses, findings=found)
+        return take.saying(_who(lifted), *_focal(lifted), *_gaps(lifted), *poses.notices)
+
+    def poses_of(self, take: Take) -> PoseSequence:
+        """The lift alone, as it stands beside poses of another lifter: nothing is looked for in it or its keypoints.
+        InputError as of a run, and where its left and right are wrong."""
+        return self._guarded(self._of(take)[1], "refuse")
+
+    def _guarded(self, lifted: Lifted, handedness: Handedness) -> PoseSequence:
+        poses = lifted.noted()
+        poses = poses.with_(made_by=replace(poses.made_by, in_run=True))
+        return guarded(poses, handedness, f"The lift by {lifted.model}")
+
+    def _of(self, take: Take) -> tuple[ToLift, Lifted, int]:
+        """What was asked last, the answer, and in how many frames keypoints were left out."""
         size = image_size(take)
-        keypoints, takes = take.need("keypoints"), self._opened.takes
+        keypoints, takes, strays = take.need("keypoints"), self._opened.takes, 0
         if "gaps" in takes and keypoints.time_s is not None:
             keypoints, strays = _without_strays(seen_only(keypoints, size), keypoints)
-            if strays:
-                take = take.saying(notice("keypoints-left-out", frames=strays))
         asked = self._asked(take, keypoints, size)
         lifted = self._lifted(asked)
         if "up" in takes and (up := _known_up(take, lifted.poses)) is not None:
             asked = replace(asked, up=up)
             lifted = self._lifted(asked)
-        poses = lifted.noted()
-        poses = poses.with_(made_by=replace(poses.made_by, in_run=True))
-        poses = guarded(poses, take.told.handedness, f"The lift by {lifted.model}")
-        if lifted.joints_on_a_line:
-            take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))
-        found = findings_of(poses)
-        if not take.moving:  # changes were learned before cameras that stand still
-            found = (*found, *change_doubts(take.need("keypoints"), size))
-        if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
-            found = (*found, *sides_doubts(asked, lifted.poses, self.lifter))
-        take = take.with_(poses=poses, findings=found)
-        return take.saying(_who(lifted), *_focal(lifted), *_gaps(lifted), *poses.notices)
+        return asked, lifted, strays
 
     def _asked(self, take: Take, keypoints: PoseSequence, size: tuple[int, int] | None) -> ToLift:
         """keypoints: of the filmed image; its border is compared with them, and then the lens's distortion undone."""

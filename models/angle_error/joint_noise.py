@@ -31,6 +31,7 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.cores import cores
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
@@ -44,7 +45,6 @@ _LIMBS = tuple(bone for bone in H36M17.bones if bone[1].endswith(("knee", "ankle
 _LEAST_SPREAD = 0.02  # of limb lengths, added so that a perfect frame is not believed without end
 _MEAN_OF_STD = float(np.sqrt(2 / np.pi))  # mean size over standard deviation of a Gaussian
 _MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)  # mean over root mean square of a direction's error, two dimensions
-_ROWS = 4096  # frames at once: the intermediate arrays of `angles` then stay within the cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +210,7 @@ def angle_sd(
         return [{name: square.astype(np.float32) for name, square in each.items()} for each in both]
 
     with ThreadPoolExecutor(cores()) as pool:
-        parts = list(pool.map(squares, (slice(start, start + _ROWS) for start in range(0, len(body), _ROWS))))
+        parts = list(pool.map(squares, blocks(len(body))))  # which stay within the cache
     out = {}
     for name in ANGLES:
         joints, up = (np.sqrt(np.concatenate([part[i].pop(name) for part in parts])) for i in (0, 1))

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA, LEVEL, change_frame, require
 from ...pipeline.core.layouts import FEET, FEET_ANKLES, H36M17
@@ -29,7 +30,6 @@ from ..common.spread import stated_spread
 from .joint_noise import JointNoise, angle_sd, noise_size, shipped_noise
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
-_ROWS = 1 << 12  # at a time: what is made on the way takes many times the memory of the answer
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ def take_angles(
         error = None if size is None else (error_deg[rows], up_error_deg[rows], size[rows])
         return _angles(joints[rows], filtered[rows], R, level_ok, noise, error, hidden, toes, filtered_toes)
 
-    parts = [of(slice(start, start + _ROWS)) for start in range(0, len(joints), _ROWS)]
+    parts = [of(rows) for rows in blocks(len(joints))]
     if len(parts) == 1:
         return parts[0]
     return {name: _joined([part.pop(name) for part in parts]) for name in list(parts[0])}

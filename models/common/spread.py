@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.pose import PoseSequence
-
-_ROWS = 8192  # at a time
 
 
 def stated_spread(poses: PoseSequence) -> np.ndarray:
@@ -17,8 +16,7 @@ def stated_spread(poses: PoseSequence) -> np.ndarray:
         return np.full(len(poses), np.nan)
     others = [joint != "pelvis" for joint in poses.layout.joints]
     log_volume = np.zeros(len(poses))
-    for start in range(0, len(poses), _ROWS):  # in double precision a long take's covariances are a gigabyte
-        rows = slice(start, start + _ROWS)
+    for rows in blocks(len(poses)):  # in double precision a long take's covariances are a gigabyte
         with np.errstate(invalid="ignore"):  # of missing joints
             log_volume[rows] = np.linalg.slogdet(poses.covariance[rows, others].astype(np.float64))[1].mean(
                 axis=1

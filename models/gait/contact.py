@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.signals.filters import runs
@@ -32,7 +33,6 @@ _UNIT_S = (
     1.5  # either way: over two strides a lifted leg is as long as the next time, whatever it is within one
 )
 _VALUES = 9  # of a moment: three joints
-_ROWS = 4096  # that are looked at at once
 _MIRROR = np.array([1.0, -1.0, 1.0])  # BODY's y is right
 
 
@@ -106,8 +106,8 @@ def _windows(
     )
     legs /= leg_lengths(body, time_s, seams)[:, None]
     for piece in runs(np.asarray(np.isfinite(legs).all(axis=1)), time_s, seams):
-        for start in range(piece.start, piece.stop, _ROWS):
-            rows = slice(start, min(start + _ROWS, piece.stop))
+        for part in blocks(piece.stop - piece.start):
+            rows = slice(piece.start + part.start, piece.start + part.stop)
             at_s = time_s[rows, None] + _OFFSETS_S
             columns = [np.interp(at_s, time_s[piece], legs[piece, i]) for i in range(_VALUES)]
             yield rows, np.stack(columns, axis=-1).reshape(len(at_s), -1)

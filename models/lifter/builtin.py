@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ...pipeline.core.blocks import overlapping
 from ...pipeline.core.device import Placement, placement
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA
@@ -23,11 +24,12 @@ from ...pipeline.core.rotations import is_finite, rotate, unit
 from ..common.onnx import open_onnx
 from . import SHIPPED
 from .clock import averaged, clock_of
-from .features import ASSUMED_FOCAL, features, flipped
+from .features import ASSUMED_FOCAL, HALF_WINDOW, features, flipped
 from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 
 KIND = "pcnet3d"
 CHUNK = 1024  # frames answered at a time
+_ROWS = 8192  # that are made ready at a time
 
 
 def lift(
@@ -76,23 +78,28 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
     pixels, confidence = clock.rows(pixels, confidence)
     places = rows * clock.finer
     told = _told(up, places, len(pixels))
+    margin = network(model).reach + HALF_WINDOW  # the features' averages, beyond what an answer rests on
     answers = []
     for phases in clock.phases:
         joints, covariance = np.empty((*pixels.shape[:2], 3)), np.empty((*pixels.shape[:2], 3, 3), np.float32)
         for phase in range(min(phases, len(pixels))):
             part = slice(phase, None, phases)
-            x, R_camera_from_ray = features(
-                pixels[part], confidence[part], size, np.asarray(focal), told[part]
-            )
-            answer, sd = run(x, model)
-            if flip:
-                mirrored, mirrored_sd = run(flipped(x), model)
-                answer = (answer + mirrored[:, H36M17.mirror] * np.array([-1, 1, 1], dtype=np.float32)) / 2
-                sd = (sd + mirrored_sd[:, H36M17.mirror]) / 2
-            joints[part] = rotate(R_camera_from_ray, answer.astype(np.float64))
-            covariance[part] = _covariance(sd, R_camera_from_ray)
-        answers.append([averaged(each, phases)[places] for each in (joints, covariance)])
-    joints, covariance = (np.mean(each, axis=0) for each in zip(*answers, strict=True))
+            given = pixels[part], confidence[part], told[part]
+            for kept, around, inside in overlapping(len(given[0]), _ROWS, margin):
+                x, R_camera_from_ray = features(
+                    given[0][around], given[1][around], size, np.asarray(focal), given[2][around]
+                )
+                R_camera_from_ray = R_camera_from_ray[inside]
+                answer, sd = (each[inside] for each in _run_both(x, model, flip))
+                joints[part][kept] = rotate(R_camera_from_ray, answer.astype(np.float64))
+                covariance[part][kept] = _covariance(sd, R_camera_from_ray)
+        both = [averaged(each, phases) for each in (joints, covariance)]
+        answers.append(both if len(places) == len(pixels) else [each[places] for each in both])
+        del joints, covariance, both
+    joints, covariance = (
+        each[0] if len(each) == 1 else np.mean(each, axis=0) for each in zip(*answers, strict=True)
+    )
+    del answers
     joints[unseen], covariance[unseen] = np.nan, np.nan
     on_a_line = is_finite(pixels)[places] & ~seen[rows] & ~unseen[:, None]
     frame = CAMERA.with_(origin="pelvis", unit="arbitrary")
@@ -133,6 +140,16 @@ def run(x: np.ndarray, model: str | Path = "pcnet3d", chunk: int = CHUNK) -> tup
         parts.append([each[0, kept] for each in answer])
     joints, sd = (np.concatenate(each) for each in zip(*parts, strict=True))
     return joints, sd
+
+
+def _run_both(x: np.ndarray, model: str | Path, flip: bool) -> tuple[np.ndarray, np.ndarray]:
+    """As `run`; flip: the mean with that of the mirrored person."""
+    answer, sd = run(x, model)
+    if flip:
+        mirrored, mirrored_sd = run(flipped(x), model)
+        answer = (answer + mirrored[:, H36M17.mirror] * np.array([-1, 1, 1], dtype=np.float32)) / 2
+        sd = (sd + mirrored_sd[:, H36M17.mirror]) / 2
+    return answer, sd
 
 
 def _covariance(sd: np.ndarray, R_camera_from_ray: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import IMAGE, require
 from ...pipeline.core.lifted import ToLift
@@ -127,6 +128,17 @@ def rate_of(keypoints: PoseSequence, rows: np.ndarray) -> float | None:
 def refuse_two_people(joints: np.ndarray, rate: float | None) -> None:
     """InputError when the whole body lands somewhere else from one frame to the next, again and again.
     joints: (T, J, 2) pixels. rate: of rate_of."""
+    jumps = sum(_jumps(joints[rows.start : rows.stop + 1], rate) for rows in blocks(len(joints)))
+    if jumps >= _MIN_JUMPS:
+        raise InputError(
+            "people-mixed",
+            f"Expected the keypoints of one person, but the whole body jumps to another place {jumps} times: two "
+            "people look mixed; choose one (--person), or lift each on their own.",
+        )
+
+
+def _jumps(joints: np.ndarray, rate: float | None) -> int:
+    """How often the whole body lands somewhere else."""
     there = is_finite(joints)
     low, high = (np.where(there[..., None], joints, fill) for fill in (np.inf, -np.inf))
     side = (high.max(axis=1) - low.min(axis=1)).max(axis=-1)
@@ -135,10 +147,4 @@ def refuse_two_people(joints: np.ndarray, rate: float | None) -> None:
     step = np.where(both[..., None], np.diff(joints, axis=0), np.nan)[usable]
     moved = np.linalg.norm(np.nanmedian(step, axis=1), axis=-1) if len(usable) else np.zeros(0)
     farthest = _JUMP * max(1.0, _JUMP_HZ / rate if rate else 1.0)
-    jumps = int((moved > farthest * np.maximum(side[usable + 1], side[usable])).sum())
-    if jumps >= _MIN_JUMPS:
-        raise InputError(
-            "people-mixed",
-            f"Expected the keypoints of one person, but the whole body jumps to another place {jumps} times: two "
-            "people look mixed; choose one (--person), or lift each on their own.",
-        )
+    return int((moved > farthest * np.maximum(side[usable + 1], side[usable])).sum())

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.cores import cores
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
@@ -57,7 +58,7 @@ class PCNetRectifier:
         R = np.full((len(joints), 3, 3), np.nan)
         error_deg = np.full(len(joints), np.nan)
         rows = np.flatnonzero(usable)
-        parts = [rows[start : start + CHUNK] for start in range(0, len(rows), CHUNK)]
+        parts = [rows[part] for part in blocks(len(rows), CHUNK)]
 
         def answer(part: np.ndarray) -> None:
             R[part], error_deg[part] = self.session.run(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .blocks import blocks
 from .errors import InputError
 from .rotations import rotate
 
@@ -29,7 +30,6 @@ _DIRECTIONS: dict[str, dict[str, tuple[float, ...]]] = {
 _OPPOSITE = {
     "right": "left", "down": "up", "away": "toward", "north": "south", "west": "east", "up": "down", "back": "front",
 }  # fmt: skip
-_ROWS = 4096  # that are turned at a time: hours of video in float64 would take several times their memory
 _NEAREST_M = 0.5  # a pelvis less far ahead of the camera is a lifter's, which leaves it about the origin
 METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 UNITS = (*METRES, "px", "arbitrary")
@@ -172,8 +172,7 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
 
     def turned(points: np.ndarray) -> np.ndarray:
         moved = np.empty(points.shape, np.float32)
-        for start in range(0, len(points), _ROWS):
-            rows = slice(start, start + _ROWS)
+        for rows in blocks(len(points)):
             some = points[rows].astype(np.float64)
             if pelvis is not None:
                 some -= pelvis[rows, None]

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..core.anthropometry import implied_stature
+from ..core.blocks import blocks
 from ..core.catalogue import Weight
 from ..core.errors import InputError
 from ..core.layouts import H36M17, Layout
@@ -28,7 +29,6 @@ _OFF_UP_DEG = 60.0  # of the trunk, from which nobody is upright; a picture on i
 _TRAVELS = (
     0.5  # statures, that the pelvis goes in a picture of somebody who walks; somebody who lies goes 0.15
 )
-_ROWS = 4096  # judged at a time
 _MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
 _STRAY_S = 0.2  # of frames that the whole pose leaps to and from
 _FEW = 0.1  # of the frames
@@ -141,7 +141,7 @@ def without_made_nose(poses: PoseSequence) -> PoseSequence:
 
 def _parts(joints: np.ndarray) -> Iterator[np.ndarray]:
     """joints (T, J, D) in float64, some minutes at a time: hours of video would take several times their memory."""
-    return (joints[start : start + _ROWS].astype(np.float64) for start in range(0, len(joints), _ROWS))
+    return (joints[rows].astype(np.float64) for rows in blocks(len(joints)))
 
 
 def _share(values: np.ndarray) -> tuple[float, int]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.anthropometry import implied_stature
+from ..core.blocks import blocks
 from ..core.camera import Camera
 from ..core.frames import CAMERA, require
 from ..core.intrinsics import undistorted
@@ -75,17 +76,27 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
     stature = implied_stature(poses.joints)
     joints = poses.joints / stature if stature > 0 else np.full_like(poses.joints, np.nan)
     use = H36M17.indices(JOINTS)
-    place, _ = placed(rays[:, use].astype(np.float64), joints[:, use].astype(np.float64), trust[:, use])
-    before = joints + place[:, None]
-    depth = np.where(before[..., 2:] > _NEAREST, before[..., 2:], np.nan)
-    off = before[..., :2] / depth - rays
-    return Residuals(off * camera.focal_px, off * depth, np.where(is_finite(rays), trust, 0.0))
+    px, statures = np.empty_like(rays), np.empty_like(rays)
+    for rows in blocks(len(joints)):
+        place, _ = placed(
+            rays[rows, use].astype(np.float64), joints[rows, use].astype(np.float64), trust[rows, use]
+        )
+        before = joints[rows] + place[:, None]
+        depth = np.where(before[..., 2:] > _NEAREST, before[..., 2:], np.nan)
+        off = before[..., :2] / depth - rays[rows]
+        px[rows], statures[rows] = off * camera.focal_px, off * depth
+    return Residuals(px, statures, np.where(is_finite(rays), trust, 0.0))
 
 
 def residuals_of(take: Take) -> Residuals | None:
     """Of a take whose poses are in CAMERA axes; None where it has no keypoints, no camera or other axes."""
     beside = _beside(take)
     return None if beside is None else residuals(*beside)
+
+
+def has_residuals(take: Take) -> bool:
+    """Whether `residuals_of` would tell them."""
+    return _beside(take) is not None
 
 
 def straight_in_image(take: Take) -> dict[str, np.ndarray] | None:
@@ -143,6 +154,13 @@ def placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[n
     by how far off it is at the body (Cauchy), so that outliers and exchanged limbs have little say. The equations are
     multiplied by the reprojected rays, not by the observed ones, whose noise would bring the body nearer.
     """
+    place, information = np.empty((len(rays), 3)), np.empty((len(rays), 3, 3))
+    for rows in blocks(len(rays)):
+        place[rows], information[rows] = _placed(rays[rows], joints[rows], weights[rows])
+    return place, information
+
+
+def _placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     seen = is_finite(rays) & is_finite(joints) & (weights > 0)
     enough = seen.sum(axis=1) >= FEWEST
     rays, joints = np.where(seen[..., None], rays, 0.0), np.where(seen[..., None], joints, 0.0)

@@ -18,6 +18,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..core.blocks import blocks
 from ..core.frames import CAMERA
 from ..core.layouts import Layout
 from ..core.pose import PoseSequence
@@ -194,7 +195,7 @@ def _runs(
     gait = np.zeros((len(clip), len(ways)))
     for k in (k for k, way in enumerate(ways) if way.exchanged):
         gait[:, k] = alternation(vectors[k], times)
-    parts = (clip[first : first + _LOOKED_AT] for first in range(0, len(clip), _LOOKED_AT))
+    parts = (clip[rows] for rows in blocks(len(clip), _LOOKED_AT))
     anatomy = np.concatenate(
         [_anatomy(np.stack([_turned(part, state, ways) for state in states]), layout).T for part in parts]
     )

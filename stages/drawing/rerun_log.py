@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import Layout
 from ...pipeline.core.notices import Notice
@@ -111,8 +112,7 @@ def _pieces(
 ) -> Iterator[tuple[list[rr.TimeColumn], np.ndarray]]:
     """Times and joints of at most _ROWS rows each; between them what was sent is written, or the columns of a long
     take pile up in memory."""
-    for start in range(0, len(poses), _ROWS):
-        rows = slice(start, start + _ROWS)
+    for rows in blocks(len(poses), _ROWS):
         yield time_columns(poses.frame_index[rows], poses.times[rows]), poses.joints[rows]
         if len(poses) > _ROWS:
             recording.flush()

@@ -11,6 +11,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ..trajectories import unit_of
@@ -85,8 +86,7 @@ def _parts(take: Take, missing_is_null: bool) -> Iterator[pa.Table]:
     poses = take.need("poses")
     columns = {"frame": poses.frame_index, "time_s": poses.times, **take.need("kinematics")}
     said, length = provenance(take), poses.frame.unit
-    for start in range(0, len(poses), _ROWS):
-        rows = slice(start, start + _ROWS)
+    for rows in blocks(len(poses), _ROWS):
         arrays = [pa.array(values[rows], from_pandas=missing_is_null) for values in columns.values()]
         fields = [
             pa.field(name, array.type, metadata={"unit": unit} if (unit := unit_of(name, length)) else None)

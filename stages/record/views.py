@@ -10,7 +10,7 @@ import numpy as np
 from ...pipeline.core.frames import BODY
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
-from ...pipeline.signals.reprojection import residuals_of
+from ...pipeline.signals.reprojection import has_residuals
 from ..drawing.facts import OWN_WAYS, voted, ways_of_level
 from ..drawing.palette import DARK
 from .angles import angle_views, angled, first_angles
@@ -84,7 +84,7 @@ def _details(take: Take, size: float) -> rrb.Container:
         _wrists("source", f"Wrists before ({unit})", source.axes),
         _curves("rotation", "Rotation (deg)"),
         *([_tilt()] if votes else []),
-        *([_curves(OFF_KEYPOINTS, "Limbs off keypoints (% of stature)")] if residuals_of(take) else []),
+        *([_curves(OFF_KEYPOINTS, "Limbs off keypoints (% of stature)")] if has_residuals(take) else []),
     ]
     columns = [
         [

@@ -49,6 +49,19 @@ def test_chunks_make_no_clip_boundary():
         np.testing.assert_allclose(run(x, chunk=chunk)[0], whole, atol=1e-5)
 
 
+@pytest.mark.parametrize("rate", [30, 100])
+def test_a_long_take_in_pieces_has_the_answer_of_the_whole(rate, monkeypatch):
+    pixels = person(900)
+    pixels[300:305] = np.nan  # nobody is seen for a moment, and a joint for longer
+    pixels[290:330, 4] = np.nan
+    given = poses(pixels, time_s=np.arange(900) / rate)
+    whole = lift(given, SIZE, flip=True)
+    monkeypatch.setattr("pcnet3d.models.lifter.builtin._ROWS", 101)
+    pieces = lift(given, SIZE, flip=True)
+    np.testing.assert_allclose(pieces.joints, whole.joints, atol=1e-5)
+    np.testing.assert_allclose(pieces.covariance, whole.covariance, atol=1e-5)
+
+
 def test_far_frames_do_not_matter():
     """What the stated reach promises: a frame's answer depends on frames near it only."""
     pixels = person(900)
