@@ -19,6 +19,7 @@ from ..drawing.words import errors_of_angles, range_words, spoken
 from .measures import measure_tables
 
 _STEPS = {"step_time": "step time", "stance_time": "stance time", "step_length": "step length"}
+_SAYS_NOTHING = 100.0  # per cent, of the ± of a difference of two sides: one may move three times as far
 
 
 def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
@@ -86,6 +87,8 @@ def _difference(symmetry: Group) -> Cell:
     of = measure(symmetry, "symmetry_index")
     if of is None:
         return None
+    if of.bar is not None and of.bar > _SAYS_NOTHING:
+        return Soft("cannot be told")
     words = f"{of.value:z.0f}{'' if of.bar is None else f' ± {of.bar:.0f}'} %"
     return Soft(words) if of.within_error else words
 

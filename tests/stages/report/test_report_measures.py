@@ -120,6 +120,12 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
                 "symmetry_index_error_percent": 16.0,
                 "within_error": False,
             },
+            "elbow_flexion": {
+                "right_deg": 3.0,
+                "symmetry_index_percent": 9.0,
+                "symmetry_index_error_percent": 267.0,
+                "within_error": True,
+            },
         },
         "range_of_motion": {
             "r_elbow_flexion": {"p05_deg": -156.0, "p95_deg": 20.0, "beyond_anatomy_frames": 2, "nan_share": 0.5},
@@ -135,6 +141,7 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
     beside, said = ranges(grouped(rows_of(measures)), None), happened(rows_of(measures), "m")
     assert "<td class=soft>-19 ± 41 %</td>" in beside
     assert "<td>45 ± 26 %</td>" in beside
+    assert "<td class=soft>cannot be told</td>" in beside
     assert "<td class=soft>-156 to 20</td>" in beside
     assert "frames beyond anatomy" in beside  # on demand
     assert cells(said)[1:8] == ["start (s)", "peak (°)", "1", "0.96", "57 ± 15", "2", "2.00"]
