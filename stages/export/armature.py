@@ -21,7 +21,7 @@ from ...pipeline.core.rotations import from_columns, is_finite, rotate, transpos
 from ...pipeline.core.take import Take
 from ...pipeline.files.skeletons import Skeleton
 from ...pipeline.signals.angles import arm_reference, hinge_axis, trunk_axes
-from .markers import evenly
+from .markers import evenly, over_the_floor
 
 ANIMATION = Frame("ANIMATION", "level", ("left", "up", "front"))  # glTF's axes, and those of most BVH files
 
@@ -130,7 +130,9 @@ def armature(take: Take) -> Armature:
             local[:, i] = _held(local[:, i], known[:, i], np.eye(3))
         else:  # what turns nothing has nothing to be known
             local[:, i], known[:, i] = np.eye(3), True
-    place = np.zeros((len(found.joints), 3)) if found.root is None else found.root
+    place = np.zeros((len(found.joints), 3))
+    if found.root is not None:
+        place = over_the_floor(take, found.root, ANIMATION)
     stature = implied_stature(found.joints[:, : len(H36M17)])
     floor = (_soles(at, stature) + place[:, 1])[kept]
     height = float(np.nanpercentile(floor, _LOWEST)) if np.isfinite(floor).any() else 0.0

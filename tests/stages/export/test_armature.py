@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.measures import rows_of
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import geodesic_deg
 from pcnet3d.pipeline.files.skeletons import place
 from pcnet3d.pipeline.signals.filters import rate
 from pcnet3d.stages.export.armature import ANIMATION, armature
-from pcnet3d.stages.export.markers import evenly
+from pcnet3d.stages.export.markers import evenly, markers
 from refusals import refused
 
 
@@ -31,6 +32,14 @@ def test_joints_are_where_the_take_has_them(walked, feet):
         off = 2e-3 if name in H36M17 else 0.05
         np.testing.assert_allclose(joints[name] - found.root, wanted.joints[:, i], atol=off, err_msg=name)
     np.testing.assert_allclose(found.root + found.moved, wanted.root, atol=1e-9)
+
+
+def test_its_origin_is_told_from_that_of_markers_over_the_floor(walked):
+    take = walked()
+    take = take.with_(measures=rows_of({"floor": {"floor_height": -0.7}}))
+    found, wanted = armature(take), markers(take, ANIMATION)
+    np.testing.assert_allclose(found.root + found.moved, wanted.root, atol=1e-9)
+    np.testing.assert_allclose(found.root, armature(take.with_(measures=())).root, atol=1e-9)
 
 
 def test_at_rest_it_stands_in_a_t_pose_and_faces_z(walked):
