@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.signals.angles import FINE, MISSING, near
+from ...pipeline.signals.angles import FINE, NO_NEUTRAL, near
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .repeatability import known_median
 from .take_angles import AngleSeries
@@ -80,7 +80,7 @@ def less_neutral(
     for name, angle in series.items():
         if name not in neutral:
             nothing = np.full(len(angle.value_deg), np.nan)
-            reason = np.where(angle.reason == FINE, MISSING, angle.reason).astype(np.int8)
+            reason = np.where(angle.reason == FINE, NO_NEUTRAL, angle.reason).astype(np.int8)
             result[name] = replace(angle, value_deg=nothing, sd_deg=nothing, noise_deg=nothing, reason=reason)
             continue
         middle, sd = neutral[name]

@@ -6,7 +6,7 @@ import pytest
 from pcnet3d.models.angle_error.neutral import SHARE, less_neutral, moves_deg, neutral_deg
 from pcnet3d.models.angle_error.take_angles import AngleSeries
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.signals.angles import ANGLES, FINE, MISSING
+from pcnet3d.pipeline.signals.angles import ANGLES, FINE, NO_NEUTRAL
 from refusals import refused
 
 TIMES = np.arange(100) / 25.0
@@ -47,13 +47,13 @@ def test_a_neutral_across_the_end_of_the_circle():
     assert np.abs(found["r_shoulder_flexion"].value_deg).max() <= 2.0
 
 
-def test_an_angle_that_the_neutral_lacks_is_missing():
+def test_an_angle_that_the_neutral_lacks_is_missing_for_that_reason():
     hidden = AngleSeries(np.where(TIMES < 2, np.nan, MOTION), *(series()["r_knee_flexion"].__dict__[k] for k in
                          ("sd_deg", "reason", "noise_deg")))  # fmt: skip
     of = series(r_knee_flexion=hidden)
     found = less_neutral(of, neutral_deg(of, TIMES, (0, 1.9)), judged=True)["r_knee_flexion"]
     assert np.isnan(found.value_deg).all()
-    assert set(found.reason) == {MISSING}
+    assert set(found.reason) == {NO_NEUTRAL}
 
 
 def test_who_moves_does_not_stand():
