@@ -170,8 +170,9 @@ def measures(
     flies = [(flight.off_s, flight.land_s) for flight in flights.flights]
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
+    steps_told = lasts_s >= BRIEFEST_S["walking"] and "steps" in grouped(walk)
     movements = {
-        "knee_bends": _knee_bends(take, gait, jumped, apart, "steps" in grouped(walk)),
+        "knee_bends": _knee_bends(take, gait, jumped, apart, steps_told),
         "arm_raises": _arm_raises(take),
         **strikes(filtered, rectified, source.lifted, in_image, runs, flies),
         "walking": walk,

@@ -7,7 +7,7 @@ from golden.walks import STAGES, columns_with, measured
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, PoseSequence
 from pcnet3d.pipeline.core.answer import answer
-from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, nested
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, MIDLINE, UNTRUSTED, near
 from pcnet3d.pipeline.signals.foot_angles import ALL_ANGLES
 from pcnet3d.stages.measures.figures import spread
@@ -110,6 +110,15 @@ def test_knees_that_bend_together_in_a_step_make_no_squat(walk, take):
     bends = nested(STAGES[3](take.with_(kinematics=bent)).measures)["knee_bends"]
     assert bends["count"] == 1
     assert bends["start_s"][0] > walk.phases_s["squat"][0]
+
+
+def test_a_knee_bend_out_of_which_somebody_steps_is_not_absent_where_steps_cannot_be_told(walk):
+    """In 1.3 s no steps are counted: whether the feet stayed cannot be told."""
+    part = measured(walk.poses.rows(0, int(1.3 * walk.fps) + 1))
+    bump = 80 * np.exp(-(((part.poses.times - part.poses.times[0] - 0.6) / 0.2) ** 2))
+    bent = {f"{side}_knee_flexion_deg": bump for side in "rl"}
+    found = nested(STAGES[3](part.with_(kinematics=columns_with(part, **bent))).measures)
+    assert found["walking"]["outcome"] == found["knee_bends"]["outcome"] == CANNOT_BE_TOLD
 
 
 def test_arms_go_up_in_the_squat_and_overhead(walk, take):
