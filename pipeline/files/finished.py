@@ -149,6 +149,14 @@ def read_run(folder: str | Path) -> Take:
         reason = f"{POSES} has no array {error}"
     except InputError as error:
         reason = str(error).rstrip(".")
+    if not (folder / SUMMARY).is_file():
+        if not folder.is_dir():
+            there = "a file" if folder.exists() else "nothing"
+            raise InputError(
+                "cannot-open",
+                f"Expected the folder of a finished `pcnet3d run` at {folder}, found {there} there.",
+            )
+        reason = f"it has no {SUMMARY}"
     inside = sorted(path.parent for path in folder.glob(f"*/{POSES}"))
     what = f"read one of the runs in it, such as {inside[0]}" if inside else "run it again"
     raise InputError(

@@ -188,6 +188,15 @@ def test_what_is_no_finished_run_has_one_sentence(run, tmp_path, damage):
         read_run(folder)
 
 
+def test_a_folder_that_is_not_there_is_not_said_to_lack_a_field(tmp_path):
+    (tmp_path / "file").write_text("x")
+    for name in ("nowhere", "file"):
+        with refused("cannot-open", name):
+            read_run(tmp_path / name)
+    with pytest.raises(InputError, match=r"has no summary\.json"):
+        read_run(tmp_path)
+
+
 def test_a_folder_of_several_people_names_one(run, tmp_path):
     shutil.copytree(run[1], tmp_path / "out" / "1")
     with pytest.raises(InputError, match="read one of the runs in it"):
