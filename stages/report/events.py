@@ -55,22 +55,18 @@ def _jumps(take: Take, jumps: Group) -> Iterator[Event]:
 
 
 def _bends(take: Take, bends: Group) -> Iterator[Event]:
+    """The deepest first: a page may have room for one."""
     both = [_column(take, f"{side}knee_flexion") for side in _SIDES.values()]
-    deepest = np.fmin(*both)
-    for span in _spans(bends):
-        row = _most(take, deepest, span)
-        if row is not None:
-            side = "l_" if both[1][row] < both[0][row] else "r_"  # the less bent one, which is counted
-            yield Event(row, "lowest", f"{side}knee_flexion", f"{side}knee")
+    for row in _peaks(take, np.fmin(*both), _spans(bends)):
+        side = "l_" if both[1][row] < both[0][row] else "r_"  # the less bent one, which is counted
+        yield Event(row, "knees bent", f"{side}knee_flexion", f"{side}knee")
 
 
 def _arms(take: Take, arms: Group) -> Iterator[Event]:
     for side, short in _SIDES.items():
         angle = f"{short}shoulder_elevation"
-        for span in _spans(subgroup(arms, side)):
-            row = _most(take, _column(take, angle), span)
-            if row is not None:
-                yield Event(row, f"{side} arm highest", angle, f"{short}shoulder")
+        for row in _peaks(take, _column(take, angle), _spans(subgroup(arms, side))):
+            yield Event(row, f"{side} arm raised", angle, f"{short}shoulder")
 
 
 def _landings(take: Take, walking: Group) -> Iterator[Event]:
@@ -85,6 +81,12 @@ def _landings(take: Take, walking: Group) -> Iterator[Event]:
 
 def _spans(group: Group) -> list[tuple[float, float]]:
     return list(zip(moments(group, "start"), moments(group, "stop"), strict=False))
+
+
+def _peaks(take: Take, values: np.ndarray, spans: list[tuple[float, float]]) -> list[int]:
+    """The row of the highest of values (T,) in each span, the highest of all first."""
+    rows = [row for span in spans if (row := _most(take, values, span)) is not None]
+    return sorted(rows, key=lambda row: -float(values[row]))
 
 
 def _most(take: Take, values: np.ndarray, span: tuple[float, float]) -> int | None:

@@ -337,7 +337,7 @@ def test_a_knee_bend_is_drawn_with_the_angle_that_is_counted(walk_take):
     """A boxer's knee bend "to 57 degrees" had 85 written on its picture: that of the other knee."""
     take = Measures()(walk_take)
     peaks = [round(peak.value) for peak in numbered(subgroup(grouped(take.measures), "knee_bends"), "peak")]
-    shown = [event for event in events(take, 6) if event.words == "lowest"]
+    shown = [event for event in events(take, 6) if event.words == "knees bent"]
     written = [round(float(take.kinematics[f"{event.angle}_deg"][event.row])) for event in shown]
     assert written
     assert set(written) <= set(peaks)
