@@ -30,7 +30,7 @@ def with_outcome(movement: str, rows: Sequence[Row], lasts_s: float, looked: boo
             for row in rows
             if row not in counts and not (isinstance(row, Remark) and row.name == "reason")
         ]
-        why = f"{lasts_s:.2g} s is too short" if lasts_s else "a single frame shows no movement"
+        why = f"{lasts_s:.3g} s is too short" if lasts_s else "a single frame shows no movement"
         rows.append(Remark("reason", why))
     hidden = any(isinstance(row, Remark) and row.name == "reason" for row in rows)
     if seen:

@@ -11,7 +11,7 @@ from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, 
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.jumps import without_leaps
-from pcnet3d.stages.measures.outcomes import with_outcome
+from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
 from pcnet3d.stages.measures.stage import _knee_bends
 
 TIMES = np.arange(0, 6, 1 / 30)
@@ -49,6 +49,13 @@ def test_what_a_take_is_too_short_for_is_not_said_to_be_absent(movement):
             lasts_s = 0.1
         assert nested(with_outcome(movement, [Measure("count", 0)], lasts_s))["outcome"] == outcome
         assert nested(with_outcome(movement, [Measure("count", 1)], lasts_s))["outcome"] == SEEN
+
+
+def test_a_take_that_is_just_too_short_is_not_said_to_last_as_long_as_it_should():
+    """A take of 45 frames was said to be too short with 1.5 s, which is the length that a walk takes at least."""
+    said = nested(with_outcome("walking", [Measure("steps", 0)], 44 / 30))
+    assert said["outcome"] == CANNOT_BE_TOLD
+    assert float(said["reason"].split()[0]) < BRIEFEST_S["walking"]
 
 
 def test_a_leap_is_no_step_of_the_run_that_it_ends():
