@@ -101,6 +101,7 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
     )
     del answers
     joints[unseen], covariance[unseen] = np.nan, np.nan
+    covariance.setflags(write=False)  # or it would be copied
     on_a_line = is_finite(pixels)[places] & ~seen[rows] & ~unseen[:, None]
     frame = CAMERA.with_(origin="pelvis", unit="arbitrary")
     return Lifted(

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.blocks import blocks
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite
@@ -141,15 +142,31 @@ def own_height(
     ahead = ahead / np.linalg.norm(ahead)
     stature = implied_stature(level.joints)
     use = H36M17.indices(JOINTS)
-    body, lines = level.joints[:, use].astype(np.float64), rays[:, use].astype(np.float64)
+    found = np.empty(len(level))
+    for rows in blocks(len(level)):
+        body, lines = (each[rows, use].astype(np.float64) for each in (level.joints, rays))
+        found[rows] = _height(body, lines, trust[rows, use], level.root[rows], R, ahead, stature)
+    return found
+
+
+def _height(
+    body: np.ndarray,
+    lines: np.ndarray,
+    trust: np.ndarray,
+    root: np.ndarray,
+    R: np.ndarray,
+    ahead: np.ndarray,
+    stature: float,
+) -> np.ndarray:
+    """As `own_height`, (T,), of the joints (T, J, 3), rays (T, J, 2) and trust (T, J) that tell it."""
     lines = np.concatenate([lines, np.ones((*lines.shape[:2], 1))], axis=-1) @ R
-    distance = (body[..., :2] + level.root[:, None, :2]) @ ahead
+    distance = (body[..., :2] + root[:, None, :2]) @ ahead
     reach = lines[..., :2] @ ahead
     with np.errstate(invalid="ignore", divide="ignore"):
         heights = lines[..., 2] / reach * distance - body[..., 2]
-    there = np.isfinite(heights) & (reach > 0) & (distance > _NEAREST * stature) & (trust[:, use] > 0)
+    there = np.isfinite(heights) & (reach > 0) & (distance > _NEAREST * stature) & (trust > 0)
     enough = there.sum(axis=1) >= FEWEST
-    heights, trust = np.where(there, heights, np.nan), np.where(there, trust[:, use], 0.0)
+    heights, trust = np.where(there, heights, np.nan), np.where(there, trust, 0.0)
     found = np.full(len(heights), np.nan)
     found[enough] = np.nanmedian(heights[enough], axis=1)
     for _ in range(_ROUNDS):
