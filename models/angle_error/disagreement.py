@@ -15,7 +15,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.signals.angles import FINE, UNTRUSTED, near
 from ...pipeline.signals.filters import breaks
 from ..common.spread import stated_spread
-from ..gravity import Seen, TakeUp
+from ..gravity import Seen, TakeUp, take_rotation
 from ..gravity.levelling import level
 from ..rectifier.load import load_rectifier
 from .take_angles import MAX_SD_DEG, AngleSeries, smoothed, take_angles
@@ -48,7 +48,7 @@ def by_disagreement(
     joints = np.where(there[:, None, None], second.joints[rows].astype(np.float64), np.nan)
     spread = np.where(there, stated_spread(second)[rows], np.nan)
     del second  # and its covariances, which in a long take are most of what is held here
-    R, error_deg = load_rectifier("pcnet").rotation(joints)
+    R, error_deg = take_rotation(load_rectifier("pcnet"), joints, poses.times, poses.seams)
     levelled = level(
         Seen(joints, R, error_deg, poses.times, poses.seams, spread=spread), TakeUp(up, up_error_deg)
     )

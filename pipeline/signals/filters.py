@@ -276,23 +276,27 @@ def on_lines(x: np.ndarray, at: np.ndarray, known: np.ndarray | None = None) -> 
     return np.stack([np.interp(at, at[known], column[known]) for column in columns], axis=-1).reshape(x.shape)
 
 
-def each_path(filter_: Callable[[np.ndarray], np.ndarray], paths: np.ndarray) -> np.ndarray:
-    """paths (T, N) or (T, N, D), each of the N through a filter of this module, which takes (T, D).
+def each_path(
+    filter_: Callable[[np.ndarray], np.ndarray], paths: np.ndarray, rows: int | None = None
+) -> np.ndarray:
+    """paths (T, N) or (T, N, D), each of the N through a filter of this module, which takes (T, D). rows: of what the
+    filter answers, if that is not T.
 
     The same as one at a time, and many times as quick where pieces are short: those that are missing in the same rows
     go together.
     """
-    result = np.empty(paths.shape, paths.dtype)
+    result = np.empty((len(paths) if rows is None else rows, *paths.shape[1:]), paths.dtype)
     seen = np.asarray(np.isfinite(paths).reshape(*paths.shape[:2], -1).all(axis=-1))
     alike: dict[bytes, list[int]] = {}
-    for path, rows in enumerate(seen.T):
-        alike.setdefault(rows.tobytes(), []).append(path)
+    for path, known in enumerate(seen.T):
+        alike.setdefault(known.tobytes(), []).append(path)
     most = max(_AT_ONCE // max(len(paths), 1), 1)
     for group in alike.values():
         for first in range(0, len(group), most):
             some = group[first : first + most]
             together = paths[:, some].astype(np.float64)
-            result[:, some] = filter_(together.reshape(len(paths), -1)).reshape(together.shape)
+            answer = filter_(together.reshape(len(paths), -1))
+            result[:, some] = answer.reshape(len(answer), *together.shape[1:])
     return result
 
 

@@ -4,6 +4,7 @@ gait that papers report."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,12 +14,13 @@ from ...models.gait.events import Stride
 from ...pipeline.core.measures import Measure, Row, Side, grouped, moments, subgroup
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import near, unwrapped
-from ...pipeline.signals.filters import around, breaks, resample
+from ...pipeline.signals.filters import around, breaks, each_path, resample
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .cycles import POINTS
 from .figures import spread, with_error
 
 _OTHER: dict[str, Side] = {"right": "left", "left": "right"}
+_OF_CYCLE = ("movement", "side", "number", "percent", "time_s", "event")
 
 
 class Cycle(NamedTuple):
@@ -50,8 +52,11 @@ def cycles_of(measures: Sequence[Row]) -> Iterator[Cycle]:
 
 def columns_of(take: Take) -> list[str]:
     """The columns of `stride_rows`."""
-    own = [f"{name}{end}" for name in _angles(take) for end in ("_deg", "_sd_deg")]
-    return ["movement", "side", "number", "percent", "time_s", "event", *own]
+    return [*_OF_CYCLE, *_of_angles(take)]
+
+
+def _of_angles(take: Take) -> list[str]:
+    return [f"{name}{end}" for name in _angles(take) for end in ("_deg", "_sd_deg")]
 
 
 def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
@@ -62,16 +67,23 @@ def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
         return
     times, seams, columns = take.filtered.times, breaks(take.filtered), take.need("kinematics")
     walking = subgroup(grouped(take.measures), "walking")
+    own, degrees = _of_angles(take), [f"{name}_deg" for name in _angles(take)]
+    angles = np.stack(
+        [unwrapped(columns[name]) if name in degrees else columns[name] for name in own], axis=-1
+    )
     for cycle in cycles_of(take.measures):
         at_s = np.linspace(cycle.start_s, cycle.stop_s, POINTS)
         events = _events(walking, cycle) if cycle.movement.startswith("walking") else {}
         near = around(times, at_s)
         of_near = times[near], at_s, [seam - near.start for seam in seams if near.start < seam < near.stop]
-        values: dict[str, np.ndarray] = {}
-        for name in _angles(take):
-            curve = resample(unwrapped(columns[f"{name}_deg"][near]), *of_near)
-            values[f"{name}_deg"] = _within_range(curve, ALL_ANGLES[name].centre_deg)
-            values[f"{name}_sd_deg"] = resample(columns[f"{name}_sd_deg"][near], *of_near)
+        curves = each_path(
+            partial(resample, time_s=of_near[0], at_s=at_s, seams=of_near[2]),
+            angles[near].astype(np.float64),
+            POINTS,
+        )
+        values = dict(zip(own, curves.T, strict=True))
+        for name in degrees:
+            values[name] = _within_range(values[name], ALL_ANGLES[name.removesuffix("_deg")].centre_deg)
         for percent in range(POINTS):
             yield {
                 "movement": cycle.movement,
