@@ -146,7 +146,7 @@ def test_the_cpu_takes_over_when_the_device_fails_half_way(cuda, monkeypatch, ca
         found = answers()
     np.testing.assert_array_equal(found, ON_CPU)  # also what was computed before
     assert where.used == {"pcnet.onnx": "cpu"}
-    assert where.notes == ["pcnet.onnx fails on cuda and computes on the CPU: out of memory."]
+    assert where.notes == ["pcnet.onnx fails on cuda and runs on the CPU: out of memory."]
     assert cuda.runs == 3  # never asked again
     assert where.notes[0] in capsys.readouterr().err
 

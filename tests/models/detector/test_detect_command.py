@@ -212,7 +212,7 @@ def test_a_detector_of_another_kind(walk_film, toys, tmp_path, call):
     )
     code, said = call(walk_film.path, "--detector", path, "-o", tmp_path / "out")
     assert code == 2
-    assert "other.onnx is no network that finds joints in pictures" in said
+    assert "other.onnx is not a network that finds joints in images" in said
     assert not (tmp_path / "out").exists()
 
 

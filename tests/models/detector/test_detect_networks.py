@@ -129,10 +129,10 @@ def test_boxes_without_suppression(toys, toy, tmp_path):
 def test_a_network_of_another_kind(toys, toy, tmp_path, shape, answers):
     path = toys.constant_graph(tmp_path / "other.onnx", shape, answers)
     with pytest.raises(
-        InputError, match=r"other\.onnx is no network that finds joints .*got inputs input \("
+        InputError, match=r"other\.onnx is not a network that finds joints .*got inputs input \("
     ):
         load_detector(path)
-    with pytest.raises(InputError, match=r"other\.onnx is no network that finds people"):
+    with pytest.raises(InputError, match=r"other\.onnx is not a network that finds people"):
         load_detector(toy, path)
 
 

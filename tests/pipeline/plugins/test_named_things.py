@@ -208,7 +208,7 @@ def test_any_lifter_is_given_where_to_keep_its_work_and_from_where_to_go_on(regi
             Toy(answers=lambda lifted: replace(lifted, poses=lifted.poses.rows(0, 9))),
             "of 20 rows, got 9: repair",
         ),
-        (Toy("gap"), "takes 'gap', which there is not"),
+        (Toy("gap"), "takes 'gap', which is unknown"),
     ],
 )
 def test_a_lifter_that_keeps_no_promises_is_named(register, take, toy, words):
@@ -219,7 +219,7 @@ def test_a_lifter_that_keeps_no_promises_is_named(register, take, toy, words):
 @pytest.mark.parametrize(("layout", "frame"), [(COCO17, CAMERA), (H36M17, GL_CAMERA)])
 def test_poses_in_other_joints_or_axes_are_no_lift(layout, frame):
     poses = PoseSequence(np.zeros((3, 17, 3)), layout, frame)
-    with pytest.raises(InputError, match="toy@1 poses of H36M17 in CAMERA axes from the pelvis, got"):
+    with pytest.raises(InputError, match="toy@1 to return poses of H36M17"):
         Lifted(poses, "toy@1", "toy", None, False)
 
 

@@ -111,10 +111,10 @@ def test_a_given_recipe_has_all_that_the_options_ask_for():
 )
 def test_what_is_told_of_the_recording_cannot_be_contradicted(setting, flag):
     """One report had two cameras, one of which stood still."""
-    with pytest.raises(InputError, match=f"told of the recording.*{flag}"):
+    with pytest.raises(InputError, match=f"of the recording.*{flag}"):
         planned(RunOptions(poses=POSES, settings=[setting]))
     stage, key = setting.partition("=")[0].split(".")
-    with pytest.raises(InputError, match=f"told of the recording.*{flag}"):
+    with pytest.raises(InputError, match=f"of the recording.*{flag}"):
         planned(RunOptions(poses=POSES), load_recipe().starting_with(stage).with_options(stage, **{key: 1}))
 
 
