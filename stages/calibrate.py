@@ -73,9 +73,12 @@ class Calibrate:
 
 
 def _belongs(take: Take) -> list[Notice]:
-    """Whether keypoints of a file are of this video; nothing of those that were detected in it."""
+    """Whether keypoints of a file are of this video; nothing of those that were detected in it, now or before."""
     keypoints, video = take.keypoints, take.video
-    if keypoints is None or video is None or all(each["role"] != "keypoints" for each in take.inputs):
+    digests = {each["role"]: each.get("sha256") for each in take.inputs}
+    if keypoints is None or video is None or "keypoints" not in digests:
+        return []
+    if keypoints.detected_in and keypoints.detected_in == digests.get("video"):
         return []
     pairs = pairs_of(*_span(video, keypoints), video.fps, video.key_frames)
     images = images_at(video, {frame for pair in pairs for frame in pair}, SIDE)

@@ -84,6 +84,8 @@ class PoseSequence:
         joints; NaN where missing, None when the source has none.
     linked: the source has no names of people, so the adapter followed them from frame to frame and numbered them.
     scene: which scene of the video shows the person, counted from 0; 0 also if cuts are not known.
+    detected_in: SHA-256 of the video whose images keypoints were found in and whose frames number them; "" if the
+        source does not say.
 
     Raises InputError when shapes, ranges or order do not fit. Arrays are read-only.
     """
@@ -108,6 +110,7 @@ class PoseSequence:
     notices: tuple[Notice, ...] = ()
     linked: bool = False
     scene: int = 0
+    detected_in: str = ""
 
     def __post_init__(self) -> None:
         joints = _owned(self.joints, np.float32)

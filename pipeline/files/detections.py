@@ -36,9 +36,9 @@ class Detections:
     frame_index, person: (N,) numbers of the video frame and of the person. time_s: (N,) seconds. joints: (N, J, 2)
     pixels. confidence: (N, J) in [0, 1]. box: (N, 4) left, top, right, bottom. frames: of the video, up to the last to
     be looked at; `frames_seen` of them were. cuts: (C,) frames that begin another scene. thumbnail: the last frame that
-    showed anything, small. layout: name of the joints' layout. method: of the detector. source: what these rest on, by
-    hash; another run may only go on when its own is the same. damaged: (D,) frames whose data the decoder called
-    corrupt.
+    showed anything, small. layout: name of the joints' layout. method: of the detector. source: what these rest on, the
+    video's SHA-256 first; another run may only go on when its own is the same. damaged: (D,) frames whose data the
+    decoder called corrupt.
     """
 
     frame_index: np.ndarray
@@ -93,6 +93,7 @@ class Detections:
                 frame_index=self.frame_index[mine],
                 person=str(person),
                 scene=scenes[person],
+                detected_in=self.source.partition(" ")[0],
             ).noted(
                 "detect",
                 detector=self.method,

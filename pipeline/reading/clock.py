@@ -56,7 +56,8 @@ def starting_at(first_frame: int, sequence: PoseSequence) -> PoseSequence:
     if first_frame < 0:
         raise InputError("bad-value", f"Expected the first row at video frame 0 or later, got {first_frame}.")
     numbers = sequence.frame_index - sequence.frame_index[0] + first_frame
-    return sequence.with_(frame_index=numbers, frames_known=True).noted("frame numbers", first=first_frame)
+    renumbered = sequence.with_(frame_index=numbers, frames_known=True, detected_in="")
+    return renumbered.noted("frame numbers", first=first_frame)
 
 
 def check_numbers(sequence: PoseSequence, video: Video | None, path: Path, first: int | None) -> None:

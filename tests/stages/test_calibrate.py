@@ -19,6 +19,10 @@ from pcnet3d.pipeline.core.camera import Camera, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.intrinsics import undistorted
 from pcnet3d.pipeline.core.rotations import angle_deg
+from pcnet3d.pipeline.files.detections import Detections
+from pcnet3d.pipeline.files.digest import sha256
+from pcnet3d.pipeline.reading.settings import RunOptions
+from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.stages.calibrate import Calibrate, _notices
 from pcnet3d.stages.calibrate_command import pitch_roll_sd_deg
 from pcnet3d.stages.lift import Lift
@@ -57,6 +61,38 @@ def test_a_told_focal_length_stays(video):
     take = Calibrate()(Take("street", video=video, told=Told(focal_px=1234.0)))
     assert take.camera.focal_source == "told"
     assert take.camera.focal_px == 1234
+
+
+@pytest.mark.parametrize(
+    ("own", "first_frame", "compared"), [(True, None, False), (False, None, True), (True, 0, True)]
+)
+def test_keypoints_that_were_detected_in_the_video_are_not_compared_with_it(
+    video, tmp_path, own, first_frame, compared
+):
+    """A man's own keypoints agreed with his video by 0.38 and were called those of another recording. Here none moves
+    as the video, which is one image. Rows that the user numbers are compared."""
+    frames = np.arange(25)
+    points = 100 + 40 * np.sin(frames[:, None, None] / 3 + np.arange(34).reshape(17, 2))
+    Detections(
+        frame_index=frames,
+        time_s=frames / 30,
+        person=np.zeros(25, int),
+        joints=points.astype(np.float32),
+        confidence=np.full((25, 17), 0.9, np.float32),
+        box=np.tile(np.float32([50, 50, 150, 150]), (25, 1)),
+        cuts=np.zeros(0, np.int64),
+        thumbnail=np.zeros((0, 0), np.uint8),
+        frames=25,
+        frames_seen=25,
+        layout="COCO17",
+        method="movenet@0",
+        source=f"{sha256(video.path) if own else 64 * '0'} 1.0.0",
+        damaged=np.zeros(0, np.int64),
+    ).save(tmp_path / "keypoints.npz")
+    options = RunOptions(video=video.path, keypoints=tmp_path / "keypoints.npz", first_frame=first_frame)
+    codes = [each.code for each in Calibrate()(open_take(options)).notices]
+    assert ("keypoints-not-of-video" in codes) == compared
+    assert compared or "keypoints-move-as-video" not in codes
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
