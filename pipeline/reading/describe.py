@@ -13,6 +13,8 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..files.arrays import DAMAGE, load
+from ..files.atomic import read_summary
+from ..files.names import KEYPOINTS, RECORDING
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK"
 _KINDS = {  # by how files begin
@@ -77,6 +79,22 @@ def why_no_joints(path: Path) -> str:
             "frame=CAMERA -O unit=mm, or whichever layout and axes it has."
         )
     return ""
+
+
+def why_no_input(path: Path, gives: str | None) -> str:
+    """A sentence on a folder of results of ours, or a file in it, that no adapter reads, and what to give instead; ""
+    for anything else. gives: what was expected, as an adapter says it. Never raises."""
+    folder = path if path.is_dir() else path.parent
+    summary, keypoints = read_summary(folder), folder / KEYPOINTS
+    files = summary.get("files")
+    if "pcnet3d" not in summary or not isinstance(files, list) or path == keypoints:
+        return ""
+    if path != folder and path.name not in files:
+        return ""
+    shown = f" (pcnet3d view {folder} shows it)" if (folder / RECORDING).is_file() else ""
+    flag = "" if gives in (None, "keypoints") else "--keypoints "
+    also = f", or its 2D keypoints: {flag}{keypoints}" if keypoints.is_file() else ""
+    return f"{path} is a result of pcnet3d{shown}; give the file that it was made from{also}."
 
 
 def _folder(path: Path) -> str:

@@ -50,7 +50,7 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     if len(fits) == 1:
         return fits[0]
     flag = "--set read.keypoints_adapter" if gives == "keypoints" else "--adapter"
-    from .describe import in_words, why_no_joints
+    from .describe import in_words, why_no_input, why_no_joints
 
     if why := why_no_joints(path):
         raise InputError("format-unknown", f"{path} is {in_words(path)}. {why}")
@@ -61,6 +61,8 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
         )
     if others := exchanged(path, gives):
         raise InputError("format-unknown", others)
+    if why := why_no_input(path, gives):
+        raise InputError("format-unknown", why)
     own = gives != "keypoints" and path.suffix in (".npy", ".npz")
     arrays = " For your own array of joints: --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=m."
     raise InputError(

@@ -9,9 +9,11 @@ from golden.films import film
 from pcnet3d.adapters import read, video
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.reading.find import find_adapter
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.signals.checks import upside_down
+from refusals import refused
 
 
 @pytest.fixture
@@ -126,6 +128,22 @@ def test_files_of_other_kinds_are_named(tmp_path, begins, said):
         video.read(path)
     with pytest.raises(InputError, match=said):
         read(path)
+
+
+@pytest.mark.parametrize("name", ["", "poses.npz"])
+@pytest.mark.parametrize("gives", ["poses", "keypoints", None])
+def test_results_of_a_run_are_told_from_files_of_others(tmp_path, name, gives):
+    """Each was answered by the names of all adapters."""
+    np.savez(tmp_path / "poses.npz", source=np.zeros((5, 17, 3)), level=np.zeros((5, 17, 3)))
+    for empty in ("keypoints.npz", "take.rrd", "own.npz"):
+        (tmp_path / empty).touch()
+    files = ["keypoints.npz", "poses.npz", "take.rrd"]
+    (tmp_path / "summary.json").write_text(json.dumps({"pcnet3d": "1.0.0", "files": files}))
+    with refused("format-unknown", tmp_path / "keypoints.npz", f"pcnet3d view {tmp_path}"):
+        find_adapter(tmp_path / name, gives=gives)
+    for other in ("keypoints.npz", "own.npz"):  # damaged, and put there by the user
+        with refused("format-unknown", "it is empty"):
+            find_adapter(tmp_path / other, gives=gives)
 
 
 def test_a_missing_package_is_named(tmp_path, monkeypatch):
