@@ -156,7 +156,8 @@ def _view(take: Take) -> Check:
     if take.keypoints is None:
         words += " Without 2D keypoints the page cannot say more."
     elif level == "good":
-        words = f"Both arms and legs were seen, except for moments. {words}"
+        seen = "No arm or leg was out of sight for long."
+        words = f"{'Both arms and legs were seen, except for moments.' if missing else seen} {words}"
     return "In view", level, [words]
 
 
