@@ -43,10 +43,11 @@ _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut m
 class Repetition:
     """One rise and return. start_s, peak_s, stop_s: it begins at 7 % of the rise, or where the signal is last slow
     before, and ends at 7 %, or where the signal settles before. peak: the signal's highest value, NaN where missing
-    rows hide it. rise: from the higher of the two valleys beside it. up, down: smoothness of both movements, (SPARC,
-    log dimensionless jerk) of the signal's rate, NaN where they are too short or lack rows. whole: False where a gap
-    hides how it began, how high it came or how it ended, so that all of these but the peak are of a part. held_s:
-    for how long the signal stays beyond four fifths of the rise."""
+    rows hide it. rise: from the higher of the two valleys beside it, where this movement begins or ends (`_valley`); it
+    may be less than `least`, which counts from the lowest. up, down: smoothness of both movements, (SPARC, log
+    dimensionless jerk) of the signal's rate, NaN where they are too short or lack rows. whole: False where a gap hides
+    how it began, how high it came or how it ended, so that all of these but the peak are of a part. held_s: for how
+    long the signal stays beyond four fifths of the rise."""
 
     start_s: float
     peak_s: float

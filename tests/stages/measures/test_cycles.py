@@ -66,6 +66,13 @@ def test_a_dip_at_the_top_and_two_equal_tops_are_one_repetition():
     assert len(repetitions(dipped, TIME, 40)) == 5
 
 
+def test_what_counts_is_the_height_above_the_lowest_and_the_rise_is_the_movement_s_own():
+    """A knee's 24, 45, 31 and 64 degrees: docs/movements.md says so of a figure of 33 where bends count from 35."""
+    knee = np.interp(TIME, [0, 2, 4, 5, 7, 9, 10], [24, 24, 45, 31, 64, 24, 24])
+    (one,) = repetitions(knee, TIME, 35)
+    assert (one.peak, one.rise) == (pytest.approx(64, abs=0.2), pytest.approx(33, abs=0.2))
+
+
 def test_a_rise_without_its_return_is_none():
     assert repetitions(WAVES[: FPS + 5], TIME[: FPS + 5], 40) == []
     assert repetitions(WAVES[FPS - 5 : 2 * FPS], TIME[FPS - 5 : 2 * FPS], 40) == []
