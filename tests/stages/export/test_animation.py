@@ -385,7 +385,7 @@ def test_what_was_held_is_told_in_the_summary(gappy, tmp_path):
     notices = json.loads((tmp_path / "summary.json").read_text())["notices"]
     notes = [said["text"] for said in notices if said["weight"] == "note"]
     for file in ("skeleton.bvh", "skeleton.glb"):
-        assert any(f"{file}: in 15 of 116 frames nothing is known of l_elbow" in note for note in notes)
+        assert any(f"{file}: in 15 of 116 frames nothing is known about l_elbow" in note for note in notes)
     assert [event.text for event in take.notices if event.weight == "note"] == notes
 
 

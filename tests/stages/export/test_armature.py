@@ -92,7 +92,7 @@ def test_frames_without_a_pose_are_cut_at_the_ends_and_held_between(gappy, walk)
     assert geodesic_deg(held[5], held[6]) > 0.01
     said = {event.code: event for event in found.notes("a.bvh")}
     assert [said["animation-cut"].values[end] for end in ("before", "after")] == [4, 0]
-    assert "in 15 of 116 frames nothing is known of l_elbow" in said["animation-held"].text
+    assert "in 15 of 116 frames nothing is known about l_elbow" in said["animation-held"].text
     assert all(event.weight == "note" for event in found.notes("a.bvh"))
 
 

@@ -277,7 +277,7 @@ def test_a_short_take_whose_arms_nobody_saw_is_its_own_match(sides):
     found = correlated(short, short, 0.0, 1.0)
     assert (found.shift_s, found.r) == (pytest.approx(0, abs=2e-3), pytest.approx(1))
     unseen = replace(short, angles={name: values + np.nan for name, values in legs.items()})
-    with pytest.raises(InputError, match="both know"):
+    with pytest.raises(InputError, match="of motion in both"):
         correlated(unseen, short, 0.0, 1.0)
 
 
