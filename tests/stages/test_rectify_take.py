@@ -289,7 +289,7 @@ def test_options_that_cannot_be_are_refused_before_anything_is_computed():
         ({"gravity": (0, 1, 0), "roll_deg": 2.0}, "not both"),
         ({"camera": "moving", "pitch_deg": 3.0, "roll_deg": 0.0}, "A moving camera"),
         ({"pitch_deg": 3.0}, "only the pitch"),
-        ({"roll_deg": 0.0}, "roll alone"),
+        ({"roll_deg": 0.0}, "only the roll"),
         ({"camera": "still"}, "static or moving"),
     ]:
         with pytest.raises(InputError, match=words):
