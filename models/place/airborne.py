@@ -22,6 +22,7 @@ from ...pipeline.signals.flights import (
     NEEDED,
     SCALE_SD,
     Flight,
+    cut_off,
     flights,
     uncertain,
 )
@@ -43,7 +44,8 @@ class Airborne:
     """A take's flights, in order. reason: why there may be others that cannot be told, "" where there are none. lifted:
     that they are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known.
     still: that the camera is known to stand still. looked: False where nothing could be looked at. uncertain: (begin,
-    end) in seconds, beside flights that were found, of when the feet may have left the floor too."""
+    end) in seconds, beside flights that were found, of when the feet may have left the floor too. cut: likewise, of
+    flights of which only the begin or the end was seen."""
 
     flights: tuple[Flight, ...] = ()
     reason: str = ""
@@ -52,6 +54,7 @@ class Airborne:
     still: bool = True
     looked: bool = True
     uncertain: tuple[tuple[float, float], ...] = ()
+    cut: tuple[tuple[float, float], ...] = ()
 
 
 def no_place(rectified: Rectified) -> str:
@@ -71,7 +74,7 @@ def airborne(take: Take) -> Airborne:
     if seen.sum() < _FEWEST:
         return Airborne(reason=f"fewer than {_FEWEST} frames have the trunk, both arms and both legs")
     if level.measured_root is not None:
-        return Airborne(tuple(flights(level, MEASURED)))
+        return Airborne(tuple(flights(level, MEASURED)), cut=tuple(cut_off(level, MEASURED)))
     if take.keypoints is None or take.camera is None or rectified.in_world:
         return Airborne(reason="without 2D keypoints heights are too uncertain for flights", looked=False)
     rays, trust = keypoint_rays(poses, take.keypoints, take.camera)
@@ -98,6 +101,7 @@ def airborne(take: Take) -> Airborne:
         judged=judged,
         still=still,
         uncertain=tuple(others),
+        cut=tuple(cut_off(level, LIFTED, stature_m)),
     )
 
 

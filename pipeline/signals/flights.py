@@ -6,7 +6,7 @@ limbs do; shown k times too slowly it falls at 9.81 / k^2.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -45,6 +45,9 @@ _HEIGHT = 0.02  # statures, of the parabola
 GRAVITY = 9.81  # m / s2
 PEOPLE_M = (1.0, 2.2)  # statures of those who jump
 _OVER_FEET = 0.2  # statures from the feet to the centre of mass; who hops on the hands does not jump
+# Statures that a part of a flight may be off a fall of gravity: of 3372 begins and ends of captured takes on the floor
+# one has such a part, with and without noise, and of those over 0.2 s into a flight or before its end nine in ten.
+_PART_OFF = 0.03
 _SAME = 0.06  # statures by which two lifted floors differ that are one
 _BEFORE_S = 0.3  # before the feet leave the floor: where it is, and how far the legs stretch
 _STRETCHED = 90  # per cent of that time in which the centre of mass is nearer to the ankles
@@ -138,6 +141,20 @@ def uncertain(level: PoseSequence, rule: Rule, found: Sequence[Flight]) -> list[
         for at, _ in _spells(path, level.seams)
     ]
     return [(a, b) for a, b in spells if not any(one.off_s <= b and a <= one.land_s for one in found)]
+
+
+def cut_off(level: PoseSequence, rule: Rule, stature_m: float | None = None) -> list[tuple[float, float]]:
+    """(begin, end) in seconds of flights that the take begins or ends in, or that a clip boundary cuts: both ankles are
+    above their floor up to there, and the body falls freely onto the floor, or rises freely from it. Arguments of
+    `flights`."""
+    path = _path(level, rule)
+    if path is None:
+        return []
+    return [
+        (float(path.time_s[rows.start]), float(path.time_s[rows.stop - 1]))
+        for rows, way in _pieces(path, level.seams)
+        if _part(path, rows, way, stature_m)
+    ]
 
 
 def _path(level: PoseSequence, rule: Rule) -> _Path | None:
@@ -235,22 +252,60 @@ def _apart_s(height: np.ndarray, time_s: np.ndarray, row: int, way: int) -> floa
 def _spells(path: _Path, seams: tuple[int, ...]) -> list[tuple[slice, np.ndarray]]:
     """Rows in which the lower ankle is well above the floor, between two lows that were seen, and the line (T,) that it
     is above."""
+    return [
+        (rows, line)
+        for rows, line, before, after in _above(path, seams)
+        if before and after and _lasts_s(path, rows) >= path.rule.least_s
+    ]
+
+
+def _pieces(path: _Path, seams: tuple[int, ...]) -> list[tuple[slice, int]]:
+    """Rows in which the lower ankle is well above the floor from the begin of a clip to a low that was seen (1), or
+    from one to the end of a clip (-1), for half as long as a flight at least."""
+    edges = {0, len(path.lowest), *seams}
+    return [
+        (rows, 1 if after else -1)
+        for rows, _, before, after in _above(path, seams)
+        if before != after
+        and (rows.start if after else rows.stop) in edges
+        and _lasts_s(path, rows) >= path.rule.least_s / 2
+    ]
+
+
+def _above(path: _Path, seams: tuple[int, ...]) -> Iterator[tuple[slice, np.ndarray, bool, bool]]:
+    """Rows in which the lower ankle is well above the floor, the line (T,) that it is above, and whether the lows
+    before and after them were seen."""
     height, time_s, rule = path.lowest, path.time_s, path.rule
-    spells, edges = [], [0, *seams, len(height)]
-    for start, stop in pairwise(edges):
+    for start, stop in pairwise([0, *seams, len(height)]):
         piece, times = height[start:stop], time_s[start:stop]
         if not np.isfinite(piece).any():
             continue
         line = np.full(len(height), np.nan)
         line[start:stop] = _floor(piece, times, rule.floor_s) + _UP
-        up = piece > line[start:stop]
-        spells += [
-            (slice(start + a, start + b), line)
-            for a, b in stretches(up)
-            if a > 0 and b < len(piece) and b - a >= rule.fewest and times[b - 1] - times[a] >= rule.least_s
-            and np.isfinite(piece[[a - 1, b]]).all()
-        ]  # fmt: skip
-    return spells
+        for a, b in stretches(piece > line[start:stop]):
+            if b - a >= rule.fewest:
+                before = a > 0 and bool(np.isfinite(piece[a - 1]))
+                after = b < len(piece) and bool(np.isfinite(piece[b]))
+                yield slice(start + a, start + b), line, before, after
+
+
+def _lasts_s(path: _Path, rows: slice) -> float:
+    return float(path.time_s[rows.stop - 1] - path.time_s[rows.start])
+
+
+def _part(path: _Path, rows: slice, way: int, stature_m: float | None) -> bool:
+    """Whether rows in the air show a body that comes down onto the floor (way 1) or goes up from it (-1) as one that
+    falls freely. So few rows hardly tell how fast a fall gets faster: the path is held against one of gravity."""
+    inner = _inner(path.centre[rows])
+    height, time_s = path.centre[rows, 2][inner], path.time_s[rows][inner]
+    if not np.isfinite(height).all() or (path.centre[rows, 2] - path.lowest[rows] < _OVER_FEET).any():
+        return False
+    fall = GRAVITY / (stature_m or float(np.mean(PEOPLE_M)))
+    time_s = time_s - time_s[-1 if way > 0 else 0]  # from the floor's end
+    fallen = height + fall / 2 * time_s**2
+    speed, at = np.polyfit(time_s, fallen, 1)
+    off = np.sqrt(((fallen - at - speed * time_s) ** 2).mean())
+    return bool(off < _PART_OFF and -way * speed > fall * path.rule.least_s / 2)
 
 
 def _floor(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np.ndarray:
@@ -275,7 +330,7 @@ class _Fit:
 
 def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
     """The parabola of a path (N, 3) that rises and falls; None where it is none."""
-    inner = slice(int(_TRIMMED * len(centre)), len(centre) - int(_TRIMMED * len(centre)))
+    inner = _inner(centre)
     middle_s = float(time_s[inner].mean())
     centre, time_s = centre[inner], time_s[inner] - middle_s
     if not np.isfinite(centre).all():
@@ -291,6 +346,10 @@ def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
     if not (seen and falls):
         return None
     return _Fit(-float(bend), middle_s - float(speed / bend), float(weights[2, 2] - speed**2 / (2 * bend)))
+
+
+def _inner(centre: np.ndarray) -> slice:
+    return slice(int(_TRIMMED * len(centre)), len(centre) - int(_TRIMMED * len(centre)))
 
 
 def _free(fall: float, duration_s: float, rule: Rule, stature_m: float | None) -> bool:

@@ -50,13 +50,22 @@ def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> _Errors:
 
 def jumping(airborne: Airborne, gait: Gait) -> list[Flight]:
     """The flights that are jumps: not those from step to step of a run. A walk has none, so one among its steps is."""
-    steps = gait.steps if gait.kind == "running" else []
-    return [
-        flight
-        for flight in airborne.flights
-        if flight.land_s - flight.off_s > _STRIDE_S
-        or not any(step.start_s < flight.land_s and flight.off_s < step.stop_s for step in steps)
-    ]
+    return [flight for flight in airborne.flights if not _strides(flight.off_s, flight.land_s, gait)]
+
+
+def cut_jumps(airborne: Airborne, gait: Gait) -> list[tuple[float, float]]:
+    """(begin, end) in seconds of what was seen of jumps that the take begins or ends in: not of a run's, whose first
+    step that was seen begins after such a flight, and whose last one ends before."""
+    return [(a, b) for a, b in airborne.cut if not _strides(a, b, gait, _STRIDE_S)]
+
+
+def _strides(begin_s: float, end_s: float, gait: Gait, around_s: float = 0.0) -> bool:
+    """Whether a flight is one from step to step of a run."""
+    return (
+        gait.kind == "running"
+        and end_s - begin_s <= _STRIDE_S
+        and any(step.start_s - around_s < end_s and begin_s < step.stop_s + around_s for step in gait.steps)
+    )
 
 
 def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:
@@ -77,13 +86,18 @@ def absorbs(flights: Sequence[Flight], low_s: float) -> bool:
     return any(0 <= low_s - flight.land_s < _ABSORBED_S for flight in flights)
 
 
-def jumps(airborne: Airborne, found: Sequence[Flight], rectified: Rectified) -> list[Row]:
+def jumps(
+    airborne: Airborne, found: Sequence[Flight], cut: Sequence[tuple[float, float]], rectified: Rectified
+) -> list[Row]:
     """The group `jumps`: how many of `jumping`, when the feet leave the floor, on how many they take off and land,
     flight times, heights by these, and by how much the centre of mass rises (pipeline/signals/flights.py); the time on
     the floor before a rebound. `count_reason`: where there may be more. No count where jumps
-    cannot be told, and why."""
+    cannot be told, and why. found: of `jumping`; cut: of `cut_jumps`."""
+    if not found and airborne.reason:
+        return [Remark("reason", airborne.reason)]
     if not found:
-        return [Remark("reason", airborne.reason) if airborne.reason else Measure("count", 0)]
+        part = [Remark("reason", f"only part of one was seen, from {spans_in_words(cut)}")] if cut else []
+        return [Measure("count", 0), *part]
     stature = float(implied_stature(rectified.level.joints))
     up_deg = float(np.nanmedian(rectified.up_error_deg)) if airborne.lifted else 0.0
     errors = [_errors(airborne, flight, up_deg) for flight in found]

@@ -48,7 +48,7 @@ from .figures import (
     with_error,
 )
 from .floor import floor
-from .jumps import absorbs, jumping, jumps, without_leaps
+from .jumps import absorbs, cut_jumps, jumping, jumps, without_leaps
 from .off_keypoints import off_keypoints
 from .outcomes import BRIEFEST_S, with_outcome
 from .repeats import repeats
@@ -165,6 +165,7 @@ def measures(
         for row in within(name, repeats(take, name, take(name), take.sd(name), _ANY, [name]), side_of(name))
     ]
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
+    cut = cut_jumps(flights, gait)
     gait = without_leaps(gait, jumped)
     runs = [(step.start_s, step.stop_s) for step in gait.steps if gait.kind == "running"]
     flies = [(flight.off_s, flight.land_s) for flight in flights.flights]
@@ -183,7 +184,9 @@ def measures(
         *(row for name, of in movements.items() for row in within(name, with_outcome(name, of, lasts_s))),
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
-        *within("jumps", with_outcome("jumps", jumps(flights, jumped, rectified), lasts_s, flights.looked)),
+        *within(
+            "jumps", with_outcome("jumps", jumps(flights, jumped, cut, rectified), lasts_s, flights.looked)
+        ),
         *within("paths", _paths(take, rectified)),
     )
 

@@ -11,7 +11,7 @@ from pcnet3d.models.place.airborne import airborne, units_a_metre
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
 from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.camera import Camera
-from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.stages.angles import Angles
@@ -143,7 +143,21 @@ def treadmill() -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("noise_px", [0.0, 4.0])
 def test_who_stays_on_the_floor_does_not_fly(still, noise_px):
     found = airborne(filmed(*still(), noise_px))
-    assert (found.flights, found.reason) == ((), "")
+    assert (found.flights, found.reason, found.cut) == ((), "", ())
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0])
+@pytest.mark.parametrize("noise_px", [0.0, 3.0])
+@pytest.mark.parametrize(
+    ("seen", "outcome"), [("fall", CANNOT_BE_TOLD), ("rise", CANNOT_BE_TOLD), ("floor", NONE)]
+)
+def test_of_a_jump_that_the_take_begins_or_ends_in_a_part_was_seen(seen, outcome, fps, noise_px):
+    """A man fell in the first frames of a take, landed in a squat, and the page said that there were no jumps."""
+    world, time_s = jumping((1.5,), fps)
+    rows = {"fall": time_s >= 1.5, "rise": time_s <= 1.5, "floor": time_s > 1.8}[seen]
+    take = filmed(world[rows], time_s[rows], noise_px)
+    jumps = nested(Measures()(Angles()(Trajectories()(Scale()(take)))).measures)["jumps"]
+    assert (jumps["outcome"], jumps["count"]) == (outcome, 0)
 
 
 def test_none_and_cannot_be_told_are_two_things():

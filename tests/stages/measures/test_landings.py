@@ -7,10 +7,11 @@ import pytest
 
 from pcnet3d.models.gait.events import Stance, Step
 from pcnet3d.models.gait.gait import Gait
+from pcnet3d.models.place.airborne import Airborne
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, nested
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
-from pcnet3d.stages.measures.jumps import without_leaps
+from pcnet3d.stages.measures.jumps import cut_jumps, without_leaps
 from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
 from pcnet3d.stages.measures.stage import _knee_bends
 
@@ -58,13 +59,22 @@ def test_a_take_that_is_just_too_short_is_not_said_to_last_as_long_as_it_should(
     assert float(said["reason"].split()[0]) < BRIEFEST_S["walking"]
 
 
-def test_a_leap_is_no_step_of_the_run_that_it_ends():
-    """A leap over a hurdle made the fourth step of a run, and its flight of 0.5 s the run's mean."""
+def run() -> Gait:
     lands = [1.0, 1.4, 1.8, 2.15, 2.95, 3.35, 3.75]
     feet = {side: [Stance(side, at, at + 0.25) for at in lands[first::2]] for first, side in enumerate("rl")}
     steps = [Step("lr"[i % 2], start, stop) for i, (start, stop) in enumerate(pairwise(lands))]
+    return Gait(feet, [steps])
+
+
+def test_a_leap_is_no_step_of_the_run_that_it_ends():
+    """A leap over a hurdle made the fourth step of a run, and its flight of 0.5 s the run's mean."""
     leap = Flight(off_s=2.4, apex_s=2.65, land_s=2.9, fall=5.8, rise=0.18, off_feet=1, land_feet=1)
-    run = Gait(feet, [steps])
-    assert run.kind == "running"
-    assert [len(walk) for walk in without_leaps(run, [leap]).walks] == [3, 2]
-    assert without_leaps(run, []).walks == run.walks
+    assert run().kind == "running"
+    assert [len(walk) for walk in without_leaps(run(), [leap]).walks] == [3, 2]
+    assert without_leaps(run(), []).walks == run().walks
+
+
+def test_a_run_that_the_take_begins_in_is_no_jump():
+    cut = ((0.85, 0.98), (9.0, 9.1))
+    assert cut_jumps(Airborne(cut=cut), run()) == [(9.0, 9.1)]
+    assert cut_jumps(Airborne(cut=cut), Gait({"r": [], "l": []}, [])) == list(cut)
