@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from ...pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, SEEN, Measure, Remark, Row
+from ...pipeline.core.notices import Notice, grave
 
 # Seconds of the briefest movement that the program recognises: of knee bends, raised arms, punches and kicks the
 # briefest of the labelled takes (models/lab/evaluation/movements.json), three steps at 120 a minute (Perry & Burnfield
@@ -13,25 +14,41 @@ BRIEFEST_S = {
     "walking": 1.5, "knee_bends": 0.8, "arm_raises": 1.6, "jumps": 0.5, "punches": 0.28, "kicks": 0.6,
 }  # fmt: skip
 
+# Notices that leave open which way the body is turned: lifters and the measures of a movement expect people upright.
+_TURNED = {
+    "nobody-upright": "the image may be turned",
+    "picture-upside-down": "the image may be upside down",
+    "upside-down": "the vertical axis of the file may be upside down",
+}
 
-def with_outcome(movement: str, rows: Sequence[Row], lasts_s: float, looked: bool = True) -> list[Row]:
+
+def turned(judged: Iterable[Notice]) -> str:
+    """In words what makes it doubtful which way the body of suspicious or unusable poses is turned, or ""."""
+    return next((_TURNED[each.code] for each in grave(judged) if each.code in _TURNED), "")
+
+
+def with_outcome(
+    movement: str, rows: Sequence[Row], lasts_s: float, looked: bool = True, doubt: str = ""
+) -> list[Row]:
     """The rows of a movement with the remark `outcome` in front of them, a code of pipeline/core/measures.py. lasts_s:
     the take's length, in one shorter than the movement a count of 0 does not say that there was none. looked: False
-    where something is lacking without which nobody can look for it.
+    where something is lacking without which nobody can look for it. doubt: of `turned`, with which a count of 0 says
+    as little.
 
     A count of 0 says that there was none, unless its `reason` says where one may be hidden. A hold is seen too.
     """
     rows = list(rows)
     counts = [row for row in rows if isinstance(row, Measure) and row.name in ("count", "steps")]
     seen = any(row.value for row in counts)
-    if looked and not seen and lasts_s < BRIEFEST_S[movement]:
+    too_short = lasts_s < BRIEFEST_S[movement]
+    if looked and not seen and (too_short or doubt):
         rows = [
             row
             for row in rows
             if row not in counts and not (isinstance(row, Remark) and row.name == "reason")
         ]
-        why = f"{lasts_s:.3g} s is too short" if lasts_s else "a single frame shows no movement"
-        rows.append(Remark("reason", why))
+        short = f"{lasts_s:.3g} s is too short" if lasts_s else "a single frame shows no movement"
+        rows.append(Remark("reason", short if too_short else doubt))
     hidden = any(isinstance(row, Remark) and row.name == "reason" for row in rows)
     if seen:
         code = SEEN

@@ -50,7 +50,7 @@ from .figures import (
 from .floor import floor
 from .jumps import absorbs, cut_jumps, jumping, jumps, without_leaps
 from .off_keypoints import off_keypoints
-from .outcomes import BRIEFEST_S, with_outcome
+from .outcomes import BRIEFEST_S, turned, with_outcome
 from .repeats import repeats
 from .smoothness import path_length
 from .strikes import strikes
@@ -111,7 +111,7 @@ class Measures:
             return take.with_(measures=()).saying(notice("figures-withheld"))
         gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
         source = take.need("poses")
-        asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take)
+        asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), turned(take.judged)
         found = measures(filtered, rectified, kinematics, source, gait, *asked)
         found += tuple(within("off_keypoints", off_keypoints(residuals_of(take), source.times)))
         said = [*doubts(gait, source), *_focal(take, gait)] if rectified.level_ok else []
@@ -139,6 +139,7 @@ def measures(
     repeated: Sequence[str] = (),
     belt_speed: float | None = None,
     in_image: Mapping[str, np.ndarray] | None = None,
+    doubt: str = "",
 ) -> tuple[Row, ...]:
     """Rows, named below as in summary.json (`pipeline.core.measures.nested`). What cannot be had is absent, and its
     group has a `reason`.
@@ -146,7 +147,7 @@ def measures(
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the poses that
     were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
-    in_image: signals.reprojection.straight_in_image.
+    in_image: signals.reprojection.straight_in_image; doubt: of outcomes.turned.
 
     Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
     of angles by what they are stated with; of ranges, of right less left and from repetition to repetition
@@ -181,11 +182,16 @@ def measures(
     return (
         *within("range_of_motion", ranges),
         *within("symmetry", _symmetry(take, ranges, named, lasts_s)),
-        *(row for name, of in movements.items() for row in within(name, with_outcome(name, of, lasts_s))),
+        *(
+            row
+            for name, of in movements.items()
+            for row in within(name, with_outcome(name, of, lasts_s, doubt=doubt))
+        ),
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
         *within(
-            "jumps", with_outcome("jumps", jumps(flights, jumped, cut, rectified), lasts_s, flights.looked)
+            "jumps",
+            with_outcome("jumps", jumps(flights, jumped, cut, rectified), lasts_s, flights.looked, doubt),
         ),
         *within("paths", _paths(take, rectified)),
     )

@@ -9,11 +9,12 @@ from pcnet3d.models.gait.events import Stance, Step
 from pcnet3d.models.gait.gait import Gait
 from pcnet3d.models.place.airborne import Airborne
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, nested
+from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.jumps import cut_jumps, without_leaps
 from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
-from pcnet3d.stages.measures.stage import _knee_bends
+from pcnet3d.stages.measures.stage import Measures, _knee_bends
 
 TIMES = np.arange(0, 6, 1 / 30)
 
@@ -57,6 +58,20 @@ def test_a_take_that_is_just_too_short_is_not_said_to_last_as_long_as_it_should(
     said = nested(with_outcome("walking", [Measure("steps", 0)], 44 / 30))
     assert said["outcome"] == CANNOT_BE_TOLD
     assert float(said["reason"].split()[0]) < BRIEFEST_S["walking"]
+
+
+@pytest.mark.parametrize("code", ["nobody-upright", "picture-upside-down", "upside-down"])
+@pytest.mark.parametrize(("weight", "none_is"), [("suspicious", CANNOT_BE_TOLD), ("warning", NONE)])
+def test_in_an_image_that_may_be_turned_nothing_is_said_to_be_absent(take, code, weight, none_is):
+    """A woman walked in a video on its side, and the page said that there was no walking."""
+    said = notice(code, weight=weight, off_deg=60, share_percent=100)
+    before, after = (nested(Measures()(one).measures) for one in (take, take.saying(said)))
+    groups = [name for name in BRIEFEST_S if name in before]
+    codes = {before[name]["outcome"] for name in groups}
+    assert {SEEN, NONE} <= codes
+    for name in groups:
+        outcome = before[name]["outcome"]
+        assert after[name]["outcome"] == (none_is if outcome == NONE else outcome)
 
 
 def run() -> Gait:
