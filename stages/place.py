@@ -10,6 +10,7 @@ import numpy as np
 from ..models.angle_error.joint_noise import made_by_the_built_in
 from ..models.gravity.view import known_camera
 from ..models.place.path import FEWEST_FRAMES, SCALE_SD, PelvisPath, pelvis_path
+from ..pipeline.core.anthropometry import implied_stature
 from ..pipeline.core.camera import Camera
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import scaled_covariance
@@ -68,7 +69,7 @@ class Place:
             frames_placed=int(is_finite(path.root).sum()),
         )
         seen = np.asarray(is_finite(poses.joints).any(axis=-1))
-        notices = [_said(path, camera, poses, seen)]
+        notices = [_said(path, camera, placed, seen, take.told.stature_m)]
         grown = 100 * (path.growth.max() / path.growth.min() - 1)
         if grown > 0:
             notices.append(notice("size-levelled", grown_percent=float(grown)))
@@ -104,20 +105,24 @@ def _nowhere(reason: str) -> Notice:
     return notice("not-placed", reason=reason)
 
 
-def _said(path: PelvisPath, camera: Camera, poses: PoseSequence, seen: np.ndarray) -> Notice:
-    """seen: (T,) whether a frame has any joint; the path bridges others."""
+def _said(
+    path: PelvisPath, camera: Camera, poses: PoseSequence, seen: np.ndarray, stature_m: float | None
+) -> Notice:
+    """poses: placed. seen: (T,) whether a frame has any joint; the path bridges others. stature_m: told, by which
+    the stage `scale` makes metres of lengths later."""
     there = is_finite(path.root)
     own = np.sqrt(np.linalg.eigvalsh(path.own[there])[:, -1])
     placed, frames, bridged = int((there & seen).sum()), len(seen), int((there & ~seen).sum())
     bridges = f" and bridges {bridged} in which the person is hidden" if bridged else ""
+    metres = 1.0 if stature_m is None else stature_m / implied_stature(poses.joints)
     guess = "; the focal length is a guess (--focal)" if camera.focal_source == "prior" else ""
     return notice(
         "placed",
         placed=placed,
         frames=frames,
         bridges=bridges,
-        within=half_bar(float(np.median(own))),
-        unit="m" if poses.frame.unit == "m" else "units",
+        within=half_bar(metres * float(np.median(own))),
+        unit="m" if poses.frame.unit == "m" or stature_m is not None else "units",
         size_percent=half_bar(100 * SCALE_SD),
         depth=f"because of the focal length, the distance from the camera is within {share:g} %"
         if (share := half_bar(100 * path.focal_sd)) < 100

@@ -33,7 +33,7 @@ from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
-from pcnet3d.stages.scale import scale
+from pcnet3d.stages.scale import Scale, scale
 from pcnet3d.stages.trajectories import Trajectories
 
 SIZE, FOCAL = (1280, 720), 900.0
@@ -84,6 +84,22 @@ def test_the_path_and_its_error_go_with_the_poses(placed, walk, camera):
     assert (said.name, said.options["frames_placed"], said.options["focal_sd"]) == ("place", len(walk), 0.02)
     assert placed.poses.root_shared == (said.options["scale_sd"], 0.02)
     assert (placed.notices[-1].code, placed.notices[-1].values["placed"]) == ("placed", 240)
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.4])
+def test_how_well_the_place_is_known_is_said_in_the_unit_that_the_lengths_get(take, unit):
+    """It was said in units, of a take of which all other lengths were in metres by a told stature."""
+    frame = CAMERA.with_(origin="pelvis", unit="m" if unit == 1.0 else "arbitrary")
+    poses = take.poses.mapped(lambda points: unit * points, frame=frame)
+    own, scaled = (
+        Scale()(Place()(take.with_(poses=poses, told=Told(stature_m=stature_m)))) for stature_m in (None, 1.5)
+    )
+    (has_unit, gets_metres) = (
+        next(one.values for one in each.notices if one.code == "placed") for each in (own, scaled)
+    )
+    assert (has_unit["unit"], gets_metres["unit"]) == ("m" if unit == 1.0 else "units", "m")
+    grown = np.nanmedian(scaled.poses.root_sd[:, 2] / own.poses.root_sd[:, 2])
+    assert gets_metres["within"] / has_unit["within"] == pytest.approx(grown, rel=0.06)
 
 
 def test_a_place_that_the_source_knows_is_kept(take):
