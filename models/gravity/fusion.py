@@ -2,7 +2,8 @@
 
 Two sources contradict each other when their ups are further apart than their stated errors allow (chi-square with two
 degrees of freedom). Then one of them is quite wrong, and which is decided by odds: how often such a source is quite
-wrong, and how cameras are held. The loser has no say, and the user is told both answers.
+wrong, and how cameras are held. The loser has no say, and the user is told both answers. Where it is right in more than
+one of ten such takes, the stated error covers it.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 
 from ...pipeline.core.camera import Look, pitch_roll_deg
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.measures import SD_90
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from .evidence import IMAGE, Evidence, TakeUp, fuse, held, of_image
@@ -22,6 +24,8 @@ _CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceed
 _BODY_FAILURE = (
     0.10  # takes whose skeletons all lean by far more than they state: unusual poses, backs, bad lifts
 )
+# Of the loser's being right: above, a bound that nine of ten takes stay under has to reach as far as its answer.
+_LOSER = 0.1
 _TOLD_WIDEST_DEG = (
     60.0  # told gravity further than this from everything else is a mistake of the one who tells
 )
@@ -33,11 +37,23 @@ KNOWN_DEG = (
 
 @dataclass(frozen=True)
 class Decision:
-    """others: the evidence that takes part besides the bodies. bodies: whether they do. notices: of contradictions."""
+    """others: the evidence that takes part besides the bodies. bodies: whether they do. notices: of contradictions.
+    loser: (3,) the answer that is not believed but may be right (`Settled`), None where there is none."""
 
     others: tuple[Evidence, ...]
     bodies: bool
     notices: tuple[Notice, ...] = ()
+    loser: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Of an image and bodies that contradict each other: image, whether it is the image that is believed; said, with
+    both answers; close, whether the other one is right in more than one of ten such takes."""
+
+    image: bool
+    said: Notice
+    close: bool
 
 
 def fused_up(bodies: Sequence[Evidence], told: Sequence[Evidence] = (), look: Look | None = None) -> TakeUp:
@@ -50,6 +66,8 @@ def fused_up(bodies: Sequence[Evidence], told: Sequence[Evidence] = (), look: Lo
         # A lift that was told up leans as it was told: its bodies would say the same a second time.
         twice = is_finite(known.up) and known.error_deg < KNOWN_DEG
         found = fuse([*(bodies if decision.bodies and not twice else ()), *decision.others])
+    if decision.loser is not None:
+        found = _reaching(found, decision.loser)
     image = {IMAGE: (look.up, look.error_deg)} if look else {}
     return replace(found, own=alone.own | image | found.own, notices=decision.notices)
 
@@ -68,17 +86,19 @@ def decide(bodies: TakeUp, told: Sequence[Evidence] = (), look: Look | None = No
         return Decision(told, heard, notices)
     if not is_finite(bodies.up) or chi_square(bodies, look) <= _CONTRADICTION:
         return Decision((*told, of_image(look)), heard, notices)
-    image, contradiction = settled(bodies, look, told=bool(told))
-    others = (*told, of_image(look)) if image else told
-    return Decision(others, heard if told else not image, (*notices, contradiction))
+    found = settled(bodies, look, told=bool(told))
+    others = (*told, of_image(look)) if found.image else told
+    loser = (bodies.up if found.image else look.up) if found.close else None
+    return Decision(others, heard if told else not found.image, (*notices, found.said), loser)
 
 
-def settled(bodies: TakeUp, look: Look, told: bool = False) -> tuple[bool, Notice]:
-    """Of an image and bodies that contradict each other, whether the image is believed, and a notice: the
-    likelier one, one of the two being quite wrong, or the image where the user's gravity agrees with it (told)."""
+def settled(bodies: TakeUp, look: Look, told: bool = False) -> Settled:
+    """Who is believed of an image and bodies that contradict each other: the likelier one, one of the two being quite
+    wrong, or the image where the user's gravity agrees with it (told)."""
     odds_image = _BODY_FAILURE * (1 - look.failure) * held(look.up)
     odds_bodies = look.failure * (1 - _BODY_FAILURE) * held(bodies.up)
     image = told or odds_image > odds_bodies
+    close = not told and min(odds_image, odds_bodies) > _LOSER * (odds_image + odds_bodies)
     seen_in = "lines" if look.source == "lines" else "network"
     answers = f"{_words(look, 'the image')}, {_words(bodies, 'the skeletons')}"
     believed = "image is" if image else "skeletons are"
@@ -86,7 +106,18 @@ def settled(bodies: TakeUp, look: Look, told: bool = False) -> tuple[bool, Notic
     said = notice(
         "image-against-bodies", seen_in=seen_in, apart_deg=apart, answers=answers, believed=believed
     )
-    return image, said
+    return Settled(image, said, close)
+
+
+def _reaching(found: TakeUp, other: np.ndarray) -> TakeUp:
+    """With an error so large along the way to another up (3,) that its 90 % bound reaches it."""
+    apart_deg = float(angle_deg(found.up, other))
+    way = unit(other - (other @ found.up) * found.up)
+    more = (np.radians(apart_deg) / SD_90) ** 2 * np.outer(way, way)
+    covariance = None if found.covariance is None else found.covariance + more
+    return replace(
+        found, error_deg=float(np.hypot(found.error_deg, apart_deg / SD_90)), covariance=covariance
+    )
 
 
 def chi_square(bodies: TakeUp, look: Look) -> float:

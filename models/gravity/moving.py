@@ -13,6 +13,7 @@ from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from ...pipeline.signals.filters import nearest_row
+from ..common.metrics import RAYLEIGH_90
 from .evidence import FRAMES, IMAGE, TakeUp
 from .fusion import settled
 from .seen import Seen, leaning, own_lean, smoothed, trust
@@ -116,18 +117,22 @@ def with_looks(bodies: TakeUp, seen: Seen, looks: Sequence[tuple[float, Look]]) 
     weights = np.where(fine, 1 / errors**2, 0.0)
     both = fine.all(axis=0)
     notices: tuple[Notice, ...] = ()
+    close = False
     near = both & (lost_deg < errors[0])  # where images speak of what they saw
     apart = angle_deg(*ups)[near] / np.hypot(bodies.error_deg, errors[1])[near]
     if near.any() and np.median(apart) > _CONTRADICTION:
         theirs, its = unit(ups[:, near].mean(axis=1))
         usual = TakeUp(theirs, float(np.median(errors[0, near])))
-        image, contradiction = settled(usual, replace(looks[len(looks) // 2][1], up=its))
-        weights[0 if image else 1, both] *= np.minimum(lost_deg / errors[0], 1.0)[both] if image else 0.0
-        notices = (contradiction,)
+        found = settled(usual, replace(looks[len(looks) // 2][1], up=its))
+        fades = np.minimum(lost_deg / errors[0], 1.0)[both] if found.image else 0.0
+        weights[0 if found.image else 1, both] *= fades
+        notices, close = (found.said,), found.close
     total = weights.sum(axis=0)
     heard = total > 0
     up = np.where(heard[:, None], unit((weights[..., None] * np.nan_to_num(ups)).sum(axis=0)), np.nan)
     error_deg = np.sqrt(1 / np.where(heard, total, np.nan))
+    if close:  # the bound reaches the other answer, as fusion's does
+        error_deg[both] = np.hypot(error_deg, angle_deg(*ups) / RAYLEIGH_90)[both]
     share = float(np.mean(weights[1, heard] / total[heard])) if heard.any() else 0.0
     return TakeUp(up, error_deg, {FRAMES: 1 - share, IMAGE: share}, notices=notices)
 

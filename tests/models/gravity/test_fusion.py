@@ -123,6 +123,29 @@ def test_a_diagonal_pattern_is_vetoed_by_the_bodies(roll):
     assert "The skeletons are believed" in warning.text
 
 
+@pytest.mark.parametrize(
+    ("failure", "believed", "close"),
+    [
+        (0.0003, "image is", False),
+        (0.003, "image is", True),
+        (0.03, "skeletons are", True),
+        (0.3, "skeletons are", False),
+    ],
+)
+def test_the_bound_reaches_an_answer_that_is_hardly_less_likely(failure, believed, close):
+    """Up was said to be known to within 12 degrees; the image's, 22 away, was hardly less likely, and right."""
+    bodies, image = votes(1, -8), look(23, -13, failure=failure)
+    found, (warning,) = fused(bodies, image)
+    winner = (
+        fused(bodies)[0] if believed == "skeletons are" else fused(np.full_like(bodies, np.nan), image)[0]
+    )
+    apart_deg = warning.values["apart_deg"]
+    assert warning.values["believed"] == believed
+    assert angle_deg(found.up, winner.up) < 1e-3
+    assert (found.bound_deg > apart_deg) == close
+    assert (found.error_deg > winner.error_deg + 1) == close
+
+
 def test_a_rolled_camera_is_no_contradiction_where_the_bodies_see_it_too():
     found, warnings = fused(votes(20, 20), look(22, 26))
     assert not warnings

@@ -1,5 +1,7 @@
 """Up and focal length from rendered images whose cameras are known, and images that do not tell."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -215,6 +217,19 @@ def test_a_contradiction_is_that_of_the_frames_looked_at():
     (warning,) = found.notices
     assert "by 30 degrees: pitch 0, roll 0 by the image" in warning.text.replace("-0", "0")
     assert "pitch 30, roll 0 by the skeletons" in warning.text.replace("-0", "0")
+
+
+@pytest.mark.parametrize(("failure", "close"), [(0.004, False), (0.3, True), (0.6, True), (0.99, False)])
+def test_where_two_answers_are_about_as_likely_the_bound_reaches_both(failure, close):
+    time_s = np.arange(90) / 30
+    bodies, image = ups(np.full(90, 30.0)), ups(np.array(10.0))
+    looks = [
+        (at, replace(one, failure=failure)) for at, one in (look(t, image) for t in (0.0, 1.0, 2.0, 2.9))
+    ]
+    found = heard(bodies, 5.0, time_s, looks)
+    assert len(found.notices) == 1
+    assert (found.bound_deg > 20.0).all() == close
+    assert (found.bound_deg < 10.0).all() == (not close)
 
 
 def test_a_moving_and_a_static_camera_say_the_same_about_a_contradiction():
