@@ -76,14 +76,12 @@ def copied(points: PoseSequence) -> list[Notice]:
             continue
         right, left = (at[:, points.layout.indices([f"{side}_{part}" for part in limb])] for side in "rl")
         right, left = (each[:, 1:] - each[:, :1] for each in (right, left))
-        apart, moves = (
-            np.linalg.norm(right - left, axis=-1),
-            np.linalg.norm(np.nanstd(right, axis=0), axis=-1),
-        )
+        apart = np.linalg.norm(right - left, axis=-1)
+        known = np.isfinite(apart).any(axis=0)
         if (
-            np.isfinite(apart).any()
+            known.any()
             and np.nanpercentile(apart, 90) < _SAME * trunk
-            and moves.max() > _MOVES * trunk
+            and np.linalg.norm(np.nanstd(right[:, known], axis=0), axis=-1).max() > _MOVES * trunk
         ):
             found.append(notice("limbs-copied", limb="leg" if "hip" in limb else "arm"))
     return found
@@ -137,9 +135,10 @@ def _movement(poses: PoseSequence) -> list[Notice]:
         return []
     ends = poses.joints[:, H36M17.indices(_ENDS)].astype(np.float64) / max(_size(poses), 1e-12)
     ends = ends[np.isfinite(ends).all(axis=(1, 2))]
-    ends = ends[
-        np.append((np.diff(ends, axis=0) != 0).any(axis=(1, 2)), True)
-    ]  # frozen rows are told elsewhere
+    # Frozen rows are told elsewhere.
+    moves_on = np.ones(len(ends), dtype=bool)
+    moves_on[:-1] = (np.diff(ends, axis=0) != 0).any(axis=(1, 2))
+    ends = ends[moves_on]
     if len(ends) < _ENOUGH or (moves := _moves(ends.reshape(len(ends), -1), fps)).size < 1e-5:
         return []
     if moves.alike < _NOISE:
@@ -272,7 +271,8 @@ def _farther(poses: PoseSequence, off: Residuals) -> float:
     moved = (poses.joints[:, limbs, :2] / implied_stature(poses.joints)).astype(np.float64)
     seen = moved - off.statures[:, limbs]
     moved = np.where(np.isfinite(seen), moved, np.nan)
-    moved, seen = (each - np.nanmean(each, axis=0) for each in (moved, seen))
+    known = np.isfinite(moved).any(axis=(0, 2))  # a limb may be outside the image all the time
+    moved, seen = (each[:, known] - np.nanmean(each[:, known], axis=0) for each in (moved, seen))
     both, own, others = (float(np.nansum(each)) for each in (moved * seen, moved**2, seen**2))
     return both / own if both > _MOVE_ALIKE * np.sqrt(own * others) > 0 else float("nan")
 

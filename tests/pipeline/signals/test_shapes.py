@@ -1,3 +1,5 @@
+import warnings
+
 import numpy as np
 import pytest
 
@@ -27,6 +29,15 @@ def codes(joints):
 
 def test_a_walk_has_none_of_these(joints):
     assert not codes(joints)
+
+
+def test_a_joint_may_be_missing_in_every_frame(joints):
+    for joint in ("r_wrist", "l_ankle", "head"):
+        without = joints.copy()
+        without[:, H36M17.index(joint)] = np.nan
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert not codes(without)
 
 
 def test_a_copied_leg_is_told(joints):
@@ -109,3 +120,17 @@ def test_poses_that_move_half_as_far_as_their_keypoints_are_told():
     (said,) = keypoints_unlike(less, points, size, camera.focal_px)
     assert said.code == "keypoints-not-of-poses"
     assert "times as far" in said.text
+
+
+def test_a_foot_outside_the_image_all_the_time_is_no_fault():
+    walk = walker(seconds=4.0)
+    camera = side_camera(walk)
+    inside = camera.points(walk.world)
+    pixels = camera.project(walk.world)
+    pixels[:, H36M17.index("l_ankle")] = np.nan
+    less = inside - inside[:, :1]
+    less = less.mean(axis=0) + 0.5 * (less - less.mean(axis=0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        (said,) = keypoints_unlike(poses(less), seen(pixels), (camera.width, camera.height), camera.focal_px)
+    assert said.code == "keypoints-not-of-poses"
