@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import zipfile
 from collections import Counter
 from importlib.util import find_spec
@@ -43,7 +44,7 @@ def in_words(path: Path) -> str:
             if not start:
                 return "empty (0 bytes)"
             if start.startswith(_NPY):
-                return _array(file)
+                return _array(file, path.stat().st_size)
         if start.startswith(_ZIP) and path.suffix == ".npz":
             return _archive(path)
         if path.suffix.lower() == ".json":
@@ -103,12 +104,15 @@ def _folder(path: Path) -> str:
     return f"a folder of {listed}" if listed else "a folder without files"
 
 
-def _array(file: IO[bytes]) -> str:
+def _array(file: IO[bytes], size: int | None = None) -> str:
+    """size: of the whole file in bytes, to tell one that was cut short."""
     version = np.lib.format.read_magic(file)
     header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, _, dtype = header(file)
     what = "Python objects, which would have to be unpickled," if dtype.hasobject else str(dtype)
-    return f"an array of shape {shape}, {what}".rstrip(",")
+    held = dtype.itemsize * math.prod(shape)
+    cut = size is not None and not dtype.hasobject and size - file.tell() < held
+    return f"an array of shape {shape}, {what}".rstrip(",") + (", cut short" if cut else "")
 
 
 def _archive(path: Path) -> str:

@@ -316,6 +316,11 @@ def test_a_file_that_nobody_recognises_says_what_is_wrong_with_it(tmp_path, lift
         open_take(RunOptions(fps=25, **{gives: tmp_path / name}))
 
 
+def _half_an_array(path):
+    np.save(path, np.zeros((30, 17, 3), np.float32))
+    path.write_bytes(path.read_bytes()[:3000])
+
+
 @pytest.mark.parametrize(
     ("name", "write", "words"),
     [
@@ -326,6 +331,7 @@ def test_a_file_that_nobody_recognises_says_what_is_wrong_with_it(tmp_path, lift
         ),
         ("a.npy", lambda path: np.save(path, [None]), "Python objects"),
         ("a.npy", lambda path: path.write_bytes(b"\x93NUMPY\x01"), "damaged"),
+        ("a.npy", _half_an_array, r"of shape \(30, 17, 3\), float32, cut short"),
         ("a.npz", lambda path: path.write_bytes(b"PK\x03\x04"), "damaged"),
         ("a.json", lambda path: path.write_text('{"poses": 3}'), "JSON that begins with '{\"poses"),
         ("a.doc", lambda path: path.write_bytes(b"\xd0\xcf"), r"begins with b'\\xd0\\xcf'"),
