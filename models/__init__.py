@@ -6,7 +6,7 @@ from ..pipeline.core.faces import lazily
 
 if TYPE_CHECKING:
     from .detector.load import load_detector
-    from .detector.protocols import Detector, PersonNetwork
+    from .detector.protocols import Detector, Found, PersonNetwork
     from .gravity.images import up_from_images
     from .gravity.live import LiveRectifier
     from .lifter.live import LiveLifter
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "detector.load": ("load_detector",),
-    "detector.protocols": ("Detector", "PersonNetwork"),
+    "detector.protocols": ("Detector", "Found", "PersonNetwork"),
     "gravity.images": ("up_from_images",),
     "gravity.live": ("LiveRectifier",),
     "lifter.live": ("LiveLifter",),
@@ -24,7 +24,7 @@ _HOMES = {
 }
 
 __all__ = [
-    "Detector", "LiveLifter", "LiveRectifier", "PersonNetwork",
+    "Detector", "Found", "LiveLifter", "LiveRectifier", "PersonNetwork",
     "load_detector", "load_lifter", "load_rectifier", "up_from_images",
 ]  # fmt: skip
 

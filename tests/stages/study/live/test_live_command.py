@@ -15,7 +15,7 @@ import pytest
 from golden import numbered
 from golden.live import GEOMETRIC, QUICK, kept, logged
 from pcnet3d.adapters import read_all
-from pcnet3d.models.detector.protocols import Found
+from pcnet3d.models import Found
 from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import COCO17
