@@ -22,6 +22,7 @@ from ..models.gravity import (
     why_not,
 )
 from ..models.gravity.moving import WINDOW_S, timed
+from ..models.rectifier.checked import Checked
 from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
@@ -198,7 +199,7 @@ def _facing(rectifier: str | Rectifier) -> Rectifier:
             f"{rectifier} was trained on a data set's own axes, which do not tell where a body faces; choose a "
             'network trained with targets = "body".',
         )
-    return chosen
+    return Checked(chosen)
 
 
 def _checked(poses: PoseSequence) -> PoseSequence:

@@ -75,13 +75,28 @@ class Search:
             self._tracker.cut()
             self._before = ()
         self._glance = now if self._glance is None or now.shows else self._glance
-        self._before = self._detector.people(image, self._before)
+        self._before = self._people(image)
         names = self._tracker.names([_sighting(number, found) for found in self._before])
         named = list(zip(names, self._before, strict=True))
         for name, person in named:
             self._rows.add(number, time_s, name, person)
         self.seen = number + 1
         return named
+
+    def _people(self, image: np.ndarray) -> Sequence[Found]:
+        """InputError for a detector of another package that answers something else."""
+        found, joints = self._detector.people(image, self._before), len(self._detector.layout)
+        shapes = [(joints, 2), (joints,), (4,)]
+        if isinstance(found, Sequence) and all(
+            isinstance(one, Found) and [each.shape for each in (one.xy, one.score, one.box)] == shapes
+            for one in found
+        ):
+            return found
+        raise InputError(
+            "plugin-broken",
+            f"Expected from the detector {self._detector.method} a tuple with a Found for each person, of xy "
+            f"({joints}, 2), score ({joints},) and box (4,), got something else: repair its package.",
+        )
 
     def detections(self, frames: int, seen: int, source: str = "") -> Detections:
         """All that was found in the first `seen` of so many frames. source: what a later run compares before it goes

@@ -166,6 +166,28 @@ def test_a_cut_is_followed_by_a_moving_camera_and_parted_by_a_clip_boundary(cut,
     assert errors[1].max() < 5
 
 
+@pytest.mark.parametrize(
+    "answer",
+    [
+        lambda R, error: None,
+        lambda R, error: R,
+        lambda R, error: (R[1:], error[1:]),
+        lambda R, error: (R, None),
+        lambda R, error: (2 * R, error),
+        lambda R, error: (R * [-1, 1, 1], error),
+    ],
+)
+def test_a_rectifier_of_another_package_that_gives_no_rotations_is_refused(joints, answer):
+    class Broken:
+        method = "broken@1"
+
+        def rotation(self, joints):
+            return answer(np.repeat(np.eye(3)[None], len(joints), axis=0), np.zeros(len(joints)))
+
+    with pytest.raises(InputError, match=r"from the rectifier broken@1 .* repair its package"):
+        rectify(poses_of(joints[:20]), rectifier=Broken())
+
+
 def test_nothing_at_all_is_refused_in_words(joints):
     take = Rectify()(Take("t", poses=poses_of(np.full_like(joints[:20], np.nan))))
     assert "no frame has the torso joints" in take.rectified.level_reason

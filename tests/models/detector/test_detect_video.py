@@ -277,6 +277,26 @@ def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, mon
     assert all(np.nanmin(one.joints) >= 200 for one in found)
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        None,
+        np.zeros((17, 3)),
+        (np.zeros((17, 3)),),
+        (Found(np.zeros((5, 2)), np.ones(5), np.zeros(4)),),
+        (Found(np.zeros((17, 2)), np.ones(17), np.zeros(2)),),
+    ],
+)
+def test_a_detector_of_another_package_that_gives_no_people_is_refused(walk_film, monkeypatch, given):
+    class Broken(_Two):
+        def people(self, image, before=()):
+            return given
+
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Broken())
+    with pytest.raises(InputError, match=r"from the detector two@0 .* repair its package"):
+        Detect()(Take("walk", video=walk_film))
+
+
 def test_another_frame_rate(walk_film, toy):
     take = Detect(detector=str(toy))(Take("walk", video=walk_film).telling(fps=120.0))
     np.testing.assert_allclose(take.keypoints.times, np.arange(40) / 120)
