@@ -99,24 +99,44 @@ def _conclusion(rows: Rows, done: Rows, changed: Sequence[Change]) -> Iterator[s
     doubtful = {row["name"] for runs in doubts(done).values() for row in runs}
     trusted = f"{len(doubtful)} of them with doubts" if doubtful else "no doubts about poses or levelling"
     yield f"{how_many(len(names), 'take')}{of}{f'; {trusted}' if done else ''}."
-    for (factor, earlier, later), changes in _by_step(changed).items():
-        judged = [change for change in changes if change.differs is not None]
+    for (factor, earlier, later), on_page in _by_step(changed).items():
+        step = (
+            f"From {factor} {earlier} to {later}, {how_many(max(change.n for change in on_page), 'subject')}"
+        )
+        of_step = [
+            change
+            for change in changed
+            if (change.factor, change.earlier, change.later) == (factor, earlier, later)
+        ]
+        yield from (_of_primary(step, change) for change in of_step if change.primary)
+        tested = [change for change in of_step if change.differs is not None and not change.primary]
+        judged = [change for change in on_page if change in tested]
         beyond = [change for change in judged if change.differs]
         beyond.sort(key=lambda change: -abs(change.bias) / change.sd)
-        step = (
-            f"From {factor} {earlier} to {later}, {how_many(max(change.n for change in changes), 'subject')}"
-        )
         if not judged:
             yield f"{step}: too few to say whether anything changed on average; {FEWEST_SUBJECTS} are needed."
             continue
-        counts = f"{len(beyond) or 'none'} of {how_many(len(judged), 'measure')} changed on average"
+        kind = "other measure" if any(change.primary for change in of_step) else "measure"
+        counts = f"{len(beyond) or 'none'} of {how_many(len(judged), kind)} changed on average"
         told = ", ".join(f"{_named(change.of)} {change.bias:+.3g}" for change in beyond[:_MOST_TOLD])
         more = f" and {len(beyond) - _MOST_TOLD} more" if len(beyond) > _MOST_TOLD else ""
         chance = (
-            "of these, one in twenty is expected to be false: Benjamini & Hochberg 1995; a primary outcome "
-            "(--primary) is tested without this correction"
+            f"corrected for all {len(tested)} of changes.csv, where one in twenty of those that changed is expected to "
+            "be false: Benjamini & Hochberg 1995"
         )
         yield f"{step}: {counts} ({chance}){f': {told}{more}' if told else ''}."
+
+
+def _of_primary(step: str, change: Change) -> str:
+    """What is said of the outcome that was declared beforehand."""
+    by = "by Student's t, 5 %, without correction"
+    told = {
+        True: f"it changed on average ({by})",
+        False: f"it did not change on average ({by})",
+        None: f"too few subjects ({change.n} of the {FEWEST_SUBJECTS} needed) to say whether it changed on average",
+    }[change.differs]
+    between = f"95 % interval {change.mean_lower:.3g} to {change.mean_upper:.3g}"
+    return f"{step}: the primary outcome, {_named(change.of)}, {change.bias:+.3g} ({between}); {told}."
 
 
 def _by_step(changed: Sequence[Change]) -> dict[tuple[str, str, str], list[Change]]:
@@ -129,9 +149,9 @@ def _by_step(changed: Sequence[Change]) -> dict[tuple[str, str, str], list[Chang
 
 
 def _named(measure: Measure) -> str:
-    """A measure of the page with its unit, such as "cadence (steps/min)"."""
-    unit = UNITS[measure.unit].page.format("m")
-    return f"{_WORDS[place(measure)]} ({unit})" if unit else _WORDS[place(measure)]
+    """A measure with its unit, such as "cadence (steps/min)"; one that the page does not show by its place."""
+    unit, named = UNITS[measure.unit].page.format("m"), _WORDS.get(place(measure), place(measure))
+    return f"{named} ({unit})" if unit else named
 
 
 def _linked(row: Mapping[str, Any]) -> Cell:

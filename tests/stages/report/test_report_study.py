@@ -165,6 +165,20 @@ def test_the_changes_are_those_of_the_rows():
     assert f">{knee.lower:.1f} to {knee.upper:.1f}<" in line[:600]
 
 
+def test_the_conclusion_tells_of_the_primary_outcome_and_of_how_many_others_are_tested():
+    rows = study()
+    found = changes(rows, "walking.steps")
+    head = as_page("study", rows, found).split("<nav>")[0]
+    (primary,) = (change for change in found if change.primary and change.later == "after")
+    assert f"the primary outcome, steps, {primary.bias:+.3g} (95 % interval" in head
+    assert "it did not change on average (by Student" in head
+    tested = [
+        each for each in found if each.later == "after" and each.differs is not None and not each.primary
+    ]
+    assert "none of 4 other measures changed on average" in head
+    assert f"corrected for all {len(tested)} of changes.csv" in head
+
+
 def test_the_conclusion_tells_what_is_done_and_what_changed():
     rows = study()
     head = as_page("study", rows, changes(rows)).split("<nav>")[0]
