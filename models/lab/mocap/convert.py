@@ -130,6 +130,10 @@ def read_folder(folder: Path, format: str = "auto", how: How | None = None) -> t
         )
     read.check(list(clips.values()))
     said = [f"{note} ({count} of {how_many(len(files), 'file')})" for note, count in notes.items()]
+    if format == "auto" and name in ("asfamc", "bvh") and (beside := FORMATS["joints"].files(folder)):
+        said.append(
+            f"{how_many(len(beside), '.npz file')} beside them not read; --format joints reads these alone"
+        )
     return list(clips.values()), said + [f"left out {sentence}" for sentence in bad]
 
 

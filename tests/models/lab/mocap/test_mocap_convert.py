@@ -36,6 +36,12 @@ def test_from_the_command_line(folder, tmp_path):
     assert "Traceback" not in done.stderr
 
 
+def test_arrays_beside_the_recordings_are_not_left_out_silently(folder):
+    assert not any(".npz" in note for note in read_folder(folder)[1])
+    np.savez(folder / "03_01.npz", joints=np.zeros((30, 17, 3)), fps=30.0)
+    assert "1 .npz file beside them not read; --format joints reads these alone" in read_folder(folder)[1]
+
+
 def test_quietly_the_last_line_is_all_that_is_said(folder, tmp_path):
     (folder / "02" / "02_02.bvh").write_text("nothing")
     done = pcnet3d("mocap", folder, "-o", tmp_path / "clips.npz", "-q")
