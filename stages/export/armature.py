@@ -117,7 +117,8 @@ def armature(take: Take) -> Armature:
     if not len(rows):
         raise InputError(
             "nothing-usable",
-            "Expected a frame in which pelvis, hips and spine are known, to animate a skeleton; the take has none.",
+            "Expected a frame in which pelvis, hips and spine are known, to animate a skeleton; the take has none, "
+            "or is too short to be smoothed.",
         )
     kept = slice(int(rows[0]), int(rows[-1]) + 1)
     skeleton = _skeleton(_offsets(at, R_world))
