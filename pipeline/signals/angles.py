@@ -121,8 +121,8 @@ def _of_side(side: str) -> dict[str, Angle]:
         ),
         "shoulder_elevation": Angle(
             "Shoulders",
-            "between upper arm and the trunk's downward line, in any plane: 0 hanging, 180 overhead",
-            "arm up",
+            "between upper arm and the trunk line made perpendicular to the shoulder line, in any plane: 0 hanging, "
+            "180 overhead", "arm up",
             _union(arm, _THORAX),
         ),
         "thigh_sagittal": Angle(

@@ -232,3 +232,20 @@ def test_definitions_name_their_joints():
         body[np.arange(17), np.arange(17)] = np.nan
         lost = np.isnan(angles(body)[name])
         assert {H36M17.joints[i] for i in np.flatnonzero(lost)} == set(angle.joints), name
+
+
+def test_an_arm_is_elevated_against_the_line_that_its_words_name():
+    body = np.random.default_rng(0).normal(size=(50, 17, 3))
+    pelvis, thorax, right, left, elbow = (
+        body[:, H36M17.index(name)] for name in ("pelvis", "thorax", "r_shoulder", "l_shoulder", "r_elbow")
+    )
+    across = (right - left) / np.linalg.norm(right - left, axis=-1, keepdims=True)
+    down = pelvis - thorax
+    down -= (down * across).sum(axis=-1, keepdims=True) * across
+    arm = elbow - right
+    share = (arm * down).sum(axis=-1) / np.linalg.norm(arm, axis=-1) / np.linalg.norm(down, axis=-1)
+    found = angles(body)["r_shoulder_elevation"]
+    known = np.isfinite(found)
+    assert known.sum() > 30
+    np.testing.assert_allclose(found[known], np.degrees(np.arccos(share[known])), atol=1e-5)
+    assert "trunk line made perpendicular to the shoulder line" in ANGLES["r_shoulder_elevation"].words
