@@ -37,6 +37,8 @@ _LEAP = 0.4  # trunk lengths that the joints move on average from one frame to t
 # the time, and leave a straight line by the square of it: of CMU's mocap at 5 frames a second 157 joints and 389 whole
 # poses would jump, with that in mind none and 4.
 NEAR_S = 1 / 15
+_FASTEST = 30.0  # trunk lengths a second that the pelvis goes, 15 m/s: the fastest sprinter went at 12.4
+_SHORTEST_S = 1 / 60  # between rows: the noise of faster cameras is as large from row to row
 STATURES_M = (0.4, 2.6)
 UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
 
@@ -242,17 +244,30 @@ def grid_rows(sequence: PoseSequence, step: int = 1) -> int:
 def movement(poses: PoseSequence) -> np.ndarray:
     """Mean movement of the joints (T, 17, 3) relative to the pelvis, from row to row: (rows - 1,) trunk lengths, NaN
     where a row is not complete."""
+    return np.linalg.norm(np.diff(poses.joints.astype(np.float64), axis=0), axis=-1).mean(axis=1) / _trunk(
+        poses
+    )
+
+
+def _trunk(poses: PoseSequence) -> float:
+    """Median length of the trunk in complete rows; NaN without any."""
     trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)[_complete(poses)]
-    length = max(float(np.median(trunk)), 1e-12) if len(trunk) else np.nan
-    return np.linalg.norm(np.diff(poses.joints.astype(np.float64), axis=0), axis=-1).mean(axis=1) / length
+    return max(float(np.median(trunk)), 1e-12) if len(trunk) else np.nan
 
 
 def leaps(poses: PoseSequence) -> np.ndarray:
     """Rows (N,) at which the whole pose is somewhere else than one video frame before, as no person moves. Frames whose
-    times are unknown count as near."""
+    times are unknown count as near. In a world's axes its path counts too."""
     step_s = NEAR_S if poses.time_s is None else np.diff(poses.time_s)
     most = _LEAP * np.maximum(step_s / NEAR_S, 1.0)
-    return np.flatnonzero((movement(poses) > most) & (np.diff(poses.frame_index) == 1)) + 1
+    leapt = movement(poses) > most
+    if (
+        poses.root is not None and poses.frame.family == "world"
+    ):  # before a camera, depth alone may be as far off
+        went = np.linalg.norm(np.diff(poses.root.astype(np.float64), axis=0), axis=-1)
+        went[np.array(poses.seams, dtype=int) - 1] = 0  # from one clip to the next
+        leapt |= went > _FASTEST * _trunk(poses) * np.maximum(step_s, _SHORTEST_S)
+    return np.flatnonzero(leapt & (np.diff(poses.frame_index) == 1)) + 1
 
 
 def _complete(poses: PoseSequence) -> np.ndarray:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
+from pcnet3d.pipeline import CAMERA, H36M17, Z_UP, InputError, PoseSequence, Take
 from pcnet3d.pipeline.signals.checks import leaps
 from pcnet3d.stages.clean import Clean, clean
 
@@ -142,6 +142,21 @@ def test_somebody_else_is_a_leap_at_any_frame_rate(time_s):
     joints = moving().joints.copy()
     joints[20:22] *= -1
     assert leaps(moving().with_(joints=joints, time_s=time_s)).tolist() == [20, 22]
+
+
+@pytest.mark.parametrize("fps", [5, 30, 240])
+def test_a_path_that_nobody_goes_in_a_frame_is_a_leap(fps):
+    """Two recordings in one file gave a walk of 1.7 m/s."""
+    time_s = np.arange(ROWS) / fps
+    still = moving().with_(
+        frame=Z_UP.with_(origin="pelvis"), joints=np.repeat(moving().joints[:1], ROWS, axis=0)
+    )
+    root = np.outer(12.0 * time_s, [1, 0, 0])
+    assert len(leaps(still.with_(root=root, time_s=time_s))) == 0
+    root[4:] += [0, 6, 0]
+    there = still.with_(root=root, time_s=time_s)
+    assert leaps(there).tolist() == [4]
+    assert leaps(there.with_(seams=(4,))).tolist() == []
 
 
 def test_frame_numbers_that_cannot_be_are_refused():

@@ -44,6 +44,7 @@ _BASIS = (
     "sd",
     "peak_mdc90",
 )  # figures that others rest on
+_OF_RECORDING = {("off_keypoints",), ("floor",)}  # groups: the lift's residuals, the camera's height
 # Of a notice.
 _SAID = ("code", "weight", "about", "text")
 
@@ -138,7 +139,8 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
 
 
 def _comparable(take: Take) -> dict[str, Measure]:
-    """The take's single figures by place, but no length without a scale, nor what only says what others rest on."""
+    """The take's single figures by place, but no length without a scale, nor what is of the recording, the same as
+    another figure, or only says what others rest on."""
     metric = take.need("poses").frame.metric
     return {place(row): row for row in take.measures or () if _is_comparable(row, metric)}
 
@@ -148,6 +150,10 @@ def _is_comparable(row: Row, metric: bool) -> TypeGuard[Measure]:
         isinstance(row, Measure)
         and row.number is None
         and row.name not in _BASIS
+        and row.group[:1] not in _OF_RECORDING
+        and (
+            row.group[:1] != ("symmetry",) or row.name == "symmetry_index"
+        )  # beside the ranges that it is of
         and (metric or row.unit not in OF_LENGTH)
         and bool(np.isfinite(row.value))
     )

@@ -292,19 +292,22 @@ def test_figures_are_single_numbers_by_their_keys(made):
 
 
 def test_only_figures_that_say_something_are_compared(made):
-    """No length without a scale, whatever it is called, and nothing that others rest on."""
+    """No length without a scale, whatever it is called, nothing that others rest on or that is another figure too, and
+    nothing that is of the recording alone."""
     figures = {
         "walking": {
             "frames": 60, "nan_share": 0.1, "cadence_spm": 100.0, "cadence_error_spm": 1.0, "walking_speed": 1.2,
             "walking_speed_error": 0.1, "landings_s": [1.0],
         },
         "range_of_motion": {"r_knee_flexion": {"sd_deg": 2.0}},
-        "floor": {"places": 3},
+        "floor": {"places": 3, "floor_height": -1.2},
+        "off_keypoints": {"r_arm": {"p50_px": 3.0}},
+        "symmetry": {"knee_flexion": {"right_deg": 49.0, "left_deg": 52.0, "symmetry_index_percent": -6.0}},
         "knee_bends": {"count": 2, "cycles": {"r_knee_flexion": {"count": 2, "mean_deg": [1.0] * 101}}},
     }  # fmt: skip
     take = read_run(made()).with_(measures=(Measure("reach", 0.8, "length"), *rows_of(figures)))
     frame = take.need("poses").frame
-    others = {"walking.cadence", "knee_bends.count"}
+    others = {"walking.cadence", "knee_bends.count", "symmetry.knee_flexion.symmetry_index"}
     assert set(_comparable(take)) == {*others, "reach", "walking.walking_speed"}  # metres
     without_scale = take.with_(poses=take.need("poses").with_(frame=frame.with_(unit="arbitrary")))
     assert set(_comparable(without_scale)) == others
