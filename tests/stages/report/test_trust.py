@@ -134,7 +134,10 @@ def test_of_unusable_poses_nothing_else_is_judged(walk_take):
 def test_figures_without_errors_are_not_said_to_hold_within_them(walk_take):
     take = known(walk_take, 2.7).with_(angle_errors="none").saying(own_notice("t.a", "swapped", about="view"))
     assert level(take) == "care"
-    assert "within their errors" not in trust(take, facts_of(take))
+    said = trust(take, facts_of(take))
+    assert "within their errors" not in said
+    assert "have no errors" not in said  # it read as if the figures were exact
+    assert "the errors of the angles are not known" in said
 
 
 def test_it_says_when_joints_are_missing(walk_take):
