@@ -112,9 +112,10 @@ class Trajectories:
         if path.root_sd is not None:  # the body's size and the focal length included
             columns |= in_single({f"root_{axis}_sd": path.root_sd[:, i] for i, axis in enumerate("xyz")})
         notices = [notice("relative-to-camera")] if rectified.camera == "moving" else []
-        if known_error and level.covariance is None:
+        smoothed = known_error and len(level) > 1  # a single frame has no path
+        if smoothed and level.covariance is None:
             notices.append(notice("smoothed-by-estimated-error"))
-        elif known_error:
+        elif smoothed:
             unjudged = "" if judged else "; that error was not checked, so they have no standard deviation"
             notices.append(notice("smoothed-by-stated-error", unjudged=unjudged))
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(

@@ -236,6 +236,7 @@ def test_a_single_frame_has_no_path_and_says_so(facing_camera):
     take = stage(facing_camera, 1, 30)
     assert np.isnan(take.kinematics["r_wrist_speed"]).all()
     assert "single-frame" in codes(take)
+    assert not {code for code in codes(take) if code.startswith("smoothed-by")}
     level = PoseSequence(facing_camera[None], H36M17, LEVEL, time_s=np.zeros(1))
     assert smooth(level)[0].history[-1].options["unfiltered"]
 
