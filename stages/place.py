@@ -87,17 +87,17 @@ def _camera(take: Take) -> Camera | None:
 def _why_not(
     poses: PoseSequence, keypoints: PoseSequence | None, moving: bool, camera: Camera | None
 ) -> str | None:
-    """Why the person cannot be placed, in words; None where nothing is in the way."""
+    """Why the person cannot be placed, in words, first what no option mends; None where nothing is in the way."""
     if poses.frame.family != "camera":
         return "the poses are not in a camera's axes"
-    if keypoints is None:
-        return "there are no 2D keypoints (--keypoints)"
     if moving:
         return "the camera moves, and its motion is not known"
-    if camera is None:
-        return "the image's size is not known (--set read.image_size=WIDTHxHEIGHT)"
     if len(poses) < FEWEST_FRAMES:
         return f"a path needs {FEWEST_FRAMES} frames, got {len(poses)}"
+    if keypoints is None:
+        return "there are no 2D keypoints (--keypoints)"
+    if camera is None:
+        return "the image's size is not known (--set read.image_size=WIDTHxHEIGHT)"
     return None
 
 

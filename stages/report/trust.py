@@ -52,7 +52,7 @@ def trust(take: Take, facts: Facts) -> Markup:
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
     verdict, words = _WORDS[level]
     if level == "care" and take.angle_errors == "none":
-        words = "the figures have no errors; read what is marked below."
+        words = "the errors of the angles are not known; read what is marked below."
     return gauge(level, f"{verdict}:", words, checks)
 
 

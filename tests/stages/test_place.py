@@ -143,6 +143,14 @@ def test_a_take_of_two_frames_names_the_frames_and_no_joints(take):
     assert (said.code, said.values["reason"]) == ("not-placed", "a path needs 3 frames, got 2")
 
 
+@pytest.mark.parametrize("changed", [{"told": Told(camera="moving")}, {"rows": 1}])
+def test_keypoints_are_not_asked_for_where_they_would_not_help(take, changed):
+    """A run on one image asked for keypoints, and with them for more frames."""
+    rows = changed.get("rows", len(take.poses))
+    alone = take.with_(poses=take.poses.rows(0, rows), keypoints=None, told=changed.get("told", take.told))
+    assert "--keypoints" not in Place()(alone).notices[-1].text
+
+
 def test_without_a_camera_what_is_told_counts_and_a_guess_says_so(take, placed):
     told = Place()(take.with_(camera=None, told=Told(focal_px=FOCAL, image_size=SIZE)))
     assert (told.camera.focal_px, told.camera.image_size, told.camera.focal_source) == (FOCAL, SIZE, "told")
