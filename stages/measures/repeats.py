@@ -64,9 +64,12 @@ def repeats(
     gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)
     unseen = "count_reason" if found else "reason"
     said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
-    if not (found or holds or gaps) and (parts := [one for one in held if counts(one)]):
-        seen_of_it = spans_in_words([(one.start_s, one.stop_s) for one in parts])
-        said = [Remark("reason", f"only part of one was seen, from {seen_of_it}")]
+    if found:  # a part is of another like them where it changes by as much
+        held = unreturned(driver, take.times, least, take.seams)
+    parts = [(one.start_s, one.stop_s) for one in held if one.held_s <= _HOLD_S and counts(one)]
+    if parts and not gaps and (found or not holds):
+        which = "another" if found else "one"
+        said = [Remark(unseen, f"only part of {which} was seen, from {spans_in_words(parts)}")]
     result: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
     if not found:
         return result

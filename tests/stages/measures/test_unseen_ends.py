@@ -63,6 +63,26 @@ def test_a_rise_that_the_take_ends_in_is_not_none(backwards):
     assert (found["outcome"], found["count"]) == (CANNOT_BE_TOLD, 0)
 
 
+@pytest.mark.parametrize("backwards", [False, True])
+def test_beside_whole_ones_a_part_at_an_end_is_told(backwards):
+    """A skater came into the take with an arm up, raised it twice more, and had raised it "twice"."""
+    whole = 80 * np.sin(np.pi * np.clip(TIME - 3, 0, 2) / 2)
+    x = 10 + whole + 80 * np.clip(TIME - 11, 0, 1)
+    found = bends(x[::-1] if backwards else x)
+    assert found["count"] == 1
+    assert found["count_reason"].startswith("only part of another was seen, from ")
+    assert "count_reason" not in bends(10 + whole)
+    small = 10 + whole + 0.3 * (x - 10 - whole)  # at the end it changes by less than what counts
+    assert "count_reason" not in bends(small)
+
+
+def test_a_hold_beside_whole_ones_is_no_part_of_another():
+    """It is told as a hold."""
+    found = bends(10 + 80 * np.sin(np.pi * np.clip(TIME - 1, 0, 2) / 2) + 80 * np.clip(TIME - 5, 0, 1))
+    assert (found["count"], found["holds"]["count"]) == (1, 1)
+    assert "count_reason" not in found
+
+
 def test_of_two_holds_the_longest_was_seen_whole():
     x = 10 + 100 * np.clip(np.minimum(TIME, 6 - TIME), 0, 1) + 100 * np.clip(TIME - 7, 0, 1)
     x[: FPS // 2] = 10
