@@ -204,9 +204,14 @@ def _knee_bends(
     a bend in which the feet seem to move may be one in place then."""
     feet_move: list[tuple[float, float]] = []
 
+    def straightens(bend: Repetition) -> bool:
+        """Whether one knee is straighter at the peak than where the bend begins or ends: weight is shifted."""
+        rows = np.searchsorted(take.times, [bend.start_s, bend.peak_s, bend.stop_s])
+        return any(knee[rows[1]] < max(knee[rows[0]], knee[rows[2]]) for knee in (right, left))
+
     def in_place(bend: Repetition) -> bool:
         walks = any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps)
-        if walks or absorbs(jumped, bend.peak_s):
+        if walks or absorbs(jumped, bend.peak_s) or straightens(bend):
             return False
         meanwhile = apart[(take.times >= bend.start_s) & (take.times <= bend.stop_s)]
         meanwhile = meanwhile[np.isfinite(meanwhile)]

@@ -112,6 +112,19 @@ def test_knees_that_bend_together_in_a_step_make_no_squat(walk, take):
     assert bends["start_s"][0] > walk.phases_s["squat"][0]
 
 
+def test_who_straightens_one_knee_while_the_other_bends_makes_no_knee_bend(walk, take):
+    """Out of a lunge the weight went to the other leg and half back: "bent the knees once to 41 degrees"."""
+    squat = walk.during("squat")
+    depth = take.kinematics["r_knee_flexion_deg"] / take.kinematics["r_knee_flexion_deg"][squat].max()
+    other = 90 - 28 * np.maximum.accumulate(depth * squat)  # straightens, and stays so
+    lunge = {"r_knee_flexion_deg": 60 * depth * squat, "l_knee_flexion_deg": other * squat}
+    both = {name: 60 * depth * squat for name in lunge}
+    found = [
+        nested(STAGES[3](take.with_(kinematics=columns_with(take, **one))).measures) for one in (lunge, both)
+    ]
+    assert [each["knee_bends"]["count"] for each in found] == [0, 1]
+
+
 def test_a_knee_bend_out_of_which_somebody_steps_is_not_absent_where_steps_cannot_be_told(walk):
     """In 1.3 s no steps are counted: whether the feet stayed cannot be told."""
     part = measured(walk.poses.rows(0, int(1.3 * walk.fps) + 1))
