@@ -216,6 +216,11 @@ def nobody_upright(rectified: Rectified) -> Notice | None:
     return notice("nobody-upright", weight=weight, off_deg=_OFF_UP_DEG, share_percent=100 * share)
 
 
+def up_rests_on_poses(rectified: Rectified) -> bool:
+    """Whether poses tell most of the up of a take. If they are unusable, nobody knows how far it is off."""
+    return sum(rectified.up_shares.get(source, 0.0) for source in ("frames", "feet", "floor")) > 0.5
+
+
 def _stays(level: PoseSequence) -> bool:
     """Whether the pelvis is known to stay where it is, as that of a person who lies does."""
     if level.root is None:

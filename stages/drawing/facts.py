@@ -15,7 +15,7 @@ from ...pipeline.core.pose import PoseSequence, Rectified, Step
 from ...pipeline.core.rotations import angle_deg, is_finite, rotate
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import sides_of
-from ...pipeline.signals.checks import bone_spread, nobody_upright
+from ...pipeline.signals.checks import bone_spread, nobody_upright, up_rests_on_poses
 
 _KINDS = ("warning", "repair", "note")
 # What up may rest on, by the name of the evidence.
@@ -97,11 +97,15 @@ class Facts:
     @property
     def bound_words(self) -> str | None:
         """The angle that nine in ten takes' up stays under, or the range of a moving camera's; None where the take is
-        not levelled or it is not stated."""
-        if not self.rectified.level_ok or self.up_bound_deg is None:
+        not levelled, or it is not stated or of unusable poses."""
+        if not self.rectified.level_ok or self.up_bound_deg is None or self._up_of_unusable:
             return None
         least, most = map(bound_in_words, self.up_bound_deg)
         return most if least == most else f"{least} to {most}"
+
+    @property
+    def _up_of_unusable(self) -> bool:
+        return self.verdict == "unusable" and up_rests_on_poses(self.rectified)
 
     @property
     def up_words(self) -> str:
@@ -111,7 +115,8 @@ class Facts:
         if not self.rectified.level_ok:
             return "It is a guess; do not rely on it."
         if self.bound_words is None:
-            return "Its error is not stated."
+            why = "known, for the poses are unusable" if self._up_of_unusable else "stated"
+            return f"Its error is not {why}."
         unless = ", unless the image is turned" if self.nobody_upright else ""
         return f"Known to within {self.bound_words.replace(' to', '° to')}° (90 %){unless}."
 

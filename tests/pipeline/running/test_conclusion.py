@@ -47,6 +47,17 @@ def test_a_bound_is_said_with_the_same_digits_everywhere(take, bound, words):
     assert facts_of(known).bound_words == words
 
 
+@pytest.mark.parametrize(("source", "known"), [("frames", False), ("image", True)])
+def test_of_unusable_poses_up_is_known_by_the_image_only(take, source, known):
+    """Up was "known to within 8 degrees" by the posture of a body whose thighs vary by a third of their length."""
+    rectified = replace(
+        take.rectified, up_bound_deg=np.full(len(take.poses), 8.0), up_shares={source: 0.9, "feet": 0.1}
+    )
+    judged = take.with_(rectified=rectified, findings=(own_notice("test.flat", "No depth.", "unusable"),))
+    assert ("within 8 degrees" in trust(judged)[1]) is known
+    assert ("within 8°" in facts_of(judged).up_words) is known
+
+
 def test_what_moved_is_said_as_the_report_says_it(take):
     measured = take.with_(
         measures=rows_of({"walking": {"gait": "walking", "steps": 4, "cadence_spm": 112.0}})
