@@ -64,8 +64,12 @@ def repeats(
     gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)
     unseen = "count_reason" if found else "reason"
     said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
-    if found:  # a part is of another like them where it changes by as much
-        held = unreturned(driver, take.times, least, take.seams)
+    if found:  # a part is of another one like them if it changes by as much, and is none of theirs
+        held = [
+            part
+            for part in unreturned(driver, take.times, least, take.seams)
+            if not any(one.start_s <= part.peak_s <= one.stop_s for one in found)
+        ]
     parts = [(one.start_s, one.stop_s) for one in held if one.held_s <= _HOLD_S and counts(one)]
     if parts and not gaps and (found or not holds):
         which = "another" if found else "one"

@@ -76,6 +76,15 @@ def test_beside_whole_ones_a_part_at_an_end_is_told(backwards):
     assert "count_reason" not in bends(small)
 
 
+@pytest.mark.parametrize("backwards", [False, True])
+def test_one_that_a_take_begins_with_is_counted_once(backwards):
+    """It rises by 60 degrees in the take and falls by more: the part before the take is none of another."""
+    x = np.where(TIME < 1, 40 + 60 * np.sin(np.pi * TIME / 2), 10 + 90 * np.clip(2 - TIME, 0, 1))
+    found = bends(x[::-1] if backwards else x)
+    assert found["count"] == 1
+    assert "count_reason" not in found
+
+
 def test_a_hold_beside_whole_ones_is_no_part_of_another():
     """It is told as a hold."""
     found = bends(10 + 80 * np.sin(np.pi * np.clip(TIME - 1, 0, 2) / 2) + 80 * np.clip(TIME - 5, 0, 1))
