@@ -159,6 +159,15 @@ def test_it_says_when_joints_are_missing(walk_take):
     assert re.search(r"and \d+ more times\.", trust(often, facts_of(often)))
 
 
+def test_without_keypoints_a_smooth_exchange_is_not_ruled_out(walk_take):
+    """MotionBERT led both arms through each other in a quarter of a second, beside "No limbs look exchanged"."""
+    take = known(walk_take, 2.7)
+    assert "No limbs look exchanged." in trust(take, facts_of(take))
+    alone = take.with_(keypoints=None)
+    assert "exchanged; without 2D keypoints an exchange that" in trust(alone, facts_of(alone))
+    assert level(alone) == "good"
+
+
 def test_where_limbs_contradict_their_keypoints_no_exchange_is_ruled_out(walk_take):
     """Both legs of a man in profile were drawn exchanged, beside "No limbs look exchanged"."""
     legs = {
