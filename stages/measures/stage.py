@@ -176,7 +176,7 @@ def measures(
     movements = {
         "knee_bends": _knee_bends(take, gait, jumped, apart, steps_told),
         "arm_raises": _arm_raises(take),
-        **strikes(filtered, rectified, source.lifted, in_image, runs, flies),
+        **strikes(filtered, rectified, source.lifted, in_image, runs, flies, source),
         "walking": walk,
     }
     return (

@@ -39,6 +39,10 @@ _KICK_RISES, _KICK_SPEED = 0.8, 2.5  # kicks: 1.08 and more, 4.4 (lifted 3.2); a
 # While the foot is within _HIGH of its highest: lifted kicks 0.97 and more over the other ankle, 0.81 from the hip,
 # 0.73 beside the pelvis. A foot that is flicked up behind comes to 0.59, 0.80 and 0.28, in a leap to 0.61, 0.80, 0.71.
 _KICK_HEIGHT, _KICK_REACH, _KICK_OUT, _HIGH = 0.7, 0.75, 0.5, 0.25
+# Leg lengths a second of an ankle about the pelvis from one unfiltered frame to the next, 21 m/s: kicks of taekwondo
+# reach 15 (Serina & Lieu, J Biomech 24(10), 1991). Where a lifter loses a leg its ankle leaps, and through the filter
+# that looks like a kick.
+_LEAP_SPEED = 25.0
 _SLOW = 0.1  # of the largest rate of a punch's reach: where it begins and ends
 _LIMBS = {"punches": ("shoulder", "elbow", "wrist"), "kicks": ("hip", "knee", "ankle")}
 HIDES_PUNCHES = "lifted poses do not show every punch"
@@ -72,13 +76,15 @@ def strikes(
     in_image: Mapping[str, np.ndarray] | None = None,
     runs: Spans = (),
     flies: Spans = (),
+    unfiltered: PoseSequence | None = None,
 ) -> dict[str, list[Row]]:
     """The rows of `punches` and `kicks`, each side by itself: how many, when they begin and end, and how far the limb
     reaches, `reach_percent` of its length; a kick's `height_percent` of the leg's over the other ankle. No count where
     heights are not known, and why. level: filtered joints (T, 17, 3) in LEVEL. lifted: whether a lifter made the poses,
     which hides most punches: they are told by in_image too, {limb: (T,)} of signals.reprojection.straight_in_image, and
     not without. runs, flies: (begin, end) in seconds of the steps of a run, and of flights: a leg that swings there
-    does not kick, for in a kick the other foot stands, and arms that swing in a flight do not punch."""
+    does not kick, for in a kick the other foot stands, and arms that swing in a flight do not punch. unfiltered: the
+    poses before the filter, which show a leg that leaps; no kick is told there."""
     if not rectified.level_ok:
         why = Remark("reason", f"the take is not levelled: {rectified.level_reason}")
         return {movement: [why] for movement in _LIMBS}
@@ -94,6 +100,7 @@ def strikes(
             one
             for one in found["kicks", side]
             if not any(begin <= one.peak_s <= end for begin, end in [*runs, *flies])
+            and not (unfiltered is not None and _leaps(unfiltered, side, one))
         ]
     kicks = [(kick.start_s, kick.stop_s) for side in SIDES.values() for kick in found["kicks", side]]
     # In a kick the arms swing for balance, before and in a flight for height.
@@ -132,6 +139,15 @@ def _found(level: PoseSequence, limb: _Limb, movement: str) -> list[Repetition]:
         for one in repetitions(limb.driver, level.times, _least(limb, movement), breaks(level))
         if counts(limb, level.times, one)
     ]
+
+
+def _leaps(poses: PoseSequence, side: str, one: Repetition) -> bool:
+    """Whether the ankle of a side goes faster than people kick, from a frame to the next within a repetition."""
+    rows = _rows(poses.times, one.start_s, one.stop_s)
+    hip, knee, ankle = (poses.joint(f"{side}_{part}")[rows].astype(np.float64) for part in _LIMBS["kicks"])
+    length = np.nanmedian(np.linalg.norm(knee - hip, axis=-1) + np.linalg.norm(ankle - knee, axis=-1))
+    went = np.linalg.norm(np.diff(ankle - poses.joint("pelvis")[rows], axis=0), axis=-1)
+    return bool((went > _LEAP_SPEED * length * np.diff(poses.times[rows])).any())
 
 
 def _trimmed(limb: _Limb, times: np.ndarray, one: Repetition) -> Repetition:

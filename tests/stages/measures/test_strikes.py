@@ -144,6 +144,10 @@ def test_a_leg_that_swings_in_a_run_or_a_leap_does_not_kick():
 
     assert kicks() == kicks(runs=[(2, 3)]) == kicks(flies=[(2, 2.5)]) == 1
     assert kicks(runs=[(5.7, 6.2)]) == kicks(flies=[(5.9, 6.3)]) == 0
+    leaping = joints.copy()  # where a lifter loses the leg for a frame
+    leaping[int(np.searchsorted(TIMES, 6)), H36M17.index("r_ankle")] += [0, 0.9, 0]
+    assert kicks(unfiltered=level) == 1
+    assert kicks(unfiltered=level.with_(joints=leaping)) == 0
 
 
 def test_a_lifted_punch_is_one_that_the_image_shows():
