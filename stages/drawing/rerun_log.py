@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -152,19 +153,40 @@ def log_body_rows(recording: rr.RecordingStream, entity: str, poses: PoseSequenc
     """Each row puts the surface wherever a bone is known."""
     import rerun as rr
 
-    for side, colour in _BODY_SIDES.items():
-        bones = [bone for bone in poses.layout.bones if side_colour(*bone) == colour]
-        starts, ends = (poses.layout.indices(joints) for joints in zip(*bones, strict=True))
+    for side in _BODY_SIDES:
         for clock, joints in _pieces(recording, poses):
-            bone = joints[:, ends] - joints[:, starts]
-            length = np.linalg.norm(bone, axis=-1)
-            known = length > 0  # and not NaN
-            columns = rr.InstancePoses3D.columns(
-                translations=joints[:, starts][known],
-                quaternions=along(bone[known]),
-                scales=np.repeat(length[known][:, None], 3, axis=1),
-            )
+            known, places = _bones(joints, poses.layout, side)
+            columns = rr.InstancePoses3D.columns(**places)
             recording.send_columns(f"{entity}/{side}", clock, columns.partition(known.sum(axis=1)))
+
+
+def log_body_now(recording: rr.RecordingStream, entity: str, joints: np.ndarray, layout: Layout) -> None:
+    """One row (J, 3) at the recording's own time: a sixth of the time that a column takes."""
+    import rerun as rr
+
+    for side in _BODY_SIDES:
+        recording.log(f"{entity}/{side}", rr.InstancePoses3D(**_bones(joints[None], layout, side)[1]))
+
+
+def _bones(joints: np.ndarray, layout: Layout, side: str) -> tuple[np.ndarray, dict[str, Any]]:
+    """(T, bones) which bones of a side are known in joints (T, J, 3), and of these where each begins, its turn and its
+    length."""
+    starts, ends = _ends(layout, side)
+    bone = joints[:, ends] - joints[:, starts]
+    length = np.linalg.norm(bone, axis=-1)
+    known = np.asarray(length > 0)  # and not NaN
+    scales = np.repeat(length[known][:, None], 3, axis=1)
+    return known, {
+        "translations": joints[:, starts][known], "quaternions": along(bone[known]), "scales": scales
+    }  # fmt: skip
+
+
+@cache
+def _ends(layout: Layout, side: str) -> tuple[list[int], list[int]]:
+    """Where the bones of a side begin and end."""
+    bones = [bone for bone in layout.bones if side_colour(*bone) == _BODY_SIDES[side]]
+    starts, ends = (list(layout.indices(names)) for names in zip(*bones, strict=True))
+    return starts, ends
 
 
 def _segments(ends: np.ndarray) -> pa.Array:

@@ -22,7 +22,7 @@ from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ...drawing.palette import DARK, LEFT, RIGHT
 from ...drawing.rerun_file import RecordingFile, recording_file
-from ...drawing.rerun_log import log_body_looks, log_body_rows, log_looks, log_rows
+from ...drawing.rerun_log import log_body_looks, log_body_now, log_looks, log_rows
 from .source import Shot
 
 if TYPE_CHECKING:
@@ -129,8 +129,7 @@ class LiveRecording:
                 time_s=np.array([shot.time_s]),
             )
             log_rows(recording, entity, row)
-            if entity == "body":
-                log_body_rows(recording, "body/surface", row)
+        log_body_now(recording, "body/surface", body, H36M17)
         for entity, shown in (("source", joints), ("body", body)):
             for wrist in ("l_wrist", "r_wrist"):
                 recording.log(f"wrists/{entity}/{wrist}", rr.Scalars(shown[H36M17.index(wrist)]))
