@@ -65,7 +65,7 @@ class Lift:
         return self._opened.unit
 
     def __call__(self, take: Take) -> Take:
-        asked, lifted, strays = self._of(take)
+        asked, lifted, strays = self._lifted_best(take)
         if strays:
             take = take.saying(notice("keypoints-left-out", frames=strays))
         poses = self._guarded(lifted, take.told.handedness)
@@ -82,15 +82,15 @@ class Lift:
     def poses_of(self, take: Take) -> PoseSequence:
         """The lift alone, as it stands beside poses of another lifter: nothing is looked for in it or its keypoints.
         InputError as of a run, and where its left and right are wrong."""
-        return self._guarded(self._of(take)[1], "refuse")
+        return self._guarded(self._lifted_best(take)[1], "refuse")
 
     def _guarded(self, lifted: Lifted, handedness: Handedness) -> PoseSequence:
         poses = lifted.noted()
         poses = poses.with_(made_by=replace(poses.made_by, in_run=True))
         return guarded(poses, handedness, f"The lift by {lifted.model}")
 
-    def _of(self, take: Take) -> tuple[ToLift, Lifted, int]:
-        """What was asked last, the answer, and in how many frames keypoints were left out."""
+    def _lifted_best(self, take: Take) -> tuple[ToLift, Lifted, int]:
+        """By up where that is known: what was asked, the answer, and in how many frames keypoints were left out."""
         size = image_size(take)
         keypoints, takes, strays = take.need("keypoints"), self._opened.takes, 0
         if "gaps" in takes and keypoints.time_s is not None:

@@ -114,10 +114,9 @@ def _reaching(found: TakeUp, other: np.ndarray) -> TakeUp:
     apart_deg = float(angle_deg(found.up, other))
     way = unit(other - (other @ found.up) * found.up)
     more = (np.radians(apart_deg) / SD_90) ** 2 * np.outer(way, way)
-    covariance = None if found.covariance is None else found.covariance + more
-    return replace(
-        found, error_deg=float(np.hypot(found.error_deg, apart_deg / SD_90)), covariance=covariance
-    )
+    assert found.covariance is not None  # of a camera that stands still
+    error_deg = float(np.hypot(found.error_deg, apart_deg / SD_90))
+    return replace(found, error_deg=error_deg, covariance=found.covariance + more)
 
 
 def chi_square(bodies: TakeUp, look: Look) -> float:

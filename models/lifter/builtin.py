@@ -86,9 +86,8 @@ def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
             part = slice(phase, None, phases)
             given = pixels[part], confidence[part], told[part]
             for kept, around, inside in overlapping(len(given[0]), _ROWS, margin):
-                x, R_camera_from_ray = features(
-                    given[0][around], given[1][around], size, np.asarray(focal), given[2][around]
-                )
+                seen_there, trust, up_there = (each[around] for each in given)
+                x, R_camera_from_ray = features(seen_there, trust, size, np.asarray(focal), up_there)
                 R_camera_from_ray = R_camera_from_ray[inside]
                 answer, sd = (each[inside] for each in _run_both(x, model, flip))
                 joints[part][kept] = rotate(R_camera_from_ray, answer.astype(np.float64))

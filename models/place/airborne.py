@@ -12,7 +12,7 @@ from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence, Rectified
-from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import on_lines
 from ...pipeline.signals.flights import (
@@ -163,7 +163,7 @@ def _height(
     stature: float,
 ) -> np.ndarray:
     """As `own_height`, (T,), of the joints (T, J, 3), rays (T, J, 2) and trust (T, J) that tell it."""
-    lines = np.concatenate([lines, np.ones((*lines.shape[:2], 1))], axis=-1) @ R
+    lines = rotate(transpose(R), np.concatenate([lines, np.ones((*lines.shape[:2], 1))], axis=-1))
     distance = (body[..., :2] + root[:, None, :2]) @ ahead
     reach = lines[..., :2] @ ahead
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -56,6 +56,11 @@ class Detections:
     source: str
     damaged: np.ndarray
 
+    @property
+    def video_sha256(self) -> str:
+        """Of the video in whose images these were found; "" where `source` does not begin with one."""
+        return self.source.partition(" ")[0]
+
     def doubts(self, person: PoseSequence) -> list[Notice]:
         """Notices of what makes one of the people doubtful as somebody, and the images as those of one take."""
         doubts = self._hardly_anybody(person)
@@ -93,7 +98,7 @@ class Detections:
                 frame_index=self.frame_index[mine],
                 person=str(person),
                 scene=scenes[person],
-                detected_in=self.source.partition(" ")[0],
+                detected_in=self.video_sha256,
             ).noted(
                 "detect",
                 detector=self.method,

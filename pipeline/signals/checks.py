@@ -216,9 +216,11 @@ def nobody_upright(rectified: Rectified) -> Notice | None:
     return notice("nobody-upright", weight=weight, off_deg=_OFF_UP_DEG, share_percent=100 * share)
 
 
-def up_rests_on_poses(rectified: Rectified) -> bool:
-    """Whether poses tell most of the up of a take. If they are unusable, nobody knows how far it is off."""
-    return sum(rectified.up_shares.get(source, 0.0) for source in ("frames", "feet", "floor")) > 0.5
+def up_of_unusable(rectified: Rectified, verdict: str | None) -> bool:
+    """Whether up rests mostly on poses that are unusable, so that nobody knows how far it is off. verdict: on the
+    poses."""
+    share = sum(rectified.up_shares.get(source, 0.0) for source in ("frames", "feet", "floor"))
+    return verdict == "unusable" and share > 0.5
 
 
 def _stays(level: PoseSequence) -> bool:
@@ -266,9 +268,8 @@ def leaps(poses: PoseSequence) -> np.ndarray:
     step_s = NEAR_S if poses.time_s is None else np.diff(poses.time_s)
     most = _LEAP * np.maximum(step_s / NEAR_S, 1.0)
     leapt = movement(poses) > most
-    if (
-        poses.root is not None and poses.frame.family == "world"
-    ):  # before a camera, depth alone may be as far off
+    # Before a camera depth alone may be as far off from one frame to the next.
+    if poses.root is not None and poses.frame.family == "world":
         went = np.linalg.norm(np.diff(poses.root.astype(np.float64), axis=0), axis=-1)
         went[np.array(poses.seams, dtype=int) - 1] = 0  # from one clip to the next
         leapt |= went > _FASTEST * _trunk(poses) * np.maximum(step_s, _SHORTEST_S)

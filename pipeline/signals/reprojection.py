@@ -78,7 +78,7 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
     use = H36M17.indices(JOINTS)
     px, statures = np.empty_like(rays), np.empty_like(rays)
     for rows in blocks(len(joints)):
-        place, _ = placed(
+        place, _ = _placed(
             rays[rows, use].astype(np.float64), joints[rows, use].astype(np.float64), trust[rows, use]
         )
         before = joints[rows] + place[:, None]

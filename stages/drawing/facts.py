@@ -15,7 +15,7 @@ from ...pipeline.core.pose import PoseSequence, Rectified, Step
 from ...pipeline.core.rotations import angle_deg, is_finite, rotate
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import sides_of
-from ...pipeline.signals.checks import bone_spread, nobody_upright, up_rests_on_poses
+from ...pipeline.signals.checks import bone_spread, nobody_upright, up_of_unusable
 
 _KINDS = ("warning", "repair", "note")
 # What up may rest on, by the name of the evidence.
@@ -105,7 +105,7 @@ class Facts:
 
     @property
     def _up_of_unusable(self) -> bool:
-        return self.verdict == "unusable" and up_rests_on_poses(self.rectified)
+        return up_of_unusable(self.rectified, self.verdict)
 
     @property
     def up_words(self) -> str:

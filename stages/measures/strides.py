@@ -75,12 +75,9 @@ def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
         at_s = np.linspace(cycle.start_s, cycle.stop_s, POINTS)
         events = _events(walking, cycle) if cycle.movement.startswith("walking") else {}
         near = around(times, at_s)
-        of_near = times[near], at_s, [seam - near.start for seam in seams if near.start < seam < near.stop]
-        curves = each_path(
-            partial(resample, time_s=of_near[0], at_s=at_s, seams=of_near[2]),
-            angles[near].astype(np.float64),
-            POINTS,
-        )
+        own_seams = [seam - near.start for seam in seams if near.start < seam < near.stop]
+        at_percents = partial(resample, time_s=times[near], at_s=at_s, seams=own_seams)
+        curves = each_path(at_percents, angles[near].astype(np.float64), POINTS)
         values = dict(zip(own, curves.T, strict=True))
         for name in degrees:
             values[name] = _within_range(values[name], ALL_ANGLES[name.removesuffix("_deg")].centre_deg)

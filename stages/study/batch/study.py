@@ -151,9 +151,8 @@ def _is_comparable(row: Row, metric: bool) -> TypeGuard[Measure]:
         and row.number is None
         and row.name not in _BASIS
         and row.group[:1] not in _OF_RECORDING
-        and (
-            row.group[:1] != ("symmetry",) or row.name == "symmetry_index"
-        )  # beside the ranges that it is of
+        # Its right and left are ranges of motion, which stand by themselves.
+        and (row.group[:1] != ("symmetry",) or row.name == "symmetry_index")
         and (metric or row.unit not in OF_LENGTH)
         and bool(np.isfinite(row.value))
     )
