@@ -173,13 +173,11 @@ def _blueprint() -> rrb.Blueprint:
         start=rrb.TimeRangeBoundary.cursor_relative(seconds=-10),
         end=rrb.TimeRangeBoundary.cursor_relative(),
     )
-    video = rrb.Spatial2DView(origin="video", name="Video and 2D keypoints")
-    first = rrb.Horizontal(
-        video, _body("Now: BODY, facing you", eye, ["$origin/surface/**"]), name="First look"
-    )
+    first, second = (rrb.Spatial2DView(origin="video", name="Video and 2D keypoints") for _ in range(2))
+    now = _body("Now: BODY, facing you", eye, ["$origin/surface/**"])
     details = rrb.Horizontal(
         rrb.Vertical(
-            video,
+            second,
             rrb.Spatial3DView(origin="source", name="Before: CAMERA axes", eye_controls=camera),
         ),
         _body("After: BODY, facing you", eye, ["$origin/joints", "$origin/bones"]),
@@ -196,7 +194,7 @@ def _blueprint() -> rrb.Blueprint:
         name="Details",
     )
     return rrb.Blueprint(
-        rrb.Tabs(first, details, active_tab=0),
+        rrb.Tabs(rrb.Horizontal(first, now, name="First look"), details, active_tab=0),
         rrb.TimePanel(state="collapsed", timeline="video_time", play_state="following"),
         collapse_panels=True,
     )

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rerun.blueprint import Container
 
 from golden import numbered
 from golden.live import GEOMETRIC, QUICK, kept, logged
@@ -24,6 +25,7 @@ from pcnet3d.pipeline.reading.load import read_video
 from pcnet3d.pipeline.signals.swaps import kinds
 from pcnet3d.stages.detect import Detect
 from pcnet3d.stages.study.live.command import live
+from pcnet3d.stages.study.live.recording import _blueprint
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +57,20 @@ def test_images_are_there_as_they_were_shown(from_file):
     images += decoder.decode(None)
     corners = [image.to_ndarray(format="gray")[8:40, 8:40].mean() for image in images]
     np.testing.assert_allclose(corners, 8 + 4 * np.arange(60), atol=3)
+
+
+def test_no_view_stands_in_two_tabs():
+    """The viewer shows such a view in one of them, and an empty one in the other."""
+
+    def views(part):
+        return [
+            view
+            for each in part.contents
+            for view in (views(each) if isinstance(each, Container) else [each])
+        ]
+
+    ids = [view.id for view in views(_blueprint().root_container)]
+    assert len(ids) == len(set(ids)) > 5
 
 
 def test_the_take_is_then_processed_as_by_run(from_file, joints_px):
