@@ -115,7 +115,7 @@ class Facts:
         if not self.rectified.level_ok:
             return "It is a guess; do not rely on it."
         if self.bound_words is None:
-            why = "known, for the poses are unusable" if self._up_of_unusable else "stated"
+            why = "known, because the poses are unusable" if self._up_of_unusable else "stated"
             return f"Its error is not {why}."
         unless = ", unless the image is turned" if self.nobody_upright else ""
         return f"Known to within {self.bound_words.replace(' to', '° to')}° (90 %){unless}."
