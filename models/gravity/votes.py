@@ -17,8 +17,8 @@ from .evidence import FRAMES, Evidence, TakeUp, about, fuse
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
 # at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (docs/up.md).
-TILT_SHARE = 0.85
-LEAN_DEG = 4.7
+TILT_SHARE = 0.81
+LEAN_DEG = 4.5
 # Where the lifter states its own error, that tells a take's lean better: in degrees, of a take with the usual stated
 # spread and the usual expected error. Fitted by its likelihood on lifted takes of validation subjects
 # (models/lab/fits/gravity_constants.py).

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 
@@ -50,8 +51,25 @@ def to_onnx(
     return model
 
 
+def half_as_large(model: Any) -> Any:
+    """An onnx.ModelProto whose matrices are kept in half precision; it computes with them in float32 as before."""
+    from onnx import helper, numpy_helper
+
+    casts = []
+    for each in model.graph.initializer:
+        matrix = numpy_helper.to_array(each)
+        if matrix.dtype == np.float32 and matrix.ndim > 1:
+            kept = f"{each.name}.half"
+            casts.append(helper.make_node("Cast", [kept], [each.name], to=1))  # FLOAT
+            each.CopyFrom(numpy_helper.from_array(matrix.astype(np.float16), kept))
+    nodes = [*casts, *model.graph.node]
+    del model.graph.node[:]
+    model.graph.node.extend(nodes)
+    return model
+
+
 def stored_in(path: Path) -> Stored:
-    """What a network's ONNX file holds. InputError when it cannot be read."""
+    """What a network's ONNX file holds; float32 where `half_as_large` kept less. InputError when it cannot be read."""
     with needed_for("Reading weights out of an ONNX file"):
         import onnx
         from onnx import numpy_helper
@@ -62,6 +80,9 @@ def stored_in(path: Path) -> Stored:
             each.name: torch.from_numpy(numpy_helper.to_array(each).copy())
             for each in model.graph.initializer
         }
+        for node in model.graph.node:
+            if node.op_type == "Cast" and node.input[0] in tensors:
+                tensors[node.output[0]] = tensors[node.input[0]].float()
         return Stored(
             tuple(model.graph.node), tensors, {each.key: each.value for each in model.metadata_props}
         )

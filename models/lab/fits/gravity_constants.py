@@ -107,8 +107,8 @@ def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
     if not tilts:
         raise InputError("nothing-usable", f"Expected upright takes of {_SHORTEST} frames or more, got none.")
     tilt, heading, said = (np.concatenate(parts) for parts in (tilts, headings, expected))
-    usual = np.array([np.median(each) for each in spreads])
-    square = np.array([np.mean(each**2) for each in expected])
+    usual = np.array([np.nanmedian(each) for each in spreads])  # frames without a person have none
+    square = np.array([np.nanmean(each**2) for each in expected])
     return Constants(
         share(tilt, said),
         share(heading, said),

@@ -10,17 +10,18 @@ from torch import Tensor
 from .....pipeline.core.errors import InputError
 from .....pipeline.files.atomic import whole_file
 from ....lifter.features import CHANNELS
-from ...common.onnx_file import stored_in, to_onnx
+from ...common.onnx_file import half_as_large, stored_in, to_onnx
 from ...common.training import read_weights, reading
 from .net import Block, LifterNet
 
 
 def export(net: LifterNet, path: Path, **properties: object) -> None:
     """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), "sd" (B, T, 17, 2) and
-    "velocity" (B, T, 17, 3), any B and T. properties: kept in the file's metadata; the run time needs `reach`."""
+    "velocity" (B, T, 17, 3), any B and T; matrices in half precision. properties: kept in the file's metadata; the run time needs `reach`."""
     batch, frames = torch.export.Dim("batch"), torch.export.Dim("frames")
     features = {"features": torch.zeros(2, 90, CHANNELS)}
     model = to_onnx(net, features, ({0: batch, 1: frames},), ("joints", "sd", "velocity"), **properties)
+    model = half_as_large(model)
     with whole_file(path) as partial:
         partial.write_bytes(model.SerializeToString())
 

@@ -1,5 +1,5 @@
-"""The lifter's network: dilated temporal convolutions with residual blocks, for any number of frames, whose answer is
-drawn towards the rays of the keypoints and towards what bones' lengths in the image say of their depth."""
+"""The lifter's network: a token a joint, mixed by a trunk of dilated temporal convolutions, for any number of frames;
+its answer is built on the rays of the keypoints and on what bones' lengths in the image say of their depth."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ...synthetic.bodies import bone_tree
 
 _PELVIS = H36M17.index("pelvis")
 _JOINTS = len(H36M17)
+_TOKENS = _JOINTS + 1
 _CHILDREN, _PARENTS = bone_tree()
-BONES = len(_CHILDREN)
-ADDED = ("leave_gate.", "leave_distance.", "leave_bone.")  # layers that the first networks do not have
+_BONE_OF = [0 if joint == _PELVIS else 1 + _CHILDREN.index(joint) for joint in range(_JOINTS)]
 _LOG_SD = (-7.0, 1.0)  # of metres: 1 mm to 2.7 m
 
 # Metres of bones of a standard body, by their child joint: means over the 33 people of the training data.
@@ -27,20 +27,22 @@ _BONES_M = {
     "l_elbow": 0.272, "r_elbow": 0.272, "l_wrist": 0.238, "r_wrist": 0.238,
 }  # fmt: skip
 _SOFT_M = 0.03  # of depth: keeps the slope finite where a bone is seen at its full length
-# The distance of a standard body in metres times its size in the image (rays' root mean square): the mean over training
-# windows. Two deviations are 0.3 and 0.45.
+# The distance of a standard body in metres times its size in the image (rays' root mean square): where training
+# begins, the mean over training windows. Two deviations are 0.3 and 0.45.
 _DISTANCE = 0.37
 
 
 @dataclass(frozen=True)
 class NetConfig:
-    """width: channels of the hidden layers. dilations: one residual block each, in frames."""
+    """width: channels of a joint's token. trunk: channels of what mixes joints and frames. dilations: one block each,
+    in frames."""
 
-    width: int = 352
+    width: int = 48
+    trunk: int = 384
     dilations: tuple[int, ...] = (1, 3, 9, 27, 1, 3, 9, 1)
 
     def __post_init__(self) -> None:
-        sizes = {"width": self.width, "dilations": min(self.dilations, default=1)}
+        sizes = {"width": self.width, "trunk": self.trunk, "dilations": min(self.dilations, default=1)}
         if small := [name for name, size in sizes.items() if size < 1]:
             raise InputError("bad-value", f"expected {' and '.join(small)} of at least 1")
 
@@ -51,24 +53,31 @@ class NetConfig:
 
 
 class Block(nn.Module):
-    """Pre-norm residual block: a convolution over three frames `dilation` apart, then one within the frame."""
+    """Of tokens (B, T, 18, width): all of a frame go through the trunk, which looks at three frames `dilation` apart,
+    and back; then the channels of each token are mixed by weights that all share. Pre-norm, residual."""
 
-    def __init__(self, width: int, dilation: int) -> None:
+    def __init__(self, width: int, trunk: int, dilation: int) -> None:
         super().__init__()
         self.dilation = dilation
         self.norm = nn.LayerNorm(width)
-        self.mix = nn.Linear(3 * width, width)  # as a matrix product: faster on CPUs than a dilated Conv1d
-        self.out = nn.Linear(width, width)
+        self.down = nn.Linear(_TOKENS * width, trunk)
+        self.mix = nn.Linear(3 * trunk, trunk)  # as a matrix product: faster on CPUs than a dilated Conv1d
+        self.back = nn.Linear(trunk, _TOKENS * width)
+        self.token_norm = nn.LayerNorm(width)
+        self.widen = nn.Linear(width, 2 * width)
+        self.out = nn.Linear(2 * width, width)
         with torch.no_grad():
             # Starts as a network for single frames; what frames before and after add is learned.
-            self.mix.weight[:, :width] = 0
-            self.mix.weight[:, 2 * width :] = 0
+            self.mix.weight[:, :trunk] = 0
+            self.mix.weight[:, 2 * trunk :] = 0
 
     def forward(self, x: Tensor) -> Tensor:
-        return x + self.out(nn.functional.gelu(self._mixed(self.norm(x))))
+        near = nn.functional.gelu(self._mixed(self.down(self.norm(x).flatten(-2))))
+        x = x + self.back(near).reshape(x.shape)
+        return x + self.out(nn.functional.gelu(self.widen(self.token_norm(x))))
 
     def _mixed(self, here: Tensor) -> Tensor:
-        """(B, T, width) of the frames and their neighbours; beyond the ends are zeros."""
+        """(B, T, trunk) of the frames and their neighbours; beyond the ends are zeros."""
         frames, width, d = here.shape[1], here.shape[2], self.dilation
         if frames == 1 and not torch.compiler.is_exporting():  # the same numbers without the zeros around
             return nn.functional.linear(here, self.mix.weight[:, width : 2 * width], self.mix.bias)
@@ -85,9 +94,9 @@ class LifterNet(nn.Module):
     body; sd (B, T, 17, 2), their standard deviation in metres across the ray (of one axis) and along it; and velocity
     (B, T, 17, 3), metres a frame.
 
-    `leave` answers alone at first. What is learned on top of it: how far a joint that was seen moves across its ray
-    towards it (`leave_gate`), at a distance that fits the whole body best but for `leave_distance`, and which share of
-    the depth that a bone's length in the image leaves of its length a bone goes along the ray (`leave_bone`).
+    A joint that was seen lies on its ray but for what `leave_off` moves it across: with exact keypoints the answer's
+    projection is exact. A bone's depth is a share of what its length in the image leaves of its length, so that the
+    network need not learn roots of squares.
     """
 
     lengths: Tensor
@@ -95,22 +104,24 @@ class LifterNet(nn.Module):
 
     def __init__(self, config: NetConfig) -> None:
         super().__init__()
-        self.enter = nn.Linear(CHANNELS + 2 * BONES, config.width)
-        self.blocks = nn.ModuleList(Block(config.width, d) for d in config.dilations)
+        self.enter = nn.Linear(6, config.width)
+        self.enter_frame = nn.Linear(CHANNELS - 4 * _JOINTS, config.width)
+        self.which = nn.Embedding(_TOKENS, config.width)  # which joint a token is of
+        self.blocks = nn.ModuleList(Block(config.width, config.trunk, d) for d in config.dilations)
         self.norm = nn.LayerNorm(config.width)
-        self.leave = nn.Linear(config.width, 3 * _JOINTS)
-        self.leave_sd = nn.Linear(config.width, 2 * _JOINTS)
-        self.leave_velocity = nn.Linear(config.width, 3 * _JOINTS)
-        self.leave_gate = nn.Linear(config.width, 2 * _JOINTS)
+        self.leave = nn.Linear(config.width, 3)  # across: of a joint that was not seen
+        self.leave_off = nn.Linear(config.width, 2)
         self.leave_distance = nn.Linear(config.width, 1)
-        self.leave_bone = nn.Linear(config.width, 2 * BONES)
-        for layer in (self.leave_gate, self.leave_distance, self.leave_bone):
+        self.leave_bone = nn.Linear(config.width, 2)  # of the bone that ends in the joint
+        self.leave_sd = nn.Linear(config.width, 2)
+        self.leave_velocity = nn.Linear(config.width, 3)
+        nn.init.normal_(self.which.weight, std=0.5)
+        for layer in (self.leave_off, self.leave_distance, self.leave_bone, self.leave_sd):
             nn.init.zeros_(layer.weight)
             nn.init.zeros_(layer.bias)
-        nn.init.zeros_(self.leave_sd.weight)
         nn.init.constant_(self.leave_sd.bias, -3.0)  # 5 cm
         lengths = torch.tensor([_BONES_M[H36M17.joints[child]] for child in _CHILDREN])
-        chains = torch.zeros(_JOINTS, BONES)  # 1 for the bones between the pelvis and the joint
+        chains = torch.zeros(_JOINTS, len(_CHILDREN))  # 1 for the bones between the pelvis and the joint
         for bone, (child, parent) in enumerate(zip(_CHILDREN, _PARENTS, strict=True)):
             chains[child] = chains[parent]
             chains[child, bone] = 1
@@ -126,50 +137,48 @@ class LifterNet(nn.Module):
         self.hidden = torch.compile(self.hidden, dynamic=False)  # type: ignore[method-assign]
 
     def forward(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        return self.answer(self.hidden(features), features)
+        return self.answer(self.hidden(self.tokens(features)), features)
 
-    def hidden(self, features: Tensor) -> Tensor:
-        """(B, T, width): everything but the last layers, which bfloat16 would round to millimetres."""
+    def tokens(self, features: Tensor) -> Tensor:
+        """(B, T, 18, width): what each joint shows; the last token is the frame's own: place, size and up."""
         shown, there = _bones(features)
         shown = _DISTANCE * shown
-        bones = torch.cat([shown * there, _depth(self.lengths, shown) * there], dim=-1)
-        x = self.enter(torch.cat([features, 3 * bones], dim=-1))
+        depth = _depth(self.lengths, shown)
+        # Bones by their child joint: the pelvis, which is no bone's, comes first in the tree and gets zeros.
+        bones = torch.stack([shown, depth], dim=-1) * there[..., None]
+        by_joint = torch.cat([torch.zeros_like(bones[..., :1, :]), bones], dim=-2)[..., _BONE_OF, :]
+        trust = features[..., 2 * _JOINTS : 3 * _JOINTS]
+        own = torch.cat(
+            [_image(features), torch.stack([trust, _present(features)], dim=-1), 3 * by_joint], dim=-1
+        )
+        frame = self.enter_frame(features[..., 4 * _JOINTS :])[..., None, :]
+        return torch.cat([self.enter(own), frame], dim=-2) + self.which.weight
+
+    def hidden(self, tokens: Tensor) -> Tensor:
+        """(B, T, 18, width): all layers but the first and last ones, which bfloat16 would round to millimetres."""
         for block in self.blocks:
-            x = block(x)
-        return x
+            tokens = block(tokens)
+        return tokens
 
     def answer(self, hidden: Tensor, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """joints, sd and velocity of what `hidden` gives for these features."""
         x, features = self.norm(hidden.float()), features.float()
-        own = self.leave(x).unflatten(-1, (_JOINTS, 3))
-        own = own - own[..., [_PELVIS], :]
-        # The body is `distance / size` away, a joint by its depth more: its ray is so far across there.
-        size = (features[..., [4 * _JOINTS + 3]] - 2).exp()  # features.py: log(mean_size) + 2
-        rays, present = _image(features), _present(features)[..., None]
-        across = own[..., :2] - rays * (size * own[..., 2])[..., None]
-        middle = (across * present).sum(-2, keepdim=True) / present.sum(-2, keepdim=True).clamp_min(1)
-        ray_middle = (rays * present).sum(-2, keepdim=True) / present.sum(-2, keepdim=True).clamp_min(1)
-        from_middle = (rays - ray_middle) * present
-        distance = ((across - middle) * from_middle).sum((-1, -2)) / (
-            from_middle.square().sum((-1, -2)) + 0.01
-        )
-        distance = distance[..., None] * self.leave_distance(x).clamp(-1, 1).exp()  # (B, T, 1)
-
+        x, frame = x[..., :_JOINTS, :], x[..., _JOINTS, :]
+        free = self.leave(x)
+        distance = _DISTANCE * self.leave_distance(frame).clamp(-1, 1).exp()  # (B, T, 1)
         shown, there = _bones(features)
-        share, longer = self.leave_bone(x).unflatten(-1, (2, -1)).unbind(-2)
+        share, longer = self.leave_bone(x[..., _CHILDREN, :]).unbind(-1)
         bones = _depth(self.lengths * (longer.tanh() / 2).exp(), distance * shown) * there
-        deeper = (share * bones) @ self.chains.T
-        depth = own[..., 2] + deeper
-        beside = (distance[..., None] * (rays - ray_middle) + middle - across) + rays * (size * deeper)[
-            ..., None
-        ]
-        gate, trusting = self.leave_gate(x).unflatten(-1, (2, -1)).unbind(-2)
-        trust = features[..., 2 * _JOINTS : 3 * _JOINTS]
-        sideways = own[..., :2] + present * (gate + trusting * trust)[..., None] * beside
-        joints = torch.cat([sideways - sideways[..., [_PELVIS], :], depth[..., None]], dim=-1)
-        velocity = self.leave_velocity(x).unflatten(-1, (_JOINTS, 3))
-        sd = self.leave_sd(x).unflatten(-1, (_JOINTS, 2)).clamp(*_LOG_SD).exp()
-        return joints, sd, velocity - velocity[..., [_PELVIS], :]
+        depth = free[..., 2] + (share * bones) @ self.chains.T
+        depth = depth - depth[..., [_PELVIS]]
+        # The pelvis is `distance / size` away, a joint by its depth more: its ray is so far across there.
+        size = (features[..., [4 * _JOINTS + 3]] - 2).exp()  # features.py: log(mean_size) + 2
+        ray = _image(features) * (distance + size * depth)[..., None]
+        seen = _present(features)[..., None]
+        across = seen * (ray + self.leave_off(x)) + (1 - seen) * free[..., :2]
+        joints = torch.cat([across - across[..., [_PELVIS], :], depth[..., None]], dim=-1)
+        velocity = self.leave_velocity(x)
+        return joints, self.leave_sd(x).clamp(*_LOG_SD).exp(), velocity - velocity[..., [_PELVIS], :]
 
 
 def _image(features: Tensor) -> Tensor:

@@ -19,7 +19,6 @@ from .....pipeline.core.layouts import H36M17
 from .....pipeline.files.atomic import whole_file
 from .....pipeline.reading.mocap.clip import Clip
 from ....lifter import SHIPPED
-from ....lifter.features import CHANNELS
 from ...common.toml_config import read_toml
 from ...common.training import (
     Schedule,
@@ -35,7 +34,7 @@ from ...mocap.clips import data_set, read_clips
 from ...mocap.split import read_parts
 from ...synthetic.on_device.draw import Draw
 from .exported import export, weights_of
-from .net import ADDED, BONES, LifterNet, NetConfig
+from .net import LifterNet, NetConfig
 from .validation import judged, whole_takes
 from .windows import Batch, Material, Windows
 
@@ -141,21 +140,15 @@ def run(
 
 
 def started(net: LifterNet, path: Path) -> LifterNet:
-    """net with the weights of an earlier run (exported.weights_of). What the earlier network did not have, further
-    blocks, bones among the inputs, rays and bones in the answer, adds nothing, so that it answers as that one does, and
-    learns from there. InputError as of load_weights and weights_of."""
+    """net with the weights of an earlier run (exported.weights_of). Further blocks than the earlier network had add
+    nothing, so that it answers as that one does, and learns from there. InputError as of load_weights and weights_of."""
     weights, own = weights_of(path, net), net.state_dict()
     with reading(path, "weights of this network"):
         blocks = len({name.split(".")[1] for name in weights if name.startswith("blocks.")})
         more = tuple(f"blocks.{i}." for i in range(blocks, len(net.blocks)))
         for name, value in own.items():
-            if name.startswith(ADDED):
-                weights.setdefault(name, torch.zeros_like(value))
-            elif name.startswith(more):
-                weights[name] = torch.zeros_like(value) if ".out." in name else value
-        enter = weights["enter.weight"]
-        if enter.shape[1] == CHANNELS:
-            weights["enter.weight"] = torch.cat([enter, torch.zeros(len(enter), 2 * BONES)], dim=1)
+            if name.startswith(more):
+                weights[name] = torch.zeros_like(value) if ".out." in name or ".back." in name else value
         net.load_state_dict(weights)
     return net.train()
 
@@ -183,8 +176,9 @@ def read_config(path: Path) -> TrainConfig:
 
 def loss_of_batch(net: LifterNet, batch: Batch, config: TrainConfig) -> Tensor:
     """The loss of a network, whose inner layers compute in bfloat16 where the config says so."""
+    tokens = net.tokens(batch.x)
     with torch.autocast(batch.x.device.type, torch.bfloat16, enabled=config.bf16):
-        hidden = net.hidden(batch.x)
+        hidden = net.hidden(tokens)
     return loss(net.answer(hidden, batch.x), batch, config.weights)
 
 

@@ -1,5 +1,7 @@
 """Constants of known errors."""
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,25 @@ def test_takes_that_are_too_short_are_refused(tmp_path):
     )  # fmt: skip
     with pytest.raises(InputError, match="upright takes of 60 frames or more"):
         constants([tmp_path / "short.npz"])
+
+
+def test_frames_without_a_person_change_no_constant(tmp_path):
+    """Of takes whose frames are all alike."""
+    rng = np.random.default_rng(3)
+    joints = np.repeat(rng.normal(size=(4, 1, 17, 3)), 80, axis=1)
+    spread = np.repeat(rng.uniform(0.01, 0.02, (4, 1)), 80, axis=1)
+
+    def of(unseen):
+        lifted, stated = joints.copy(), spread.copy()
+        lifted[:, unseen], stated[:, unseen] = np.nan, np.nan
+        np.savez(
+            tmp_path / "takes.npz", lifted=lifted.reshape(-1, 17, 3), truth=joints.reshape(-1, 17, 3),
+            R_camera_from_body=np.tile(np.eye(3), (320, 1, 1)), lying=np.zeros(320, bool),
+            take_start=np.arange(5) * 80, spread=stated.ravel(),
+        )  # fmt: skip
+        return astuple(constants([tmp_path / "takes.npz"]))
+
+    assert of([7, 8, 30]) == pytest.approx(of([]), rel=1e-3)
 
 
 def test_a_stated_lean_and_heading_are_those_of_takes_made_by_them():
