@@ -125,7 +125,7 @@ def main(folder: Path, steps: int = 500, *names: str) -> None:
             "schedule": schedule,
             "single": steps,
             "frames": 2048,
-            "net": NetConfig(width=192, dilations=(1, 3, 1, 3)),
+            "net": NetConfig(width=24, trunk=192, dilations=(1, 3, 1, 3)),
         }
     )
     batches = tests_of(base)

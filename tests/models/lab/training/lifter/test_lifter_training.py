@@ -373,7 +373,7 @@ def test_a_wrong_config_is_refused_by_its_key(tmp_path):
             for lengths in ("", "0 = 1.0", "-3 = 1.0", "1 = 0.0", "9 = -1.0", "9 = inf", "1 = 0.5, 9 = nan")
         ),
         ('"train"', '"train-a"\nstart = "pcnet3d"', "seen the other half"),
-        ("width = 16", "width = 0", "net.*width of at least 1"),
+        ("width = 4", "width = 0", "net.*width of at least 1"),
         *(
             ("dilations = [1, 3]", f"dilations = {wrong}", "net.*dilations of at least 1")
             for wrong in ("[-1]", "[1, 0]")
