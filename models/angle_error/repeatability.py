@@ -39,6 +39,7 @@ MOVEMENTS = {  # figures that do not follow from each other
 # Of what a difference is: of two takes from about the same place or from others, of sides, of repetitions in one take.
 Between = Literal["again", "elsewhere", "sides", "repetitions"]
 FALSE = 0.1  # of the figures that are said to differ: those that do not
+_BRIEF_S = 2.0  # so brief a take's ranges have twice a long one's variance; by folds of validation people
 _TURNING = 0.5  # mean resultant of the frames' facing, below which there is no one direction
 
 
@@ -68,14 +69,24 @@ def difference_sd(figure: str, errors: tuple[float, float], between: Between) ->
 
 
 def range_sd(
-    angle: str, found_deg: float, ends_deg: float, fitted: Mapping[str, Sequence[float]] | None = None
+    angle: str,
+    found_deg: float,
+    ends_deg: float,
+    lasts_s: float,
+    fitted: Mapping[str, Sequence[float]] | None = None,
 ) -> float:
     """One standard deviation of an angle's range by the shipped lifter: a share of what independent errors of its ends
-    come to (ends_deg), and one of the range itself, which a lifter finds too small. angle: of both sides,
-    "knee_flexion". fitted: {angle: these two}, those that are shipped without."""
+    come to (ends_deg), and one of the range itself, which a lifter finds too small; both larger in a brief take
+    (lasts_s). angle: of both sides, "knee_flexion". fitted: {angle: these two}, those that are shipped without."""
     parts: Mapping[str, Sequence[float]] = shipped()["ranges"] if fitted is None else fitted
     share, of_range = parts.get(angle, (1.0, 0.0))
-    return float(np.hypot(share * ends_deg, of_range * found_deg))
+    return brief(lasts_s) * float(np.hypot(share * ends_deg, of_range * found_deg))
+
+
+def brief(lasts_s: float) -> float:
+    """How many times as much a range errs in a take of so many seconds as in a long one, which shows a movement more
+    often."""
+    return float(np.sqrt(1 + _BRIEF_S / lasts_s))
 
 
 def ends(values_deg: np.ndarray, sd_deg: np.ndarray) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -269,7 +269,7 @@ def _range(take: Columns, name: str) -> list[Row]:
     (low, high), (at_low, at_high) = ends(values, sd)
     error = float(np.hypot(at_low, at_high))
     if take.judged:
-        error = range_sd(of_both(name), high - low, error)
+        error = range_sd(of_both(name), high - low, error, float(np.ptp(take.times)))
     least, most = ALL_ANGLES[name].anatomy_deg
     beyond = int(((known < least) | (known > most)).sum())
     return [

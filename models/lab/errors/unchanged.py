@@ -21,8 +21,8 @@ from .visits import KINDS, Visit, Visits, collected, differs, with_ranges
 
 PAGE = Page(
     "Differences of two visits",
-    "; cameras typical and wild in turn. Nothing changed between the two visits. Each person counts the "
-    "same, in brackets the 90 % interval over people.",
+    "; cameras typical and wild, without and with an image, in turn. Nothing changed between the two visits. Each "
+    "person counts the same, in brackets the 90 % interval over people.",
     [
         Table(
             "Minimal detectable changes",
@@ -56,7 +56,7 @@ def tables(question: Question) -> dict[str, object]:
     """How far apart the figures of two visits are, and how often visits are said to differ, by the errors that
     `compare` states: {"figures": {motions: {figure: {kind: figures}}}, "called": {motions: {kind: figures}}}; motions
     are "walks", those in which both visits find one, and "all"."""
-    return question.heading() | judged(collected(question.sets, question.seed))
+    return question.heading() | judged(collected(question.sets, [question.seed]))
 
 
 def judged(cases: Sequence[Visits | Stated]) -> dict[str, object]:

@@ -5,7 +5,8 @@ and from elsewhere. Nothing has changed, so what the figures of both runs differ
 each run ranges of motion, right less left and one repetition less another are held against the truth (within.py).
 Written as models/angle_error/repeatability.json: what the errors of ranges are made of; for every figure the factor on
 the errors of both, added as independent ones, that brings nine in ten differences inside, every person counting the
-same (judge.py); and how heavy the tails of differences of two visits are.
+same (judge.py); and how heavy the tails of differences of two visits are. One draw of cameras and detectors tells little
+of so few people: there are several.
 """
 
 from __future__ import annotations
@@ -20,20 +21,19 @@ from typing import Annotated, Literal, get_args
 import numpy as np
 import typer
 
-from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import pitch_roll_deg, view_rotation
 from ....pipeline.core.measures import Measure, grouped, subgroup, text
 from ....pipeline.core.rotations import rotate
-from ....pipeline.core.take import Take, Told
+from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
-from ....pipeline.running.recipe import Recipe, StageEntry
 from ....pipeline.signals.angles import ANGLES, OF_BOTH, continuous, of_both
 from ...angle_error.joint_noise import shipped_noise
 from ...angle_error.repeatability import (
     REPEATABILITY_FILE,
     Between,
+    brief,
     difference_chance,
     differing,
     ends,
@@ -42,23 +42,22 @@ from ...angle_error.repeatability import (
     same_place,
 )
 from ...common.metrics import SD_90
-from ...lifter.builtin import lift
 from ..common.modules import run_command
-from ..evaluation.sets import EvaluationSet, evaluation_sets
-from ..evaluation.testbed import see
+from ..evaluation.finished import Configuration, given, recipe_of
+from ..evaluation.sets import EvaluationSet, Question, evaluation_sets
+from ..evaluation.testbed import BEDS, see
 from ..mocap.clips import lying
-from ..synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place
+from ..synthetic.cameras import Cameras, ViewRange, place
 from . import judge
 from .fit import STRANGERS, fitted, with_bars
 from .judge import Stated
 from .within import ranges, repetitions, true_angles
 
 Kind = Literal["same tripod", "set up again", "elsewhere", "sides", "repetitions"]
-Visit = tuple[Kind, str, str, str]
+Visit = tuple[Kind, str, str, int]
 KINDS: tuple[Kind, ...] = ("same tripod", "set up again", "elsewhere")  # of two visits
 _RANGE = "range_of_motion."
-_STAGES = ("place", "rectify", "scale", "trajectories", "angles", "measures")
-_LEAST_S, _LONGEST_S = 2.0, 10.0  # of a motion; of a longer one, its beginning
+_LEAST_S, _LONGEST_S = 1.0, 10.0  # of a motion; of a longer one, its beginning
 _LYING = 0.1  # of the frames, of a motion that is left out
 # Of a tripod that is set up again: standard deviation of yaw, greatest change of pitch and roll, in degrees; of the
 # distance, a share; of where in the image the person is, as a share of the distance.
@@ -67,32 +66,36 @@ _ELSEWHERE_DEG = 60.0  # about the vertical, at least
 _MARGIN = 0.98  # of the half image, which holds every joint
 FEWEST_PEOPLE, FEWEST_PAIRS = 8, 60  # one of them, for a factor
 _MOST_FREEDOM = 30  # about a Gaussian's
+_AGAIN = 1000  # by which a second visit's seed is larger than the first one's
 _PARTS = ("ends", "found")  # of a range's error
 _ROUNDS = 3  # in which shares and factors settle
-_BEDS = (("typical", TYPICAL), ("wild", WILD))  # in turn
+_CONFIGURATIONS = [
+    Configuration(image=image, bed=bed) for image in (False, True) for bed in ("typical", "wild")
+]
 
 
 @dataclass(frozen=True)
 class Visits:
     """One figure of two visits between which nothing changed, of both sides in one, or of two repetitions in one.
     found, errors: of both, a range's error as independent errors of its ends make it; true: the true difference, of the
-    second less the first."""
+    second less the first; lasts_s: the motion."""
 
     kind: Kind
     person: str
     clip: str
-    bed: str
+    seed: int
     figure: str
     side: str
     found: tuple[float, float]
     errors: tuple[float, float]
     same_place: bool = True
     true: float = 0.0
+    lasts_s: float = np.inf
 
     @property
     def visit(self) -> Visit:
         """What is the same for all figures of two visits."""
-        return self.kind, self.person, self.clip, self.bed
+        return self.kind, self.person, self.clip, self.seed
 
     def stated(self) -> Stated:
         """The difference's error, and the 90 % bar that independent errors of both would give it."""
@@ -100,61 +103,65 @@ class Visits:
         return Stated(self.figure, self.person, np.array([off]), np.array([half]))
 
 
-def visits(clip: Clip, bed: str, views: ViewRange, seed: int) -> Iterator[Visits | Stated]:
+def visits(clip: Clip, configuration: Configuration, seed: int) -> Iterator[Visits | Stated]:
     """The figures of every kind of pair of a clip, of which the first visit is the same in all; and of every run the
     pairs within it and its ranges (`_within`)."""
     rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode()), 4])
     world = clip.joints[None].astype(np.float64)
+    views = BEDS[configuration.bed]
     first = place(world, rng, views)
     cameras = {
         "same tripod": first,
         "set up again": set_up_again(first, world, rng),
         "elsewhere": elsewhere(first, world, rng, views),
     }
-    before, true = _run(clip, first, 2 * seed)
-    yield from _within(before, true, clip, bed)
+    before, true = _run(clip, first, configuration, seed)
+    yield from _within(before, true, clip, seed)
     for kind in KINDS:
-        after, true = _run(clip, cameras[kind], 2 * seed + 1)
-        yield from _within(after, true, clip, bed)
+        after, true = _run(clip, cameras[kind], configuration, _AGAIN + seed)
+        yield from _within(after, true, clip, seed)
         near = same_place(before.need("rectified"), after.need("rectified"))
         rows, others = _figures(before), _figures(after)
         for (figure, side), row in rows.items():
             other = others.get((figure, side))
             if other is not None and row.error is not None and other.error is not None:
                 found, errors = (row.value, other.value), (row.error, other.error)
-                yield Visits(kind, clip.subject, clip.name, bed, figure, side, found, errors, near)
+                same = (kind, clip.subject, clip.name, seed, figure, side)
+                yield Visits(*same, found, errors, near, lasts_s=_lasts_s(clip))
 
 
-def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip, bed: str) -> Iterator[Visits | Stated]:
+def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip, seed: int) -> Iterator[Visits | Stated]:
     """Pairs of sides and of repetitions of one run, and its ranges, known by what their errors are made of. truth: of
     within.true_angles."""
-    of = ranges(take, truth)
+    of, lasts_s = ranges(take, truth), _lasts_s(clip)
     for name, one in of.items():
-        known = {"ends": np.array([one.ends]), "found": np.array([one.found])}
+        known = {part: brief(lasts_s) * np.array([getattr(one, part)]) for part in _PARTS}
         half = np.array([SD_90 * one.ends])
         yield Stated(of_both(name), clip.subject, np.array([one.found - one.true]), half, known)
         other = of.get(f"l_{of_both(name)}")
         if name.startswith("r_") and other is not None:
             pair = ((one.found, other.found), (one.ends, other.ends))
             off = other.true - one.true
-            yield Visits(
-                "sides", clip.subject, clip.name, bed, f"{_RANGE}{of_both(name)}", "", *pair, true=off
-            )
+            same = ("sides", clip.subject, clip.name, seed, f"{_RANGE}{of_both(name)}", "")
+            yield Visits(*same, *pair, true=off, lasts_s=lasts_s)
     for two in repetitions(take, truth):
         figure, off = f"peak.{of_both(two.angle)}", two.true[1] - two.true[0]
         pair = (two.found, two.errors)
-        yield Visits("repetitions", clip.subject, clip.name, bed, figure, "", *pair, true=off)
+        yield Visits("repetitions", clip.subject, clip.name, seed, figure, "", *pair, true=off)
 
 
-def _run(clip: Clip, cameras: Cameras[np.ndarray], seed: int) -> tuple[Take, dict[str, np.ndarray]]:
-    """As a run leaves it that knows the image's size and the person's stature, and its true angles."""
+def _run(
+    clip: Clip, cameras: Cameras[np.ndarray], configuration: Configuration, seed: int
+) -> tuple[Take, dict[str, np.ndarray]]:
+    """As a run leaves it, and its true angles."""
     seen = see(clip, seed, cameras=cameras)
-    poses = lift(seen.keypoints, seen.image_size)
-    told = Told(image_size=seen.image_size, stature_m=implied_stature(seen.truth))
-    recipe = Recipe(stages=tuple(StageEntry(use=name) for name in _STAGES))
-    stages = recipe.with_options("measures", repeated=[*ANGLES]).build()
-    take = stages(Take(clip.name, poses=poses, keypoints=seen.keypoints, told=told))
+    recipe = recipe_of(Question(), configuration).with_options("measures", repeated=[*ANGLES])
+    take = recipe.build()(given(seen, seed, configuration))
     return take, true_angles(seen, take.need("poses").frame_index)
+
+
+def _lasts_s(clip: Clip) -> float:
+    return (len(clip) - 1) / clip.fps
 
 
 def _figures(take: Take) -> dict[tuple[str, str], Measure]:
@@ -228,13 +235,13 @@ def clips(sets: Sequence[EvaluationSet]) -> list[Clip]:
     return found
 
 
-def collected(sets: Sequence[EvaluationSet], seed: int) -> list[Visits | Stated]:
-    """The `visits` of all clips of the sets, before typical and wild cameras in turn."""
-    chosen = clips(sets)
+def collected(sets: Sequence[EvaluationSet], seeds: Sequence[int]) -> list[Visits | Stated]:
+    """The `visits` of all clips of the sets with each seed, in _CONFIGURATIONS in turn."""
+    turns = [(seed + i, clip, seed) for seed in seeds for i, clip in enumerate(clips(sets))]
     return [
         case
-        for i, clip in enumerate(each(iter(chosen), "visits", len(chosen)))
-        for case in visits(clip, *_BEDS[i % len(_BEDS)], seed)
+        for turn, clip, seed in each(iter(turns), "visits", len(turns))
+        for case in visits(clip, _CONFIGURATIONS[turn % len(_CONFIGURATIONS)], seed)
     ]
 
 
@@ -299,7 +306,7 @@ def with_ranges(pair: Visits, of_ranges: Mapping[str, Sequence[float]]) -> Visit
     if not pair.figure.startswith(_RANGE):
         return pair
     angle, both = pair.figure.removeprefix(_RANGE), zip(pair.found, pair.errors, strict=True)
-    one, other = (range_sd(angle, found, at_ends, of_ranges) for found, at_ends in both)
+    one, other = (range_sd(angle, found, at_ends, pair.lasts_s, of_ranges) for found, at_ends in both)
     return replace(pair, errors=(one, other))
 
 
@@ -369,10 +376,12 @@ def differs(of: Sequence[Stated], freedom: float | None = None) -> Stated:
 
 def main(
     output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = REPEATABILITY_FILE,
-    seed: Annotated[int, typer.Option(min=0, help="Random seed of cameras and detectors.")] = 0,
+    draws: Annotated[
+        int, typer.Option(min=1, help="How often cameras and detectors are drawn, with seeds 0, 1 and so on.")
+    ] = 3,
 ) -> None:
     """Fit the errors of differences."""
-    content = fit(collected(evaluation_sets("val"), seed))
+    content = fit(collected(evaluation_sets("val"), range(draws)))
     with whole_file(output) as partial:
         partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 

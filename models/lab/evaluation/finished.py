@@ -98,7 +98,7 @@ class Finished:
         """The captured joints after the same stages, up told: what the take's figures are in truth. InputError for a
         camera that moves, whose up nobody can tell."""
         true = replace(self.configuration, lifter="", up_told=True, image=False, foreign=None, errors=None)
-        return recipe_of(Question(), true).build()(_asked(self.truth, 0, true))
+        return recipe_of(Question(), true).build()(given(self.truth, 0, true))
 
 
 def finished(
@@ -142,7 +142,7 @@ def _virtual(
             takes = [*restyled_walks(walking, 1, question.seed, configuration.style)]
         for clip, spells in each(takes, f"{of.label}, {configuration}", len(takes)):
             truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
-            yield of.label, truth, _asked(truth, question.seed, configuration), spells
+            yield of.label, truth, given(truth, question.seed, configuration), spells
 
 
 def _real(
@@ -170,7 +170,7 @@ def _real(
             subject="real take",
             source=MOVING,
         )
-        asked = _asked(truth, question.seed, replace(configuration, image=False))
+        asked = given(truth, question.seed, replace(configuration, image=False))
         asked = asked.with_(video=video)
         if configuration.image:
             rows = int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])
@@ -202,7 +202,7 @@ def recipe_of(question: Question, configuration: Configuration) -> Recipe:
     return recipe.starting_with("lift").with_options("lift", lifter=configuration.lifter, flip=question.flip)
 
 
-def _asked(truth: SeenTake, seed: int, configuration: Configuration) -> Take:
+def given(truth: SeenTake, seed: int, configuration: Configuration) -> Take:
     """What a run is given: keypoints, camera and what the user tells, his stature too; or the captured joints."""
     told = Told(
         camera=configuration.camera,

@@ -88,10 +88,12 @@ def test_a_difference_has_the_fitted_share_of_independent_errors_and_no_figure_i
 
 
 def test_a_range_has_a_share_of_its_ends_errors_and_one_of_itself():
-    assert range_sd("knee_flexion", 50.0, 10.0, {"knee_flexion": (0.5, 0.1)}) == pytest.approx(np.hypot(5, 5))
-    assert range_sd("knee_flexion", 50.0, 10.0, {}) == 10.0
+    knee = {"knee_flexion": (0.5, 0.1)}
+    assert range_sd("knee_flexion", 50.0, 10.0, np.inf, knee) == pytest.approx(np.hypot(5, 5))
+    assert range_sd("knee_flexion", 50.0, 10.0, 2.0, knee) == pytest.approx(10.0)
+    assert range_sd("knee_flexion", 50.0, 10.0, np.inf, {}) == 10.0
     for name in ANGLES:  # two to three times too wide as independent ends
-        assert range_sd(of_both(name), 30.0, 12.0) < 12.0
+        assert range_sd(of_both(name), 30.0, 12.0, 10.0) < 12.0
 
 
 def test_ends_carry_the_errors_of_the_frames_beyond_them():

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from pcnet3d.models.lab.errors.unchanged import PAGE, judged
 from pcnet3d.models.lab.errors.visits import (
     KINDS,
     Visits,
+    collected,
     elsewhere,
     factors,
     fit,
@@ -22,9 +24,11 @@ from pcnet3d.models.lab.errors.visits import (
     main,
     set_up_again,
     visits,
+    with_ranges,
 )
+from pcnet3d.models.lab.evaluation.finished import Configuration
 from pcnet3d.models.lab.evaluation.tables import written
-from pcnet3d.models.lab.synthetic.cameras import TYPICAL, WILD, place
+from pcnet3d.models.lab.synthetic.cameras import WILD, place
 from pcnet3d.pipeline.core.camera import pitch_roll_deg
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 from pcnet3d.pipeline.signals.angles import OF_BOTH
@@ -56,7 +60,7 @@ def test_the_second_camera_stands_where_it_is_said_to(seed):
 def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch):
     walk = walker(seconds=2.5)
     clip = Clip("walk", "somebody", "max", 30.0, walk.world.astype(np.float32))
-    cases = list(visits(clip, "typical", TYPICAL, 0))
+    cases = list(visits(clip, Configuration(bed="typical", image=True), 0))
     found = [case for case in cases if isinstance(case, Visits)]
     assert {case.statement for case in cases if isinstance(case, Stated)} <= set(OF_BOTH)
     within = [pair for pair in found if pair.kind not in KINDS]
@@ -75,8 +79,25 @@ def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch
     assert all(pair.same_place for pair in found if pair.kind == "same tripod")
     monkeypatch.setattr(module, "clips", lambda _: [clip])
     monkeypatch.setattr(module, "visits", lambda *_: iter(cases))
-    main(tmp_path / "fitted.json", seed=0)
+    main(tmp_path / "fitted.json", draws=2)
     assert json.loads((tmp_path / "fitted.json").read_text()).keys() == shipped().keys()
+
+
+def test_every_draw_sees_a_motion_in_another_configuration(monkeypatch):
+    """Typical and wild cameras, without and with an image; which are before which motion changes with the seed."""
+    asked = []
+    monkeypatch.setattr(module, "clips", lambda _: ["one", "other"])
+    monkeypatch.setattr(module, "visits", lambda *given: asked.append(given) or [given])
+    assert collected((), range(4)) == asked
+    for motion in ("one", "other"):
+        of = [configuration for clip, configuration, _ in asked if clip == motion]
+        assert {(each.bed, each.image) for each in of} == set(product(("typical", "wild"), (False, True)))
+    assert [seed for *_, seed in asked] == [0, 0, 1, 1, 2, 2, 3, 3]
+
+
+def test_two_draws_of_a_motion_are_two_comparisons():
+    one = pairs("range_of_motion.a", 3.0, "a", 1)[0]
+    assert one.visit != replace(one, seed=1).visit
 
 
 def pairs(
@@ -86,7 +107,7 @@ def pairs(
     rng = np.random.default_rng(len(figure))
     draw = rng.standard_normal if draw is None else draw
     return [
-        Visits(kind, person, f"{person}{i}", "wild", figure, "", (50.0, 50.0 + sd * draw()), (5.0, 5.0), True)
+        Visits(kind, person, f"{person}{i}", 0, figure, "", (50.0, 50.0 + sd * draw()), (5.0, 5.0), True)
         for person in people
         for i in range(each)
     ]
@@ -108,7 +129,7 @@ def test_of_sides_and_repetitions_the_true_difference_is_no_error():
     """Sides that differ by 20 degrees and are found to, with errors of a third of what independent ones make."""
     knee, rng = "range_of_motion.knee_flexion", np.random.default_rng(0)
     cases = [
-        Visits("sides", person, "", "wild", knee, "", (50.0, 70.0 + off), (5.0, 5.0), true=20.0)
+        Visits("sides", person, "", 0, knee, "", (50.0, 70.0 + off), (5.0, 5.0), true=20.0)
         for person in "abcdefgh"
         for off in 0.3 * np.hypot(5, 5) * rng.standard_normal(400)
     ]
@@ -135,6 +156,13 @@ def test_ranges_err_by_the_same_shares_of_ends_and_size_and_by_a_factor_of_their
     one, half = np.array(of["knee_flexion"]), np.array(of["elbow_flexion"])
     assert one == pytest.approx(2 * half, rel=0.1)
     assert np.hypot(5 * one[0], 50 * one[1]) == pytest.approx(np.hypot(3, 5), rel=0.15)
+
+
+def test_a_pair_of_ranges_of_a_brief_motion_has_larger_errors():
+    pair = pairs("range_of_motion.knee_flexion", 3.0, "a", 1)[0]
+    long, brief = (with_ranges(replace(pair, lasts_s=lasts), {}).errors for lasts in (np.inf, 2.0))
+    assert long == pair.errors
+    assert brief == pytest.approx(np.sqrt(2) * np.array(long))
 
 
 def test_few_people_and_pairs_have_the_factor_of_their_kind_or_none():
