@@ -12,6 +12,7 @@ from ..core.take import Handedness, Video
 from ..plugins.options import call
 from ..plugins.protocols import Adapter
 from .choose import choose_person
+from .describe import why_no_input
 from .find import Gives, adapters, exchanged, find_adapter, recognises
 from .normalise import Missing, normalised
 
@@ -114,14 +115,11 @@ def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any])
 
 def read_video(path: Path) -> Video:
     """The video's description; InputError when it cannot be opened."""
-    if not path.is_file():
-        raise InputError(
-            "cannot-open",
-            f"Expected a video file at {path}, found {'a folder' if path.is_dir() else 'nothing'} there.",
-        )
     adapter = find_adapter(path, "video", "video")
-    if not recognises(adapter, path) and (others := exchanged(path, "video")):
-        raise InputError("format-unknown", others)
+    if not recognises(adapter, path) and (why := exchanged(path, "video") or why_no_input(path, "video")):
+        raise InputError("format-unknown", why)
+    if path.is_dir():
+        raise InputError("cannot-open", f"Expected a video file at {path}, found a folder there.")
     return call(adapter.read, path, what="Adapter 'video'", options={})[0]
 
 

@@ -141,6 +141,8 @@ def test_results_of_a_run_are_told_from_files_of_others(tmp_path, name, gives):
     (tmp_path / "summary.json").write_text(json.dumps({"pcnet3d": "1.0.0", "files": files}))
     with refused("format-unknown", tmp_path / "keypoints.npz", f"pcnet3d view {tmp_path}"):
         find_adapter(tmp_path / name, gives=gives)
+    with refused("format-unknown", f"--keypoints {tmp_path / 'keypoints.npz'}"):
+        open_take(RunOptions(video=tmp_path / name))  # a folder was called no video file, and no more
     for other in ("keypoints.npz", "own.npz"):  # damaged, and put there by the user
         with refused("format-unknown", "it is empty"):
             find_adapter(tmp_path / other, gives=gives)
