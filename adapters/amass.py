@@ -33,7 +33,7 @@ _PARAMETERS = {"poses", "trans", "betas"}
 
 def sniff(path: Path) -> bool:
     held = arrays_in(path)
-    return held >= _PARAMETERS or ("joints" in held and bool(held & set(_RATES)))
+    return held >= _PARAMETERS or ("joints" in held and bool(held & set(_RATES)) and "clip_start" not in held)
 
 
 def read(

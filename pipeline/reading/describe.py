@@ -13,7 +13,7 @@ from typing import IO
 import numpy as np
 
 from ..core.errors import InputError
-from ..files.arrays import DAMAGE, load
+from ..files.arrays import DAMAGE, keys, load
 from ..files.atomic import read_summary
 from ..files.names import KEYPOINTS, RECORDING
 
@@ -27,6 +27,7 @@ _KINDS = {  # by how files begin
     b"7z\xbc\xaf": "a 7z archive; unpack it first",
 }
 _HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n")
+_OF_TRAINING = {"testbed": {"take_start", "lifted", "truth"}, "mocap": {"clip_start", "joints"}}
 _MILLIMETRES = (500.0, 2500.0)  # how far a body's joints lie apart along an axis, crouching to standing
 _LISTED = 6  # entries of an archive or kinds of files in a folder that are named
 _SHOWN = 60  # characters of a text
@@ -83,8 +84,11 @@ def why_no_joints(path: Path) -> str:
 
 
 def why_no_input(path: Path, gives: str | None) -> str:
-    """A sentence on a folder of results of ours, or a file in it, that no adapter reads, and what to give instead; ""
-    for anything else. gives: what was expected, as an adapter says it. Never raises."""
+    """A sentence on a folder of results of ours, or a file in it, that no adapter reads, or on a file of many takes for
+    training, and what to give instead; "" for anything else. gives: what was expected, as an adapter says it. Never
+    raises."""
+    if of := next((command for command, arrays in _OF_TRAINING.items() if arrays <= _arrays(path)), ""):
+        return f"{path} is a file of many takes for training (pcnet3d {of}); give a file of one take."
     folder = path if path.is_dir() else path.parent
     summary, keypoints = read_summary(folder), folder / KEYPOINTS
     files = summary.get("files")
@@ -96,6 +100,13 @@ def why_no_input(path: Path, gives: str | None) -> str:
     flag = "" if gives in (None, "keypoints") else "--keypoints "
     also = f", or its 2D keypoints: {flag}{keypoints}" if keypoints.is_file() else ""
     return f"{path} is a result of pcnet3d{shown}; give the file that it was made from{also}."
+
+
+def _arrays(path: Path) -> set[str]:
+    try:
+        return set(keys(path))
+    except InputError:
+        return set()
 
 
 def _folder(path: Path) -> str:

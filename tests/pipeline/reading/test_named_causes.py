@@ -148,6 +148,19 @@ def test_results_of_a_run_are_told_from_files_of_others(tmp_path, name, gives):
             find_adapter(tmp_path / other, gives=gives)
 
 
+@pytest.mark.parametrize(
+    ("command", "arrays"),
+    [("testbed", ("lifted", "truth", "take_start")), ("mocap", ("joints", "clip_start"))],
+)
+@pytest.mark.parametrize("gives", ["poses", "keypoints", None])
+def test_a_file_of_many_takes_is_not_read_as_one(tmp_path, command, arrays, gives):
+    """That of `mocap` was read as one person of AMASS, who leaps where a take ends."""
+    joints = {name: np.zeros((5, 17, 3), np.float32) for name in arrays[:-1]}
+    np.savez(tmp_path / "takes.npz", **joints, **{arrays[-1]: [0, 2, 5]}, fps=30.0)
+    with refused("format-unknown", f"pcnet3d {command}"):
+        find_adapter(tmp_path / "takes.npz", gives=gives)
+
+
 def test_a_missing_package_is_named(tmp_path, monkeypatch):
     path = tmp_path / "annot.mat"
     path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64" + bytes(600))
