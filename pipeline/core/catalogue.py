@@ -324,6 +324,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Write TRC (--also trc), or a part of the take (--time-range)."),
     "c3d-single-frame": ("warning", "files",
         "{file} was not written, because a single frame has no rate. Write TRC (--also trc)."),
+    "nothing-to-write": ("warning", "files",
+        "{file} was not written, because no frame has a value for it after smoothing."),
     "c3d-begins": ("note", "files",
         "{file}: its first frame, number 1, is at {begin_s:.3f} s of the take."),
     "animation-stays": ("note", "files",

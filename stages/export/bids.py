@@ -18,13 +18,14 @@ import numpy as np
 from ...models.common.metrics import plain
 from ...pipeline.core.frames import LEVEL
 from ...pipeline.core.layouts import with_feet
+from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import package_version
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.signals.filters import rate
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .c3d import contacts
-from .markers import over_the_floor, require_metres
+from .markers import nothing_in, over_the_floor, require_metres
 from .provenance import provenance
 
 _MADE_BY, _NONE = "pcnet3d", "n/a"
@@ -56,13 +57,15 @@ class _Channel(NamedTuple):
     values: np.ndarray
 
 
-def write_bids(take: Take, path: Path) -> None:
+def write_bids(take: Take, path: Path) -> tuple[Notice, ...]:
     """A folder: dataset_description.json, README.md, and in `sub-<person>[/ses-<date>]/motion/` `_motion.tsv`, its
     sidecar `_motion.json`, `_channels.tsv`, `_channels.json`, and `_events.tsv` of a walk. Rows are those of
     kinematics.parquet: seconds from the first, the filtered joints in metres (LEVEL, over the floor where that is
-    known), angles in degrees and their standard deviations; a missing value is "n/a". InputError for a take without a
-    scale.
+    known), angles in degrees and their standard deviations; a missing value is "n/a". Without any joint nothing is
+    written, and a warning says so. InputError for a take without a scale.
     """
+    if nothing := nothing_in(take.need("filtered").joints, path):
+        return nothing
     labels = {"sub": _label(take.session.person_id or take.need("poses").person, "01")}
     if date := _label(take.session.date, ""):
         labels["ses"] = date
@@ -89,6 +92,7 @@ def write_bids(take: Take, path: Path) -> None:
         "GeneratedBy": [made],
     }
     _write_json(path / "dataset_description.json", about)
+    return ()
 
 
 def _channels(take: Take) -> Iterator[_Channel]:

@@ -15,7 +15,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.c3d import LAST
 from ...pipeline.files.markers import C3D_GROUP, check_c3d
-from .markers import markers
+from .markers import markers, nothing_in
 from .provenance import provenance
 
 _LONGEST, _MOST = 100, 255  # characters of a text, texts of a parameter: a C3D file counts both in one byte
@@ -29,8 +29,8 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
     The number of the first frame says when it begins, counted from 1 at 0 s of the take; returns a note where that is
     no number that the file can hold. The group PCNET3D holds the provenance; POINT X_SCREEN and Y_SCREEN say which axes
     to draw to the right and up; EVENT holds the feet's contacts. More frames than the file can number are not written,
-    nor is a single one, which has no rate for the file to state, and a warning says so. InputError as `markers` raises
-    it.
+    nor is a single one, which has no rate for the file to state, nor any without a joint, and a warning says so.
+    InputError as `markers` raises it.
     """
     check_c3d()
     import ezc3d
@@ -41,6 +41,8 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
         return (notice("c3d-too-long", file=path.name, most=LAST, frames=count),)
     if count < 2:
         return (notice("c3d-single-frame", file=path.name),)
+    if nothing := nothing_in(found.joints, path):
+        return nothing
     before = round(begin_s * found.fps)
     numbered = 0 <= before <= LAST - count
     points = 1000 * np.moveaxis(found.joints, 0, -1).swapaxes(0, 1)  # (3, M, N)

@@ -4,6 +4,7 @@ own path where it is known, in metres as a motion laboratory's markers."""
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import LEVEL, Frame
 from ...pipeline.core.layouts import with_feet
 from ...pipeline.core.measures import grouped, subgroup, value
+from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import rotate
 from ...pipeline.core.take import Take
@@ -55,6 +57,12 @@ def require_metres(unit: str) -> None:
             "needs-input",
             "TRC, C3D and BIDS hold metres, and the source has no scale; give the person's height (--stature METRES).",
         )
+
+
+def nothing_in(values: np.ndarray, path: Path) -> tuple[Notice, ...]:
+    """The warning that a file is not written where none of its values (...) is known, such as of five frames, which are
+    too few to be smoothed."""
+    return () if np.isfinite(values).any() else (notice("nothing-to-write", file=path.name),)
 
 
 def over_the_floor(take: Take, root: np.ndarray, frame: Frame) -> np.ndarray:

@@ -13,11 +13,12 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import LEVEL
+from ...pipeline.core.notices import Notice
 from ...pipeline.core.rotations import from_columns, rotate, unit, zxy_deg
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.signals.angles import FINE, trunk_axes
-from .markers import OPENSIM, markers, over_the_floor
+from .markers import OPENSIM, markers, nothing_in, over_the_floor
 from .provenance import provenance
 
 # Our angles that a coordinate of OpenSim's Rajagopal 2016 model measures the same way, and its sign. Those against the
@@ -49,9 +50,12 @@ _OF_PELVIS = (
 )  # our angles of the lines that turn the pelvis, against gravity
 
 
-def write_trc(take: Take, path: Path) -> None:
-    """markers.trc: metres, x forward, y up, z right; markers are named as our joints. Raises as `markers` does."""
+def write_trc(take: Take, path: Path) -> tuple[Notice, ...]:
+    """markers.trc: metres, x forward, y up, z right; markers are named as our joints. Without any joint it is not
+    written, and a warning says so. Raises as `markers` does."""
     found = markers(take, OPENSIM)
+    if nothing := nothing_in(found.joints, path):
+        return nothing
     rows, count = found.joints.shape[:2]
     rate = f"{found.fps:.6f}"
     labels = "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, count + 1))
@@ -67,9 +71,10 @@ def write_trc(take: Take, path: Path) -> None:
     body = np.column_stack([np.arange(1, rows + 1), found.time_s, found.joints.reshape(rows, -1)])
     with whole_file(path) as partial:
         _write(partial, head, body, ["%d", "%.6f", *["%.6f"] * (3 * count)])
+    return ()
 
 
-def write_mot(take: Take, path: Path) -> None:
+def write_mot(take: Take, path: Path) -> tuple[Notice, ...]:
     """angles.mot: the joint angles in degrees over time in seconds.
 
     Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours; all of them ours
@@ -77,7 +82,7 @@ def write_mot(take: Take, path: Path) -> None:
     pelvis to thorax, which thighs and arms are against too; they have no value in frames in which the angles of these
     lines against gravity have none. Where the source knows where the person is, in metres, trunk_tx, ty and tz are
     where that model's pelvis would have its origin: forward, up and right, over the floor where that is known.
-    InputError when the take has no angles.
+    Without any angle it is not written, and a warning says so. InputError when no stage made angles.
     """
     poses = take.need("poses")
     columns = take.kinematics or {}
@@ -88,6 +93,8 @@ def write_mot(take: Take, path: Path) -> None:
     }
     if not all(f"{name}_reason" in columns for name in _OF_PELVIS):
         raise InputError("needs-stage", "MOT holds joint angles; put the stage 'angles' before 'export'.")
+    if nothing := nothing_in(np.stack([*angles.values()]), path):
+        return nothing
     alike = _COORDINATES if take.told.neutral is None else {}
     renamed = {name: alike.get(name, (name, 1)) for name in angles}
     notes = [
@@ -116,6 +123,7 @@ def write_mot(take: Take, path: Path) -> None:
     with whole_file(path) as partial:
         body = np.column_stack([poses.times, *trunk.values(), *signed])
         _write(partial, head, body, ["%.6f"] * body.shape[1])
+    return ()
 
 
 def _trunk(take: Take) -> dict[str, np.ndarray]:

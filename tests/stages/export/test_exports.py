@@ -11,7 +11,8 @@ import pytest
 
 from golden.measures import rows_of
 from golden.waving import FPS, ROWS, WALK, exported, made
-from pcnet3d.pipeline import H36M17, InputError, Take
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
+from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.bids import write_bids
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
@@ -63,6 +64,21 @@ def test_trc_is_the_filtered_skeleton_with_y_up_in_metres(take, tmp_path):
     assert at["r_hip"][2] > at["l_hip"][2]  # z is right
     assert np.isnan(found[20:25, names.index("l_wrist")]).all()
     assert np.isnan(found).any(axis=(1, 2)).sum() == 5
+
+
+@pytest.mark.parametrize("writer", ["trc", "mot", "bids", "c3d"])
+def test_what_is_too_short_to_be_smoothed_is_not_written(facing_camera, tmp_path, writer):
+    """Of two to six frames the files had rows in which nothing was."""
+    if writer == "c3d":
+        pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    poses = PoseSequence(
+        np.tile(facing_camera, (5, 1, 1)), H36M17, CAMERA.with_(unit="m"), time_s=np.arange(5) / FPS
+    )
+    take = Angles()(Trajectories()(Rectify("geometric")(Take("short", poses=poses))))
+    run = exported(take, tmp_path, writer)
+    assert {path.name for path in run.iterdir()} == {"poses.npz", "kinematics.parquet", "summary.json"}
+    codes = [said["code"] for said in json.loads((run / "summary.json").read_text())["notices"]]
+    assert codes.count("nothing-to-write") == 1
 
 
 def test_a_person_who_walks_moves_through_the_trc(facing_camera, tmp_path):
