@@ -95,7 +95,7 @@ def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any])
             "format-unknown", f"{path} is a file of {chosen.gives}; expected one of poses or keypoints."
         )
     try:
-        people = call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
+        people = _people(chosen, call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options))
         maker = getattr(chosen, "made_by", UNSAID)
         return Source(
             path,
@@ -111,6 +111,19 @@ def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any])
         elif adapter != "auto" and others:
             said += f" {exchanged(path, gives)}"
         raise InputError(error.code, said) from None
+
+
+def _people(adapter: Adapter, given: Any) -> tuple[PoseSequence, ...]:
+    """What an adapter read; InputError for nobody, and for anything but people."""
+    several = isinstance(given, tuple | list)
+    if several and given and all(isinstance(one, PoseSequence) for one in given):
+        return tuple(given)
+    got = sorted({type(one).__name__ for one in given}) if several else [type(given).__name__]
+    raise InputError(
+        "plugin-broken",
+        f"Expected a tuple of people (PoseSequence) from adapter '{adapter.name}', got {', '.join(got) or 'nobody'}; "
+        "repair its package (docs/python.md), or name another adapter.",
+    )
 
 
 def read_video(path: Path) -> Video:

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
+import numpy as np
+
 from ..core.errors import InputError
 from ..core.system import give_memory_back
 from ..core.take import Take, Told
@@ -113,13 +115,26 @@ def _asked(stage: Stage, method: str, *arguments: Any) -> Any:
 
 def _tried(stage: Stage, take: Take) -> Take | InputError:
     try:
-        given: object = stage(take)
+        return _checked(stage, stage(take))
     except InputError as error:
         return error
+
+
+def _checked(stage: Stage, given: object) -> Take:
+    """What a stage returned; InputError where that is no take, or one with a column that has not a value a frame."""
     if not isinstance(given, Take):
-        return InputError(
-            "plugin-broken",
-            f"Expected a take from stage '{stage.name}', got {type(given).__name__}; a stage returns the take that it "
-            "made (docs/python.md): repair its package, or leave the stage out.",
-        )
+        raise _broken(stage, "a take", f"{type(given).__name__}; a stage returns the take that it made")
+    rows = len(given.poses) if given.poses else 0
+    for name, values in (given.kinematics or {}).items():
+        if (shape := np.shape(values)) != (rows,):
+            got = f"the shape {shape}; a column has a value a frame, here {rows}"
+            raise _broken(stage, f"a column '{name}'", got)
     return given
+
+
+def _broken(stage: Stage, expected: str, got: str) -> InputError:
+    return InputError(
+        "plugin-broken",
+        f"Expected {expected} from stage '{stage.name}', got {got} (docs/python.md): repair its package, or leave the "
+        "stage out.",
+    )

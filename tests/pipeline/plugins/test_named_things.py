@@ -31,10 +31,12 @@ from pcnet3d.pipeline.core.intrinsics import Intrinsics
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.plugins import registry
+from pcnet3d.pipeline.reading.load import load
 from pcnet3d.pipeline.running.runner import run_together
 from pcnet3d.stages import lift as stage_of_lift
 from pcnet3d.stages.export.stage import RUN_FILES, Export
 from pcnet3d.stages.lift import Lift
+from refusals import refused
 
 OBJECTS = {
     "rectifiers": SimpleNamespace(method="toy@1", rotation=lambda joints: (np.eye(3), 0)),
@@ -230,6 +232,34 @@ def test_a_stage_that_returns_no_take_is_named():
         Pipeline((nothing,))(Take("toy"))
     (end,) = run_together([Pipeline((nothing,))], [Take("toy")])
     assert "got NoneType" in str(end)
+
+
+@pytest.mark.parametrize("columns", [{"sway": np.zeros(19)}, {"sway": np.zeros((20, 1))}])
+def test_a_stage_that_adds_a_column_of_another_length_is_named(columns):
+    """The stage `export` ended with a traceback of pyarrow's, for a fault that it has not."""
+    adding = type(
+        "Toy",
+        (),
+        {"name": "toy", "needs": (), "gives": (), "__call__": lambda _, t: t.with_(kinematics=columns)},
+    )
+    poses = PoseSequence(np.zeros((20, 17, 3)), H36M17, CAMERA)
+    with refused("plugin-broken", "toy", "sway", columns["sway"].shape):
+        Pipeline((adding(),))(Take("toy", poses=poses))
+
+
+@pytest.mark.parametrize(
+    ("given", "got"), [((), "nobody"), (None, "NoneType"), (np.zeros((5, 17, 3)), "ndarray"), (("a",), "str")]
+)
+def test_an_adapter_that_returns_no_people_is_named(register, tmp_path, given, got):
+    register(
+        "adapters",
+        SimpleNamespace(
+            name="toy", gives="poses", reads="a toy", sniff=lambda path: True, read=lambda path: given
+        ),
+    )
+    (tmp_path / "toy.txt").write_text("toy")
+    with refused("plugin-broken", "'toy'", got):
+        load(tmp_path / "toy.txt", "toy", "poses", {})
 
 
 def test_a_fault_may_be_another_packages(monkeypatch, capsys):
