@@ -47,7 +47,7 @@ def with_outcome(
             for row in rows
             if row not in counts and not (isinstance(row, Remark) and row.name == "reason")
         ]
-        short = f"{lasts_s:.3g} s is too short" if lasts_s else "a single frame shows no movement"
+        short = "the take is too short" if lasts_s else "a single frame shows no movement"
         rows.append(Remark("reason", short if too_short else doubt))
     hidden = any(isinstance(row, Remark) and row.name == "reason" for row in rows)
     if seen:

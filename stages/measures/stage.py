@@ -289,7 +289,7 @@ def _symmetry(take: Columns, ranges: Sequence[Row], angles: Sequence[str], lasts
     """Of the rows of the ranges of these angles. lasts_s: the take's length; in less than a stride of each leg the
     sides show different parts of the movement."""
     if lasts_s < BRIEFEST_S["walking"]:
-        return [Remark("reason", f"{lasts_s:.3g} s is too short: each side shows another part of a movement")]
+        return [Remark("reason", "the take is too short: each side shows another part of a movement")]
     formula = (
         "100 (right - left) / ((right + left) / 2) of the ranges between the 5th and 95th percentile; "
         "positive when the right is larger"
