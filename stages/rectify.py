@@ -27,12 +27,12 @@ from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
 from ..pipeline.core.layouts import H36M17
-from ..pipeline.core.notices import Notice, notice
+from ..pipeline.core.notices import Notice, notice, verdict
 from ..pipeline.core.pose import PoseSequence, Rectified
 from ..pipeline.core.rotations import rotate, transpose
 from ..pipeline.core.take import CameraMotion, Take, Told
 from ..pipeline.plugins.protocols import Rectifier
-from ..pipeline.signals.checks import nobody_upright
+from ..pipeline.signals.checks import nobody_upright, up_of_unusable
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,9 @@ def _filled(take: Take, rectified: Rectified, notices: list[Notice]) -> Take:
         notices = [*notices, notice("frames-not-rectified", lost=lost, frames=len(rectified.level))]
     if not rectified.level_ok:
         notices = [*notices, notice("not-levelled", reason=rectified.level_reason)]
+    if up_of_unusable(rectified, verdict(take.judged)):
+        rectified = replace(rectified, up_bound_deg=np.full(len(rectified.level), np.nan))
+        notices = [*notices, notice("up-of-unusable")]
     told = any(finding.code in _UPSIDE_DOWN for finding in take.findings or ())
     if (said := nobody_upright(rectified)) and not told:
         notices = [*notices, said]

@@ -248,6 +248,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{lost} of {frames:~frame} {lost:?has/have} too few joints of the trunk to be turned upright."),
     "not-levelled": ("warning", "up",
         "The take could not be levelled: {reason}."),
+    "up-of-unusable": ("note", "up",
+        "The error of up is not known, because up rests on poses that are unusable."),
     "nobody-upright": ("suspicious", "up",
         "The trunk is tilted by more than {off_deg:.0f} degrees in {share_percent:.0f} % of the frames: the person "
         "lies or bends down, or the image is turned. In that case turn the video."),

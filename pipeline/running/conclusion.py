@@ -13,7 +13,7 @@ from ..core.notices import EXIT_CODES, verdict, verdict_words
 from ..core.system import quoted
 from ..core.take import Take
 from ..files.names import RECORDING, find_page
-from ..signals.checks import nobody_upright, up_of_unusable
+from ..signals.checks import nobody_upright
 
 
 def conclude(takes: Mapping[str, Take], strict: bool = False) -> int:
@@ -58,7 +58,7 @@ def trust(take: Take) -> tuple[int, str]:
         words.append(f"the take is {'' if levelled else 'not '}levelled")
         if not levelled:
             words[-1] += f": {take.rectified.level_reason}"
-        elif up_of_unusable(take.rectified, verdict(judged)):
+        elif any(each.code == "up-of-unusable" for each in take.notices):
             words[-1] += ", the error of up is not known"
         elif np.isfinite(bound).any():
             words[-1] += f", up is known to within {bound_in_words(float(np.nanmax(bound)))} degrees"

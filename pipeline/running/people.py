@@ -86,7 +86,7 @@ def _level(takes: Sequence[Take]) -> dict[str, Any] | None:
         return None
     first = levels[0]
     assert first is not None
-    bound = float(first.up_bound_deg[0])
+    bound = float(np.fmax.reduce([level.up_bound_deg[0] for level in levels if level is not None]))
     return {
         "heading": first.level_heading,
         "R_source_from_level": rotations[0].tolist(),

@@ -15,7 +15,7 @@ from ...pipeline.core.pose import PoseSequence, Rectified, Step
 from ...pipeline.core.rotations import angle_deg, is_finite, rotate
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import sides_of
-from ...pipeline.signals.checks import bone_spread, nobody_upright, up_of_unusable
+from ...pipeline.signals.checks import bone_spread, nobody_upright
 
 _KINDS = ("warning", "repair", "note")
 # What up may rest on, by the name of the evidence.
@@ -47,6 +47,7 @@ class Facts:
     camera_motion: how the camera moves and who says so, behind "camera"; "" for poses in a world's axes.
     standing_deg: pitch and roll of a camera that stands still, by the take's up; None for others. error_deg: median
     of the expected rotation errors. nobody_upright: why up may be quite another, None where it is not.
+    up_of_unusable: why its error is not known, "" where that is not why.
     vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings, None
     and empty without. history: every step, oldest first, to the last that kinematics rest on.
     """
@@ -62,6 +63,7 @@ class Facts:
     sources: dict[str, Source]
     error_deg: float
     nobody_upright: Notice | None
+    up_of_unusable: str
     vote_deviation_deg: float
     verdict: str | None
     doubts: tuple[Notice, ...]
@@ -97,15 +99,11 @@ class Facts:
     @property
     def bound_words(self) -> str | None:
         """The angle that nine in ten takes' up stays under, or the range of a moving camera's; None where the take is
-        not levelled, or it is not stated or of unusable poses."""
-        if not self.rectified.level_ok or self.up_bound_deg is None or self._up_of_unusable:
+        not levelled or it is not stated."""
+        if not self.rectified.level_ok or self.up_bound_deg is None:
             return None
         least, most = map(bound_in_words, self.up_bound_deg)
         return most if least == most else f"{least} to {most}"
-
-    @property
-    def _up_of_unusable(self) -> bool:
-        return up_of_unusable(self.rectified, self.verdict)
 
     @property
     def up_words(self) -> str:
@@ -115,8 +113,7 @@ class Facts:
         if not self.rectified.level_ok:
             return "It is a guess; do not rely on it."
         if self.bound_words is None:
-            why = "known, because the poses are unusable" if self._up_of_unusable else "stated"
-            return f"Its error is not {why}."
+            return self.up_of_unusable or "Its error is not stated."
         unless = ", unless the image is turned" if self.nobody_upright else ""
         return f"Known to within {self.bound_words.replace(' to', '° to')}° (90 %){unless}."
 
@@ -150,6 +147,7 @@ def facts_of(take: Take) -> Facts:
         sources=_sources(take),
         error_deg=float(np.median(error)) if len(error) else float("nan"),
         nobody_upright=nobody_upright(rectified),
+        up_of_unusable=next((each.text for each in take.notices if each.code == "up-of-unusable"), ""),
         vote_deviation_deg=float(off.mean()) if len(off) else float("nan"),
         verdict=None if take.findings is None else verdict(take.judged),
         doubts=grave(take.judged),

@@ -158,6 +158,7 @@ def _about(poses: PoseSequence) -> dict[str, Any]:
 def summary(take: Take) -> dict[str, Any]:
     """Provenance, notices and the take's figures, ready for JSON (no NaN)."""
     facts, poses, rectified = facts_of(take), take.need("poses"), take.need("rectified")
+    up_error_deg = np.where(np.isfinite(rectified.up_bound_deg), rectified.up_error_deg, np.nan)
     content = {
         "pcnet3d": package_version(),
         "take": take.name,
@@ -189,7 +190,7 @@ def summary(take: Take) -> dict[str, Any]:
             **({} if rectified.window_s is None else {"window_s": rectified.window_s}),
             "frames_rectified": facts.turned,
             "error_deg_mean": _mean(rectified.error_deg),
-            **_up("up_error_deg", rectified.up_error_deg, rectified),
+            **_up("up_error_deg", up_error_deg, rectified),
             **_up("up_bound_deg", rectified.up_bound_deg, rectified),
             "up_shares": rectified.up_shares,
             "up_by_source": {name: _told(source) for name, source in facts.sources.items()},

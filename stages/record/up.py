@@ -61,7 +61,8 @@ def log_up(recording: rr.RecordingStream, take: Take) -> None:
 def _log_tilt(recording: rr.RecordingStream, take: Take) -> None:
     poses, both = take.need("poses"), ("pitch", "roll")
     votes, shared, bound = tilt(take)
-    for edge, values in (("low", shared - bound), ("high", shared + bound)):
+    edges = (("low", shared - bound), ("high", shared + bound)) if np.isfinite(bound).any() else ()
+    for edge, values in edges:
         names = [f"{angle}, {edge} end of its 90 % bound (deg)" for angle in both]
         log_curves(recording, f"tilt/{edge}", poses, values, names, _BOUND, width=1.0)
     names = [f"{angle}, votes (deg)" for angle in both]

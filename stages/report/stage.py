@@ -200,7 +200,8 @@ def _gravity(take: Take, facts: Facts) -> Markup:
                 Curve("take", shared[:, i], LEFT, bound[:, i], width=1.8),
             ]
             chart = over_time(curves, times, f"{name} over time")
-            figures.append(figure([chart], name, f"{words}; band: 90 % bound."))
+            band = "; band: 90 % bound" if np.isfinite(bound).any() else ""
+            figures.append(figure([chart], name, f"{words}{band}."))
     off, more = angle_deg(rectified.up_votes, shared_up(rectified)), []
     for title, values, words in (
         ("Each frame's own up off the take's (°)", off, "angle between the two."),

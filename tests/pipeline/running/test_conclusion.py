@@ -15,6 +15,8 @@ from pcnet3d.pipeline.files.viewer import view_page
 from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, show_files, trust
 from pcnet3d.stages import rectify
 from pcnet3d.stages.drawing.facts import facts_of
+from pcnet3d.stages.export.stage import summary
+from pcnet3d.stages.rectify import Rectify
 
 
 @pytest.fixture(scope="module")
@@ -47,15 +49,19 @@ def test_a_bound_is_said_with_the_same_digits_everywhere(take, bound, words):
     assert facts_of(known).bound_words == words
 
 
-@pytest.mark.parametrize(("source", "known"), [("frames", False), ("image", True)])
-def test_of_unusable_poses_up_is_known_by_the_image_only(take, source, known):
+@pytest.mark.parametrize(("gravity", "known"), [(None, False), ((0, 1, 0), True)])
+def test_of_unusable_poses_up_is_not_known_by_the_poses(take, gravity, known):
     """Up was "known to within 8 degrees" by the posture of a body whose thighs vary by a third of their length."""
-    rectified = replace(
-        take.rectified, up_bound_deg=np.full(len(take.poses), 8.0), up_shares={source: 0.9, "feet": 0.1}
+    unusable = take.with_(findings=(own_notice("test.flat", "No depth.", "unusable"),)).telling(
+        gravity=gravity
     )
-    judged = take.with_(rectified=rectified, findings=(own_notice("test.flat", "No depth.", "unusable"),))
-    assert ("within 8 degrees" in trust(judged)[1]) is known
-    assert ("within 8°" in facts_of(judged).up_words) is known
+    judged = Rectify("geometric")(unusable)
+    assert np.isfinite(judged.rectified.up_bound_deg).all() == known
+    assert ("up-of-unusable" in [said.code for said in judged.said]) is not known
+    assert ("is known to within" in trust(judged)[1]) is known
+    assert ("Known to within" in facts_of(judged).up_words) is known
+    written = summary(judged)["rectification"]
+    assert (written["up_error_deg"] is None, written["up_bound_deg"] is None) == (not known, not known)
 
 
 def test_what_moved_is_said_as_the_report_says_it(take):
