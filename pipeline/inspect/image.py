@@ -12,6 +12,7 @@ from ..core.layouts import H36M17
 from ..core.pose import PoseSequence
 from ..core.rotations import rotate
 from ..files.images import write_png
+from ..signals.checks import whole_rows
 
 _CELL, _HEADER = 260, 24  # pixels
 _FRAMES = 4
@@ -49,12 +50,12 @@ def draw(poses: PoseSequence, path: Path) -> None:
 
     if path.suffix.lower() != ".png":
         raise InputError("bad-value", f"Expected an image name that ends in .png, got {path}.")
-    rows = np.flatnonzero(np.isfinite(poses.joints).all(axis=(1, 2)))
+    rows = np.flatnonzero(whole_rows(poses))
     if not len(rows):
         raise InputError("nothing-usable", "There is no complete frame that could be drawn.")
     rows = rows[np.linspace(0, len(rows) - 1, min(_FRAMES, len(rows))).round().astype(int)]
     seen = _seen(poses.joints[rows], poses.frame)
-    reach = max(float(np.abs(seen).max()), 1e-12)
+    reach = max(float(np.nanmax(np.abs(seen))), 1e-12)
     image = np.full((len(_SIDES) * _CELL + _HEADER, len(rows) * _CELL, 3), 255, dtype=np.uint8)
     for column, row in enumerate(rows):
         x = column * _CELL
@@ -67,7 +68,9 @@ def draw(poses: PoseSequence, path: Path) -> None:
             middle = np.array([x, y]) + _CELL / 2
             points = middle + seen[column][:, axes] / reach * (_CELL / 2 - 18) * [1, -1]
             for start, end in H36M17.bones:
-                a, b = (tuple(int(v) for v in points[H36M17.index(joint)].round()) for joint in (start, end))
-                cv2.line(image, a, b, bone_colour(start, end), 2, cv2.LINE_AA)
+                ends = points[H36M17.indices((start, end))].round()
+                if np.isfinite(ends).all():
+                    a, b = ends.astype(int).tolist()
+                    cv2.line(image, a, b, bone_colour(start, end), 2, cv2.LINE_AA)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_png(path, image)

@@ -16,7 +16,7 @@ from ..core.pose import PoseSequence, Step, package_version
 from ..core.take import Handedness
 from ..files.atomic import printable
 from ..plugins.protocols import Adapter
-from ..signals.checks import empty_rows
+from ..signals.checks import empty_rows, whole_rows
 from ..signals.rates import timed
 from .handedness import guarded
 
@@ -53,7 +53,7 @@ def _in_words(what: str, count: int) -> str:
 
 def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
     empty = empty_rows(poses)
-    gone = np.isnan(poses.joints).any(axis=(1, 2)) & ~empty
+    gone = ~whole_rows(poses) & ~empty
     if empty.all():
         raise InputError(
             "nothing-usable",

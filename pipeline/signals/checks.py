@@ -16,8 +16,9 @@ from ..core.layouts import H36M17, Layout
 from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import TOLD_UP, PoseSequence, Rectified
-from ..core.rotations import angle_deg, unit
+from ..core.rotations import angle_deg, is_finite, unit
 
+_OF_TRUNK = ("pelvis", "thorax", "l_hip", "r_hip", "l_shoulder", "r_shoulder")
 _LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
 _MIN_KNEE_BEND = 0.03  # of the leg's length; a straighter knee does not tell front from back
 _SHORT_AXIS = 0.2  # trunk lengths; in an image, hips or shoulders closer together are seen end-on
@@ -164,8 +165,9 @@ def bone_spread(poses: PoseSequence) -> float:
             for part in _parts(poses.joints)
         ]
     )
+    length = length[:, np.isfinite(length).any(axis=0)]  # the others' joints are those that the source lacks
     length = length[np.isfinite(length).all(axis=1)]
-    if len(length) < 2:
+    if len(length) < 2 or not length.size:
         return float("nan")
     length = length / np.maximum(length.sum(axis=1, keepdims=True), 1e-12)
     return float(np.mean(length.std(axis=0) / np.maximum(length.mean(axis=0), 1e-12)))
@@ -178,6 +180,13 @@ def empty_rows(poses: PoseSequence) -> np.ndarray:
     lowest = np.where(there, poses.joints, np.inf).min(axis=1)
     highest = np.where(there, poses.joints, -np.inf).max(axis=1)
     return (lowest == highest).all(axis=-1) & (there.sum(axis=(1, 2)) > 2)
+
+
+def whole_rows(poses: PoseSequence) -> np.ndarray:
+    """(T,) True where no joint is missing, but for those of head and limbs that no row has: the source lacks these."""
+    there = np.asarray(is_finite(poses.joints))
+    lacks = ~there.any(axis=0) & ~np.isin(poses.layout.joints, _OF_TRUNK)
+    return np.asarray((there | lacks).all(axis=1) & there.any(axis=1))
 
 
 def upside_down(poses: PoseSequence) -> list[Notice]:
@@ -250,15 +259,15 @@ def grid_rows(sequence: PoseSequence, step: int = 1) -> int:
 
 def movement(poses: PoseSequence) -> np.ndarray:
     """Mean movement of the joints (T, 17, 3) relative to the pelvis, from row to row: (rows - 1,) trunk lengths, NaN
-    where a row is not complete."""
-    return np.linalg.norm(np.diff(poses.joints.astype(np.float64), axis=0), axis=-1).mean(axis=1) / _trunk(
-        poses
-    )
+    where a row is not whole."""
+    joints = poses.joints[:, np.isfinite(poses.joints).any(axis=(0, 2))].astype(np.float64)
+    moved = np.linalg.norm(np.diff(joints, axis=0), axis=-1)
+    return moved.sum(axis=1) / max(moved.shape[1], 1) / _trunk(poses)
 
 
 def _trunk(poses: PoseSequence) -> float:
-    """Median length of the trunk in complete rows; NaN without any."""
-    trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)[_complete(poses)]
+    """Median length of the trunk in whole rows; NaN without any."""
+    trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)[whole_rows(poses)]
     return max(float(np.median(trunk)), 1e-12) if len(trunk) else np.nan
 
 
@@ -274,10 +283,6 @@ def leaps(poses: PoseSequence) -> np.ndarray:
         went[np.array(poses.seams, dtype=int) - 1] = 0  # from one clip to the next
         leapt |= went > _FASTEST * _trunk(poses) * np.maximum(step_s, _SHORTEST_S)
     return np.flatnonzero(leapt & (np.diff(poses.frame_index) == 1)) + 1
-
-
-def _complete(poses: PoseSequence) -> np.ndarray:
-    return np.asarray(np.isfinite(poses.joints).all(axis=(1, 2)))
 
 
 def strays_of(poses: PoseSequence) -> np.ndarray:

@@ -20,6 +20,7 @@ from .checks import (
     leaps,
     movement,
     upside_down,
+    whole_rows,
 )
 from .shapes import shape_findings
 from .swap_repair import settled, told, wrong_rows
@@ -106,9 +107,8 @@ def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]
 
 
 def _incomplete(source: PoseSequence) -> int:
-    """Rows without a pose: any NaN in 3D, where all joints count; nothing but NaN in 2D. Not those of one point."""
-    absent = np.isnan(source.joints)
-    lost = absent.any(axis=(1, 2)) if source.frame.dims == 3 else absent.all(axis=(1, 2))
+    """Rows without a pose: in 3D those that are not whole, in 2D of nothing but NaN. Not those of one point."""
+    lost = ~whole_rows(source) if source.frame.dims == 3 else np.isnan(source.joints).all(axis=(1, 2))
     return int((lost & ~empty_rows(source)).sum())
 
 
@@ -127,8 +127,9 @@ def source_findings(source: PoseSequence) -> list[Notice]:
     joints = _complete(source)
     if len(joints) < _ENOUGH_ROWS:
         return []
-    size = float(np.median(np.ptp(joints, axis=1).max(axis=-1)))
     pelvis = _pelvis(source, joints)
+    joints = joints[:, np.isfinite(joints).all(axis=(0, 2))]
+    size = float(np.median(np.ptp(joints, axis=1).max(axis=-1)))
     for axis in range(3):
         for extreme in (joints[..., axis].min(axis=1), joints[..., axis].max(axis=1)):
             if np.abs(extreme).max() <= 1e-6 * size and np.ptp(extreme - pelvis[:, axis]) > 0.01 * size:
@@ -159,9 +160,8 @@ def pose_findings(poses: PoseSequence) -> list[Notice]:
 
 
 def _complete(poses: PoseSequence) -> np.ndarray:
-    """(N, J, 3) float64: the rows in which nothing is missing."""
-    whole = np.isfinite(poses.joints).all(axis=(1, 2)) & ~empty_rows(poses)
-    return poses.joints[whole].astype(np.float64)
+    """(N, J, 3) float64: the whole rows (`whole_rows`); joints that the source lacks are NaN in all of them."""
+    return poses.joints[whole_rows(poses) & ~empty_rows(poses)].astype(np.float64)
 
 
 def _trunk(joints: np.ndarray) -> float:
@@ -174,11 +174,11 @@ def _depth(poses: PoseSequence) -> list[Notice]:
     if len(joints) < _ENOUGH_ROWS:
         return []
     trunk = max(_trunk(joints), 1e-12)
-    points = joints.reshape(-1, 3)
+    points = joints[np.isfinite(joints).all(axis=-1)]
     thickness = np.sqrt(max(float(np.linalg.eigvalsh(np.cov(points.T))[0]), 0)) / trunk
     if thickness < _PLANE:
         return [notice("flat", thickness_percent=float(100 * thickness))]
-    movement = joints.std(axis=0).mean(axis=0) / trunk
+    movement = np.nanmean(joints.std(axis=0), axis=0) / trunk
     still = np.flatnonzero(movement < _STILL)
     if len(still) and movement.max() > _MOVING:
         return [notice("axis-invented", axis=_AXES[still[0]])]
@@ -222,9 +222,10 @@ def spread_of_bones(poses: PoseSequence) -> dict[str, float]:
     length = np.linalg.norm(joints[:, pairs[:, 1]] - joints[:, pairs[:, 0]], axis=-1)
     if len(length) < 2:
         return {}
-    length = length / np.maximum(length.sum(axis=1, keepdims=True), 1e-12)
+    length = length / np.maximum(np.nansum(length, axis=1, keepdims=True), 1e-12)
     spread = length.std(axis=0) / np.maximum(length.mean(axis=0), 1e-12)
-    return {f"{a}-{b}": float(value) for (a, b), value in zip(H36M17.bones, spread, strict=True)}
+    of = zip(H36M17.bones, spread, strict=True)
+    return {f"{a}-{b}": float(value) for (a, b), value in of if np.isfinite(value)}
 
 
 def _bones(poses: PoseSequence) -> list[Notice]:

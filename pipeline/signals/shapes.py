@@ -107,14 +107,14 @@ def repeated(points: PoseSequence) -> list[Notice]:
 def _shrunk(poses: PoseSequence) -> list[Notice]:
     """A notice where limbs keep their lengths only if the joints moved farther about their means than they do."""
     joints = poses.joints[:: len(poses) // _MOST_ROWS + 1].astype(np.float64)
-    joints = joints[np.isfinite(joints).all(axis=(1, 2))]
-    if len(joints) < _ENOUGH:
-        return []
     starts, ends = (
         H36M17.indices([f"{side}_{limb[i + end]}" for limb in _LIMBS for i in (0, 1) for side in "rl"])
         for end in (0, 1)
     )
     limbs = joints[:, ends] - joints[:, starts]
+    limbs = limbs[np.isfinite(limbs).all(axis=(1, 2))]
+    if len(limbs) < _ENOUGH:
+        return []
     usual = limbs.mean(axis=0)
     moved = limbs - usual
     swing = (moved**2).sum(axis=(0, 2)) / np.maximum((limbs**2).sum(axis=(0, 2)), 1e-12)

@@ -7,6 +7,7 @@ import pytest
 
 from commands import pcnet3d
 from golden.films import film
+from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core import notices
 from pcnet3d.pipeline.core.take import Video
@@ -218,13 +219,33 @@ def test_frames_put_on_the_floor_one_by_one_are_found_and_a_take_put_there_once_
     assert faults(looked_at(tmp_path, rebased, WORLD)) == {"rebase": "suspicious"}
 
 
+@pytest.mark.parametrize(
+    ("spoil", "name"), [(flat, "flat"), (invented, "axis-invented"), (rubber, "bones"), (leaping, "leaps")]
+)
+def test_a_capture_without_a_head_is_read_and_good_and_its_faults_are_found(walker, tmp_path, spoil, name):
+    """Each of its frames counted as missing."""
+    lacking = H36M17.indices(["nose", "head"])
+    sound, spoilt = walker.copy(), spoil(walker.copy())
+    sound[:, lacking] = spoilt[:, lacking] = np.nan
+    assert faults(looked_at(tmp_path, sound)) == {}
+    assert name in faults(looked_at(tmp_path, spoilt))
+    assert len(read(saved(tmp_path, sound), "arrays", **CAMERA)) == FRAMES
+
+
+def test_without_a_joint_of_the_trunk_there_is_no_pose(walker, tmp_path):
+    walker[:, H36M17.index("l_hip")] = np.nan
+    assert faults(looked_at(tmp_path, walker))["gaps"] == "unusable"
+    with refused("wrong-content", "read.missing=gap"):
+        read(saved(tmp_path, walker), "arrays", **CAMERA)
+
+
 def test_a_joint_that_is_never_there_hides_no_repeated_and_no_failed_row(walker, tmp_path):
     failed = halted(walker.copy())
     failed[60:62] = 0
     failed[:, H36M17.index("head")] = np.nan
     said = {f.code: f.text for f in looked_at(tmp_path, failed).people[0].findings}
     assert said["duplicates"].startswith("3 rows repeat the row before exactly, first at row 41")
-    assert "88 with NaN, 2 with all joints at one point" in said["gaps"]
+    assert "0 with NaN, 2 with all joints at one point" in said["gaps"]
 
 
 def test_rows_in_which_the_pelvis_alone_is_there_repeat_nothing(walker, tmp_path):
