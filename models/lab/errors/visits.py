@@ -5,8 +5,8 @@ and from elsewhere. Nothing has changed, so what the figures of both runs differ
 each run ranges of motion, right less left and one repetition less another are held against the truth (within.py).
 Written as models/angle_error/repeatability.json: what the errors of ranges are made of; for every figure the factor on
 the errors of both, added as independent ones, that brings nine in ten differences inside, every person counting the
-same (judge.py); and how heavy the tails of differences of two visits are. One draw of cameras and detectors tells little
-of so few people: there are several.
+same (judge.py); and how heavy the tails of differences of two visits are. One draw of cameras and detectors tells
+little of so few people: there are several.
 """
 
 from __future__ import annotations

@@ -17,7 +17,8 @@ from .net import Block, LifterNet
 
 def export(net: LifterNet, path: Path, **properties: object) -> None:
     """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), "sd" (B, T, 17, 2) and
-    "velocity" (B, T, 17, 3), any B and T; matrices in half precision. properties: kept in the file's metadata; the run time needs `reach`."""
+    "velocity" (B, T, 17, 3), any B and T. Matrices are kept in half precision. properties: kept in the file's metadata;
+    the run time needs `reach`."""
     batch, frames = torch.export.Dim("batch"), torch.export.Dim("frames")
     features = {"features": torch.zeros(2, 90, CHANNELS)}
     model = to_onnx(net, features, ({0: batch, 1: frames},), ("joints", "sd", "velocity"), **properties)

@@ -141,7 +141,7 @@ def run(
 
 def started(net: LifterNet, path: Path) -> LifterNet:
     """net with the weights of an earlier run (exported.weights_of). Further blocks than the earlier network had add
-    nothing, so that it answers as that one does, and learns from there. InputError as of load_weights and weights_of."""
+    nothing: it answers as that one does, and learns from there. InputError as of load_weights and weights_of."""
     weights, own = weights_of(path, net), net.state_dict()
     with reading(path, "weights of this network"):
         blocks = len({name.split(".")[1] for name in weights if name.startswith("blocks.")})

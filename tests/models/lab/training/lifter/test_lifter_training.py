@@ -222,8 +222,8 @@ def test_the_shipped_network_is_gone_on_with_from_its_own_answers(clips):
 
 
 def test_joints_that_were_seen_lie_on_their_rays_but_for_what_is_learned(clips):
-    """Exact keypoints: whatever the network answers then projects onto them, seen from one point a frame. Of joints that
-    were not seen the image says nothing."""
+    """Exact keypoints: whatever the network answers then projects onto them, seen from one point a frame. Of joints
+    that were not seen the image says nothing."""
     x = windows_of(clips).x
     net = LifterNet(NetConfig(8, 16, (1, 3)))
     torch.nn.init.normal_(net.leave_bone.weight)
