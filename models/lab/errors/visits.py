@@ -343,7 +343,7 @@ def _enough(pairs: Sequence[Stated]) -> bool:
     return len({pair.person for pair in pairs}) >= FEWEST_PEOPLE or len(pairs) >= FEWEST_PAIRS
 
 
-def freedom(pairs: Sequence[Visits]) -> int:
+def freedom(pairs: Sequence[Visits]) -> float:
     """Degrees of freedom of Student's t by which at most a tenth of the unchanged visits have a figure that is said to
     differ, from the same place and from elsewhere, each person by the factors of all the others."""
     comparisons: dict[Visit, list[Stated]] = {}
@@ -354,13 +354,13 @@ def freedom(pairs: Sequence[Visits]) -> int:
             factor = known[_place(pair.kind)].get(pair.figure, 1.0)
             own = pair.stated()
             comparisons.setdefault(pair.visit, []).append(replace(own, half=factor * own.half))
-    for degrees in range(_MOST_FREEDOM, 1, -1):
+    for degrees in np.arange(_MOST_FREEDOM, 1, -0.25).tolist():
         called: dict[str, list[Stated]] = {}
         for (kind, *_), of in comparisons.items():
             called.setdefault(_place(kind), []).append(differs(of, degrees))
         if all(judge.inside(of).inside >= judge.COVERED for of in called.values()):
             return degrees
-    return 1
+    return 1.0
 
 
 def _place(kind: Kind) -> Between:
@@ -378,7 +378,7 @@ def main(
     output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = REPEATABILITY_FILE,
     draws: Annotated[
         int, typer.Option(min=1, help="How often cameras and detectors are drawn, with seeds 0, 1 and so on.")
-    ] = 3,
+    ] = 2,
 ) -> None:
     """Fit the errors of differences."""
     content = fit(collected(evaluation_sets("val"), range(draws)))

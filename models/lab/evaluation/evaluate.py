@@ -201,7 +201,7 @@ errors = _report(
 )  # fmt: skip
 visits = _report(
     "visits", "..errors.unchanged", ("seed", "sets", "because"),
-    "Judge differences of two visits between which nothing changed; their errors were fitted with seeds 0 to 2.",
+    "Judge differences of two visits between which nothing changed; their errors were fitted with seeds 0 and 1.",
     file="visits",
 )  # fmt: skip
 lifters = _report(
