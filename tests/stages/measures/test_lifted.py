@@ -58,8 +58,8 @@ def test_a_difference_of_step_lengths_is_as_uncertain_as_is_stated_from_oblique_
 
 
 def test_durations_of_lifted_squats_and_raises_are_as_uncertain_as_is_stated():
-    """One squat and two raises of each arm, from eight sides, of which a steep one may hide the squat: what a lifter has
-    wrong of a posture it has wrong every time."""
+    """One squat and two raises of each arm, from eight sides, of which a steep one may hide the squat: what a lifter
+    has wrong of a posture it has wrong every time."""
     walk = walker(seconds=12)
     clip = Clip("walker", "w", "own", walk.fps, walk.world.astype(np.float32))
 
