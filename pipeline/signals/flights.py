@@ -87,9 +87,9 @@ LIFTED = Rule(
     since_s=0.0, until_s=0.015, noise=np.inf, off=0.015, middle=0.25, least_s=0.17, floor_s=1.0, knees=0.4, heel=0.08,
     fall_s=0.03,
 )  # fmt: skip
-# Hops that are too brief to be sure of: four frames at 30 a second, and how high such a fall is. Of 148 lifted takes
-# without a jump (validation people, typical cameras) eight have such hops, 12, and in all of these the captured ankles
-# are off the floor.
+# Hops that are too brief to be sure of: four frames at 30 a second, and how high such a fall is. Of 148 lifted takes in
+# which no jump is found (validation people, typical cameras) eight have such hops, 12, and in all of these the captured
+# ankles are off the floor.
 BRIEF = replace(LIFTED, least_s=0.09, high=0.005)
 
 
