@@ -16,6 +16,7 @@ from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import on_lines
 from ...pipeline.signals.flights import (
+    BRIEF,
     GRAVITY,
     LIFTED,
     MEASURED,
@@ -44,8 +45,9 @@ class Airborne:
     """A take's flights, in order. reason: why there may be others that cannot be told, "" where there are none. lifted:
     that they are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known.
     still: that the camera is known to stand still. looked: False where nothing could be looked at. uncertain: (begin,
-    end) in seconds, beside flights that were found, of when the feet may have left the floor too. cut: likewise, of
-    flights of which only the begin or the end was seen."""
+    end) in seconds, beside flights that were found, of when the feet may have left the floor too. brief: likewise,
+    without flights, of hops that are too brief to be sure of. cut: of flights of which only the begin or the end was
+    seen."""
 
     flights: tuple[Flight, ...] = ()
     reason: str = ""
@@ -54,6 +56,7 @@ class Airborne:
     still: bool = True
     looked: bool = True
     uncertain: tuple[tuple[float, float], ...] = ()
+    brief: tuple[tuple[float, float], ...] = ()
     cut: tuple[tuple[float, float], ...] = ()
 
 
@@ -94,6 +97,7 @@ def airborne(take: Take) -> Airborne:
     unknown = "neither the user nor the images say that the camera stands still (--camera static)"
     judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN
     others = uncertain(level, LIFTED, found) if found else []
+    brief = [] if found else flights(level, BRIEF, stature_m)
     return Airborne(
         tuple(found),
         "" if still else unknown,
@@ -101,6 +105,7 @@ def airborne(take: Take) -> Airborne:
         judged=judged,
         still=still,
         uncertain=tuple(others),
+        brief=tuple((hop.off_s, hop.land_s) for hop in brief),
         cut=tuple(cut_off(level, LIFTED, stature_m)),
     )
 

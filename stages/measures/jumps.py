@@ -22,6 +22,7 @@ _ABSORBED_S = 0.6  # after a landing: by then the knees have given way
 _STRIDE_S = 0.3  # nobody flies longer from step to step of a run
 _FEWEST_STEPS = {"walking": 3, "running": 2}  # as models/gait/events.py counts them
 _CM = 100.0
+_UNSURE = "it is uncertain whether the feet leave the floor from"
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,11 @@ def cut_jumps(airborne: Airborne, gait: Gait) -> list[tuple[float, float]]:
     return [(a, b) for a, b in airborne.cut if not _strides(a, b, gait, _STRIDE_S)]
 
 
+def brief_hops(airborne: Airborne, gait: Gait) -> list[tuple[float, float]]:
+    """(begin, end) in seconds of hops that are too brief to be sure of: not of those from step to step of a run."""
+    return [(a, b) for a, b in airborne.brief if not _strides(a, b, gait)]
+
+
 def _strides(begin_s: float, end_s: float, gait: Gait, around_s: float = 0.0) -> bool:
     """Whether a flight is one from step to step of a run."""
     return (
@@ -87,17 +93,23 @@ def absorbs(flights: Sequence[Flight], low_s: float) -> bool:
 
 
 def jumps(
-    airborne: Airborne, found: Sequence[Flight], cut: Sequence[tuple[float, float]], rectified: Rectified
+    airborne: Airborne,
+    found: Sequence[Flight],
+    cut: Sequence[tuple[float, float]],
+    brief: Sequence[tuple[float, float]],
+    rectified: Rectified,
 ) -> list[Row]:
     """The group `jumps`: how many of `jumping`, when the feet leave the floor, on how many they take off and land,
     flight times, heights by these, and by how much the centre of mass rises (pipeline/signals/flights.py); the time on
     the floor before a rebound. `count_reason`: where there may be more. No count where jumps
-    cannot be told, and why. found: of `jumping`; cut: of `cut_jumps`."""
+    cannot be told, and why. found: of `jumping`; cut: of `cut_jumps`; brief: of `brief_hops`."""
     if not found and airborne.reason:
         return [Remark("reason", airborne.reason)]
     if not found:
-        part = [Remark("reason", f"only part of one was seen, from {spans_in_words(cut)}")] if cut else []
-        return [Measure("count", 0), *part]
+        why = f"only part of one was seen, from {spans_in_words(cut)}" if cut else ""
+        if brief and not cut:
+            why = f"{_UNSURE} {spans_in_words(brief)}"
+        return [Measure("count", 0), *([Remark("reason", why)] if why else [])]
     stature = float(implied_stature(rectified.level.joints))
     up_deg = float(np.nanmedian(rectified.up_error_deg)) if airborne.lifted else 0.0
     errors = [_errors(airborne, flight, up_deg) for flight in found]
@@ -112,11 +124,7 @@ def jumps(
     unsure = spans_in_words(airborne.uncertain)
     return [
         Measure("count", len(found)),
-        *(
-            [Remark("count_reason", f"it is uncertain whether the feet leave the floor from {unsure}")]
-            if unsure
-            else []
-        ),
+        *([Remark("count_reason", f"{_UNSURE} {unsure}")] if unsure else []),
         moments("start", (flight.off_s for flight in found)),
         *(Measure("take_off_feet", flight.off_feet, number=i) for i, flight in enumerate(found)),
         *(Measure("landing_feet", flight.land_feet, number=i) for i, flight in enumerate(found)),

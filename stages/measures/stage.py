@@ -48,7 +48,7 @@ from .figures import (
     with_error,
 )
 from .floor import floor
-from .jumps import absorbs, cut_jumps, jumping, jumps, without_leaps
+from .jumps import absorbs, brief_hops, cut_jumps, jumping, jumps, without_leaps
 from .off_keypoints import off_keypoints
 from .outcomes import BRIEFEST_S, turned, with_outcome
 from .repeats import repeats
@@ -166,7 +166,7 @@ def measures(
         for row in within(name, repeats(take, name, take(name), take.sd(name), _ANY, [name]), side_of(name))
     ]
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
-    cut = cut_jumps(flights, gait)
+    cut, brief = cut_jumps(flights, gait), brief_hops(flights, gait)
     gait = without_leaps(gait, jumped)
     runs = [(step.start_s, step.stop_s) for step in gait.steps if gait.kind == "running"]
     flies = [(flight.off_s, flight.land_s) for flight in flights.flights]
@@ -191,7 +191,9 @@ def measures(
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
         *within(
             "jumps",
-            with_outcome("jumps", jumps(flights, jumped, cut, rectified), lasts_s, flights.looked, doubt),
+            with_outcome(
+                "jumps", jumps(flights, jumped, cut, brief, rectified), lasts_s, flights.looked, doubt
+            ),
         ),
         *within("paths", _paths(take, rectified)),
     )

@@ -134,11 +134,34 @@ def _least(limb: _Limb, movement: str) -> float:
 
 def _found(level: PoseSequence, limb: _Limb, movement: str) -> list[Repetition]:
     counts = _punches if movement == "punches" else _kicks
-    return [
+    found = [
         one
         for one in repetitions(limb.driver, level.times, _least(limb, movement), breaks(level))
         if counts(limb, level.times, one)
     ]
+    return found if limb.image is None else _once(limb.image, level.times, found)
+
+
+def _once(image: np.ndarray, times: np.ndarray, found: Sequence[Repetition]) -> list[Repetition]:
+    """The lifted punches; those between which the arm does not bend in the image (T,) are one, with the farthest
+    reach."""
+    result: list[Repetition] = []
+    for one in found:
+        if result and not _bends(image, times, result[-1].peak_s, one.peak_s):
+            last = result.pop()
+            farthest = max(last, one, key=lambda each: each.peak)
+            result.append(replace(farthest, start_s=last.start_s, stop_s=one.stop_s))
+        else:
+            result.append(one)
+    return result
+
+
+def _bends(image: np.ndarray, times: np.ndarray, first_s: float, second_s: float) -> bool:
+    """Whether an arm that is straight in the image (T,) at about two moments bends between them."""
+    near = [_rows(times, at_s - _AT_ONCE_S, at_s + _AT_ONCE_S) for at_s in (first_s, second_s)]
+    first, second = (rows.start + int(np.nanargmax(image[rows])) for rows in near)
+    between = np.nanmin(image[first : second + 1], initial=np.inf)
+    return bool(min(image[first], image[second]) - between >= _IMAGE_RISES)
 
 
 def _leaps(poses: PoseSequence, side: str, one: Repetition) -> bool:

@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from ...pipeline.core.measures import (
     CANNOT_BE_TOLD,
+    NONE,
     NOT_LOOKED_FOR,
     SD_90,
     SEEN,
@@ -48,7 +49,7 @@ from ..drawing.page import (
     told,
 )
 from ..drawing.words import spoken
-from .glossary import explained
+from .glossary import COUNTED, explained
 
 _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
@@ -98,6 +99,8 @@ def happened(rows: Iterable[Row], length: str) -> Markup:
             parts.append(heading(_title(name, group)) + shown)
         else:
             outcome = _OUTCOMES.get(text(group, "outcome"), "not known" if "reason" in group else "none")
+            if text(group, "outcome") == NONE and name in COUNTED:
+                outcome += f" (counted where {COUNTED[name]})"
             absent.append(
                 f"{worded(name).capitalize()}: {': '.join(filter(None, (outcome, why_untold(group))))}."
             )

@@ -143,7 +143,7 @@ def treadmill() -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("noise_px", [0.0, 4.0])
 def test_who_stays_on_the_floor_does_not_fly(still, noise_px):
     found = airborne(filmed(*still(), noise_px))
-    assert (found.flights, found.reason, found.cut) == ((), "", ())
+    assert (found.flights, found.reason, found.brief, found.cut) == ((), "", (), ())
 
 
 @pytest.mark.parametrize("fps", [30.0, 60.0])
@@ -201,6 +201,21 @@ def test_hops_that_are_too_brief_to_tell_make_a_count_at_least():
     assert (jumps["count"], bool(jumps["count_reason"])) == (1, True)
     assert "umped at least once (" in answer(done)[0]
     assert airborne(filmed(*jumping())).uncertain == ()
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0])
+@pytest.mark.parametrize("noise_px", [0.0, 3.0])
+def test_hops_that_are_too_brief_to_tell_are_not_denied(fps, noise_px):
+    """A man hopped four times in two jumping jacks, and the page said that there were no jumps."""
+    time_s = np.arange(0, 5, 1 / fps)
+    world = standing() + np.tile(AT_M, (len(time_s), 1, 1))
+    world[..., 2] += rises(time_s, (1.5, 3.0), 0.05)[:, None]
+    take = filmed(world, time_s, noise_px)
+    found = airborne(take)
+    assert found.flights == ()
+    assert [round((begin + end) / 2, 1) for begin, end in found.brief] == [1.5, 3.0]
+    jumps = nested(Measures()(Angles()(Trajectories()(Scale()(take)))).measures)["jumps"]
+    assert (jumps["outcome"], jumps["count"]) == (CANNOT_BE_TOLD, 0)
 
 
 def test_falls_give_metres_with_their_error():

@@ -19,7 +19,7 @@ from pcnet3d.stages.measures.cycles import repetitions
 from pcnet3d.stages.measures.outcomes import with_outcome
 from pcnet3d.stages.measures.repeats import repeats
 from pcnet3d.stages.measures.stage import _BEND
-from pcnet3d.stages.measures.strikes import _kicks, _Limb, _punches, _trimmed, strikes
+from pcnet3d.stages.measures.strikes import _kicks, _Limb, _once, _punches, _trimmed, strikes
 from pcnet3d.stages.report.measures import happened
 
 # A person who stands: hips, knees, ankles, arms that hang.
@@ -157,6 +157,17 @@ def test_a_lifted_punch_is_one_that_the_image_shows():
     zeros = np.zeros(len(TIMES))
     for image, counts in ((0.4 + bump(6.05, 0.12, 0.6), True), (zeros + 0.6, False), (zeros + np.nan, False)):
         assert _punches(_Limb(reach, zeros, zeros, zeros, zeros, reach, image), TIMES, one) is counts
+
+
+def test_a_punch_that_the_image_shows_once_is_one():
+    """Of a noisy lifter's five punches of a boxer two were counted twice, one of them 0.07 s long."""
+    reach = 0.55 + bump(5.9, 0.05, 0.25) + bump(6.1, 0.05, 0.2)
+    found = repetitions(reach, TIMES, 0.12)
+    assert len(found) == 2
+    twice = 0.4 + bump(5.9, 0.05, 0.6) + bump(6.1, 0.05, 0.6)
+    assert _once(twice, TIMES, found) == found
+    (punch,) = _once(0.4 + bump(6.1, 0.08, 0.6), TIMES, found)
+    assert (punch.start_s, punch.stop_s, punch.peak) == (found[0].start_s, found[1].stop_s, found[0].peak)
 
 
 def test_errors_grow_where_a_limb_contradicts_its_keypoints_and_nowhere_else():

@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 
 from golden.measures import rows_of
-from pcnet3d.pipeline.core.measures import Measure, Moments, grouped, half_bar
+from pcnet3d.pipeline.core.measures import Measure, Moments, Remark, grouped, half_bar, within
 from pcnet3d.pipeline.signals.angles import MIDLINE
 from pcnet3d.pipeline.signals.foot_angles import ALL_OF_BOTH
 from pcnet3d.stages.drawing.words import range_words
-from pcnet3d.stages.measures.stage import Measures
+from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
+from pcnet3d.stages.measures.stage import _BEND, _RAISE, Measures
+from pcnet3d.stages.measures.strikes import _KICK_RISES
 from pcnet3d.stages.report.angles import ranges, sides_compared
-from pcnet3d.stages.report.glossary import explained
+from pcnet3d.stages.report.glossary import COUNTED, explained
 from pcnet3d.stages.report.measures import FOR_FILES, happened, measure_tables, named
 from pcnet3d.stages.study.compare.changes import Change
 
@@ -32,6 +34,22 @@ MEASURES = {
     },
     "smoothness": {"reason": "fewer than <4> movements"},
 }
+
+
+@pytest.mark.parametrize("movement", BRIEFEST_S)
+def test_what_was_not_there_is_told_with_what_counts(movement):
+    """A man held one hand beside his head, and the page only said that he raised no arm."""
+
+    def page(*said):
+        return happened(within(movement, with_outcome(movement, [Measure("count", 0), *said], 10.0)), "m")
+
+    assert COUNTED[movement] in page()
+    assert COUNTED[movement] not in page(Remark("reason", "not seen from 1 to 2 s"))
+
+
+def test_what_counts_is_told_by_its_threshold():
+    for movement, least in (("knee_bends", _BEND), ("arm_raises", _RAISE), ("kicks", _KICK_RISES)):
+        assert f" {least:g} " in COUNTED[movement]
 
 
 @pytest.mark.parametrize(
@@ -216,10 +234,10 @@ def test_few_members_with_many_figures_are_columns():
 
 def test_a_difference_within_its_error_is_said_where_it_stands_alone():
     index = {"step_time_symmetry_index_percent": 6.0, "step_time_symmetry_index_error_percent": 3.7}
-    for within, said in ((True, "6 ± 6.1 %, within its error"), (False, "6 ± 6.1 %")):
-        shown = tables({**index, "step_time_within_error": within})
+    for inside, said in ((True, "6 ± 6.1 %, within its error"), (False, "6 ± 6.1 %")):
+        shown = tables({**index, "step_time_within_error": inside})
         assert figures(shown)["step time symmetry index"] == said
-        assert ('class="soft"' in shown) == within
+        assert ('class="soft"' in shown) == inside
 
 
 def test_plus_minus_is_the_90_bar_wherever_people_read():
