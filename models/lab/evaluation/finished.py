@@ -18,6 +18,7 @@ from ....pipeline.core.camera import Look
 from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
+from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.pose import MadeBy
 from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.files.video_frames import shown_size
@@ -222,7 +223,11 @@ def given(truth: SeenTake, seed: int, configuration: Configuration) -> Take:
     frame = CAMERA.with_(origin="pelvis")
     return take.with_(
         poses=truth.keypoints.with_(
-            joints=truth.truth, frame=frame, confidence=None, made_by=MadeBy("measured", "motion capture")
+            joints=truth.truth,
+            layout=H36M17,
+            frame=frame,
+            confidence=None,
+            made_by=MadeBy("measured", "motion capture"),
         )
     )
 
