@@ -54,8 +54,9 @@ _LATE = (
 _LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
 _HELD = 12.0  # times as long as those between: more than ten rows are lost at once nowhere
 # Once: times the mean movement of so many rows before and after, in their direction; none of 298 noisy takes of
-# keypoints, and none of their lifts, which are smoother.
+# keypoints. A lift moves less evenly: four of 300 once by over 4 times.
 _LEAP, _ALONG, _BESIDE, _FEW_LEAPS = 4.0, 0.55, {2: 3, 3: 1}, {2: 2, 3: 1}
+_FARTHEST = {2: _LEAP, 3: 5.5}
 _SEEN = 0.3  # score of a keypoint that was seen
 
 
@@ -308,7 +309,10 @@ def rows_lost(points: PoseSequence) -> list[Notice]:
     found = np.flatnonzero((alike / square > _LEAP) & (cosine > _ALONG) & (usual > np.median(length) / 2))
     if not 0 < len(found) <= _FEW_LEAPS[points.frame.dims]:
         return []
-    how = f"as far as in {float((alike / square)[found].max()):.0f} frames at row {int(at[found[0]]) + 1}"
+    farthest = float((alike / square)[found].max())
+    if farthest < _FARTHEST[points.frame.dims]:
+        return []
+    how = f"as far as in {farthest:.0f} frames at row {int(at[found[0]]) + 1}"
     return [notice("rows-lost", count=len(found), how=how)]
 
 
