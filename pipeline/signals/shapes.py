@@ -54,7 +54,7 @@ _LATE = (
 _LONGER, _ABOVE, _FEWEST_OWN = 0.3, 0.8, 6
 _HELD = 12.0  # times as long as those between: more than ten rows are lost at once nowhere
 # Once: times the mean movement of so many rows before and after, in their direction; none of 298 noisy takes of
-# keypoints. A lift moves less evenly: four of 300 once by over 4 times.
+# keypoints. A lift moves less evenly: four of 300 once by over 4 times; chosen on these.
 _LEAP, _ALONG, _BESIDE, _FEW_LEAPS = 4.0, 0.55, {2: 3, 3: 1}, {2: 2, 3: 1}
 _FARTHEST = {2: _LEAP, 3: 5.5}
 _SEEN = 0.3  # score of a keypoint that was seen
