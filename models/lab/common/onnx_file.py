@@ -53,14 +53,14 @@ def to_onnx(
 
 def half_as_large(model: Any) -> Any:
     """An onnx.ModelProto whose matrices are kept in half precision; it computes with them in float32 as before."""
-    from onnx import helper, numpy_helper
+    from onnx import TensorProto, helper, numpy_helper
 
     casts = []
     for each in model.graph.initializer:
         matrix = numpy_helper.to_array(each)
         if matrix.dtype == np.float32 and matrix.ndim > 1:
             kept = f"{each.name}.half"
-            casts.append(helper.make_node("Cast", [kept], [each.name], to=1))  # FLOAT
+            casts.append(helper.make_node("Cast", [kept], [each.name], to=TensorProto.FLOAT))
             each.CopyFrom(numpy_helper.from_array(matrix.astype(np.float16), kept))
     nodes = [*casts, *model.graph.node]
     del model.graph.node[:]
