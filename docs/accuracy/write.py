@@ -88,6 +88,7 @@ BLOCKS = {
         "",
         ("lifter", "pcnet"),
         (
+            "truth/*",
             "lift/*/mean/rigid_mm",
             "lift/*/mean/*_flexion/rmse",
             "level/video, *, geometric/mean/up_deg",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -148,6 +148,30 @@ def exact_keypoints(camera: RealCamera, limbs: np.ndarray, found: PoseSequence) 
     rows = COCO17.indices(LIMBS)
     joints[:, rows], confidence[:, rows] = camera.project(limbs), 1.0
     return found.with_(joints=joints, confidence=confidence)
+
+
+def triangulated(cameras: Mapping[str, RealCamera], openpose: Mapping[str, np.ndarray]) -> np.ndarray:
+    """(T, 12, 3) metres, joints LIMBS, world +Z up: where the keypoints of all cameras that found a joint meet, by
+    linear least squares. openpose: RealTruth's; NaN where fewer than two found it."""
+    import cv2
+
+    rows, equations = COCO17.indices(LIMBS), []
+    for name, camera in cameras.items():
+        assert camera.R_camera_from_world is not None
+        assert camera.t_m is not None
+        matrix = np.diag([*camera.focal_px, 1.0])
+        matrix[:2, 2] = camera.principal_point_px
+        points, score = openpose[name][:, rows, :2], openpose[name][:, rows, 2]
+        plane = cv2.undistortPoints(points.reshape(-1, 1, 2), matrix, camera.distortion).reshape(
+            *points.shape
+        )
+        P = np.column_stack([camera.R_camera_from_world, camera.t_m])
+        lines = plane[..., None] * P[2] - P[:2]
+        equations.append(np.where((score > 0)[..., None, None], lines, 0.0))
+    A = np.concatenate(equations, axis=-2)
+    seen = (np.abs(A).sum(axis=-1) > 0).sum(axis=-1) >= 4
+    solved = np.einsum("...ij,...j->...i", np.linalg.pinv(A[..., :3]), -A[..., 3])
+    return np.where(seen[..., None], solved, np.nan)
 
 
 def whole_body(limbs: np.ndarray) -> np.ndarray:

@@ -19,12 +19,12 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.rotations import angle_deg, kabsch, rotate, transpose
+from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose
 from ....pipeline.core.take import Video
 from ....pipeline.files.video_frames import shown_size
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.load import read_video
-from ....pipeline.signals.angles import FINE, near
+from ....pipeline.signals.angles import FINE, near, of_both
 from ....pipeline.signals.visibility import seen_only
 from ...angle_error.take_angles import AngleSeries, smoothed, take_angles
 from ...common.metrics import joint_error, procrustes_error, scaled
@@ -43,14 +43,18 @@ from .real_data import (
     openpose_keypoints,
     read_cameras,
     read_moving,
+    triangulated,
     whole_body,
 )
 from .sets import Question
 from .tables import Page, Table
 
 _LIMB_ROWS = H36M17.indices(LIMBS)
-_KEYPOINTS = ("video, skeletons alone", "OpenPose", "exact limbs")
+_EXACT = "exact limbs"
+_KEYPOINTS = ("video, skeletons alone", "OpenPose", _EXACT)
+_FPS = 60.0  # of the take
 _WITH_IMAGE = "video, with its image"  # its lines tell up and the focal length
+_ALL = ", truth of all four cameras"
 _LIFT_ANGLES = ("knee_flexion", "elbow_flexion")
 _LEANS = ("trunk_lean_sagittal", "trunk_lean_frontal")
 _UP = {
@@ -61,6 +65,15 @@ PAGE = Page(
     "; a man who balances, each of four cameras by itself, focal length unknown. Keypoints: found in the video alone, "
     "OpenPose's, or the true limbs as the camera sees them with OpenPose's face.",
     [
+        Table(
+            "How well the truth is known",
+            "truth/*",
+            ["joint, mm, or angle, degrees"],
+            {"apart": "{value:.0f}"},
+            "The truth left single cameras out of single joints. Medians of how far its joints are from where "
+            "OpenPose's keypoints of all four cameras meet, and root mean squares of what that is in angles and "
+            "BODY's heading.",
+        ),
         Table(
             "Lift",
             "lift/*/*",
@@ -94,14 +107,16 @@ PAGE = Page(
 
 
 def tables(question: Question) -> dict[str, Any]:
-    """Everything the report says. {"lift": {keypoints: {camera: row}}, "level": {"keypoints, method": {camera: row}},
-    "standing": {method: {camera: row}}}; the rows are lift_row's and level_row's, the last of each the mean over
-    cameras. InputError where the data is not."""
+    """Everything the report says. {"truth": truth_row's, "lift": {keypoints: {camera: row}}, "level": {"keypoints,
+    method": {camera: row}}, "standing": {method: {camera: row}}}; the rows are lift_row's and level_row's, the last of
+    each the mean over cameras. InputError where the data is not."""
     results: dict[str, Any] = {
         **question.heading(), "rectifiers": [r.method for r in question.rectifiers],
         "lift": {}, "level": {}, "standing": {},
     }  # fmt: skip
     cameras, truth = read_moving()
+    of_all = triangulated(cameras, truth.openpose)
+    results["truth"] = truth_row(of_all, truth.limbs, np.arange(len(of_all)) / _FPS)
     for name, camera in cameras.items():
         video = read_video(camera.video)
         if len(video.time_s) != len(truth.limbs):
@@ -120,6 +135,9 @@ def tables(question: Question) -> dict[str, Any]:
         for kind, (look, poses) in lifts.items():
             limbs = truth.limbs[poses.frame_index]
             results["lift"].setdefault(kind, {})[name] = lift_row(poses, limbs)
+            if kind != _EXACT:
+                row = lift_row(poses, of_all[poses.frame_index])
+                results["lift"].setdefault(kind + _ALL, {})[name] = row
             for rectifier in question.rectifiers:
                 rows = results["level"].setdefault(f"{kind}, {rectifier.method}", {})
                 rows[name] = level_row(rectifier, poses, camera.up, limbs, look)
@@ -171,6 +189,20 @@ def lift_row(poses: PoseSequence, limbs: np.ndarray) -> dict[str, Any]:
         "pa_mm": mean(1000 * procrustes_error(lifted, limbs)),
         "rigid_mm": mean(1000 * joint_error(turned, other)),
         **angle_errors(found, true, _LIFT_ANGLES),
+    }
+
+
+def truth_row(limbs: np.ndarray, others: np.ndarray, time_s: np.ndarray) -> dict[str, float]:
+    """How far two truths (T, 12, 3), world +Z up, are apart: each of LIMBS in mm, the median, and BODY's heading and
+    every angle in degrees, root mean square, left and right together."""
+    apart = 1000 * np.nanmedian(np.linalg.norm(limbs - others, axis=-1), axis=0)
+    R, R_other = (R_world_from_body(whole_body(each)) for each in (limbs, others))
+    found, true = (limb_angles(each, None, time_s) for each in (limbs, others))
+    names = dict.fromkeys(of_both(name) for name in found)
+    return {
+        **dict(zip(LIMBS, apart.tolist(), strict=True)),
+        "BODY's heading": mean(geodesic_deg(R, R_other) ** 2) ** 0.5,
+        **{name: row["rmse"] for name, row in angle_errors(found, true, [*names]).items()},
     }
 
 

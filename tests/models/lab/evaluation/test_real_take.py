@@ -16,8 +16,9 @@ from pcnet3d.models.lab.evaluation.real_data import (
     openpose_keypoints,
     read_cameras,
     read_truth,
+    triangulated,
 )
-from pcnet3d.models.lab.evaluation.real_take import level_row, lift_row, mean_row
+from pcnet3d.models.lab.evaluation.real_take import level_row, lift_row, mean_row, truth_row
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
 from pcnet3d.pipeline.core.canonical import body_axes
 from pcnet3d.pipeline.core.layouts import COCO17
@@ -167,6 +168,40 @@ def test_cameras_that_say_too_little_are_refused(tmp_path, content):
         read_cameras(tmp_path)
 
 
+def test_keypoints_of_several_cameras_meet_in_the_joints(world):
+    """A joint that only one camera found is not known; another that one of them missed is."""
+    limbs, cameras, seen = world[:, _ROWS], {}, {}
+    for name, turn in (("one", 0), ("two", 70), ("three", 150)):
+        R = _R_CAMERA_FROM_WORLD @ Rotation.from_euler("z", turn, degrees=True).as_matrix()
+        cameras[name] = RealCamera(
+            "",
+            R[:, 2],
+            np.full(2, 1000.0),
+            np.full(2, 500.0),
+            np.array([-0.1, 0.02, 0, 0]),
+            R,
+            np.array([0.0, 0, 4]),
+        )
+        seen[name] = np.ones((len(limbs), len(COCO17), 3))
+        seen[name][:, COCO17.indices(LIMBS), :2] = cameras[name].project(limbs)
+    seen["one"][:, COCO17.index("l_knee"), 2] = 0
+    np.testing.assert_allclose(triangulated(cameras, seen), limbs, atol=1e-3)
+    seen["two"][:, COCO17.index("l_knee"), 2] = 0
+    assert np.isnan(triangulated(cameras, seen)[:, LIMBS.index("l_knee")]).all()
+
+
+def test_two_truths_are_as_far_apart_as_what_was_moved(world):
+    limbs = world[:, _ROWS]
+    moved = limbs.copy()
+    moved[:, LIMBS.index("r_wrist")] += [0.0, 0.0, 0.05]
+    row = truth_row(moved, limbs, _TIME_S)
+    assert row["r_wrist"] == pytest.approx(50)
+    assert row["l_wrist"] == row["r_hip"] == pytest.approx(0, abs=1e-6)
+    assert row["knee_flexion"] == pytest.approx(0, abs=1e-3)
+    turned = rotate(Rotation.from_euler("z", 12, degrees=True).as_matrix(), limbs)
+    assert truth_row(turned, limbs, _TIME_S)["BODY's heading"] == pytest.approx(12, abs=1e-6)
+
+
 @pytest.mark.data
 def test_the_cameras_see_the_truth_where_openpose_does(data):
     folder = data / "real" / "pose2sim"
@@ -175,7 +210,9 @@ def test_the_cameras_see_the_truth_where_openpose_does(data):
     rows = COCO17.indices(LIMBS)
     for name, camera in cameras.items():
         off = np.linalg.norm(camera.project(truth.limbs) - truth.openpose[name][:, rows, :2], axis=-1)
-        assert np.median(off) < 30, name  # pixels of 1920; 22 in cam03, which lags by a frame
+        assert np.median(off) < 30, (
+            name
+        )  # pixels of 1920; 22 in cam03
         np.testing.assert_allclose(camera.R_camera_from_world[:, 2], camera.up, atol=1e-6)
 
 
