@@ -210,9 +210,7 @@ def test_the_cameras_see_the_truth_where_openpose_does(data):
     rows = COCO17.indices(LIMBS)
     for name, camera in cameras.items():
         off = np.linalg.norm(camera.project(truth.limbs) - truth.openpose[name][:, rows, :2], axis=-1)
-        assert np.median(off) < 30, (
-            name
-        )  # pixels of 1920; 22 in cam03
+        assert np.median(off) < 30, name  # pixels of 1920; 22 in cam03
         np.testing.assert_allclose(camera.R_camera_from_world[:, 2], camera.up, atol=1e-6)
 
 
