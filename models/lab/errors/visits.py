@@ -39,6 +39,7 @@ from ...angle_error.repeatability import (
     ends,
     figure_of,
     range_sd,
+    same_part,
     same_place,
 )
 from ...common.metrics import SD_90
@@ -122,9 +123,12 @@ def visits(clip: Clip, configuration: Configuration, seed: int) -> Iterator[Visi
         yield from _within(after, true, clip, seed)
         near = same_place(before.need("rectified"), after.need("rectified"))
         rows, others = _figures(before), _figures(after)
+        groups, other_groups = grouped(before.measures or ()), grouped(after.measures or ())
         for (figure, side), row in rows.items():
             other = others.get((figure, side))
-            if other is not None and row.error is not None and other.error is not None:
+            if other is None or row.error is None or other.error is None:
+                continue
+            if same_part(subgroup(groups, *row.group), subgroup(other_groups, *other.group)):
                 found, errors = (row.value, other.value), (row.error, other.error)
                 same = (kind, clip.subject, clip.name, seed, figure, side)
                 yield Visits(*same, found, errors, near, lasts_s=_lasts_s(clip))
@@ -134,12 +138,14 @@ def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip, seed: int) -> 
     """Pairs of sides and of repetitions of one run, and its ranges, known by what their errors are made of. truth: of
     within.true_angles."""
     of, lasts_s = ranges(take, truth), _lasts_s(clip)
+    groups = subgroup(grouped(take.measures or ()), "range_of_motion")
     for name, one in of.items():
         known = {part: brief(lasts_s) * np.array([getattr(one, part)]) for part in _PARTS}
         half = np.array([SD_90 * one.ends])
         yield Stated(of_both(name), clip.subject, np.array([one.found - one.true]), half, known)
-        other = of.get(f"l_{of_both(name)}")
-        if name.startswith("r_") and other is not None:
+        left = f"l_{of_both(name)}"
+        other = of.get(left)
+        if name.startswith("r_") and other and same_part(subgroup(groups, name), subgroup(groups, left)):
             pair = ((one.found, other.found), (one.ends, other.ends))
             off = other.true - one.true
             same = ("sides", clip.subject, clip.name, seed, f"{_RANGE}{of_both(name)}", "")

@@ -16,10 +16,12 @@ from ....models.angle_error.repeatability import (
     differing,
     figure_of,
     judged,
+    same_part,
     same_place,
 )
 from ....models.common.metrics import SD_90
 from ....pipeline.core.measures import OF_LENGTH, Group, Measure, grouped, measure, subgroup, text, with_bar
+from ....pipeline.core.messages import how_many
 from ....pipeline.signals.angles import ANGLES
 from ...drawing.words import spoken
 from ...report.measures import unit_of, worded
@@ -32,8 +34,9 @@ _BEYOND = 0.1  # of the figures that did not change, of each by itself: SD_90
 
 class Change(NamedTuple):
     """A figure of two takes. group: "range_of_motion" or the movement's; side: "right", "left" or neither; values,
-    errors: of the reference and of the other; error: one standard deviation of their difference; differs: whether it is
-    told from none, with all figures of the comparison tested at once."""
+    errors: of the reference and of the other; error: one standard deviation of their difference; same_part: whether
+    both takes show about as much of the movement, without which they are not compared; differs: whether the difference
+    is told from none, with all figures of the comparison tested at once; None of one that is not compared."""
 
     group: str
     item: str
@@ -42,7 +45,8 @@ class Change(NamedTuple):
     values: tuple[float, float]
     errors: tuple[float, float]
     error: float
-    differs: bool = False
+    same_part: bool = True
+    differs: bool | None = None
 
     @property
     def by(self) -> float:
@@ -104,12 +108,16 @@ def other_cadence(side: Side, reference: Side) -> bool:
 
 def told(changes: list[Change], against: str) -> Iterator[str]:
     """A sentence on how many figures differ, which, and how many chance makes seem so. against: "B less A"."""
-    if not changes:
+    tested = [change for change in changes if change.same_part]
+    if len(tested) < len(changes):
+        many, parts = len(changes) - len(tested), "in one of the takes a part of the movement was not seen"
+        yield f"{how_many(many, 'figure')} {'is' if many == 1 else 'are'} not compared: {parts}"
+    if not tested:
         return
-    apart = sorted((change for change in changes if change.differs), key=lambda change: change.chance)
-    beyond = sum(not change.within_error for change in changes)
-    chance = f"{beyond or 'none'} beyond MDC90, where {_BEYOND * len(changes):.2g} are expected by chance"
-    figures = f"of {len(changes)} ranges of motion and figures of movements"
+    apart = sorted((change for change in tested if change.differs), key=lambda change: change.chance)
+    beyond = sum(not change.within_error for change in tested)
+    chance = f"{beyond or 'none'} beyond MDC90, where {_BEYOND * len(tested):.2g} are expected by chance"
+    figures = f"of {len(tested)} ranges of motion and figures of movements"
     if not apart:
         yield f"None {figures} differs by more than the error; {chance}"
         return
@@ -132,9 +140,9 @@ def as_figures(changes: list[Change]) -> list[dict[str, Any]]:
             "reference": change.values[0],
             "value": change.values[1],
             "difference": change.by,
-            "error": change.error,
-            "mdc90": change.mdc90,
-            "within_error": change.within_error,
+            "error": change.error if change.same_part else None,
+            "mdc90": change.mdc90 if change.same_part else None,
+            "within_error": change.within_error if change.same_part else None,
             "differs": change.differs,
         }
         for change in changes
@@ -154,51 +162,55 @@ def _gap(unit: str) -> str:
     return "" if unit.startswith("°") else " "
 
 
-_Found = tuple[str, str, str, Measure, Measure]  # group, item, side, of the reference, of the other
+_Found = tuple[
+    str, str, str, Measure, Measure, bool
+]  # group, item, side, of the reference, the other, same_part
 
 
 def _ranges(before: Group, after: Group) -> Iterator[_Found]:
     for angle in ANGLES:
-        both = (measure(subgroup(of, "range_of_motion", angle), "p05_p95") for of in (before, after))
-        yield from _with_errors("range_of_motion", angle, "", *both)
+        both = (subgroup(of, "range_of_motion", angle) for of in (before, after))
+        yield from _with_errors("range_of_motion", angle, "", "p05_p95", *both)
 
 
 def _movements(before: Group, after: Group, metric: bool) -> Iterator[_Found]:
     for group, names in MOVEMENTS.items():
         for name, side in product(names, ("right", "left") if group == "arm_raises" else ("",)):
             path = (group, side) if side else (group,)
-            both = [measure(subgroup(of, *path), name) for of in (before, after)]
-            if metric or not any(of and of.unit in OF_LENGTH for of in both):
-                yield from _with_errors(group, worded(name), side, *both)
+            both = [subgroup(of, *path) for of in (before, after)]
+            if metric or not any(
+                of and of.unit in OF_LENGTH for of in (measure(each, name) for each in both)
+            ):
+                yield from _with_errors(group, worded(name), side, name, *both)
 
 
 def _with_errors(
-    group: str, item: str, side: str, before: Measure | None, after: Measure | None
+    group: str, item: str, side: str, name: str, before: Group, after: Group
 ) -> Iterator[_Found]:
     """Two figures that both have an error; nothing else."""
-    if before and after and before.error is not None and after.error is not None:
-        yield group, item, side, before, after
+    one, other = measure(before, name), measure(after, name)
+    if one and other and one.error is not None and other.error is not None:
+        yield group, item, side, one, other, same_part(before, after)
 
 
 def _change(found: _Found, gaits: Sequence[str], near: bool | None) -> Change:
     """gaits: of both takes' steps. near: whether both were filmed from about the same place, None for errors that are
     independent."""
-    group, item, side, before, after = found
+    group, item, side, before, after, alike = found
     assert before.error is not None
     assert after.error is not None
     values, errors = (before.value, after.value), (before.error, after.error)
     error, figure = float(np.hypot(*errors)), figure_of(after, gaits[1])
     if near is not None and figure is not None and figure == figure_of(before, gaits[0]):
         error = difference_sd(figure, errors, "again" if near else "elsewhere")
-    return Change(group, item, side, unit_of(after), values, errors, error)
+    return Change(group, item, side, unit_of(after), values, errors, error, alike)
 
 
 def _tested(found: list[Change]) -> list[Change]:
-    """The same, and which of them differ, by Benjamini and Hochberg's procedure over all of them."""
-    if not found:
-        return []
-    differ = differing(np.array([change.chance for change in found]))
-    return [change._replace(differs=bool(one)) for change, one in zip(found, differ, strict=True)]
+    """The same, and which of those that are compared differ, by Benjamini and Hochberg's procedure over all of them."""
+    chances = [change.chance for change in found if change.same_part]
+    differ = iter(differing(np.array(chances)) if chances else ())
+    return [change._replace(differs=bool(next(differ))) if change.same_part else change for change in found]
 
 
 def _one_lifter(side: Side, reference: Side) -> bool:

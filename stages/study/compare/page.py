@@ -204,6 +204,8 @@ def _movements(pair: Pair) -> Markup:
 
 
 def _by(change: Change) -> Cell:
+    if not change.same_part:
+        return Soft("another part seen")
     words = f"{change.words} *" if change.differs else change.words
     return Soft(words) if change.within_error and not change.differs else words
 

@@ -182,6 +182,34 @@ def test_what_the_lifter_errs_alike_in_both_visits_is_not_in_the_difference(side
     assert "about the same place" in as_page(compared([first, later], "cycles"))
 
 
+def test_a_figure_of_which_one_take_shows_another_part_is_not_compared(sides):
+    """A thigh that one visit saw while it stood and the other while it ran, too, was said to have changed by 55
+    degrees."""
+
+    def visit(side, high_deg, unseen):
+        ranges = {
+            name: {"p05_p95_deg": high_deg, "p05_p95_error_deg": 4.0, "frames": 100, "nan_share": share}
+            for name, share in (("r_knee_flexion", 0.0), ("l_thigh_sagittal", unseen))
+        }
+        return with_run(side, measures=rows_of({"range_of_motion": ranges}))
+
+    first, later = visit(sides[0], 70.0, 0.0), visit(sides[1], 15.0, 0.77)
+    by = {change.item: change for change in changes(later, first, True)}
+    assert [by[name].differs for name in ("r_knee_flexion", "l_thigh_sagittal")] == [True, None]
+    left_out, said = told(list(by.values()), "front less side")
+    assert left_out.startswith("1 figure is not compared")
+    assert said.startswith("1 of 1 ")
+    found = compared([later, first], align="cycles")
+    assert "another part seen" in as_page(found)
+    (entry,) = (
+        one for one in figures(found)["pairs"]["side"]["changes"] if one["item"] == "l_thigh_sagittal"
+    )
+    assert [entry[key] for key in ("error", "mdc90", "within_error", "differs")] == [None] * 4
+    assert not list(told([by["l_thigh_sagittal"]], ""))[1:]  # nothing is left to be tested
+    alike = changes(visit(sides[1], 15.0, 0.1), first, True)
+    assert all(change.differs for change in alike)
+
+
 def test_of_many_figures_one_that_chance_may_have_made_is_not_said_to_differ(sides):
     """By Benjamini and Hochberg: nine figures that are alike, and one beyond its own MDC90."""
 
