@@ -93,6 +93,15 @@ def test_a_known_fall_has_its_height_and_time(fps, noise_px, high_m):
         assert (flight.off_feet, flight.land_feet) == (2, 2)
 
 
+@pytest.mark.parametrize("fps", [25.0, 30.0, 50.0, 60.0, 120.0])
+@pytest.mark.parametrize("begins_s", [0.0, 0.01, 0.02])
+def test_a_brief_fall_is_one_at_any_rate_and_phase(fps, begins_s):
+    """At 30 frames a second, the time from the first to the last frame in the air, such falls were too brief; at 60 the
+    height of what was left of them, too low."""
+    found = airborne(filmed(*jumping((1.5 + begins_s, 3.01 + begins_s), fps, high_m=0.08)))
+    assert len(found.flights) == 2
+
+
 def test_no_depth_and_no_size_is_needed():
     """The smooth path of the pelvis has no fall in it; the body on its rays has."""
     take = filmed(*jumping())
