@@ -10,8 +10,8 @@ ankle turns about the forefoot until the toes leave). By 3.5 cm an ankle 8 cm fr
 foot that landed with its toes up by 25 degrees comes down.
 
 On the walks of the train subjects a stance then takes 61 % of a stride and double support 22 %, as in gait laboratories
-(with 5 cm 63 and 25 %). On a walk annotated elsewhere (gaitkit 1.5.0, one person, six landings) feet land 16 ms early in
-the median (with 5 cm 33) and leave 44 to 66 ms late.
+(with 5 cm 63 and 25 %). On a walk annotated elsewhere (gaitkit 1.5.0, one person, six landings) feet land 16 ms early
+in the median (with 5 cm 33) and leave 44 to 66 ms late.
 """
 
 from __future__ import annotations

@@ -154,8 +154,8 @@ def test_gaps_at_rest_and_clip_boundaries_hide_nothing():
 
 
 def test_one_low_moment_before_a_rest_begins_nothing():
-    """A knee straightened for a moment in the last step of a walk, and the squat after it began there: no squat, for the
-    feet did not stay."""
+    """A knee straightened for a moment in the last step of a walk, and the squat after it began there: no squat, for
+    the feet did not stay."""
     knee = np.concatenate(
         [15 - 9 * stroke(0.5, FPS) / 1.875, np.full(2 * FPS, 14.0), 14 + 0.8 * WAVES[: 2 * FPS + 1]]
     )
