@@ -200,7 +200,7 @@ def _flight(path: _Path, rows: slice, line: np.ndarray, stature_m: float | None)
     edges = ((rows.start, -1), (rows.stop - 1, 1))
     feet = [1 if _apart_s(path.highest - line, time_s, *edge) > _ONE_FOOT_S else 2 for edge in edges]
     off_s, land_s = (_edge(path, line, rows, way, on) for (_, way), on in zip(edges, feet, strict=True))
-    if np.isnan(off_s + land_s):
+    if not off_s < fit.apex_s < land_s:
         return None
     off_s, land_s, fall = off_s - rule.since_s, land_s + rule.until_s, fit.fall
     if np.isfinite(rule.heel) and stature_m is not None:
