@@ -32,7 +32,7 @@ from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
 BUILT_IN = "pcnet3d"  # lifter
 _FEWEST = 10  # frames
 _LEVEL = 0.5  # least share of the view that is horizontal: steeper, heights are depths
-_ANY_PACE = replace(LIFTED, fall_s=np.nan, noise=MEASURED.noise)
+_ANY_PACE = replace(LIFTED, fall_s=np.nan, noise=MEASURED.noise, high=MEASURED.high)
 _USUAL_M = 1.7  # stature of an adult
 _FALLS_SHORT = 0.975  # of gravity, as lifted paths tell it: median of lifted flights
 _NEAREST = 0.1  # statures before the camera

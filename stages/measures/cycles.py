@@ -21,7 +21,9 @@ POINTS = 101  # of a normalised cycle
 # A repetition begins at _EDGE of its rise, or earlier, where the rise below _BEGINS is slower than _STARTS of its
 # fastest for the last time: a lifter flattens slow starts, so that they come late to a height. Of labelled movements
 # that were found, 97 % begin within 0.15 s of their label if captured and 83 % if lifted, at the height alone 94 and
-# 79 %.
+# 79 %. Where the signal is slow there so long after it has left the height, it rested: one low moment, as of a lifted
+# knee in a walk, had set the height too low.
+_RESTS_S = 0.5
 _EDGE = 0.07  # a steady return ends there too
 _BEGINS, _STARTS = 0.12, 0.2
 # It has ended too where the return, below _LOW of the rise, slows to _SETTLED of its fastest: what follows is drift. On
@@ -310,8 +312,11 @@ def _movement(
     rise = float(values[-1] - values[0])
     low, share = (_LOW, _SETTLED) if settles else (_BEGINS, _STARTS)
     slow = np.flatnonzero((values <= values[0] + low * rise) & (speed <= share * speed.max()))
-    start = float(times[slow[-1]] if len(slow) else times[0])
-    start = (max if settles else min)(start, _left(values, times, values[0] + _EDGE * rise))
+    start, left = (
+        float(times[slow[-1]] if len(slow) else times[0]),
+        _left(values, times, values[0] + _EDGE * rise),
+    )
+    start = max(start, left) if settles or start > left + _RESTS_S else min(start, left)
     below = int(np.flatnonzero(values <= values[0] + _OUTER * rise)[-1])
     high = below + int(np.argmax(values[below:] >= values[-1] - _OUTER * rise))
     # A pause on the way belongs to the movement; rest before a tenth of it and behind nine tenths does not.

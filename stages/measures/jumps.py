@@ -77,10 +77,12 @@ def _strides(begin_s: float, end_s: float, gait: Gait, around_s: float = 0.0) ->
 def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:
     """The gait without the steps in which the person jumps, as over a hurdle: a walk or run ends before, and the next
     begins behind."""
-    middles = [(flight.off_s + flight.land_s) / 2 for flight in jumped]
 
-    def leaps(step: Step) -> bool:
-        return any(step.start_s <= at_s < step.stop_s for at_s in middles)
+    def leaps(step: Step) -> bool:  # or lands in the first half of a flight, where no foot is on the floor
+        return any(
+            step.start_s <= (flight.off_s + flight.land_s) / 2 and flight.off_s < step.stop_s
+            for flight in jumped
+        )
 
     fewest = _FEWEST_STEPS.get(gait.kind, 0)
     pieces = [(leap, list(steps)) for walk in gait.walks for leap, steps in groupby(walk, leaps)]

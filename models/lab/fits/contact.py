@@ -2,7 +2,7 @@
 
 Of CMU's and ACCAD's train subjects: takes as captured, their walks in styles that nobody walked (models/lab/mocap/
 restyle.py), and both as the shipped lifter sees them before cameras of either bed. That lifter was trained on these
-people and lifts them a tenth better than others. It needs PCNET3D_DATA and the extra `train`. Ten minutes of a core;
+people and lifts them a sixth better than others. It needs PCNET3D_DATA and the extra `train`. Ten minutes of a core;
 with OMP_NUM_THREADS=1 one machine makes the same file every time.
 """
 
@@ -37,7 +37,7 @@ from ..mocap.restyle import Spells, on_floor, restyled_walks
 _TILT_DEG = 4.0  # of up about each horizontal axis, as a take's one gravity is off
 _HIDDEN = 64
 _EPOCHS, _BATCH, _RATE, _DECAY = 8, 1024, 3e-3, 0.1
-_JITTER = 0.03  # standard deviations of a feature, drawn anew in every batch
+_JITTER = 0.08  # standard deviations of a feature, drawn anew in every batch; others are lifted less well
 _MOVES = 3.0  # weight of frames in which a foot lands or leaves soon, or has just done so
 _SOON_S = 0.4
 _RUNS = 4.0  # weight of frames of runs, which are one in 25

@@ -7,6 +7,8 @@ import pytest
 
 from golden.jumps import STATURE_M, standing
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.lab.evaluation.finished import Configuration, finished
+from pcnet3d.models.lab.evaluation.sets import EvaluationSet, Question
 from pcnet3d.models.place.airborne import airborne, units_a_metre
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
 from pcnet3d.pipeline.core.answer import answer
@@ -91,6 +93,26 @@ def test_a_known_fall_has_its_height_and_time(fps, noise_px, high_m):
         assert G / 8 * (flight.land_s - flight.off_s) ** 2 == pytest.approx(high_m, abs=0.035)
         assert flight.land_s - flight.off_s == pytest.approx(time_s, abs=0.05)
         assert (flight.off_feet, flight.land_feet) == (2, 2)
+
+
+@pytest.mark.parametrize("fps", [25.0, 30.0, 50.0, 60.0, 120.0])
+@pytest.mark.parametrize("begins_s", [0.0, 0.01, 0.02])
+def test_a_brief_fall_is_one_at_any_rate_and_phase(fps, begins_s):
+    """At 30 frames a second, the time from the first to the last frame in the air, such falls were too brief; at 60 the
+    height of what was left of them, too low."""
+    found = airborne(filmed(*jumping((1.5 + begins_s, 3.01 + begins_s), fps, high_m=0.08)))
+    assert len(found.flights) == 2
+
+
+@pytest.mark.data
+def test_nobody_is_highest_before_the_feet_leave():
+    """In a skip one foot was said to leave 35 ms after the highest point, which was a flight of 70 ms."""
+    how = Configuration(image=True, bed="typical", fps=60.0)
+    sets = [EvaluationSet("val", "val")]
+    (skip,) = finished(
+        Question(seed=22), how, sets, lambda clip: clip.name == "accad-m1_bvh-a15-skiptostand-take-001"
+    )
+    assert all(one.off_s < one.apex_s < one.land_s for one in airborne(skip.take).flights)
 
 
 def test_no_depth_and_no_size_is_needed():

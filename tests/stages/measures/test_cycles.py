@@ -153,6 +153,16 @@ def test_gaps_at_rest_and_clip_boundaries_hide_nothing():
     assert len(hiding(clips, TIME, 40)) == 1
 
 
+def test_one_low_moment_before_a_rest_begins_nothing():
+    """A knee straightened for a moment in the last step of a walk, and the squat after it began there: no squat, for
+    the feet did not stay."""
+    knee = np.concatenate(
+        [15 - 9 * stroke(0.5, FPS) / 1.875, np.full(2 * FPS, 14.0), 14 + 0.8 * WAVES[: 2 * FPS + 1]]
+    )
+    (one,) = repetitions(knee, np.arange(len(knee)) / FPS, 35)
+    assert one.start_s == pytest.approx(2.5, abs=0.15)
+
+
 def test_a_pause_on_the_way_up_is_part_of_the_movement_and_not_smooth():
     one = np.concatenate([np.zeros(FPS), np.cumsum(stroke(1, FPS)) / FPS, np.ones(FPS)])
     two = np.concatenate([one / 2, 0.5 + one[FPS:] / 2])

@@ -77,8 +77,8 @@ def test_in_an_image_that_may_be_turned_nothing_is_said_to_be_absent(take, code,
         assert after[name]["outcome"] == (none_is if outcome == NONE else outcome)
 
 
-def run() -> Gait:
-    lands = [1.0, 1.4, 1.8, 2.15, 2.95, 3.35, 3.75]
+def run(*later: float) -> Gait:
+    lands = [1.0, 1.4, 1.8, 2.15, *(later or (2.95, 3.35, 3.75))]
     feet = {side: [Stance(side, at, at + 0.25) for at in lands[first::2]] for first, side in enumerate("rl")}
     steps = [Step("lr"[i % 2], start, stop) for i, (start, stop) in enumerate(pairwise(lands))]
     return Gait(feet, [steps])
@@ -90,6 +90,12 @@ def test_a_leap_is_no_step_of_the_run_that_it_ends():
     assert run().kind == "running"
     assert [len(walk) for walk in without_leaps(run(), [leap]).walks] == [3, 2]
     assert without_leaps(run(), []).walks == run().walks
+
+
+def test_no_foot_lands_in_the_air():
+    """A foot reached ahead in a leap, and was the fourth step of a run."""
+    leap = Flight(off_s=2.35, apex_s=2.6, land_s=2.85, fall=5.8, rise=0.18, off_feet=1, land_feet=1)
+    assert [len(walk) for walk in without_leaps(run(2.5), [leap]).walks] == [3]
 
 
 def test_a_run_that_the_take_begins_in_is_no_jump():
