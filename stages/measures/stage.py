@@ -11,7 +11,7 @@ import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
 from ...models.angle_error.repeatability import ends, judged, known_median
-from ...models.gait.focal import focal_by_steps
+from ...models.gait.focal import focal_by_steps, zoom_by_feet
 from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import SIDES, body_joints, gait_of, separation_sd, unjudged
 from ...models.place.airborne import Airborne, airborne
@@ -118,7 +118,7 @@ class Measures:
         asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), turned(take.judged)
         found = measures(filtered, rectified, kinematics, source, gait, *asked)
         found += tuple(within("off_keypoints", off_keypoints(residuals_of(take), source.times)))
-        said = [*doubts(gait, source), *_focal(take, gait)] if rectified.level_ok else []
+        said = [*doubts(gait, source), *_focal(take, gait), *_zoom(take, gait)] if rectified.level_ok else []
         return take.with_(measures=found).saying(*said)
 
 
@@ -131,6 +131,15 @@ def _focal(take: Take, gait: Gait) -> list[Notice]:
     if times is None or not made_by_the_built_in(poses):
         return []
     return [notice("focal-against-steps", focal_px=camera.focal_px, fits=camera.focal_px / times)]
+
+
+def _zoom(take: Take, gait: Gait) -> list[Notice]:
+    """Whether feet that stand say that the camera zooms, of a place that this run has estimated."""
+    filtered, rectified = take.need("filtered"), take.need("rectified")
+    if filtered.root_covariance is None or any(each.code == "camera-zooms" for each in take.said):
+        return []
+    growth = zoom_by_feet(filtered, rectified, gait)
+    return [] if growth is None else [notice("camera-zooms", percent=100 * growth / 30)]
 
 
 def measures(
