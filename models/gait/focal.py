@@ -27,9 +27,9 @@ _STEADY = 0.25  # error of a take's own ratio, at most
 _DEPTH = 0.5  # of the feet's way, along the view at least
 _BELT = 0.5  # of the feet's way: who comes nearer by less is on a belt, perhaps
 _FEWEST = 3  # stances
-# Of the distance from the camera, by which the body and a foot that stands come nearer in a second, in three quarters of
-# the time at least: 0.145 at most in 160 sound validation takes, whose lifts show a slow walk in depth as standing; 0.18
-# and more in 97 of 126 of them that zoom by 1 % a frame, which is 0.3.
+# Of the distance from the camera, by which the body and a foot that stands come nearer in a second, in three quarters
+# of the time at least: 0.145 at most in 160 sound validation takes, in whose lifts a slow walk in depth may look like
+# standing; 0.18 and more in 97 of 126 of them that zoom by 1 % a frame, which is 0.3.
 _ZOOMS, _MOSTLY = 0.18, 25
 _STOOD = 4, 0.8  # frames of a foot that stands, and seconds of all, that tell it
 
