@@ -34,7 +34,7 @@ _SEEN = 0.8  # share of the joints that are seen
 _GAP_S = 0.15
 # Down to which probability that nothing was changed nothing is said, and up to which change. Of 298 validation takes
 # four are beyond these limits: one before two cameras for its rate, a jump for a zoom, steps sideways for backwards.
-_DOUBT = {"rate": 0.1, "width": 0.15, "zoom": 0.1}
+_DOUBT = {"rate": 0.1, "width": 0.1, "zoom": 0.1}
 _FAR = {"rate": 0.5, "width": 0.2, "zoom": 0.005}
 _BACKWARDS = 3.0
 

@@ -56,13 +56,19 @@ def test_on_a_belt_and_across_the_view_steps_do_not_tell(factor, along):
 @pytest.mark.parametrize("along", [True, False])
 def test_a_zoom_is_told_by_feet_that_stand(along):
     def zoomed(depth, time_s):
-        return (depth + 8) * np.exp(-0.3 * time_s)
+        return (depth + 8) * np.exp(-0.4 * time_s)
 
-    assert zoom_by_feet(*seen(zoomed, along)) == pytest.approx(0.3, rel=0.25)
+    assert 0.25 < zoom_by_feet(*seen(zoomed, along)) < 0.45  # the walker goes too
 
 
 @pytest.mark.parametrize("along", [True, False])
 def test_who_walks_and_stands_or_is_on_a_belt_before_a_still_camera_shows_no_zoom(along):
-    """The walker comes as near as half a metre. On a belt the feet go and the body stays."""
-    for shown in (lambda depth, _: depth - depth.min() + 0.5, lambda depth, _: 4 + 0 * depth):
+    """The walker comes as near as half a metre. On a belt the feet go and the body stays; by a focal length that is
+    three times too long the body goes three times as far as the feet step."""
+    shows = (
+        lambda depth, _: depth - depth.min() + 0.5,
+        lambda depth, _: 4 + 0 * depth,
+        lambda depth, _: 3 * (depth - depth.min()) + 0.5,
+    )
+    for shown in shows:
         assert zoom_by_feet(*seen(shown, along)) is None
