@@ -7,6 +7,8 @@ from itertools import groupby
 
 import numpy as np
 
+from ...pipeline.core.measures import CANNOT_BE_TOLD, NONE, SD_90
+
 FEWEST = 4  # places: a line through fewer says nothing of its error
 _BEYOND = 2.0  # standard deviations of a difference of two heights
 # Of the way from place to place, for a rise to be a stair: stairs have 20 degrees and more (ISO 14122-1), and ramps for
@@ -20,21 +22,27 @@ _STAIRS = 3  # rises in a row, all up or all down
 class WalkedFloor:
     """height: mean of the places, in their unit. slope_deg: positive where it rises along the way, of there and back
     along the way there. height_sd, slope_sd_deg: their standard deviations. rises: (N - 1,) 1, -1 or 0 from place to
-    place, up, down or level."""
+    place, up, down or level; may_rise: (N - 1,) the same, of all that may be stairs within their 90 % error."""
 
     height: float
     height_sd: float
     slope_deg: float
     slope_sd_deg: float
     rises: np.ndarray
+    may_rise: np.ndarray
 
     @property
     def stairs(self) -> str:
-        """ "up", "down", or "none": three places in a row that each lie higher, or lower, than the one before."""
-        for rise, of_rise in groupby(self.rises.tolist()):
-            if rise and len(list(of_rise)) >= _STAIRS:
-                return "up" if rise > 0 else "down"
-        return "none"
+        """ "up", "down", "none" or "cannot-be-told": three places in a row that each lie higher, or lower, than the one
+        before."""
+        return _stairs(self.rises) or (CANNOT_BE_TOLD if _stairs(self.may_rise) else NONE)
+
+
+def _stairs(rises: np.ndarray) -> str:
+    for rise, of_rise in groupby(rises.tolist()):
+        if rise and len(list(of_rise)) >= _STAIRS:
+            return "up" if rise > 0 else "down"
+    return ""
 
 
 def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: float) -> WalkedFloor | None:
@@ -65,7 +73,11 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
         _MEDIAN * np.sqrt(6)
     )  # none on a ramp, few on stairs
     difference_sd = np.hypot(np.sqrt(2) * max(sd, bends), tilt * step)
-    stair = np.maximum(_BEYOND * difference_sd, _STEEP * step)
+    stair, error = _STEEP * step, SD_90 * difference_sd
+
+    def beyond(least: np.ndarray) -> np.ndarray:
+        return (np.sign(rise) * (np.abs(rise) > least)).astype(int)
+
     return WalkedFloor(
         height=float(middle[2]),
         height_sd=float(
@@ -73,5 +85,6 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
         ),
         slope_deg=float(np.degrees(np.arctan(slope))) * (1 if farthest >= along[0] else -1),
         slope_sd_deg=float(np.degrees(np.arctan(np.hypot(scatter / np.sqrt(apart), tilt)))),
-        rises=(np.sign(rise) * (np.abs(rise) > stair)).astype(int),
+        rises=beyond(np.maximum(_BEYOND * difference_sd, stair)),
+        may_rise=beyond(np.maximum(stair - error, 0.0)),
     )

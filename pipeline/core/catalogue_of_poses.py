@@ -46,8 +46,8 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
         "The body looks about {times:.2g} times too {way}, as in a stretched image. Give the video, or the "
         "keypoints and the image size, as recorded."),
     "camera-zooms": ("suspicious", "camera",
-        "The body grows in the image by about {percent:.1f} % in 1/30 s, which its steps do not explain: the camera "
-        "seems to zoom. If so, place and speed are wrong."),
+        "The body grows in the image by about {percent:.1f} % in 1/30 s, which its steps do not explain: the "
+        "person glides, or the camera zooms, which makes place and speed wrong."),
     "keypoints-smooth": ("warning", "files",
         "The keypoints of hands and feet have little movement above {hertz:g} Hz ({share_percent:.1f} %): they were "
         "smoothed or computed. Give the detector's own keypoints."),

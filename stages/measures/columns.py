@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...models.angle_error.repeatability import Between, difference_sd
-from ...pipeline.core.measures import Curve
-from ...pipeline.signals.angles import UNDEFINED, UNTRUSTED, unwrapped
+from ...models.angle_error.repeatability import Between, difference_sd, range_sd
+from ...pipeline.core.measures import SD_90, Curve
+from ...pipeline.signals.angles import UNDEFINED, UNTRUSTED, of_both, unwrapped
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .cycles import alike, normalised
 from .figures import FEWEST_FOR_SD
@@ -17,16 +17,28 @@ from .figures import FEWEST_FOR_SD
 @dataclass(frozen=True)
 class Columns:
     """The take's columns (T,) and its clock; an angle is NaN throughout where it is not among them. judged: whether the
-    errors of its differences are known (repeatability.judged)."""
+    errors of its differences are known (repeatability.judged). unstated_deg: standard deviation of angles that state
+    none."""
 
     columns: dict[str, np.ndarray]
     times: np.ndarray
     seams: tuple[int, ...]
     judged: bool
+    unstated_deg: float = 0.0
 
     def difference_sd(self, figure: str, errors: tuple[float, float], between: Between) -> float:
         """Of two figures, whose errors are independent where nothing is known of their difference."""
         return difference_sd(figure, errors, between) if self.judged else float(np.hypot(*errors))
+
+    def range_sd(self, angle: str, found_deg: float, ends: tuple[float, float]) -> float:
+        """Of a range of an angle, or of how far it rises, by the standard deviations of both ends."""
+        error = float(np.hypot(*ends))
+        return range_sd(of_both(angle), found_deg, error, float(np.ptp(self.times))) if self.judged else error
+
+    def rise_error(self, angle: str, rise_deg: float, sd_deg: float) -> float:
+        """Half the width of the 90 % bar of a rise. sd_deg: the angle's usual one, NaN where none is stated."""
+        sd_deg = sd_deg if np.isfinite(sd_deg) else self.unstated_deg
+        return SD_90 * self.range_sd(angle, rise_deg, (sd_deg, sd_deg))
 
     def __call__(self, angle: str) -> np.ndarray:
         return self.columns.get(f"{angle}_deg", np.full(len(self.times), np.nan))

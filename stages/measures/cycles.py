@@ -35,6 +35,7 @@ _OUTER = 0.1  # of the rise: below it, and above the rest of it, movements are n
 _BRIDGED_S, _BRIDGED = 1.0, 0.25
 _BACK = 0.2  # of the rise: a fall by more before the rise is another movement
 _HELD = 0.8  # of the rise: what stays above is held
+_LEAST = 0.1  # of what a repetition rises by: less is no candidate, however large the error
 _LONG_S = 60.0  # a hole in the time stamps may last for days
 _FINE = 1001  # moments of a repetition: a duration of seconds to milliseconds
 _PADDED = 4  # rows of rest beside the rows that were seen
@@ -191,6 +192,19 @@ def unreturned(
         for one in repetitions(padded, times, least, cuts)
         if one.start_s < within_s[0] or one.stop_s > within_s[1]
     ]  # fmt: skip
+
+
+def comes_near(
+    x: np.ndarray,
+    time_s: np.ndarray,
+    least: float,
+    error: float,
+    seams: Sequence[int] = (),
+    counts: Callable[[Repetition], bool] = lambda one: True,
+) -> bool:
+    """Whether x (T,) rises and returns by `least` but for its error, half the width of a 90 % bar: where no repetition
+    is found then, nobody can say that there was none."""
+    return any(map(counts, repetitions(x, time_s, max(least - error, _LEAST * least), seams)))
 
 
 def hiding(

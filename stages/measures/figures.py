@@ -7,12 +7,15 @@ from collections.abc import Iterable
 import numpy as np
 
 from ...models.common.metrics import SD_90
-from ...pipeline.core.measures import Measure, Moments, Remark
+from ...pipeline.core.measures import CANNOT_BE_TOLD, Measure, Moments, Remark
 from .cycles import symmetry_index
 
 _FEWEST = 3  # values for a standard error by their spread
 # Values for a standard deviation that is stated: of six it is off by a third (one standard error, 1 / sqrt(2 (n - 1))).
 FEWEST_FOR_SD = 6
+_SAYS_NOTHING = (
+    200 / 3
+)  # per cent, of the ± of a symmetry index: of one side that moves twice as far as the other
 _FRAME = float(
     np.sqrt(2 / 12)
 )  # of a frame: standard deviation of a duration between two frames (uniform errors)
@@ -72,13 +75,15 @@ def stated(error: float) -> float | None:
     return float(error) if np.isfinite(error) else None
 
 
-def symmetry(right: float, left: float, error: float, of: str = "") -> list[Measure]:
+def symmetry(right: float, left: float, error: float, of: str = "") -> list[Measure | Remark]:
     """Symmetry index of two figures. error: of right less left, in their unit, NaN where unknown; what both share
-    changes an index little. of: what the name begins with."""
+    changes an index little; one that is too large leaves the outcome alone. of: what the name begins with."""
     index = symmetry_index(right, left)
     if not np.isfinite(index):
         return []
     error = 200 * error / (right + left)
+    if SD_90 * error > _SAYS_NOTHING:
+        return [Remark(f"{of}symmetry_outcome", CANNOT_BE_TOLD)]
     judged = bool(abs(index) <= SD_90 * error) if np.isfinite(error) else None
     return [Measure(f"{of}symmetry_index", float(index), "percent", stated(error), within_error=judged)]
 

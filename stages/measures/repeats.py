@@ -14,7 +14,7 @@ from ...pipeline.core.messages import spans_in_words
 from ...pipeline.signals.angles import of_both
 from ...pipeline.signals.filters import rate
 from .columns import Columns
-from .cycles import Repetition, hiding, near_ends_s, repetitions, unreturned
+from .cycles import Repetition, comes_near, hiding, near_ends_s, repetitions, unreturned
 from .figures import basis, middle, moments, spread, time_resolution, with_error
 from .walking import FEWEST
 
@@ -44,19 +44,16 @@ def repeats(
     whole = float(np.nanmax(driver) - np.nanmin(driver))
     usual = known_median(sd)
     noise = NOISE * usual if np.isfinite(usual) else 0.0
-    held = unreturned(driver, take.times, max(least, noise), take.seams)
-    plain = max(least, _HALF * whole)
-    least = max(plain, noise)
+    near = comes_near(driver, take.times, least, take.rise_error(angle, least, usual), take.seams, counts)
+    asked, least = least, max(least, noise)
+    held = unreturned(driver, take.times, least, take.seams)
+    least = max(least, _HALF * whole)
     every = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
     holds = [one for one in [*every, *filter(counts, held)] if one.held_s > _HOLD_S]
     holds.sort(key=lambda one: one.start_s)
     found = [one for one in every if one.held_s <= _HOLD_S]
-    if (
-        not (every or holds)
-        and least > plain
-        and any(map(counts, repetitions(driver, take.times, plain, take.seams)))
-    ):
-        why = f"the angle rises by less than {least:.0f} degrees at a time, which may be its error"
+    if near and not (every or holds):
+        why = f"an angle comes within its error of the {asked:g} degrees that count"
         return [Measure("count", 0), Remark("reason", why), *basis(driver)]
     whole_ones = [one for one in found if one.whole]
     if found:

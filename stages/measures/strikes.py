@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ...models.gait.of_take import SIDES
-from ...pipeline.core.measures import Measure, Remark, Row, side_of, within
+from ...pipeline.core.measures import SD_90, Measure, Remark, Row, side_of, within
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.filters import breaks, derivative, on_lines, rate
-from .cycles import Repetition, hiding, repetitions
+from .cycles import Repetition, comes_near, hiding, repetitions
 from .figures import basis, moments
 from .outcomes import BRIEFEST_S
 from .walking import FEWEST
@@ -77,6 +78,7 @@ def strikes(
     runs: Spans = (),
     flies: Spans = (),
     unfiltered: PoseSequence | None = None,
+    apart_sd: float = 0.0,
 ) -> dict[str, list[Row]]:
     """The rows of `punches` and `kicks`, each side by itself: how many, when they begin and end, and how far the limb
     reaches, `reach_percent` of its length; a kick's `height_percent` of the leg's over the other ankle. No count where
@@ -84,7 +86,8 @@ def strikes(
     which hides most punches: they are told by in_image too, {limb: (T,)} of signals.reprojection.straight_in_image, and
     not without. runs, flies: (begin, end) in seconds of the steps of a run, and of flights: a leg that swings there
     does not kick, for in a kick the other foot stands, and arms that swing in a flight do not punch. unfiltered: the
-    poses before the filter, which show a leg that leaps; no kick is told there."""
+    poses before the filter, which show a leg that leaps; no kick is told there. apart_sd: of a foot's distance from the
+    other, in lengths of a leg; where a foot rises by all but this error nobody can say that there was no kick."""
     if not rectified.level_ok:
         why = Remark("reason", f"the take is not levelled: {rectified.level_reason}")
         return {movement: [why] for movement in _LIMBS}
@@ -95,13 +98,19 @@ def strikes(
             image = none if in_image is None else _steady(in_image[f"{side}_arm"], level.times)
             limbs["punches", side] = replace(limbs["punches", side], image=image)
     found = {key: _found(level, limb, key[0]) for key, limb in limbs.items()}
+    error, near = SD_90 * np.sqrt(2) * apart_sd, dict[tuple[str, str], bool]()
     for side in SIDES.values():
-        found["kicks", side] = [
-            one
-            for one in found["kicks", side]
-            if not any(begin <= one.peak_s <= end for begin, end in [*runs, *flies])
-            and not (unfiltered is not None and _leaps(unfiltered, side, one))
-        ]
+
+        def kicks_standing(one: Repetition, side: str = side, short: float = 0.0) -> bool:
+            return (
+                _kicks(limbs["kicks", side], level.times, one, short)
+                and not any(begin <= one.peak_s <= end for begin, end in [*runs, *flies])
+                and not (unfiltered is not None and _leaps(unfiltered, side, one))
+            )
+
+        found["kicks", side] = [*filter(kicks_standing, found["kicks", side])]
+        height, almost = limbs["kicks", side].driver, partial(kicks_standing, short=error)
+        near["kicks", side] = comes_near(height, level.times, _KICK_RISES, error, breaks(level), almost)
     kicks = [(kick.start_s, kick.stop_s) for side in SIDES.values() for kick in found["kicks", side]]
     # In a kick the arms swing for balance, before and in a flight for height.
     swings = [*kicks, *((off_s - _SOON_S, land_s) for off_s, land_s in flies)]
@@ -117,7 +126,13 @@ def strikes(
             for words, side in SIDES.items()
             for row in within(
                 words,
-                _told(level, limbs[movement, side], movement, found[movement, side]),
+                _told(
+                    level,
+                    limbs[movement, side],
+                    movement,
+                    found[movement, side],
+                    near.get((movement, side), False),
+                ),
                 side_of(f"{side}_"),
             )
         ]
@@ -191,7 +206,9 @@ def _trimmed(limb: _Limb, times: np.ndarray, one: Repetition) -> Repetition:
     return replace(one, start_s=start_s, stop_s=stop_s)
 
 
-def _told(level: PoseSequence, limb: _Limb, movement: str, found: Sequence[Repetition]) -> list[Row]:
+def _told(
+    level: PoseSequence, limb: _Limb, movement: str, found: Sequence[Repetition], near: bool
+) -> list[Row]:
     if is_finite(limb.driver[:, None]).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the limb"), *basis(limb.driver)]
     gaps = hiding(
@@ -199,6 +216,8 @@ def _told(level: PoseSequence, limb: _Limb, movement: str, found: Sequence[Repet
     )
     unseen = "count_reason" if found else "reason"
     hides = [f"not seen from {spans_in_words(gaps)}"] if gaps else []
+    if near and not found:
+        hides.append(f"a foot comes within its error of the {_KICK_RISES:g} leg lengths that count")
     if limb.image is not None:
         hides.append(HIDES_PUNCHES if np.isfinite(limb.image).any() else NO_IMAGE)
     said = [Remark(unseen, "; ".join(hides))] if hides else []
@@ -273,9 +292,9 @@ def _shoots(x: np.ndarray, times: np.ndarray, peak_s: float, least: float) -> bo
     return bool(top - max(before, behind) >= least)
 
 
-def _kicks(limb: _Limb, times: np.ndarray, one: Repetition) -> bool:
+def _kicks(limb: _Limb, times: np.ndarray, one: Repetition, short: float = 0.0) -> bool:
     """Whether the foot is fast on the way, and high and away from the body with the leg stretched where it is highest:
-    before, beside or behind the body."""
+    before, beside or behind the body. short: lengths of a leg that it may lack in height."""
     rows = _rows(times, one.start_s, one.stop_s)
     height = limb.height[rows]
     high = height >= one.peak - _HIGH
@@ -283,7 +302,7 @@ def _kicks(limb: _Limb, times: np.ndarray, one: Repetition) -> bool:
         np.nanmax(x[rows][high], initial=0.0) if x is not None else 0.0 for x in (limb.reach, limb.out)
     )
     fast = np.nanmax(limb.speed[rows], initial=0.0) >= _KICK_SPEED
-    return bool(fast and one.peak >= _KICK_HEIGHT and reach >= _KICK_REACH and out >= _KICK_OUT)
+    return bool(fast and one.peak >= _KICK_HEIGHT - short and reach >= _KICK_REACH and out >= _KICK_OUT)
 
 
 def _largest(values: np.ndarray, times: np.ndarray, one: Repetition) -> float:

@@ -276,9 +276,9 @@ def _both(values: Values, name: str) -> np.ndarray:
     return np.concatenate([values[name][side] for side in SIDES.values()])
 
 
-def _symmetries(said: _Means, values: Values) -> list[Measure]:
+def _symmetries(said: _Means, values: Values) -> list[Row]:
     """Symmetry indices of the sides' step and stance times and step lengths, of two steps of each side or more."""
-    result = []
+    result: list[Row] = []
     for name in ("step_time_s", "stance_time_s", "step_length"):
         sides = [values[name][side] if name in values else np.zeros(0) for side in SIDES.values()]
         sides = [found[np.isfinite(found)] for found in sides]

@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.angle_error.repeatability import difference_chance, differing
-from ...pipeline.core.measures import Group, measure, subgroup
+from ...pipeline.core.measures import CANNOT_BE_TOLD, Group, measure, subgroup, text
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
@@ -19,7 +19,6 @@ from ..drawing.words import errors_of_angles, range_words, spoken
 from .measures import measure_tables
 
 _STEPS = {"step_time": "step time", "stance_time": "stance time", "step_length": "step length"}
-_SAYS_NOTHING = 100.0  # per cent, of the ± of a difference of two sides: one may move three times as far
 
 
 def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
@@ -86,9 +85,7 @@ def sides_compared(measures: Group) -> list[str]:
 def _difference(symmetry: Group) -> Cell:
     of = measure(symmetry, "symmetry_index")
     if of is None:
-        return None
-    if of.bar is not None and of.bar > _SAYS_NOTHING:
-        return Soft("cannot be told")
+        return Soft("cannot be told") if text(symmetry, "symmetry_outcome") == CANNOT_BE_TOLD else None
     words = f"{of.value:z.0f}{'' if of.bar is None else f' ± {of.bar:.0f}'} %"
     return Soft(words) if of.within_error else words
 

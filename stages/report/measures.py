@@ -170,7 +170,7 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
     hidden = {*said, "frames", "nan_share", *_repeated(own), *FOR_FILES}
     return (
         joined(
-            small(f"{worded(name).capitalize()}: {leaf.text}.")
+            small(f"{worded(name).capitalize()}: {_OUTCOMES.get(leaf.text, leaf.text)}.")
             for name, leaf in said.items()
             if name not in ("outcome", "gait")
         )

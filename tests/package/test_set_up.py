@@ -1,8 +1,11 @@
-"""Makefile, container file and workflows: each calls what there is, and none names a registry's host."""
+"""Makefile, container file and workflows: each calls what there is, and none names a registry's host. Faults that the
+tests are tried with stand in lines that are there."""
 
 import re
 import tomllib
 from pathlib import Path
+
+from faults import FAULTS
 
 ROOT = Path(__file__).parents[2]
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
@@ -48,3 +51,9 @@ def test_the_container_runs_the_demo_without_a_network():
 def test_no_registry_is_named():
     for text in (MAKEFILE, CONTAINER, *WORKFLOWS):
         assert not re.search(r"https?://|\b[\w-]+\.(?:io|com|org)\b|--(?:extra-)?index-url", text)
+
+
+def test_every_fault_changes_a_line_that_is_there():
+    """One looked for a line of the scale by flights that had been rewritten."""
+    texts = {fault: (ROOT / fault.file).read_text(encoding="utf-8") for fault in FAULTS}
+    assert [fault for fault, text in texts.items() if text.count(fault.old) != 1] == []

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.gait.walked_floor import walked_floor
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE
 
 WAY = np.array([0.6, 0.8])
 
@@ -65,14 +66,14 @@ def test_stairs_are_three_rises_in_a_row_beyond_the_error():
     for sd in (0.0, 0.03, 0.05):
         assert walked_floor(places(up, step=TREAD), sd, 0.0, 1.0).stairs == "up"
         assert walked_floor(places(-up, step=TREAD), sd, 0.0, 1.0).stairs == "down"
-    assert walked_floor(places(up, step=TREAD), 0.1, 0.0, 1.0).stairs == "none"
+    assert walked_floor(places(up, step=TREAD), 0.1, 0.0, 1.0).stairs == CANNOT_BE_TOLD
     shaken = up + 0.2 * (-1) ** np.arange(len(up))
-    assert walked_floor(places(shaken, step=TREAD), 0.0, 0.0, 1.0).stairs == "none"
+    assert walked_floor(places(shaken, step=TREAD), 0.0, 0.0, 1.0).stairs == NONE
     kerb = walked_floor(places(np.repeat([0.0, 0.17], [4, 5]), step=TREAD), 0.03, 0.0, 1.0)
     assert (kerb.stairs, kerb.rises.tolist()) == ("none", [0, 0, 0, 1, 0, 0, 0, 0])
 
 
-@pytest.mark.parametrize(("sds", "stairs"), [(1.8, "none"), (2.2, "up")])
+@pytest.mark.parametrize(("sds", "stairs"), [(1.8, CANNOT_BE_TOLD), (2.2, "up")])
 def test_a_stair_is_two_standard_deviations_of_a_difference_high(sds, stairs):
     sd = 0.05
     up = sds * np.sqrt(2) * sd * np.array([0, 0, 1, 2, 3, 4, 4])

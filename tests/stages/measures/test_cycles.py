@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD
 from pcnet3d.stages.measures.cycles import (
     POINTS,
     hiding,
@@ -206,6 +207,15 @@ def test_the_error_of_the_symmetry_index_is_that_of_draws():
     assert row.within_error is False
     (unknown,) = symmetry(60, 45, np.nan)
     assert (unknown.error, unknown.within_error) == (None, None)
+
+
+@pytest.mark.parametrize(("error", "told"), [(9.0, "symmetry_index"), (11.0, "symmetry_outcome")])
+def test_a_difference_of_the_sides_is_not_told_where_twice_as_much_would_lie_within_its_error(error, told):
+    """Right less left of a real take's thighs, in truth 13 %: "93 ± 69 %"."""
+    rows = symmetry(40, 13, error)
+    assert [row.name for row in rows] == [told]
+    if told == "symmetry_outcome":
+        assert rows[0].text == CANNOT_BE_TOLD
 
 
 @pytest.mark.parametrize("size", [1.0, 700.0])

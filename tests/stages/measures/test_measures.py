@@ -7,7 +7,8 @@ from golden.walks import STAGES, columns_with, measured
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, PoseSequence
 from pcnet3d.pipeline.core.answer import answer
-from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, nested
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, nested
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, MIDLINE, UNTRUSTED, near
 from pcnet3d.pipeline.signals.foot_angles import ALL_ANGLES
 from pcnet3d.stages.measures.figures import spread
@@ -299,6 +300,48 @@ def test_no_repetition_within_its_noise(walk, take):
         take, **{f"{side}_shoulder_elevation_sd_deg": np.full(len(walk), 60.0) for side in "rl"}
     )
     assert nested(STAGES[3](take.with_(kinematics=vague)).measures)["arm_raises"]["right"]["count"] == 0
+
+
+def outcome(take, movement):
+    return nested(STAGES[3](take).measures)[movement]["outcome"]
+
+
+@pytest.mark.parametrize(("sd_deg", "code"), [(np.nan, NONE), (1.0, NONE), (6.0, CANNOT_BE_TOLD)])
+@pytest.mark.parametrize(
+    ("movement", "angle", "rise_deg"),
+    [("arm_raises", "shoulder_elevation", 44.0), ("knee_bends", "knee_flexion", 29.0)],
+)
+def test_what_misses_its_threshold_by_less_than_its_error_is_not_denied(
+    walk, take, movement, angle, rise_deg, sd_deg, code
+):
+    """An arm that rises by 48 of the 50 degrees that count, give or take 20: "No raised arms"."""
+    squat = walk.during("squat")
+    bent = take.kinematics["r_knee_flexion_deg"] * squat
+    columns = {f"{side}_{angle}_deg": rise_deg * bent / bent.max() for side in "rl"}
+    errors = {f"{side}_{angle}_sd_deg": np.full(len(walk), sd_deg) for side in "rl"}
+    assert outcome(take.with_(kinematics=columns_with(take, **columns, **errors)), movement) == code
+
+
+@pytest.mark.parametrize(("kind", "code"), [("measured", NONE), ("estimated", CANNOT_BE_TOLD)])
+def test_a_lifter_whose_errors_are_not_known_errs_as_others_do(walk, kind, code):
+    poses = camera_poses(walk, side_camera(walk)).with_(made_by=MadeBy(kind, "another"))
+    take = measured(poses)
+    bent = take.kinematics["r_knee_flexion_deg"] * walk.during("squat")
+    columns = {f"{side}_shoulder_elevation_deg": 44 * bent / bent.max() for side in "rl"}
+    assert outcome(take.with_(kinematics=columns_with(take, **columns)), "arm_raises") == code
+
+
+@pytest.mark.parametrize(("sd_deg", "told"), [(2.0, "squats"), (8.0, "squats_reason")])
+def test_a_bend_that_misses_a_squat_by_less_than_its_error_is_not_said_to_be_none(walk, take, sd_deg, told):
+    squat = walk.during("squat")
+    bent = take.kinematics["r_knee_flexion_deg"] * squat
+    columns = {f"{side}_knee_flexion_deg": 64 * bent / bent.max() for side in "rl"}
+    errors = {f"{side}_knee_flexion_sd_deg": np.full(len(walk), sd_deg) for side in "rl"}
+    bends = nested(STAGES[3](take.with_(kinematics=columns_with(take, **columns, **errors))).measures)[
+        "knee_bends"
+    ]
+    assert bends["count"] == 1
+    assert {"squats", "squats_reason"} & set(bends) == {told}
 
 
 def test_a_difference_of_the_sides_within_their_errors_is_said_to_be_none(walk, take):

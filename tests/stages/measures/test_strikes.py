@@ -37,6 +37,19 @@ def bump(at_s, width_s, high):
     return high * np.exp(-(((TIMES - at_s) / width_s) ** 2))
 
 
+LEVELLED = SimpleNamespace(level_ok=True, level_reason="")
+
+
+def swung(by_deg):
+    """The right leg, straight, swings forward by so many degrees at 6 s, and back."""
+    turn = np.radians(bump(6, 0.3, by_deg))
+    joints = np.repeat(BODY[None], len(TIMES), axis=0)
+    for part, below in (("knee", 0.45), ("ankle", 0.9)):
+        joints[:, H36M17.index(f"r_{part}"), 1] = -below * np.sin(turn)
+        joints[:, H36M17.index(f"r_{part}"), 2] = -below * np.cos(turn)
+    return PoseSequence(joints, H36M17, CAMERA, time_s=TIMES)
+
+
 def test_what_moves_before_a_rise_is_no_part_of_it():
     """Arms that swing to 40 degrees at 2 to 5 s, and rise to 140 at 8 s: the rise begins after 5 s."""
     x = 10 + sum(bump(at, 0.3, 40) for at in (2, 3, 4, 5)) + bump(8, 0.8, 130)
@@ -74,9 +87,8 @@ def test_without_a_punch_lifted_poses_do_not_say_that_there_was_none():
     level = PoseSequence(
         np.random.default_rng(0).normal(size=(60, 17, 3)) * 0.001 + BODY, H36M17, CAMERA, time_s=TIMES[:60]
     )
-    rectified = SimpleNamespace(level_ok=True, level_reason="")
     for lifted, punches in ((True, CANNOT_BE_TOLD), (False, NONE)):
-        found = strikes(level, rectified, lifted)
+        found = strikes(level, LEVELLED, lifted)
         assert nested(with_outcome("punches", found["punches"], 2.0))["outcome"] == punches
         assert nested(with_outcome("kicks", found["kicks"], 2.0))["outcome"] == NONE
 
@@ -129,22 +141,23 @@ def test_a_kick_is_fast_high_stretched_and_away_from_the_body(speed, height, rea
     assert _kicks(limb, TIMES, one) is counts
 
 
+@pytest.mark.parametrize(("apart_sd", "code"), [(0.0, NONE), (0.02, NONE), (0.12, CANNOT_BE_TOLD)])
+def test_a_foot_that_misses_a_kick_by_less_than_its_error_is_not_denied(apart_sd, code):
+    """A straight leg swings forward, and its foot rises by 0.7 leg lengths."""
+    found = strikes(swung(73), LEVELLED, True, apart_sd=apart_sd)
+    assert nested(with_outcome("kicks", found["kicks"], 12.0))["outcome"] == code
+
+
 def test_a_leg_that_swings_in_a_run_or_a_leap_does_not_kick():
     """A straight leg swings forward to the height of the hip and back, at 6 s."""
-    turn = np.radians(bump(6, 0.3, 95))
-    joints = np.repeat(BODY[None], len(TIMES), axis=0)
-    for part, below in (("knee", 0.45), ("ankle", 0.9)):
-        joints[:, H36M17.index(f"r_{part}"), 1] = -below * np.sin(turn)
-        joints[:, H36M17.index(f"r_{part}"), 2] = -below * np.cos(turn)
-    level = PoseSequence(joints, H36M17, CAMERA, time_s=TIMES)
-    rectified = SimpleNamespace(level_ok=True, level_reason="")
+    level = swung(95)
 
     def kicks(**moves):
-        return nested(strikes(level, rectified, False, **moves)["kicks"])["right"]["count"]
+        return nested(strikes(level, LEVELLED, False, **moves)["kicks"])["right"]["count"]
 
     assert kicks() == kicks(runs=[(2, 3)]) == kicks(flies=[(2, 2.5)]) == 1
     assert kicks(runs=[(5.7, 6.2)]) == kicks(flies=[(5.9, 6.3)]) == 0
-    leaping = joints.copy()  # where a lifter loses the leg for a frame
+    leaping = level.joints.copy()  # where a lifter loses the leg for a frame
     leaping[int(np.searchsorted(TIMES, 6)), H36M17.index("r_ankle")] += [0, 0.9, 0]
     assert kicks(unfiltered=level) == 1
     assert kicks(unfiltered=level.with_(joints=leaping)) == 0
