@@ -10,13 +10,14 @@ from typing import ClassVar
 import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
-from ...models.angle_error.repeatability import ends, judged, known_median
+from ...models.angle_error.repeatability import ends, judged, known_median, same_part
 from ...models.gait.focal import focal_by_steps, zoom_by_feet
 from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import SIDES, body_joints, gait_of, separation_sd, unjudged
 from ...models.place.airborne import Airborne, airborne
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import (
+    CANNOT_BE_TOLD,
     SD_90,
     Curve,
     Curves,
@@ -315,7 +316,8 @@ def _symmetry(take: Columns, ranges: Sequence[Row], angles: Sequence[str], lasts
     by_angle = grouped(ranges)
     result: list[Row] = [Remark("formula", formula)]
     for name in dict.fromkeys(of_both(angle) for angle in angles if angle not in MIDLINE):
-        right, left = (measure(subgroup(by_angle, f"{side}_{name}"), "p05_p95") for side in SIDES.values())
+        sides = [subgroup(by_angle, f"{side}_{name}") for side in SIDES.values()]
+        right, left = (measure(side, "p05_p95") for side in sides)
         if right is None or left is None:
             result += within(name, [Remark("reason", "one side has no range")])
             continue
@@ -328,6 +330,9 @@ def _symmetry(take: Columns, ranges: Sequence[Row], angles: Sequence[str], lasts
         )
         if max(right.value, left.value) < _NO_RANGE:
             result += within(name, [Remark("reason", f"both ranges are below {_NO_RANGE:g} degrees")])
+        elif not same_part(*sides):
+            why = "each side was seen in another part of the movement"
+            result += within(name, [Remark("symmetry_outcome", CANNOT_BE_TOLD), Remark("reason", why)])
         else:
             errors = (right.error or np.nan, left.error or np.nan)
             error = take.difference_sd(f"range_of_motion.{name}", errors, "sides")

@@ -183,6 +183,16 @@ def test_missing_joints_make_figures_absent_with_a_reason(without):
     assert found["arm_raises"]["right"]["count"] == 2
 
 
+def test_sides_of_which_one_was_seen_for_less_of_the_take_are_not_compared(take):
+    seen_less = take.kinematics["l_knee_flexion_deg"].copy()
+    seen_less[: len(seen_less) // 4] = np.nan
+    changed = {**take.kinematics, "l_knee_flexion_deg": seen_less}
+    found = nested(STAGES[3](take.with_(kinematics=changed)).measures)["symmetry"]
+    assert found["knee_flexion"]["symmetry_outcome"] == CANNOT_BE_TOLD
+    assert "symmetry_index_percent" not in found["knee_flexion"]
+    assert "symmetry_index_percent" in found["elbow_flexion"]
+
+
 @pytest.mark.parametrize("joint", ["l_ankle", "r_wrist"])
 def test_what_legs_or_arms_that_are_missing_would_show_is_not_said_to_be_absent(joint, without):
     """Floor and jumps of a walker without an ankle were "nobody walks" and a count of 0."""
