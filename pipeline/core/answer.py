@@ -90,7 +90,7 @@ def _walked(walking: Group, metric: bool) -> list[str]:
     steps = _count(walking, "steps")
     if not steps:
         return []
-    words = f"{'ran' if text(walking, 'gait') == 'running' else 'walked'} {how_many(steps, 'step')}"
+    words = f"{'ran' if text(walking, 'gait') == 'running' else 'walked'} {how_many(steps, 'whole step')}"
     landed = [at for side in _SIDES for at in moments(subgroup(walking, side), "landings")]
     if _count(walking, "walks") == 1 and landed:
         words += f" in {max(landed) - min(landed):.1f} s"

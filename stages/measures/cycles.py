@@ -202,9 +202,10 @@ def comes_near(
     seams: Sequence[int] = (),
     counts: Callable[[Repetition], bool] = lambda one: True,
 ) -> bool:
-    """Whether x (T,) rises and returns by `least` but for its error, half the width of a 90 % bar: where no repetition
-    is found then, nobody can say that there was none."""
-    return any(map(counts, repetitions(x, time_s, max(least - error, _LEAST * least), seams)))
+    """Whether x (T,) rises by `least` but for its error, half the width of a 90 % bar, and returns or is not seen for
+    so long: where no repetition is found then, nobody can say that there was none."""
+    least = max(least - error, _LEAST * least)
+    return any(counts(one) for find in (repetitions, unreturned) for one in find(x, time_s, least, seams))
 
 
 def hiding(

@@ -89,9 +89,9 @@ def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:
     return replace(gait, walks=[steps for leap, steps in pieces if not leap and len(steps) >= fewest])
 
 
-def absorbs(flights: Sequence[Flight], low_s: float) -> bool:
-    """Whether the body is lowest, at low_s, because it has just landed."""
-    return any(0 <= low_s - flight.land_s < _ABSORBED_S for flight in flights)
+def absorbs(flights: Sequence[tuple[float, float]], low_s: float) -> bool:
+    """Whether the body is lowest, at low_s, because it has just landed. flights: (begin, end) in seconds."""
+    return any(0 <= low_s - land_s < _ABSORBED_S for _, land_s in flights)
 
 
 def jumps(

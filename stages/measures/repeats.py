@@ -53,7 +53,7 @@ def repeats(
     holds.sort(key=lambda one: one.start_s)
     found = [one for one in every if one.held_s <= _HOLD_S]
     if near and not (every or holds):
-        why = f"an angle comes within its error of the {asked:g} degrees that count"
+        why = f"an angle rises by nearly the {asked:g} degrees that count"
         return [Measure("count", 0), Remark("reason", why), *basis(driver)]
     whole_ones = [one for one in found if one.whole]
     if found:

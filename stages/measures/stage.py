@@ -189,8 +189,9 @@ def measures(
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     steps_told = lasts_s >= BRIEFEST_S["walking"] and "steps" in grouped(walk)
+    blind = source.lifted and in_image is None  # to punches
     movements = {
-        "knee_bends": _knee_bends(take, gait, jumped, apart, steps_told),
+        "knee_bends": _knee_bends(take, gait, jumped, brief, apart, steps_told),
         "arm_raises": _arm_raises(take),
         **strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd),
         "walking": walk,
@@ -201,7 +202,7 @@ def measures(
         *(
             row
             for name, of in movements.items()
-            for row in within(name, with_outcome(name, of, lasts_s, doubt=doubt))
+            for row in within(name, with_outcome(name, of, lasts_s, name != "punches" or not blind, doubt))
         ),
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
@@ -216,11 +217,18 @@ def measures(
 
 
 def _knee_bends(
-    take: Columns, gait: Gait, jumped: Sequence[Flight], apart: np.ndarray, steps_told: bool = True
+    take: Columns,
+    gait: Gait,
+    jumped: Sequence[Flight],
+    hops: Sequence[tuple[float, float]],
+    apart: np.ndarray,
+    steps_told: bool = True,
 ) -> list[Row]:
-    """apart: (T,) how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted:
-    a bend in which the feet seem to move may be one in place then."""
-    feet_move: list[tuple[float, float]] = []
+    """hops: (begin, end) in seconds of what may be flights: a bend that absorbs one is no knee bend then. apart: (T,)
+    how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which
+    the feet seem to move may be one in place then."""
+    feet_move, may_land = list[tuple[float, float]](), set[tuple[float, float]]()
+    flights = [(flight.off_s, flight.land_s) for flight in jumped]
 
     def straightens(bend: Repetition) -> bool:
         """Whether one knee is straighter at the peak than where the bend begins or ends: weight is shifted."""
@@ -229,14 +237,17 @@ def _knee_bends(
 
     def in_place(bend: Repetition) -> bool:
         walks = any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps)
-        if walks or absorbs(jumped, bend.peak_s) or straightens(bend):
+        if walks or absorbs(flights, bend.peak_s) or straightens(bend):
             return False
         meanwhile = apart[(take.times >= bend.start_s) & (take.times <= bend.stop_s)]
         meanwhile = meanwhile[np.isfinite(meanwhile)]
         stays = not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
-        if not stays and (span := (bend.start_s, bend.stop_s)) not in feet_move:
+        span = (bend.start_s, bend.stop_s)
+        if not stays and span not in feet_move:
             feet_move.append(span)
-        return stays
+        if stays and absorbs(hops, bend.peak_s):
+            may_land.add(span)
+        return stays and span not in may_land
 
     right, left = take("r_knee_flexion"), take("l_knee_flexion")
     sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
@@ -253,10 +264,15 @@ def _knee_bends(
     if peaks := numbered(grouped(bends), "peak"):
         deepest = max(peak.value + SD_90 * (peak.error or take.unstated_deg) for peak in peaks)
         squats = sum(peak.value >= _SQUAT for peak in peaks)
-        why = f"a bend comes within its error of the {_SQUAT:g} degrees of a squat"
+        why = f"a bend nearly reaches the {_SQUAT:g} degrees of a squat"
         none_told = not squats and deepest >= _SQUAT
         bends.append(Remark("squats_reason", why) if none_told else Measure("squats", squats))
-    elif feet_move and not steps_told and not text(grouped(bends), "reason"):
+    if may_land:
+        why = f"it is uncertain whether the bend from {spans_in_words(sorted(may_land))} is a landing"
+        key = "count_reason" if peaks else "reason"
+        others = [row for row in bends if not (isinstance(row, Remark) and row.name == key)]
+        bends = [*others, Remark(key, "; ".join(filter(None, (text(grouped(bends), key), why))))]
+    elif not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
         when = spans_in_words(feet_move)
         bends.append(
             Remark("reason", f"it is not seen whether the feet stay while the knees bend from {when}")

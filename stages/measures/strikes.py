@@ -211,15 +211,17 @@ def _told(
 ) -> list[Row]:
     if is_finite(limb.driver[:, None]).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the limb"), *basis(limb.driver)]
+    if limb.image is not None and not np.isfinite(limb.image).any():
+        return [Remark("reason", NO_IMAGE), *basis(limb.driver)]
     gaps = hiding(
         limb.driver, level.times, _least(limb, movement), breaks(level), briefest_s=BRIEFEST_S[movement]
     )
     unseen = "count_reason" if found else "reason"
     hides = [f"not seen from {spans_in_words(gaps)}"] if gaps else []
     if near and not found:
-        hides.append(f"a foot comes within its error of the {_KICK_RISES:g} leg lengths that count")
+        hides.append(f"a foot rises by nearly the {_KICK_RISES:g} leg lengths that count")
     if limb.image is not None:
-        hides.append(HIDES_PUNCHES if np.isfinite(limb.image).any() else NO_IMAGE)
+        hides.append(HIDES_PUNCHES)
     said = [Remark(unseen, "; ".join(hides))] if hides else []
     rows: list[Row] = [Measure("count", len(found)), *said, *basis(limb.driver)]
     if not found:

@@ -191,6 +191,8 @@ def worded(name: str) -> str:
     """The name of a figure or a group in words."""
     if name not in _WORDS and name.startswith("sd_"):
         return f"SD of {spoken(name.removeprefix('sd_'))}"
+    if name not in _WORDS and name.endswith("_reason"):
+        return f"why no {spoken(name.removesuffix('_reason'))}"
     return _WORDS.get(name, spoken(name))
 
 

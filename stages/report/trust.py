@@ -106,8 +106,10 @@ def _angles(take: Take) -> list[Check]:
     if not known:
         return [("Joint angles", "care", basis)] if basis else []
     within = SD_90 * float(np.median(known))
+    least, most = (f"{SD_90 * of(known):.0f}" for of in (min, max))
+    each = least if least == most else f"{least} to {most}"
     how = f", {ERRORS_OF_ANGLES[take.angle_errors]}" if take.angle_errors else ""
-    words = f"Known to within {within:.0f}° (90 %) in most frames{how}."
+    words = f"Known to within {each}° (90 %), by the angle{how}."
     if within <= _TOLD:
         return [("Joint angles", "good", [words, *basis])]
     return [
@@ -168,4 +170,5 @@ def _missing(poses: PoseSequence) -> str:
     gone = np.asarray(np.isnan(poses.joints).any(axis=(1, 2)))
     if not gone.any():
         return "Every frame has all joints."
-    return f"Joints are missing from {spans_in_words(poses.times[stretches(gone) - np.array([0, 1])].tolist(), _MOST)}."
+    spans = poses.times[stretches(gone) - np.array([0, 1])].tolist()
+    return f"Some joints are missing from {spans_in_words(spans, _MOST)}."

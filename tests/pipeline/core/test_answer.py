@@ -25,14 +25,14 @@ def take(unit: str = "m", **measures) -> Take:
 
 def test_a_walk_with_its_cadence_speed_and_knees():
     assert answer(take(walking=WALK)) == [
-        "Walked 4 steps in 2.4 s, 98 ± 3 a minute, at 1.15 ± 0.082 m/s.",
+        "Walked 4 whole steps in 2.4 s, 98 ± 3 a minute, at 1.15 ± 0.082 m/s.",
         "In nine of ten frames knees 8 to 68 (right) and 10 to 80 (left) degrees, each end of the range ± 12.",
     ]
 
 
 def test_without_a_scale_there_is_no_speed_and_a_run_is_called_one():
     said = answer(take("arbitrary", walking={**WALK, "gait": "running"}))[0]
-    assert said == "Ran 4 steps in 2.4 s, 98 ± 3 a minute."
+    assert said == "Ran 4 whole steps in 2.4 s, 98 ± 3 a minute."
 
 
 def test_knee_bends_are_squats_only_if_all_are():
