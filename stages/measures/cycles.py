@@ -201,11 +201,13 @@ def comes_near(
     error: float,
     seams: Sequence[int] = (),
     counts: Callable[[Repetition], bool] = lambda one: True,
+    cut: bool = True,
 ) -> bool:
-    """Whether x (T,) rises by `least` but for its error, half the width of a 90 % bar, and returns or is not seen for
-    so long: where no repetition is found then, nobody can say that there was none."""
+    """Whether x (T,) rises and returns by `least` but for its error, half the width of a 90 % bar: where no repetition
+    is found then, nobody can say that there was none. cut: one that is only seen in part counts too."""
     least = max(least - error, _LEAST * least)
-    return any(counts(one) for find in (repetitions, unreturned) for one in find(x, time_s, least, seams))
+    near = [*repetitions(x, time_s, least, seams), *(unreturned(x, time_s, least, seams) if cut else ())]
+    return any(map(counts, near))
 
 
 def hiding(

@@ -110,7 +110,9 @@ def strikes(
 
         found["kicks", side] = [*filter(kicks_standing, found["kicks", side])]
         height, almost = limbs["kicks", side].driver, partial(kicks_standing, short=error)
-        near["kicks", side] = comes_near(height, level.times, _KICK_RISES, error, breaks(level), almost)
+        near["kicks", side] = comes_near(
+            height, level.times, _KICK_RISES, error, breaks(level), almost, False
+        )
     kicks = [(kick.start_s, kick.stop_s) for side in SIDES.values() for kick in found["kicks", side]]
     # In a kick the arms swing for balance, before and in a flight for height.
     swings = [*kicks, *((off_s - _SOON_S, land_s) for off_s, land_s in flies)]
@@ -219,7 +221,7 @@ def _told(
     unseen = "count_reason" if found else "reason"
     hides = [f"not seen from {spans_in_words(gaps)}"] if gaps else []
     if near and not found:
-        hides.append(f"a foot rises by nearly the {_KICK_RISES:g} leg lengths that count")
+        hides.append(f"a foot comes within its error of the {_KICK_RISES:g} leg lengths that count")
     if limb.image is not None:
         hides.append(HIDES_PUNCHES)
     said = [Remark(unseen, "; ".join(hides))] if hides else []

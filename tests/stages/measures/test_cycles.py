@@ -6,6 +6,7 @@ import pytest
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD
 from pcnet3d.stages.measures.cycles import (
     POINTS,
+    comes_near,
     hiding,
     near_ends_s,
     normalised,
@@ -35,6 +36,12 @@ def test_each_wave_is_a_repetition_with_its_times():
         assert one.peak_s == pytest.approx(2 * i + 1)
         assert one.stop_s == pytest.approx(2 * i + 2 - ends, abs=2e-3)
         assert (one.peak, one.rise) == (pytest.approx(100), pytest.approx(100, abs=0.5))
+
+
+@pytest.mark.parametrize(("error", "cut", "near"), [(15.0, True, True), (15.0, False, False), (5.0, True, False)])
+def test_a_rise_that_is_seen_in_part_may_be_one_too_within_its_error(error, cut, near):
+    """An arm that was still up when the clip ended had risen by 46 of the 50 degrees that count: "No raised arms"."""
+    assert comes_near(np.clip(60 * (TIME - 9), 0, 40), TIME, 50.0, error, cut=cut) == near
 
 
 def test_the_same_backwards():

@@ -7,7 +7,7 @@ from golden.walks import STAGES, columns_with, measured
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, PoseSequence
 from pcnet3d.pipeline.core.answer import answer
-from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, nested
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, MIDLINE, UNTRUSTED, near
 from pcnet3d.pipeline.signals.foot_angles import ALL_ANGLES
@@ -339,6 +339,15 @@ def test_a_lifter_whose_errors_are_not_known_errs_as_others_do(walk, kind, code)
     bent = take.kinematics["r_knee_flexion_deg"] * walk.during("squat")
     columns = {f"{side}_shoulder_elevation_deg": 44 * bent / bent.max() for side in "rl"}
     assert outcome(take.with_(kinematics=columns_with(take, **columns)), "arm_raises") == code
+
+
+@pytest.mark.parametrize(("kind", "code"), [("measured", NONE), ("estimated", NOT_LOOKED_FOR)])
+def test_punches_of_lifted_poses_without_keypoints_are_not_looked_for(walk, kind, code):
+    """Ten punches of MotionBERT's boxer: "none was found"."""
+    poses = camera_poses(walk, side_camera(walk)).with_(made_by=MadeBy(kind, "another"))
+    take = measured(poses)
+    assert outcome(take, "punches") == code
+    assert ("count" in nested(take.measures)["punches"]["right"]) == (code == NONE)
 
 
 @pytest.mark.parametrize(("sd_deg", "told"), [(2.0, "squats"), (8.0, "squats_reason")])
