@@ -45,9 +45,9 @@ class Facts:
 
     turned: frames that have a rotation. up_bound_deg: least and most of the 90 % bound, None where it is not stated.
     camera_motion: how the camera moves and who says so, behind "camera"; "" for poses in a world's axes.
-    standing_deg: pitch and roll of a camera that stands still, by the take's up; None for others. error_deg: median
-    of the expected rotation errors. nobody_upright: why up may be quite another, None where it is not.
-    up_of_unusable: why its error is not known, "" where that is not why.
+    standing_deg: pitch and roll of a camera that stands still, by the take's up; None for others and for takes that are
+    not levelled. error_deg: median of the expected rotation errors, NaN of those. nobody_upright: why up may be quite
+    another, None where it is not. up_of_unusable: why its error is not known, "" where that is not why.
     vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings, None
     and empty without. history: every step, oldest first, to the last that kinematics rest on.
     """
@@ -130,7 +130,7 @@ def facts_of(take: Take) -> Facts:
     """The facts of a take that is rectified; InputError of one that is not."""
     poses, rectified = take.need("poses"), take.need("rectified")
     bound = rectified.up_bound_deg[rectified.turned & np.isfinite(rectified.up_bound_deg)]
-    error = rectified.error_deg[np.isfinite(rectified.error_deg)]
+    error = rectified.error_deg[rectified.level_ok & np.isfinite(rectified.error_deg)]
     off = angle_deg(rectified.up_votes, shared_up(rectified))
     off = off[np.isfinite(off)]
     told = {kind: tuple(each.text for each in take.notices if each.weight == kind) for kind in _KINDS}
@@ -239,7 +239,7 @@ def _camera_motion(take: Take) -> str:
 
 def _standing(take: Take) -> tuple[float, float] | None:
     rectified = take.need("rectified")
-    if rectified.camera != "static":
+    if rectified.camera != "static" or not rectified.level_ok:
         return None
     pitch, roll = pitch_roll_deg(rotate(take.need("poses").frame.basis.T, shared_up(rectified)[:1])[0])
     return (float(pitch), float(roll)) if np.isfinite(pitch) else None

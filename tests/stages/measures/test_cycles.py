@@ -38,7 +38,9 @@ def test_each_wave_is_a_repetition_with_its_times():
         assert (one.peak, one.rise) == (pytest.approx(100), pytest.approx(100, abs=0.5))
 
 
-@pytest.mark.parametrize(("error", "cut", "near"), [(15.0, True, True), (15.0, False, False), (5.0, True, False)])
+@pytest.mark.parametrize(
+    ("error", "cut", "near"), [(15.0, True, True), (15.0, False, False), (5.0, True, False)]
+)
 def test_a_rise_that_is_seen_in_part_may_be_one_too_within_its_error(error, cut, near):
     """An arm that was still up when the clip ended had risen by 46 of the 50 degrees that count: "No raised arms"."""
     assert comes_near(np.clip(60 * (TIME - 9), 0, 40), TIME, 50.0, error, cut=cut) == near

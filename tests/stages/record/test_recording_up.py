@@ -186,6 +186,7 @@ def test_the_summary_of_a_moving_camera(make_take):
 
 def test_the_summary_of_a_take_that_is_not_level_claims_nothing(make_take):
     text = told(make_take(), level_ok=False, level_reason="the person lies")
+    assert "looks" not in text
     assert "**no: the person lies**" in text
     assert "nown to within" not in text
 
