@@ -60,7 +60,8 @@ def answer(take: Take) -> list[str]:
     shown = (*(_MOVED if legs or not arms else ()), *(_RAISED if arms else ())) if done else _ALL
     joints = [words for name in shown if (words := _range(subgroup(measures, "range_of_motion"), name))]
     seconds = poses.times[-1] - poses.times[0]
-    ranges = f"in nine of ten frames {'; '.join(joints)}" if joints else ""
+    of_ends = " (±: of each end)" * any("±" in words for words in joints)
+    ranges = f"in nine of ten frames, in degrees{of_ends}: {'; '.join(joints)}" if joints else ""
     sentences = ("; ".join(done), ranges, *_not_seen(measures, seconds))
     said = sentences if done else (*sentences[2:], sentences[1])
     return [f"{words[:1].upper()}{words[1:]}." for words in said if words]
@@ -213,8 +214,7 @@ def _jumped(jumps: Group) -> list[str]:
 
 
 def _range(ranges: Group, name: str) -> str:
-    """Such as "knees 3 to 58 (right) and 2 to 68 (left) degrees, each end of the range ± 9"; empty where no side is
-    to be believed."""
+    """Such as "knees 3 to 58 (right) and 2 to 68 (left) ± 9"; empty where no side is to be believed."""
     sides = {"": name} if name in ranges else {side: f"{side[0]}_{name}" for side in _SIDES}
     parts, errors = [], []
     for side, angle in sides.items():
@@ -227,8 +227,8 @@ def _range(ranges: Group, name: str) -> str:
         errors += [end.bar for end in ends if end.bar is not None]
     if not parts:
         return ""
-    within = f", each end of the range ± {max(errors):.0f}" if errors else ""
-    return f"{_JOINTS[name]} {' and '.join(parts)} degrees{within}"
+    within = f" ± {max(errors):.0f}" if errors else ""
+    return f"{_JOINTS[name]} {' and '.join(parts)}{within}"
 
 
 def _figure(of: Measure, unit: str) -> str:
