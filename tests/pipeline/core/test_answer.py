@@ -103,7 +103,7 @@ def test_where_nothing_is_recognised_the_main_joints_are_told_and_why_steps_are_
     assert untold == f"Cannot be told: walking ({why})."
     assert not_looked_for == "Not looked for: jumps (the camera moves)."
     assert joints.startswith("In nine of ten frames, in degrees (±: of each end): knees 8 to 68")
-    assert joints.endswith("; trunk forward -1 to 9 degrees.")
+    assert joints.endswith("; trunk forward -1 to 9.")
     assert "elbow" not in joints  # beyond what joints reach
 
 
