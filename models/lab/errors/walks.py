@@ -8,16 +8,14 @@ import numpy as np
 
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import grouped, measure, moments, subgroup
-from ....pipeline.core.rotations import rotate, transpose
+from ....pipeline.core.rotations import rotate
 from ...common.metrics import SD_90, relative
 from ...gait.contact import SIDES
-from ...gait.events import Stance
-from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
+from ...gait.gait import Gait, Values, length_values, time_values
 from ..evaluation.acceleration import filtered
 from ..evaluation.finished import Finished
+from ..evaluation.gait import true_gait
 from ..evaluation.testbed import SeenTake
-from ..mocap.contact import true_contact
-from ..mocap.restyle import Spells
 from .judge import Stated
 
 _NEAR_S = 0.25  # of what was found, within which a true step is the same
@@ -43,7 +41,7 @@ def walks(finished: Finished) -> Iterator[Stated]:
     lands = [at for side in ("right", "left") for at in moments(subgroup(found, side), "landings")]
     if not lands:
         return
-    part = _within(_true_gait(truth, finished.spells), min(lands) - _NEAR_S, max(lands) + _NEAR_S)
+    part = _within(true_gait(truth, finished.spells), min(lands) - _NEAR_S, max(lands) + _NEAR_S)
     if not part.walks:
         return
     values = _true_values(part, truth)
@@ -64,16 +62,6 @@ def _stated(
 ) -> Stated:
     half = np.array([SD_90 * sd])
     return Stated(statement, finished.truth.subject, np.array([error]), half, known).judged()
-
-
-def _true_gait(truth: SeenTake, spells: Spells | None) -> Gait:
-    time_s, R_world_from_camera = truth.keypoints.times, truth.R_camera_from_world.T
-    if spells is None:
-        spells = true_contact(rotate(R_world_from_camera, truth.joints_camera), time_s)
-    feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES}
-    body = rotate(transpose(truth.R_camera_from_body), filtered(truth.truth, time_s))
-    facing = facing_deg(R_world_from_camera @ truth.R_camera_from_body)
-    return find_gait(body, time_s, feet=feet, facing_deg=facing)
 
 
 def _within(gait: Gait, first_s: float, last_s: float) -> Gait:

@@ -29,7 +29,7 @@ from ...gait.errors import (
     depth_of_steps,
     path_error,
 )
-from ...gait.events import Stance
+from ...gait.events import Stance, Step
 from ...gait.foot_lock import foot_locked
 from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
 from ...gait.parameters import flat_span
@@ -43,11 +43,12 @@ from .place import ASSUMED, KNOWN, by_stature, camera_of
 from .sets import EvaluationSet, Question
 from .tables import Page, Table
 from .take_answers import joints_of
-from .testbed import LiftedTake
+from .testbed import LiftedTake, SeenTake
 
 TRUE = "true path"
 PATHS = (TRUE, KNOWN, ASSUMED)
 _SLIDING = (TRUE, KNOWN, f"{KNOWN}, feet locked")
+_UNEVEN = 2.5  # of the captured walks
 _SAME_S = 0.25  # an event that is found farther off is another one
 PAGE = Page(
     "Gait",
@@ -161,16 +162,7 @@ def judge(
     found = find_gait(body, time_s, facing_deg=facing)
 
     world = rotate(seen.R_camera_from_world.T, seen.joints_camera)
-    spells = true_contact(world, time_s) if spells is None else spells
-    feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES}
-    true_smooth = filtered(seen.truth, time_s)
-    R_world_from_body = seen.R_camera_from_world.T @ seen.R_camera_from_body
-    true = find_gait(
-        rotate(transpose(seen.R_camera_from_body), true_smooth),
-        time_s,
-        feet=feet,
-        facing_deg=facing_deg(R_world_from_body),
-    )
+    true_smooth, true = filtered(seen.truth, time_s), true_gait(seen, spells)
     frames = [
         np.stack([_inside(each.feet[side], time_s) for each in (found, true)], axis=-1) for side in SIDES
     ]
@@ -220,6 +212,25 @@ def judge(
     paths = (world[:, 0], _ankles(true_places)), (root, ankles), (locked, ankles)
     sliding = np.stack([_sliding(*each_path, same[1], time_s) for each_path in paths], axis=-1)
     return replace(judged, sliding=sliding)
+
+
+def true_gait(seen: SeenTake, spells: Spells | None = None) -> Gait:
+    """By the captured joints, and when the feet are on the floor (spells; those of `true_contact` without), before a
+    static camera. Hops and dances are no walk: in one the longest step takes at most _UNEVEN times as long as the
+    shortest."""
+    time_s, R_world_from_camera = seen.keypoints.times, seen.R_camera_from_world.T
+    if spells is None:
+        spells = true_contact(rotate(R_world_from_camera, seen.joints_camera), time_s)
+    feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES}
+    body = rotate(transpose(seen.R_camera_from_body), filtered(seen.truth, time_s))
+    facing = facing_deg(R_world_from_camera @ seen.R_camera_from_body)
+    gait = find_gait(body, time_s, feet=feet, facing_deg=facing)
+    return Gait(gait.feet, [walk for walk in gait.walks if _even(walk)])
+
+
+def _even(walk: Sequence[Step]) -> bool:
+    times = [step.stop_s - step.start_s for step in walk]
+    return max(times) <= _UNEVEN * min(times)
 
 
 def _ankles(joints: np.ndarray) -> dict[str, np.ndarray]:
