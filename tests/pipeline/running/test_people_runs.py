@@ -257,7 +257,7 @@ def test_the_command(mmpose, tmp_path, monkeypatch, capsys):
     assert ended.value.code == 0
     said = capsys.readouterr()
     assert "person 2 was left out: seen in 3 frames" in said.err
-    assert "warning: person 0: " in said.err
+    assert "note: person 0: " in said.err
     assert f"{output}: 0, 1, summary.json" in said.out
     ends = [line.partition(": ")[0] for line in said.out.splitlines()[-4:]]
     assert ends == ["person 0", "person 0", "person 1", "person 1"]
