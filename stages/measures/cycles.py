@@ -329,10 +329,8 @@ def _movement(
     rise = float(values[-1] - values[0])
     low, share = (_LOW, _SETTLED) if settles else (_BEGINS, _STARTS)
     slow = np.flatnonzero((values <= values[0] + low * rise) & (speed <= share * speed.max()))
-    start, left = (
-        float(times[slow[-1]] if len(slow) else times[0]),
-        _left(values, times, values[0] + _EDGE * rise),
-    )
+    start = float(times[slow[-1]] if len(slow) else times[0])
+    left = _left(values, times, values[0] + _EDGE * rise)
     start = max(start, left) if settles or start > left + _RESTS_S else min(start, left)
     below = int(np.flatnonzero(values <= values[0] + _OUTER * rise)[-1])
     high = below + int(np.argmax(values[below:] >= values[-1] - _OUTER * rise))

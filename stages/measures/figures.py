@@ -13,9 +13,8 @@ from .cycles import symmetry_index
 _FEWEST = 3  # values for a standard error by their spread
 # Values for a standard deviation that is stated: of six it is off by a third (one standard error, 1 / sqrt(2 (n - 1))).
 FEWEST_FOR_SD = 6
-_SAYS_NOTHING = (
-    200 / 3
-)  # per cent, of the ± of a symmetry index: of one side that moves twice as far as the other
+# Per cent, of the ± of a symmetry index: that of one side that moves twice as far as the other.
+_SAYS_NOTHING = 200 / 3
 _FRAME = float(
     np.sqrt(2 / 12)
 )  # of a frame: standard deviation of a duration between two frames (uniform errors)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -101,17 +100,18 @@ def strikes(
     error, near = SD_90 * np.sqrt(2) * apart_sd, dict[tuple[str, str], bool]()
     for side in SIDES.values():
 
-        def kicks_standing(one: Repetition, side: str = side, short: float = 0.0) -> bool:
-            return (
-                _kicks(limbs["kicks", side], level.times, one, short)
-                and not any(begin <= one.peak_s <= end for begin, end in [*runs, *flies])
-                and not (unfiltered is not None and _leaps(unfiltered, side, one))
+        def stands(one: Repetition, side: str = side) -> bool:
+            return not any(begin <= one.peak_s <= end for begin, end in [*runs, *flies]) and not (
+                unfiltered is not None and _leaps(unfiltered, side, one)
             )
 
-        found["kicks", side] = [*filter(kicks_standing, found["kicks", side])]
-        height, almost = limbs["kicks", side].driver, partial(kicks_standing, short=error)
+        def almost(one: Repetition, side: str = side) -> bool:
+            return _kicks(limbs["kicks", side], level.times, one, error) and stands(one, side)
+
+        found["kicks", side] = [*filter(stands, found["kicks", side])]
+        height = limbs["kicks", side].driver
         near["kicks", side] = comes_near(
-            height, level.times, _KICK_RISES, error, breaks(level), almost, False
+            height, level.times, _KICK_RISES, error, breaks(level), almost, cut=False
         )
     kicks = [(kick.start_s, kick.stop_s) for side in SIDES.values() for kick in found["kicks", side]]
     # In a kick the arms swing for balance, before and in a flight for height.

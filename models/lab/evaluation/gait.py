@@ -48,7 +48,7 @@ from .testbed import LiftedTake, SeenTake
 TRUE = "true path"
 PATHS = (TRUE, KNOWN, ASSUMED)
 _SLIDING = (TRUE, KNOWN, f"{KNOWN}, feet locked")
-_UNEVEN = 2.5  # of the captured walks
+_UNEVEN = 2.5  # captured validation walks and runs come to 2.4, one of skips to 2.7, a man who hops to 3.4
 _SAME_S = 0.25  # an event that is found farther off is another one
 PAGE = Page(
     "Gait",
@@ -216,7 +216,7 @@ def judge(
 
 def true_gait(seen: SeenTake, spells: Spells | None = None) -> Gait:
     """By the captured joints, and when the feet are on the floor (spells; those of `true_contact` without), before a
-    static camera. Hops and dances are no walk: in one the longest step takes at most _UNEVEN times as long as the
+    static camera. Skips and hops are no walk: the longest step of a walk takes at most _UNEVEN times as long as its
     shortest."""
     time_s, R_world_from_camera = seen.keypoints.times, seen.R_camera_from_world.T
     if spells is None:

@@ -42,6 +42,13 @@ class RealCamera:
     R_camera_from_world: np.ndarray | None = None
     t_m: np.ndarray | None = None
 
+    @property
+    def matrix(self) -> np.ndarray:
+        """(3, 3) from directions before the lens to pixels, as OpenCV has it."""
+        matrix = np.diag([*self.focal_px, 1.0])
+        matrix[:2, 2] = self.principal_point_px
+        return matrix
+
     def to_camera(self, joints_world: np.ndarray) -> np.ndarray:
         """(..., J, 3) world -> camera, metres, of a take with truth."""
         assert self.R_camera_from_world is not None
@@ -54,11 +61,9 @@ class RealCamera:
 
         assert self.R_camera_from_world is not None
         assert self.t_m is not None
-        matrix = np.diag([*self.focal_px, 1.0])
-        matrix[:2, 2] = self.principal_point_px
         turn, _ = cv2.Rodrigues(self.R_camera_from_world)
         points = joints_world.reshape(-1, 1, 3).astype(np.float64)
-        pixels, _ = cv2.projectPoints(points, turn, self.t_m, matrix, self.distortion)
+        pixels, _ = cv2.projectPoints(points, turn, self.t_m, self.matrix, self.distortion)
         return pixels.reshape(*joints_world.shape[:-1], 2)
 
 
@@ -159,12 +164,9 @@ def triangulated(cameras: Mapping[str, RealCamera], openpose: Mapping[str, np.nd
     for name, camera in cameras.items():
         assert camera.R_camera_from_world is not None
         assert camera.t_m is not None
-        matrix = np.diag([*camera.focal_px, 1.0])
-        matrix[:2, 2] = camera.principal_point_px
         points, score = openpose[name][:, rows, :2], openpose[name][:, rows, 2]
-        plane = cv2.undistortPoints(points.reshape(-1, 1, 2), matrix, camera.distortion).reshape(
-            *points.shape
-        )
+        plane = cv2.undistortPoints(points.reshape(-1, 1, 2), camera.matrix, camera.distortion)
+        plane = plane.reshape(*points.shape)
         P = np.column_stack([camera.R_camera_from_world, camera.t_m])
         lines = plane[..., None] * P[2] - P[:2]
         equations.append(np.where((score > 0)[..., None, None], lines, 0.0))

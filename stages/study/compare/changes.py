@@ -162,9 +162,8 @@ def _gap(unit: str) -> str:
     return "" if unit.startswith("°") else " "
 
 
-_Found = tuple[
-    str, str, str, Measure, Measure, bool
-]  # group, item, side, of the reference, the other, same_part
+# Group, item, side, of the reference, of the other, same_part.
+_Found = tuple[str, str, str, Measure, Measure, bool]
 
 
 def _ranges(before: Group, after: Group) -> Iterator[_Found]:
@@ -178,9 +177,8 @@ def _movements(before: Group, after: Group, metric: bool) -> Iterator[_Found]:
         for name, side in product(names, ("right", "left") if group == "arm_raises" else ("",)):
             path = (group, side) if side else (group,)
             both = [subgroup(of, *path) for of in (before, after)]
-            if metric or not any(
-                of and of.unit in OF_LENGTH for of in (measure(each, name) for each in both)
-            ):
+            rows = [measure(of, name) for of in both]
+            if metric or not any(row and row.unit in OF_LENGTH for row in rows):
                 yield from _with_errors(group, worded(name), side, name, *both)
 
 

@@ -1,0 +1,81 @@
+"""What is said to be absent, and what cannot be told or was not looked for."""
+
+import numpy as np
+import pytest
+
+from golden.walks import STAGES, columns_with, measured
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, nested
+from pcnet3d.pipeline.core.pose import MadeBy
+
+
+@pytest.mark.parametrize("joint", ["l_ankle", "r_wrist"])
+def test_what_legs_or_arms_that_are_missing_would_show_is_not_said_to_be_absent(joint, without):
+    """Floor and jumps of a walker without an ankle were "nobody walks" and a count of 0."""
+    found = nested(measured(without(joint, slice(None))).measures)
+    assert found["jumps"] == {
+        "outcome": "cannot-be-told",
+        "reason": "fewer than 10 frames have the trunk, both arms and both legs",
+    }
+    if joint == "l_ankle":
+        assert found["floor"] == {"reason": found["walking"]["reason"]}
+    else:
+        assert "floor_height" in found["floor"]
+
+
+def test_no_repetition_within_its_noise(walk, take):
+    vague = columns_with(
+        take, **{f"{side}_shoulder_elevation_sd_deg": np.full(len(walk), 60.0) for side in "rl"}
+    )
+    assert nested(STAGES[3](take.with_(kinematics=vague)).measures)["arm_raises"]["right"]["count"] == 0
+
+
+def outcome(take, movement):
+    return nested(STAGES[3](take).measures)[movement]["outcome"]
+
+
+@pytest.mark.parametrize(("sd_deg", "code"), [(np.nan, NONE), (1.0, NONE), (6.0, CANNOT_BE_TOLD)])
+@pytest.mark.parametrize(
+    ("movement", "angle", "rise_deg"),
+    [("arm_raises", "shoulder_elevation", 44.0), ("knee_bends", "knee_flexion", 29.0)],
+)
+def test_what_misses_its_threshold_by_less_than_its_error_is_not_denied(
+    walk, take, movement, angle, rise_deg, sd_deg, code
+):
+    """An arm that rises by 48 of the 50 degrees that count, give or take 20: "No raised arms"."""
+    squat = walk.during("squat")
+    bent = take.kinematics["r_knee_flexion_deg"] * squat
+    columns = {f"{side}_{angle}_deg": rise_deg * bent / bent.max() for side in "rl"}
+    errors = {f"{side}_{angle}_sd_deg": np.full(len(walk), sd_deg) for side in "rl"}
+    assert outcome(take.with_(kinematics=columns_with(take, **columns, **errors)), movement) == code
+
+
+@pytest.mark.parametrize(("kind", "code"), [("measured", NONE), ("estimated", CANNOT_BE_TOLD)])
+def test_a_lifter_whose_errors_are_not_known_errs_as_others_do(walk, kind, code):
+    poses = camera_poses(walk, side_camera(walk)).with_(made_by=MadeBy(kind, "another"))
+    take = measured(poses)
+    bent = take.kinematics["r_knee_flexion_deg"] * walk.during("squat")
+    columns = {f"{side}_shoulder_elevation_deg": 44 * bent / bent.max() for side in "rl"}
+    assert outcome(take.with_(kinematics=columns_with(take, **columns)), "arm_raises") == code
+
+
+@pytest.mark.parametrize(("kind", "code"), [("measured", NONE), ("estimated", NOT_LOOKED_FOR)])
+def test_punches_of_lifted_poses_without_keypoints_are_not_looked_for(walk, kind, code):
+    """Ten punches of MotionBERT's boxer: "none was found"."""
+    poses = camera_poses(walk, side_camera(walk)).with_(made_by=MadeBy(kind, "another"))
+    take = measured(poses)
+    assert outcome(take, "punches") == code
+    assert ("count" in nested(take.measures)["punches"]["right"]) == (code == NONE)
+
+
+@pytest.mark.parametrize(("sd_deg", "told"), [(2.0, "squats"), (8.0, "squats_reason")])
+def test_a_bend_that_misses_a_squat_by_less_than_its_error_is_not_said_to_be_none(walk, take, sd_deg, told):
+    squat = walk.during("squat")
+    bent = take.kinematics["r_knee_flexion_deg"] * squat
+    columns = {f"{side}_knee_flexion_deg": 64 * bent / bent.max() for side in "rl"}
+    errors = {f"{side}_knee_flexion_sd_deg": np.full(len(walk), sd_deg) for side in "rl"}
+    bends = nested(STAGES[3](take.with_(kinematics=columns_with(take, **columns, **errors))).measures)[
+        "knee_bends"
+    ]
+    assert bends["count"] == 1
+    assert {"squats", "squats_reason"} & set(bends) == {told}
