@@ -44,15 +44,15 @@ def repeats(
     whole = float(np.nanmax(driver) - np.nanmin(driver))
     usual = known_median(sd)
     noise = NOISE * usual if np.isfinite(usual) else 0.0
-    near = comes_near(driver, take.times, least, take.rise_error(angle, least, usual), take.seams, counts)
-    asked, least = least, max(least, noise)
+    asked, error = least, take.rise_error(angle, least, usual)
+    least = max(least, noise)
     held = unreturned(driver, take.times, least, take.seams)
     least = max(least, _HALF * whole)
     every = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
     holds = [one for one in [*every, *filter(counts, held)] if one.held_s > _HOLD_S]
     holds.sort(key=lambda one: one.start_s)
     found = [one for one in every if one.held_s <= _HOLD_S]
-    if near and not (every or holds):
+    if not (every or holds) and comes_near(driver, take.times, asked, error, take.seams, counts):
         why = f"an angle rises by nearly the {asked:g} degrees that count"
         return [Measure("count", 0), Remark("reason", why), *basis(driver)]
     whole_ones = [one for one in found if one.whole]

@@ -34,6 +34,17 @@ def test_landing_is_no_squat(lowest_s, count):
     assert (bends["count"], bends.get("squats", 0)) == (count, count)
 
 
+def test_a_dip_too_small_to_count_leaves_no_doubt_about_others():
+    """A dip of 25 degrees behind a hop made "squatted at least once" of one squat."""
+    knee = sum(deg * np.exp(-(((TIMES - low_s) / 0.25) ** 2)) for low_s, deg in ((2.3, 25), (4.0, 90)))
+    columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
+    columns |= {f"{side}_knee_flexion_sd_deg": np.full(len(TIMES), 6.0) for side in "rl"}
+    of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
+    bends = nested(_knee_bends(of, gait, [], [(1.9, 2.1)], np.zeros(len(TIMES))))
+    assert bends["count"] == 1
+    assert "count_reason" not in bends
+
+
 @pytest.mark.parametrize(
     ("lowest_s", "count", "doubt"), [((2.3,), 0, "reason"), ((2.3, 4.0), 1, "count_reason")]
 )
