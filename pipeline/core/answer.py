@@ -60,7 +60,7 @@ def answer(take: Take) -> list[str]:
     shown = (*(_MOVED if legs or not arms else ()), *(_RAISED if arms else ())) if done else _ALL
     joints = [words for name in shown if (words := _range(subgroup(measures, "range_of_motion"), name))]
     seconds = poses.times[-1] - poses.times[0]
-    of_ends = " (±: of each end)" * any("±" in words for words in joints)
+    of_ends = " (± for each end)" * any("±" in words for words in joints)
     ranges = f"in nine of ten frames, in degrees{of_ends}: {'; '.join(joints)}" if joints else ""
     sentences = ("; ".join(done), ranges, *_not_seen(measures, seconds))
     said = sentences if done else (*sentences[2:], sentences[1])

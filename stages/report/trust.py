@@ -109,7 +109,7 @@ def _angles(take: Take) -> list[Check]:
     least, most = (f"{SD_90 * of(known):.0f}" for of in (min, max))
     each = least if least == most else f"{least} to {most}"
     how = f", {ERRORS_OF_ANGLES[take.angle_errors]}" if take.angle_errors else ""
-    words = f"Known to within {each}° (90 %), by the angle{how}."
+    words = f"Known to within {each}° (90 %), depending on the angle{how}."
     if within <= _TOLD:
         return [("Joint angles", "good", [words, *basis])]
     return [

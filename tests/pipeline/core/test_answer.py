@@ -26,7 +26,7 @@ def take(unit: str = "m", **measures) -> Take:
 def test_a_walk_with_its_cadence_speed_and_knees():
     assert answer(take(walking=WALK)) == [
         "Walked 4 whole steps in 2.4 s, 98 ± 3 a minute, at 1.15 ± 0.082 m/s.",
-        "In nine of ten frames, in degrees (±: of each end): knees 8 to 68 (right) and 10 to 80 (left) ± 12.",
+        "In nine of ten frames, in degrees (± for each end): knees 8 to 68 (right) and 10 to 80 (left) ± 12.",
     ]
 
 
@@ -102,7 +102,7 @@ def test_where_nothing_is_recognised_the_main_joints_are_told_and_why_steps_are_
     assert none == "No knee bends in 3.0 s."
     assert untold == f"Cannot be told: walking ({why})."
     assert not_looked_for == "Not looked for: jumps (the camera moves)."
-    assert joints.startswith("In nine of ten frames, in degrees (±: of each end): knees 8 to 68")
+    assert joints.startswith("In nine of ten frames, in degrees (± for each end): knees 8 to 68")
     assert joints.endswith("; trunk forward -1 to 9.")
     assert "elbow" not in joints  # beyond what joints reach
 

@@ -41,7 +41,7 @@ def test_a_take_without_doubts_is_to_be_trusted(walk_take):
     said = trust(take, facts_of(take))
     assert "Good:" in said
     assert "Known to within 2.7° (90 %)." in said
-    assert "Known to within 8° (90 %), by the angle, as measured for the built-in lifter." in said
+    assert "Known to within 8° (90 %), depending on the angle, as measured for the built-in lifter." in said
     assert said.count('<dt class="good">') == 5
 
 
