@@ -1,8 +1,10 @@
 """How wrong a gait figure may be: standard deviations that were fitted on walks and runs with truth.
 
-The error of a mean over N steps or strides is made of a part that all of them share, one that each has for itself, and
-a third: of times and shares of the stride it grows with how far the found stance is from the usual one, for unusual
-gaits are found more usual than they are; of lengths it is what the pelvis path's own error adds. Of gaits unlike all
+The error of a mean over N steps or strides is made of a part that all of them share and one that each has for itself.
+That of lengths has what the pelvis path's own error adds. That of times and shares of the stride grows with how far the
+found stance is from the usual one, for unusual gaits are found more usual than they are. The mean of N step or stride
+times is the time between two landings by N: of these, what each has for itself falls with N and grows with how much the
+values scatter, as they do where a landing is found too early or too late. Of gaits unlike all
 that it was fitted on it is larger yet. A difference of the sides has an error of its own: what a lifter puts too near
 of one leg and too far of the other cancels in the mean over both and is twice as large in the difference, the more so
 the more of a step is depth.
@@ -35,16 +37,17 @@ OF_SIDES = (
     "step_time_s", "stance_time_s", "stance_percent", "swing_percent", "single_support_percent",
     "double_support_percent", "flight_time_s", "step_length",
 )  # fmt: skip
+OF_LANDINGS = ("step_time_s", "stride_time_s")  # whose mean is the time between two landings, by their number
 OF_STYLE = ("stance_percent", "step_time_s")  # by which a gait is like those that were seen or not
 FEWEST_OF_A_SIDE = 2  # values, for a difference of the sides
 
 
 @dataclass(frozen=True)
 class GaitErrors:
-    """Of the gaits of one source's poses, all of {"walking", "running": {figure: {part: value}}}. figures: "shared",
-    "each", and "apart" or "root", of means; differences: "shared", "each" and "depth", of right less left; in both
-    "most" values, of more of which nothing is surer. seen: "least", "usual" and "most" of OF_STYLE, as they were found
-    in what that was fitted on."""
+    """Of the gaits of one source's poses, all of {"walking", "running": {figure: {part: value}}}. figures: of means
+    "shared", "each", and "root" of lengths, "apart" of others, of OF_LANDINGS also "scatter" and the "usual" one;
+    differences: "shared", "each" and "depth", of right less left; in both "most" values, of more of which nothing is
+    surer. seen: "least", "usual" and "most" of OF_STYLE, as they were found in what that was fitted on."""
 
     figures: Mapping[str, Mapping[str, Mapping[str, float]]]
     differences: Mapping[str, Mapping[str, Mapping[str, float]]]
@@ -57,21 +60,25 @@ class GaitErrors:
         count: int,
         root_sd: float = 0.0,
         style: Mapping[str, float] | None = None,
+        scatter: float = np.nan,
     ) -> float:
         """Standard deviation of the mean of `count` values of a figure (gait.time_values, gait.length_values), in its
         unit, lengths and speeds in lengths of a leg; NaN of lengths where it is not known. gait: "walking" or
-        "running". root_sd: of the pelvis path in lengths of a leg. style: `style_of` these values. Where that is beyond
-        what was seen (`beyond`), all of it is larger by that share: a rule, for nothing was fitted there."""
+        "running". root_sd: of the pelvis path in lengths of a leg. style: `style_of` these values. scatter: of both
+        sides' values (`scatter`), the usual one if not known. Where the style is beyond what was seen (`beyond`), all
+        of it is larger by that share: a rule, for nothing was fitted there."""
         own = self.figures[gait].get(figure)
         if own is None:
             return float("nan")
         style, fewer = style or {}, min(count, own["most"])
-        third = (
-            own["root"] * root_sd / np.sqrt(fewer)
-            if figure in OF_LENGTH
-            else own["apart"] * self.apart(gait, style)
-        )
-        parts = (own["shared"], own["each"] / np.sqrt(fewer), third)
+        each = 1 / fewer if figure in OF_LANDINGS else 1 / np.sqrt(fewer)
+        parts = [own["shared"], own["each"] * each]
+        if figure in OF_LENGTH:
+            parts.append(own["root"] * root_sd * each)
+        else:
+            parts.append(own["apart"] * self.apart(gait, style))
+        if figure in OF_LANDINGS:
+            parts.append(own["scatter"] * (scatter if np.isfinite(scatter) else own["usual"]) * each)
         beyond = 0.0 if figure in OF_LENGTH else max(self.beyond(gait, style).values(), default=0.0)
         return float(np.sqrt(np.sum(np.square(parts)))) * (1 + beyond)
 
@@ -116,6 +123,11 @@ Source = Literal["lifted", "measured"]
 def shipped_errors(source: Source = "lifted") -> GaitErrors:
     """What gait_error.json holds of poses by the built-in lifter, or of captured ones."""
     return GaitErrors(**json.loads(ERROR_FILE.read_text(encoding="utf-8"))[source])
+
+
+def scatter(values: np.ndarray) -> float:
+    """Standard deviation of values (N,) among themselves; NaN of fewer than two."""
+    return float(values.std(ddof=1)) if len(values) > 1 else float("nan")
 
 
 def style_of(values: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, float]:

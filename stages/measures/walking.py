@@ -15,6 +15,7 @@ from ...models.gait.errors import (
     GaitErrors,
     depth_of_steps,
     path_error,
+    scatter,
     shipped_errors,
     style_of,
 )
@@ -219,11 +220,11 @@ class _Means:
         self.gait, self.errors, self.leg, self.root_sd, self.depth = gait, errors, leg, root_sd, depth
         self.style = style
 
-    def error(self, name: str, count: int, of_side: bool = False) -> float:
-        """Of the mean of `count` values, of both sides or of one; NaN where none is stated."""
+    def error(self, name: str, count: int, both: np.ndarray, of_side: bool = False) -> float:
+        """Of the mean of `count` values, of both sides or of one; NaN where none is stated. both: (N,) both sides'."""
         if self.errors is None:
             return float("nan")
-        own = self.errors.mean(self.gait, name, count, self.root_sd / self.leg, self.style)
+        own = self.errors.mean(self.gait, name, count, self.root_sd / self.leg, self.style, scatter(both))
         own = np.hypot(own, self.errors.side(self.gait, name, self.depth)) if of_side else own
         return float(self.leg * own if name in OF_LENGTH else own)
 
@@ -257,13 +258,13 @@ class _Means:
         for name in names:
             if name not in values:
                 continue
-            found = values[name][side] if side else _both(values, name)
-            found = found[np.isfinite(found)]
+            both = _both(values, name)
+            found = _finite(values[name][side]) if side else both
             if not len(found):
                 continue
             plain, unit = _NAMED[name]
             mean = float(found.mean())
-            error = float(np.hypot(self.error(name, len(found), side is not None), share * mean))
+            error = float(np.hypot(self.error(name, len(found), both, side is not None), share * mean))
             if name == "walking_speed":
                 result.append(with_error(plain, unit, mean, error))
                 continue
@@ -272,16 +273,19 @@ class _Means:
         return result
 
 
+def _finite(values: np.ndarray) -> np.ndarray:
+    return values[np.isfinite(values)]
+
+
 def _both(values: Values, name: str) -> np.ndarray:
-    return np.concatenate([values[name][side] for side in SIDES.values()])
+    return _finite(np.concatenate([values[name][side] for side in SIDES.values()]))
 
 
 def _symmetries(said: _Means, values: Values) -> list[Row]:
     """Symmetry indices of the sides' step and stance times and step lengths, of two steps of each side or more."""
     result: list[Row] = []
     for name in ("step_time_s", "stance_time_s", "step_length"):
-        sides = [values[name][side] if name in values else np.zeros(0) for side in SIDES.values()]
-        sides = [found[np.isfinite(found)] for found in sides]
+        sides = [_finite(values[name][side]) if name in values else [] for side in SIDES.values()]
         if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
             right, left = (found.mean() for found in sides)
             error = said.difference_error(name, len(sides[0]), len(sides[1]))
@@ -294,9 +298,10 @@ def _cadence(said: _Means, values: Values, strides: int, fewest: int) -> Row:
     if strides < fewest:
         return Remark("cadence_reason", f"fewer than {fewest} strides")
     step_time = _both(values, "step_time_s")
-    step_time = step_time[np.isfinite(step_time)]
     mean = float(step_time.mean())
-    return with_error("cadence", "spm", 60 / mean, 60 / mean**2 * said.error("step_time_s", len(step_time)))
+    return with_error(
+        "cadence", "spm", 60 / mean, 60 / mean**2 * said.error("step_time_s", len(step_time), step_time)
+    )
 
 
 def _path_error(filtered: PoseSequence, rectified: Rectified, gait: Gait) -> tuple[float, float]:
@@ -326,7 +331,7 @@ def _lengths(
     ahead = ahead / np.linalg.norm(ahead)
     path, belt = over_belt(root, ankles, filtered.times, gait, ahead, belt_speed, seams)
     values = length_values(gait, path, ankles, filtered.times, seams)
-    if not np.isfinite(_both(values, "step_length")).any():
+    if not len(_both(values, "step_length")):
         return {}, [Remark("lengths_reason", "the person's place is missing in every stride")], 0.0
     if not belt:
         return values, [], 0.0

@@ -14,6 +14,7 @@ from ...gait.errors import (
     FEWEST_OF_A_SIDE,
     OF_LENGTH,
     OF_SIDES,
+    scatter,
     shipped_errors,
     style_of,
 )
@@ -27,13 +28,15 @@ FIGURES = (
 
 @dataclass(frozen=True)
 class Mean:
-    """A take's mean of one figure, found and true, of `count` values that were found; lengths in metres. gait: what was
-    found, "walking" or "running". leg: length of a leg in metres. style: gait.errors.style_of what was found.
-    root_sd, share: stated of the pelvis path, in metres, and of all strides alike (gait.errors.path_error)."""
+    """A take's mean of one figure, found and true, of `count` values that were found; lengths in metres. scatter:
+    standard deviation of these values. gait: what was found, "walking" or "running". leg: length of a leg in metres.
+    style: gait.errors.style_of what was found. root_sd, share: stated of the pelvis path, in metres, and of all strides
+    alike (gait.errors.path_error)."""
 
     found: float
     true: float
     count: int
+    scatter: float
     gait: str
     leg: float
     style: dict[str, float]
@@ -47,7 +50,9 @@ class Mean:
 
     def sd(self, name: str) -> float:
         """The stated standard deviation, in the figure's unit."""
-        own = shipped_errors().mean(self.gait, name, self.count, self.root_sd / self.leg, self.style)
+        own = shipped_errors().mean(
+            self.gait, name, self.count, self.root_sd / self.leg, self.style, self.scatter
+        )
         return float(np.hypot(self.leg * own, self.share * self.found)) if name in OF_LENGTH else own
 
 
@@ -82,7 +87,9 @@ def means_of(found: Values, true: Values, gait: str, leg: float, *path_errors: f
     for name in FIGURES:
         a, b = (values[np.isfinite(values)] for values in (_both(found, name), _both(true, name)))
         if len(a) and len(b):
-            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), gait, leg, style, *path_errors)
+            result[name] = Mean(
+                float(a.mean()), float(b.mean()), len(a), scatter(a), gait, leg, style, *path_errors
+            )
     return result
 
 

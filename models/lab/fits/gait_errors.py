@@ -1,13 +1,12 @@
 """Fit the stated errors of gait figures on validation subjects:  python -m pcnet3d.models.lab.fits.gait_errors
 
-Every figure's error has three parts (models/gait/errors.py), besides what the pelvis path says of all strides alike.
-They are those under which the errors of the takes' means are most likely, every person with the same weight, with the
-true path and with those from keypoints and a focal length that is known or assumed, of takes as captured and of walks
-in drawn styles (models/lab/mocap/restyle.py), then times the factor that brings nine in ten errors within 1.645
-standard deviations, in either half of the takes by how far they are from the usual, or by how sure the path is, whether
-people or takes have the same weight. The errors of right less left have three parts too, one of them by how much of a
-step is depth.
-Of the captured joints themselves, as a measured take has them, times and shares of the stride have errors.
+Every figure's error has parts (models/gait/errors.py), besides what the pelvis path says of all strides alike. They are
+those under which the errors of the takes' means are most likely, every person with the same weight, with the true path
+and with those from keypoints and a focal length that is known or assumed, of takes as captured and of walks in drawn
+styles (models/lab/mocap/restyle.py), then times the factor that brings as many of them within 1.645 standard deviations
+as it takes for nine in ten of strangers, in either half of the takes by the last part, whether people or takes have the
+same weight. The errors of right less left have parts too, one of them by how much of a step is depth. Of the captured
+joints themselves, as a measured take has them, times and shares of the stride have errors.
 """
 
 from __future__ import annotations
@@ -25,9 +24,10 @@ from ....pipeline.files.atomic import whole_file
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ...common.metrics import SD_90
-from ...gait.errors import ERROR_FILE, OF_LENGTH, OF_STYLE
+from ...gait.errors import ERROR_FILE, OF_LANDINGS, OF_LENGTH
 from ...rectifier.load import load_rectifier
 from ..common.modules import run_command
+from ..errors.fit import STRANGERS
 from ..evaluation.gait import TRUE, JudgedGait, judge, judge_both
 from ..evaluation.gait_means import Difference, Mean
 from ..evaluation.sets import Question
@@ -37,9 +37,10 @@ from ..mocap.restyle import restyled_walks
 
 Judged = TypeVar("Judged", Mean, Difference)
 
-_COVERED = 0.9
+
 _END = 0.01
 _COUNTED = 0.95
+_FEWEST = 3  # people
 _LEAST = 1e-4  # of a part, in the figure's unit: none is without error
 _CUT = 4.0  # robust standard deviations: beyond, an error is cut to that before the parts are fitted
 
@@ -64,132 +65,138 @@ def fit_all(takes: Sequence[JudgedGait], lengths: bool = True) -> dict[str, Any]
 def seen_gaits(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
     """{"walking", "running": {figure of OF_STYLE: {"least", "usual", "most"}}} as they were found: the median, and all
     but the hundredth at either end."""
-    styles = [(mean.gait, mean.style) for take in takes for mean in [*take.means.get(TRUE, {}).values()][:1]]
-
-    def ends(gait: str, name: str) -> dict[str, float]:
-        values = [style[name] for of, style in styles if of == gait and name in style]
-        shares = {"least": _END, "usual": 0.5, "most": 1 - _END}
-        return _three_digits({end: float(np.quantile(values, share)) for end, share in shares.items()})
-
-    return {gait: {name: ends(gait, name) for name in OF_STYLE} for gait in ("walking", "running")}
+    found: dict[str, dict[str, list[float]]] = {gait: {} for gait in ("walking", "running")}
+    for take in takes:
+        for mean in [*take.means.get(TRUE, {}).values()][:1]:
+            for name, value in mean.style.items():
+                found[mean.gait].setdefault(name, []).append(value)
+    shares = {"least": _END, "usual": 0.5, "most": 1 - _END}
+    return {
+        gait: {
+            name: _three_digits({end: float(np.quantile(of, share)) for end, share in shares.items()})
+            for name, of in styles.items()
+        }
+        for gait, styles in found.items()
+    }
 
 
 def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
-    """{"walking", "running": {figure: {"shared", "each", "most", and "apart" or "root"}}} by the gait that was found;
-    lengths and speeds in lengths of a leg. Single support is the other foot's swing, and no surer than that."""
-    found = _fitted([(take.person, take.means) for take in takes], _parts)
-    for figures in found.values():
-        if {"single_support_percent", "swing_percent"} <= figures.keys():
-            single, swing = figures["single_support_percent"], figures["swing_percent"]
-            figures["single_support_percent"] = {part: max(single[part], swing[part]) for part in single}
-    return found
+    """{"walking", "running": {figure: parts}} (GaitErrors.figures) by the gait that was found. Single support is the
+    other foot's swing, and no surer than that."""
+    usual = {
+        gait: styles.get("stance_percent", {"usual": 0.0})["usual"]
+        for gait, styles in seen_gaits(takes).items()
+    }
+
+    def parts(name: str, persons: list[str], means: list[Mean]) -> dict[str, float]:
+        count = np.array([mean.count for mean in means])
+        unit = np.array([mean.leg if name in OF_LENGTH else 1.0 for mean in means])
+        error = np.array([mean.found - mean.true for mean in means]) / unit
+        each = 1 / count**2 if name in OF_LANDINGS else 1 / count
+        squares, usual_scatter = {"shared": np.ones(len(means)), "each": each}, {}
+        if name in OF_LANDINGS:
+            scatters = np.array([mean.scatter for mean in means])
+            usual_scatter = {"usual": float(np.nanmedian(scatters))}
+            squares["scatter"] = np.where(np.isfinite(scatters), scatters, usual_scatter["usual"]) ** 2 * each
+        alike = np.zeros(len(means))
+        if name in OF_LENGTH:
+            alike = np.array([mean.share * mean.found for mean in means]) / unit
+            squares["root"] = (np.array([mean.root_sd for mean in means]) / unit) ** 2 * each
+        else:
+            stance = np.array([mean.style.get("stance_percent", usual[mean.gait]) for mean in means])
+            squares["apart"] = (stance - np.array([usual[mean.gait] for mean in means])) ** 2
+        return _three_digits(
+            {**_deviations(persons, error, alike, squares), **usual_scatter, "most": _most(count)}
+        )
+
+    figures = _fitted([(take.person, take.means) for take in takes], parts)
+    for of_gait in figures.values():
+        if {"single_support_percent", "swing_percent"} <= of_gait.keys():
+            single, swing = of_gait["single_support_percent"], of_gait["swing_percent"]
+            of_gait["single_support_percent"] = {part: max(single[part], swing[part]) for part in single}
+    return figures
 
 
 def fit_differences(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
     """{"walking", "running": {figure: {"shared", "each", "depth", "most"}}} of right less left; lengths in lengths of a
     leg."""
-    return _fitted([(take.person, take.differences) for take in takes], _parts_of_difference)
+
+    def parts(name: str, persons: list[str], found: list[Difference]) -> dict[str, float]:
+        unit = np.array([one.leg if name in OF_LENGTH else 1.0 for one in found])
+        error = np.array([one.found - one.true for one in found]) / unit
+        count = np.array([1 / (1 / one.counts[0] + 1 / one.counts[1]) for one in found])
+        depth = np.array([one.depth for one in found])
+        squares = {"shared": np.ones(len(found)), "each": 1 / count, "depth": depth**2}
+        return _three_digits({**_deviations(persons, error, 0 * depth, squares), "most": _most(count)})
+
+    return _fitted([(take.person, take.differences) for take in takes], parts)
 
 
 def _fitted(
     takes: Sequence[tuple[str, dict[str, dict[str, Judged]]]],
-    parts: Callable[[str, list[Judged], np.ndarray], dict[str, float]],
+    parts: Callable[[str, list[str], list[Judged]], dict[str, float]],
 ) -> dict[str, dict[str, dict[str, float]]]:
     """takes: each the person and {path: {figure: what was found and true}}; parts: of the error of one figure of one
-    gait, with the takes' weights (N,)."""
+    gait, with the person of each. Times and shares of runs of fewer than _FEWEST people are fitted together with those
+    of walks: one runner says little of others."""
     found: dict[str, dict[str, list[tuple[str, Judged]]]] = {"walking": {}, "running": {}}
     for person, of_paths in takes:
         for path, figures in of_paths.items():
             for name, one in figures.items():
                 if path == TRUE or name in OF_LENGTH:
                     found[one.gait].setdefault(name, []).append((person, one))
+    for name, of in found["running"].items():
+        if name not in OF_LENGTH and len({person for person, _ in of}) < _FEWEST:
+            found["running"][name] = of + found["walking"].get(name, [])
     return {
         gait: {
-            name: parts(name, [one for _, one in of], _weights([person for person, _ in of]))
-            for name, of in figures.items()
+            name: parts(name, [who for who, _ in of], [one for _, one in of]) for name, of in figures.items()
         }
         for gait, figures in found.items()
     }
 
 
-def _weights(persons: Sequence[str]) -> np.ndarray:
-    """(N,) one for every person, shared by their takes; their mean is 1."""
-    weight = np.array([1 / persons.count(person) for person in persons])
-    return weight / weight.mean()
-
-
-def _parts(name: str, means: Sequence[Mean], weight: np.ndarray) -> dict[str, float]:
-    length = name in OF_LENGTH
-    unit = np.array([mean.leg if length else 1.0 for mean in means])
-    error = np.array([mean.found - mean.true for mean in means]) / unit
-    count = np.array([mean.count for mean in means])
-    alike = np.array([mean.share * mean.found for mean in means]) / unit * length
-    if length:
-        further = (np.array([mean.root_sd for mean in means]) / unit) ** 2 / count
-    else:
-        stance = np.array([mean.style.get("stance_percent", np.nan) for mean in means])
-        known = stance[np.isfinite(stance)]
-        further = np.nan_to_num((stance - (np.median(known) if len(known) else 0.0)) ** 2)
-    shared, single, third = _likeliest(error, count, further, alike, weight)
-    return _three_digits(
-        {"shared": shared, "each": single, "root" if length else "apart": third, "most": _most(count)}
-    )
-
-
-def _parts_of_difference(name: str, found: Sequence[Difference], weight: np.ndarray) -> dict[str, float]:
-    unit = np.array([one.leg if name in OF_LENGTH else 1.0 for one in found])
-    error = np.array([one.found - one.true for one in found]) / unit
-    count = np.array([1 / (1 / one.counts[0] + 1 / one.counts[1]) for one in found])
-    square = np.array([one.depth**2 for one in found])
-    shared, single, depth = _likeliest(error, count, square, np.zeros(len(found)), weight)
-    return _three_digits({"shared": shared, "each": single, "depth": depth, "most": _most(count)})
-
-
-def _most(count: np.ndarray) -> float:
-    """Of how many values a mean was, for all but a few: more may share what these did not tell."""
-    return float(np.quantile(count, _COUNTED))
-
-
-def _likeliest(
-    error: np.ndarray, count: np.ndarray, further: np.ndarray, alike: np.ndarray, weight: np.ndarray
-) -> tuple[float, float, float]:
-    """The standard deviations that all of a take's values share, that each has, and that goes with `further`, under
-    which errors (N,) of the means of `count` (N,) values are most likely, besides what is wrong in them by `alike`
-    (N,), times the factor for nine in ten. weight: (N,) of the errors."""
+def _deviations(
+    persons: Sequence[str], error: np.ndarray, alike: np.ndarray, squares: dict[str, np.ndarray]
+) -> dict[str, float]:
+    """{part: standard deviation per unit of it} under which errors (N,) are most likely, besides what is wrong in them
+    by `alike` (N,), times the factor for nine in ten of strangers. squares: {part: (N,) its square}, "shared" and
+    "each" first."""
     from scipy.optimize import minimize
 
+    weight = np.array([1 / persons.count(person) for person in persons])
+    weight /= weight.mean()
     usual = 1.4826 * _quantile(np.abs(error), weight, 0.5)
     cut = np.clip(error, -_CUT * usual, _CUT * usual)
-
-    def variance(logs: np.ndarray) -> np.ndarray:
-        shared, single, third = np.exp(2 * logs)
-        return shared + single / count + third * further
+    columns = np.stack([*squares.values()], axis=-1)
 
     def unlikely(logs: np.ndarray) -> float:
-        whole = variance(logs) + alike**2
+        whole = columns @ np.exp(2 * logs) + alike**2
         return float(weight @ (np.log(whole) + cut**2 / whole))
 
-    bounds = [
-        (np.log(_LEAST), np.log(100 * usual)),
-        (np.log(_LEAST), np.log(100 * usual)),
-        (np.log(_LEAST), 3.0),
-    ]
-    found = minimize(unlikely, np.log([usual, usual, 0.5]), bounds=bounds, method="L-BFGS-B").x
+    largest = np.log(100 * usual)
+    further = len(squares) - 2
+    start = [np.log(usual)] * 2 + [np.log(0.5)] * further
+    bounds = [(np.log(_LEAST), largest)] * 2 + [(np.log(_LEAST), 3.0)] * further
+    found = np.exp(minimize(unlikely, start, bounds=bounds, method="L-BFGS-B").x)
     # Of the factor for each to be inside.
-    square = np.maximum((error / SD_90) ** 2 - alike**2, 0.0) / variance(found)
-    far = further > np.median(further)
+    square = np.maximum((error / SD_90) ** 2 - alike**2, 0.0) / (columns @ found**2)
+    far = columns[:, -1] > np.median(columns[:, -1])
     halves = [half for half in (far, ~far) if half.any()]
     alone = np.ones(len(weight))  # takes of the same weight too: people with few walks say little
-    squares = [_quantile(square[half], of[half], _COVERED) for half in halves for of in (weight, alone)]
-    factor = float(np.sqrt(max(squares)))
-    shared, single, third = factor * np.exp(found)
-    return shared, single, third
+    covered = [_quantile(square[half], of[half], STRANGERS) for half in halves for of in (weight, alone)]
+    return dict(zip(squares, np.sqrt(max(covered)) * found, strict=True))
 
 
 def _quantile(values: np.ndarray, weight: np.ndarray, share: float) -> float:
     order = np.argsort(values)
     reached = np.cumsum(weight[order])
     return float(values[order][np.searchsorted(reached, share * reached[-1])])
+
+
+def _most(count: np.ndarray) -> float:
+    """Of how many values a mean was, for all but a few: more may share what these did not tell."""
+    return float(np.quantile(count, _COUNTED))
 
 
 def _three_digits(parts: dict[str, float]) -> dict[str, float]:

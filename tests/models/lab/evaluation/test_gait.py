@@ -7,6 +7,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lab.evaluation.gait import PAGE, JudgedGait, judge, one_kind
 from pcnet3d.models.lab.evaluation.gait_means import Difference, Mean
 from pcnet3d.models.lab.evaluation.tables import written
+from pcnet3d.models.lab.errors.fit import STRANGERS
 from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.lab.fits.gait_errors import fit_differences, fit_errors
 from pcnet3d.models.rectifier.geometric import Geometric
@@ -52,8 +53,8 @@ def test_the_report_has_every_row(judged):
 
 def test_fitted_errors_hold_nine_in_ten():
     rng = np.random.default_rng(1)
-    count = rng.integers(3, 40, 600)
-    errors = rng.normal(0, np.hypot(0.01, 0.05 / np.sqrt(count)))
+    count, scatters = rng.integers(3, 40, 600), rng.uniform(0, 0.2, 600)
+    errors = rng.normal(0, np.hypot(0.01, 0.5 * scatters / np.sqrt(count)))
     takes = [
         JudgedGait(
             f"person {i % 7}",
@@ -61,15 +62,15 @@ def test_fitted_errors_hold_nine_in_ten():
             (1, 1),
             np.zeros((0, 2)),
             {},
-            {"true path": {"step_time_s": Mean(e, 0.0, int(n), "walking", 0.9, {})}},
+            {"true path": {"step_time_s": Mean(e, 0.0, int(n), scatter, "walking", 0.9, {})}},
         )
-        for i, (e, n) in enumerate(zip(errors, count, strict=True))
+        for i, (e, n, scatter) in enumerate(zip(errors, count, scatters, strict=True))
     ]
     parts = fit_errors(takes)["walking"]["step_time_s"]
     assert parts["shared"] == pytest.approx(0.01, rel=0.3)
-    assert parts["each"] == pytest.approx(0.05, rel=0.3)
-    sd = np.hypot(parts["shared"], parts["each"] / np.sqrt(count))
-    assert (np.abs(errors) <= 1.645 * sd).mean() == pytest.approx(0.9, abs=0.01)
+    assert parts["scatter"] == pytest.approx(0.5, rel=0.3)
+    sd = np.sqrt(parts["shared"] ** 2 + (parts["each"] ** 2 + (parts["scatter"] * scatters) ** 2) / count)
+    assert (np.abs(errors) <= 1.645 * sd).mean() == pytest.approx(STRANGERS, abs=0.01)
 
 
 def test_gaits_far_from_the_usual_err_by_more_and_every_person_counts_the_same():
@@ -79,7 +80,7 @@ def test_gaits_far_from_the_usual_err_by_more_and_every_person_counts_the_same()
     errors = rng.normal(0, np.hypot(1.0, 0.5 * (stance - 62)))
 
     def take(person: str, error: float, share: float) -> JudgedGait:
-        mean = Mean(error, 0.0, 10, "walking", 0.9, {"stance_percent": share})
+        mean = Mean(error, 0.0, 10, 0.0, "walking", 0.9, {"stance_percent": share})
         return JudgedGait(
             person, "walking", (1, 1), np.zeros((0, 2)), {}, {"true path": {"stance_percent": mean}}
         )
@@ -104,13 +105,13 @@ def test_people_with_few_walks_do_not_narrow_the_errors_of_all_others():
             (1, 1),
             np.zeros((0, 2)),
             {},
-            {"true path": {"step_time_s": Mean(error, 0.0, 5, "walking", 0.9, {})}},
+            {"true path": {"step_time_s": Mean(error, 0.0, 5, 0.0, "walking", 0.9, {})}},
         )
         for person, error in zip(people, errors, strict=True)
     ]
     parts = fit_errors(takes)["walking"]["step_time_s"]
     sd = np.hypot(parts["shared"], parts["each"] / np.sqrt(5))
-    assert (np.abs(errors) <= 1.645 * sd).mean() == pytest.approx(0.9, abs=0.01)
+    assert (np.abs(errors) <= 1.645 * sd).mean() == pytest.approx(STRANGERS, abs=0.01)
 
 
 def test_fitted_errors_of_differences_hold_nine_in_ten_from_every_side():
