@@ -54,7 +54,7 @@ def test_the_report_has_every_row(judged):
 def test_fitted_errors_hold_nine_in_ten():
     rng = np.random.default_rng(1)
     count, scatters = rng.integers(3, 40, 600), rng.uniform(0, 0.2, 600)
-    errors = rng.normal(0, np.hypot(0.01, 0.5 * scatters / np.sqrt(count)))
+    errors = rng.normal(0, np.hypot(0.01, 2.0 * scatters / count))
     takes = [
         JudgedGait(
             f"person {i % 7}",
@@ -68,8 +68,8 @@ def test_fitted_errors_hold_nine_in_ten():
     ]
     parts = fit_errors(takes)["walking"]["step_time_s"]
     assert parts["shared"] == pytest.approx(0.01, rel=0.3)
-    assert parts["scatter"] == pytest.approx(0.5, rel=0.3)
-    sd = np.sqrt(parts["shared"] ** 2 + (parts["each"] ** 2 + (parts["scatter"] * scatters) ** 2) / count)
+    assert parts["scatter"] == pytest.approx(2.0, rel=0.3)
+    sd = np.sqrt(parts["shared"] ** 2 + (parts["each"] ** 2 + (parts["scatter"] * scatters) ** 2) / count**2)
     assert (np.abs(errors) <= 1.645 * sd).mean() == pytest.approx(STRANGERS, abs=0.01)
 
 
@@ -105,11 +105,11 @@ def test_people_with_few_walks_do_not_narrow_the_errors_of_all_others():
             (1, 1),
             np.zeros((0, 2)),
             {},
-            {"true path": {"step_time_s": Mean(error, 0.0, 5, 0.0, "walking", 0.9, {})}},
+            {"true path": {"stance_time_s": Mean(error, 0.0, 5, 0.0, "walking", 0.9, {})}},
         )
         for person, error in zip(people, errors, strict=True)
     ]
-    parts = fit_errors(takes)["walking"]["step_time_s"]
+    parts = fit_errors(takes)["walking"]["stance_time_s"]
     sd = np.hypot(parts["shared"], parts["each"] / np.sqrt(5))
     assert (np.abs(errors) <= 1.645 * sd).mean() == pytest.approx(STRANGERS, abs=0.01)
 
