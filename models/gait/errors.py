@@ -4,10 +4,10 @@ The error of a mean over N steps or strides is made of a part that all of them s
 That of lengths has what the pelvis path's own error adds. That of times and shares of the stride grows with how far the
 found stance is from the usual one, for unusual gaits are found more usual than they are. The mean of N step or stride
 times is the time between two landings by N: of these, what each has for itself falls with N and grows with how much the
-values scatter, as they do where a landing is found too early or too late. Of gaits unlike all
-that it was fitted on it is larger yet. A difference of the sides has an error of its own: what a lifter puts too near
-of one leg and too far of the other cancels in the mean over both and is twice as large in the difference, the more so
-the more of a step is depth.
+values scatter, as they do where a landing is found too early or too late. Of gaits unlike all that it was fitted on the
+error is larger yet. A difference of the sides has an error of its own: what a lifter puts too near of one leg and too
+far of the other cancels in the mean over both and is twice as large in the difference, the more so the more of a step
+is depth.
 
 gait_error.json was learned by models/lab/fits/gait_errors.py on validation subjects, their walks as captured and in
 drawn styles, each person with the same weight, so that nine in ten errors lie within 1.645 standard deviations: those
@@ -45,7 +45,7 @@ FEWEST_OF_A_SIDE = 2  # values, for a difference of the sides
 @dataclass(frozen=True)
 class GaitErrors:
     """Of the gaits of one source's poses, all of {"walking", "running": {figure: {part: value}}}. figures: of means
-    "shared", "each", and "root" of lengths, "apart" of others, of OF_LANDINGS also "scatter" and the "usual" one;
+    "shared", "each", and "root" of lengths, "apart" of others, of OF_LANDINGS also "scatter" and the "usual_scatter";
     differences: "shared", "each" and "depth", of right less left; in both "most" values, of more of which nothing is
     surer. seen: "least", "usual" and "most" of OF_STYLE, as they were found in what that was fitted on."""
 
@@ -78,7 +78,7 @@ class GaitErrors:
         else:
             parts.append(own["apart"] * self.apart(gait, style))
         if figure in OF_LANDINGS:
-            parts.append(own["scatter"] * (scatter if np.isfinite(scatter) else own["usual"]) * each)
+            parts.append(own["scatter"] * (scatter if np.isfinite(scatter) else own["usual_scatter"]) * each)
         beyond = 0.0 if figure in OF_LENGTH else max(self.beyond(gait, style).values(), default=0.0)
         return float(np.sqrt(np.sum(np.square(parts)))) * (1 + beyond)
 

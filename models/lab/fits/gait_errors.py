@@ -93,11 +93,11 @@ def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, flo
         unit = np.array([mean.leg if name in OF_LENGTH else 1.0 for mean in means])
         error = np.array([mean.found - mean.true for mean in means]) / unit
         each = 1 / count**2 if name in OF_LANDINGS else 1 / count
-        squares, usual_scatter = {"shared": np.ones(len(means)), "each": each}, {}
+        squares, known = {"shared": np.ones(len(means)), "each": each}, {"most": _most(count)}
         if name in OF_LANDINGS:
             scatters = np.array([mean.scatter for mean in means])
-            usual_scatter = {"usual": float(np.nanmedian(scatters))}
-            squares["scatter"] = np.where(np.isfinite(scatters), scatters, usual_scatter["usual"]) ** 2 * each
+            known["usual_scatter"] = float(np.nanmedian(scatters))
+            squares["scatter"] = np.where(np.isfinite(scatters), scatters, known["usual_scatter"]) ** 2 * each
         alike = np.zeros(len(means))
         if name in OF_LENGTH:
             alike = np.array([mean.share * mean.found for mean in means]) / unit
@@ -105,9 +105,7 @@ def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, flo
         else:
             stance = np.array([mean.style.get("stance_percent", usual[mean.gait]) for mean in means])
             squares["apart"] = (stance - np.array([usual[mean.gait] for mean in means])) ** 2
-        return _three_digits(
-            {**_deviations(persons, error, alike, squares), **usual_scatter, "most": _most(count)}
-        )
+        return _three_digits({**_deviations(persons, error, alike, squares), **known})
 
     figures = _fitted([(take.person, take.means) for take in takes], parts)
     for of_gait in figures.values():
