@@ -77,7 +77,7 @@ def main(count: int = 40, first: int = 0) -> None:
     for kind, make in (("rooms", room), ("streets", street)):
         images = [make(seed) for seed in range(first, first + count)]
         print(row(f"{kind}, focal unknown", images, False), flush=True)
-        print(row(f"{kind}, focal told", images, True), flush=True)
+        print(row(f"{kind}, focal given", images, True), flush=True)
     for kind in KINDS:
         print(row(kind, [no_lines(kind, seed) for seed in range(10)], False), flush=True)
 

@@ -30,7 +30,7 @@ def facts(golden: Golden, folder: Path) -> Facts:
 
 def row(golden: Golden, found: Facts) -> list[str]:
     knows = {"times": found.fps, "frames": found.frames, "scores": found.scores}
-    told = f" ({', '.join(golden.options)} told)" if golden.options else ""
+    told = f" ({', '.join(golden.options)} given)" if golden.options else ""
     return [
         found.adapter,
         golden.form + told,

@@ -73,7 +73,7 @@ class Configuration:
                 else "motion capture",
                 "real take" if self.real else f"{self.bed} cameras, {self.camera}, {self.fps:g} fps",
                 *(["with the image"] if self.image else []),
-                *(["up told"] if self.up_told else []),
+                *(["up given"] if self.up_told else []),
                 *(["focal known"] if self.focal_known else []),
                 *([f"{self.style} walks"] if self.style else []),
             ]
