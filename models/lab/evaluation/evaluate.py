@@ -7,7 +7,6 @@ Question with nested figures, and `PAGE`, what the page says of them.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from datetime import date
 from importlib import import_module
@@ -19,7 +18,7 @@ import typer
 
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
-from ....pipeline.files.atomic import refuse_unwritable, whole_file
+from ....pipeline.files.atomic import refuse_unwritable, write_json, write_text
 from ....pipeline.reading.settings import OnDevice
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
@@ -184,10 +183,8 @@ def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str
     if because:
         note_look(output, f"pcnet3d evaluate {name} --sets {people}", results["networks"], because)
     text = written(results, report.PAGE)
-    with whole_file(output / f"{file}.md") as partial:
-        partial.write_text(text, encoding="utf-8")
-    with whole_file(output / f"{file}.json") as partial:
-        partial.write_text(json.dumps(plain(results), indent=1), encoding="utf-8")
+    write_text(output / f"{file}.md", text)
+    write_json(output / f"{file}.json", plain(results))
     print(text)
 
 
