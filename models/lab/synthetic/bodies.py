@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.layouts import H36M17
-from .vectors import Array, length, picked
+from ...common.vectors import Array, length, picked
 
 # Child by parent, each parent before its children. "nose" and "head" hang on the thorax and the nose.
 _TREE = {

@@ -13,7 +13,7 @@ import numpy as np
 
 from ....pipeline.core.camera import view_rotation
 from ....pipeline.core.layouts import H36M17
-from .vectors import Array, rotate, transpose
+from ...common.vectors import Array, rotate, transpose
 
 IMAGE_SIZES = ((1920, 1080), (1280, 720), (1080, 1920), (1440, 1080), (1000, 1000))
 

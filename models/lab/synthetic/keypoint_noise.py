@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.layouts import H36M17
-from .vectors import Array, dot, length, picked
+from ...common.vectors import Array, dot, length, picked
 
 # What draws nothing is of models/lab/synthetic/on_device/keypoint_noise.py too, the same formula in torch.
 FAR_JOINTS = ("l_wrist", "r_wrist", "l_ankle", "r_ankle")

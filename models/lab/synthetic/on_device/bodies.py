@@ -11,9 +11,9 @@ from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.reading.mocap.clip import Clip
+from ....common.vectors import across, length, picked, unit
 from ...mocap.clips import OWN_SKELETON, person
 from ..bodies import BodyRange, bone_tree, mirror, resize, size_m
-from ..vectors import across, length, picked, unit
 from .draw import Draw
 
 _CHILD, _PARENT = bone_tree()

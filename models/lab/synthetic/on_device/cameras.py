@@ -7,9 +7,9 @@ import torch
 from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
+from ....common.vectors import dot, picked, rotate, transpose
 from ..cameras import IMAGE_SIZES, Cameras, ViewRange
 from ..places import LIMBS, PLACE_SPREAD, PLACES, SIZE_SPREAD, TRUNK
-from ..vectors import dot, picked, rotate, transpose
 from .draw import Draw
 
 _AIM_FRAMES = 8  # of a window, about: so many tell its place and size

@@ -12,8 +12,8 @@ import torch
 from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
+from ....common.vectors import across, length, picked, rotate, transpose, unit
 from ...common.toml_config import check_shares
-from ..vectors import across, length, picked, rotate, transpose, unit
 from .draw import Draw
 
 _LIMBS = {
