@@ -129,6 +129,4 @@ def _panned(cameras: Cameras[Tensor], joints_world: Tensor, draw: Draw, share: T
     bearing = torch.nn.functional.pad(bearing, (window // 2, (window - 1) // 2), mode="replicate")
     bearing = torch.nn.functional.avg_pool1d(bearing, window, stride=1)[:, 0]
     angle = (draw.uniform((0.3, 1.0), count) * draw.share(share, count))[:, None] * bearing
-    c, s, zero, one = angle.cos(), angle.sin(), torch.zeros_like(angle), torch.ones_like(angle)
-    turn = torch.stack([c, zero, -s, zero, one, zero, s, zero, c], dim=-1).unflatten(-1, (3, 3))
-    return Cameras(turn @ cameras.R_camera_from_world, cameras.position, cameras.focal_px, cameras.image_size)
+    return cameras.panned(angle)
