@@ -140,7 +140,7 @@ BLOCKS = {
         ),
     ),
 }
-_SETTING = {"seed": 0, "flip": False, "bed": "wild", "judged": "test"}  # of every evaluation that has it
+_SETTING = {"seed": 0, "bed": "wild", "judged": "test"}  # of every evaluation that has it
 
 
 @cache

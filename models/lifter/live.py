@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from ...pipeline.core.frames import IMAGE
@@ -31,15 +29,14 @@ class LiveLifter:
         layout: Layout,
         image_size: tuple[int, int],
         focal_px: float | None = None,
-        model: str | Path = "pcnet3d",
         up: np.ndarray | None = None,
     ) -> None:
-        """layout: of the keypoints that will come. image_size: width and height in pixels. focal_px, model, up: as in
+        """layout: of the keypoints that will come. image_size: width and height in pixels. focal_px, up: as in
         lifter.lift."""
-        self._layout, self._model, self._up = layout, model, up
+        self._layout, self._up = layout, up
         self._size = np.asarray(image_size, dtype=float)
         self._focal = np.asarray(ASSUMED_FOCAL * self._size.max() if focal_px is None else focal_px)
-        self._reach = network(model).reach
+        self._reach = network().reach
         window = self._reach + HALF_WINDOW + 1  # at up to 45 frames a second no answer rests on more
         self._pixels = np.full((window, len(H36M17), 2), np.nan)
         self._confidence = np.full((window, len(H36M17)), np.nan)
@@ -72,7 +69,7 @@ class LiveLifter:
         x, R_camera_from_ray = features(pixels, confidence, self._size, self._focal, up)
         # Rows further back serve the averages of the features alone. Nothing is kept from frame to frame: each new
         # frame changes these averages, and with them the network's input in the last HALF_WINDOW rows.
-        answer = run(x[-self._reach - 1 :], self._model)[0][-1]
+        answer = run(x[-self._reach - 1 :])[0][-1]
         return rotate(R_camera_from_ray[-1], answer.astype(np.float64))
 
     def _push(self, xy: np.ndarray | float, score: np.ndarray | float, time_s: float) -> None:

@@ -12,7 +12,7 @@ from ..core.frames import IMAGE
 from ..core.layouts import Layout, layout_named
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from .arrays import keys, load_all
+from .arrays import load_all
 from .atomic import whole_file
 from .names import KEYPOINTS
 
@@ -21,7 +21,6 @@ _NUMBERS = {  # dimensions, kind of dtype
     "box": (2, "f"), "cuts": (1, "i"), "thumbnail": (2, "u"), "frames": (0, "i"), "frames_seen": (0, "i"),
     "damaged": (1, "i"),
 }  # fmt: skip
-_LATER = ("damaged",)  # files of earlier versions lack it
 _LISTED = 5  # frames named in a sentence
 _WORDS = ("layout", "method", "source")
 # Mean score of shoulders and hips, median over a take, that MoveNet of one person gives to people: 0.57 and more, also
@@ -121,9 +120,7 @@ def load_detections(path: Path) -> Detections:
     """What `save` wrote; InputError for anything else."""
     found = {}
     try:
-        lacking = set(_LATER) - set(keys(path))
-        held = load_all(path, *(name for name in _NUMBERS if name not in lacking), *_WORDS)
-        held |= {name: np.zeros(0, np.int64) for name in lacking}
+        held = load_all(path, *_NUMBERS, *_WORDS)
         for name, (dimensions, kind) in _NUMBERS.items():
             array = held[name]
             if array.ndim != dimensions or array.dtype.kind != kind:

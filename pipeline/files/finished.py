@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ValidationError, model_validator
+from pydantic import BaseModel, ValidationError
 
 from ..core.camera import Background, Camera, FocalSource, view_rotation
 from ..core.catalogue import About, Weight
 from ..core.errors import InputError
-from ..core.frames import FRAMES, IMAGE, LEVEL, Frame
+from ..core.frames import IMAGE, LEVEL, Frame
 from ..core.layouts import H36M17, Layout
 from ..core.measures import Row
 from ..core.notices import Notice, grave
-from ..core.pose import UNSAID, MadeBy, PoseSequence, Rectified, Step
-from ..core.take import AngleErrors, Session, Take, Told
+from ..core.pose import MadeBy, PoseSequence, Rectified, Step
+from ..core.take import AngleErrors, CameraMotion, Session, Take, Told
 from .arrays import load_all
 from .atomic import SUMMARY, read_object
 from .measures import read_measures
@@ -25,19 +25,16 @@ from .names import KINEMATICS, POSES
 
 
 class _Poses(BaseModel):
-    """frame, person, frames_known, root_shared, steps: lacking in runs of older versions. steps: of the take's
-    history, so many are of the poses; all where it is not said."""
+    """steps: of the take's history, so many are of the poses."""
 
-    source_frame: str
-    unit: str
-    frame: Frame | None = None
-    person: str = "0"
-    frames_known: bool = True
-    seams: tuple[int, ...] = ()
-    made_by: MadeBy = UNSAID
-    derived: frozenset[str] = frozenset()
-    root_shared: tuple[float, float] | None = None
-    steps: int | None = None
+    frame: Frame
+    person: str
+    frames_known: bool
+    seams: tuple[int, ...]
+    made_by: MadeBy
+    derived: frozenset[str]
+    root_shared: tuple[float, float] | None
+    steps: int
 
 
 class _Keypoints(BaseModel):
@@ -46,7 +43,7 @@ class _Keypoints(BaseModel):
     frames_known: bool
     seams: tuple[int, ...]
     made_by: MadeBy
-    derived: frozenset[str] = frozenset()
+    derived: frozenset[str]
 
 
 class _Source(BaseModel):
@@ -59,17 +56,15 @@ class _Source(BaseModel):
 
 
 class _Rectification(BaseModel):
-    """camera: older runs say "gravity" of poses in a world's axes."""
-
     method: str
-    camera: Literal["static", "moving", "gravity"] | None
+    camera: CameraMotion | None
     window_s: float | None = None
     level_heading: str
     level_ok: bool
     level_reason: str
-    up_shares: dict[str, float] = {}
-    up_by_source: dict[str, _Source] = {}
-    steps: int | None = None
+    up_shares: dict[str, float]
+    up_by_source: dict[str, _Source]
+    steps: int
 
 
 class _Camera(BaseModel):
@@ -77,8 +72,8 @@ class _Camera(BaseModel):
     focal_px: float
     focal_sd_px: float | None
     focal_source: FocalSource
-    no_up_reason: str = ""
-    background: Background | None = None
+    no_up_reason: str
+    background: Background | None
 
 
 class _Notice(BaseModel):
@@ -103,27 +98,19 @@ class _Summary(BaseModel):
     """What summary.json says of a take."""
 
     take: str
-    session: Session = Session()
-    told: Told = Told()
-    inputs: tuple[dict[str, Any], ...] = ()
-    verdict: str | None = None
-    notices: tuple[_Notice, ...] | None = None
+    session: Session
+    told: Told
+    inputs: tuple[dict[str, Any], ...]
+    verdict: str | None
+    notices: tuple[_Notice, ...]
     poses: _Poses
-    keypoints: _Keypoints | None = None
+    keypoints: _Keypoints | None
     rectification: _Rectification
-    camera: _Camera | None = None
-    measures: dict[str, Any] | None = None
-    cutoff_hz: float | None = None
-    angle_errors: AngleErrors | None = None
-    history: tuple[Step, ...] = ()
-
-    @model_validator(mode="after")
-    def _older(self) -> Self:
-        """Runs of before `cutoff_hz` hold it among the options of their steps alone."""
-        if "cutoff_hz" not in self.model_fields_set:
-            steps = [step.options for step in self.history if step.name == "low-pass filter"]
-            self.cutoff_hz = steps[-1].get("cutoff_hz") if steps else None
-        return self
+    camera: _Camera | None
+    measures: dict[str, Any] | None
+    cutoff_hz: float | None
+    angle_errors: AngleErrors | None
+    history: tuple[Step, ...]
 
 
 def read_run(folder: str | Path) -> Take:
@@ -131,8 +118,7 @@ def read_run(folder: str | Path) -> Take:
 
     What no file of a run holds is None or empty: the video, the errors of smoothed poses, the stated errors of joints,
     the images that show which way is up, confidences of poses, and findings that do not make
-    the poses doubtful. With runs of older versions `filtered`, keypoints, `told` and `angle_errors` are
-    None or empty too. The pelvis path and heels and toes are in `rectified.level`. The error of an estimated path
+    the poses doubtful. The pelvis path and heels and toes are in `rectified.level`. The error of an estimated path
     has its standard deviations along LEVEL's axes, without their correlations.
 
     Raises InputError where no run has finished, and for files that are damaged or of another version.
@@ -165,8 +151,8 @@ def read_run(folder: str | Path) -> Take:
 
 
 def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...]) -> Take:
-    said = tuple(each.said() for each in summary.notices or ())
-    judged = summary.verdict is not None and summary.notices is not None  # older runs have sentences alone
+    said = tuple(each.said() for each in summary.notices)
+    judged = summary.verdict is not None
     poses = _poses(summary, arrays)
     rectified = _rectified(summary, arrays, poses)
     camera = summary.camera
@@ -198,16 +184,10 @@ def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...
 
 def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
     of = summary.poses
-    older = FRAMES.get(of.source_frame.partition(" (")[0])
-    if of.frame is None and older is None:
-        raise InputError(
-            "wrong-content",
-            f"{SUMMARY}: expected poses in one of {', '.join(FRAMES)}, got {of.source_frame}.",
-        )
     return PoseSequence(
         arrays["source"],
         H36M17,
-        of.frame or (older or IMAGE).with_(origin="pelvis", unit=of.unit),
+        of.frame,
         time_s=arrays["time_s"],
         frame_index=arrays["frame_index"],
         frames_known=of.frames_known,
@@ -222,16 +202,16 @@ def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
 
 def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequence) -> Rectified:
     of, unit = summary.rectification, poses.frame.unit
-    sd = _where_known(arrays, "root_sd")
+    sd = _where_known(arrays["root_sd"])
     upright = poses.with_(history=summary.history[: of.steps])
     sources = of.up_by_source.items()
     return Rectified(
         level=upright.with_(
             joints=arrays["level"],
             frame=LEVEL.with_(unit=unit),
-            root=_where_known(arrays, "root"),
+            root=_where_known(arrays["root"]),
             root_covariance=None if sd is None else sd[:, None] ** 2 * np.eye(3),
-            feet=_where_known(arrays, "feet"),
+            feet=_where_known(arrays["feet"]),
         ),
         R_source_from_body=arrays["R_source_from_body"],
         R_source_from_level=arrays["R_source_from_level"],
@@ -241,7 +221,7 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
         level_ok=of.level_ok,
         level_reason=of.level_reason,
         source=poses.frame,
-        camera=None if of.camera == "gravity" else of.camera,
+        camera=of.camera,
         window_s=of.window_s,
         up_error_deg=arrays["up_error_deg"],
         up_bound_deg=arrays["up_bound_deg"],
@@ -283,10 +263,9 @@ def _keypoints(of: _Keypoints, arrays: dict[str, np.ndarray]) -> PoseSequence:
     )
 
 
-def _where_known(arrays: dict[str, np.ndarray], name: str) -> np.ndarray | None:
-    """The array, None where nothing of it is known: an older run may lack it."""
-    values = arrays.get(name)
-    return None if values is None or np.isnan(values).all() else values
+def _where_known(values: np.ndarray) -> np.ndarray | None:
+    """The array, None where nothing of it is known."""
+    return None if np.isnan(values).all() else values
 
 
 def _kinematics(folder: Path, rows: int) -> dict[str, np.ndarray] | None:

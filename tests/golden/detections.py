@@ -1,6 +1,7 @@
 """2D files in every documented form, written from one kind of scene: {person: (frames, points (T, J, 3))}."""
 
 import json
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +58,17 @@ def alphapose(folder: Path, scene: Scene) -> Path:
         for frame, person, row in _rows(scene)
     ]  # fmt: skip
     return _dump(folder / "alphapose-results.json", listed)
+
+
+def drawn_tracks(path: Path, tracks: Mapping[int, Iterable[int]]) -> Path:
+    """AlphaPose's list of people with joints at random in these frames, COCO-17."""
+    rng = np.random.default_rng(1)
+    listed = [
+        {"image_id": f"{frame}.jpg", "category_id": 1, "keypoints": rng.uniform(1, 300, 51).tolist(), "score": 2.0,
+         "box": [0, 0, 9, 9], "idx": person}
+        for person, frames in tracks.items() for frame in frames
+    ]  # fmt: skip
+    return _dump(path, sorted(listed, key=lambda one: int(one["image_id"][:-4])))
 
 
 def _alphapose_dict(folder: Path, scene: Scene, people: str, joints: str) -> Path:

@@ -35,7 +35,6 @@ def evaluation() -> dict:
     return json.loads(content) | {
         "date": "2031-01-02",
         "networks": networks,
-        "flip": False,
         "report": "real-take",
     }
 
@@ -119,7 +118,6 @@ def test_only_figures_that_are_quoted_are_kept():
     ("wrong", "words"),
     [
         ({"networks": ["pcnet3d@000000000000"]}, "shipped lifter and pcnet"),
-        ({"flip": True}, "flip"),
         ({"seed": 3}, "seed"),
         ({"bed": "typical"}, "typical"),
         ({"judged": "val"}, "val"),

@@ -202,15 +202,17 @@ def test_an_option_without_a_flag_is_refused_with_the_way_to_give_it(arguments, 
     expect_refusal(result, [said])
 
 
-def test_the_help_page_costs_no_heavy_import():
-    asked = (
-        "import sys; sys.argv = ['pcnet3d', '--help']\nfrom pcnet3d.pipeline.cli import main\ntry: main()\n"
-    )
-    asked += (
-        "finally: print('heavy:', *{'numpy', 'scipy', 'pydantic', 'cv2', 'torch'}.intersection(sys.modules))"
-    )
+def said_without(heavy: set[str], argument: str) -> str:
+    """What a command prints that imports none of these packages."""
+    asked = f"import sys; sys.argv = ['pcnet3d', '{argument}']\nfrom pcnet3d.pipeline.cli import main\ntry: main()\n"
+    asked += f"finally: print('heavy:', *{heavy}.intersection(sys.modules))"
     said = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, timeout=60).stdout
     assert said.splitlines()[-1].strip() == "heavy:"
+    return said
+
+
+def test_the_help_page_costs_no_heavy_import():
+    said = said_without({"numpy", "scipy", "pydantic", "cv2", "torch"}, "--help")
     users, developers = said.split("For developers")
     commands = [line.split()[1] for line in users.split("Commands")[1].splitlines() if line[2:3].isalpha()]
     assert {"run", "inspect", "view", "list", "batch", "compare", "live", "demo"} <= set(commands)
@@ -258,10 +260,7 @@ def test_the_version_says_build_and_networks():
 
 
 def test_the_version_costs_no_heavy_import():
-    asked = "import sys; sys.argv = ['pcnet3d', '--version']\nfrom pcnet3d.pipeline.cli import main\ntry: main()\n"
-    asked += "finally: print('heavy:', *{'onnxruntime', 'cv2', 'torch', 'rerun'}.intersection(sys.modules))"
-    said = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, timeout=60).stdout
-    assert said.splitlines()[-1].strip() == "heavy:"
+    said_without({"onnxruntime", "cv2", "torch", "rerun"}, "--version")
 
 
 def test_short_help():

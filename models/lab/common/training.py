@@ -37,7 +37,7 @@ from pydantic import (
 from torch import Tensor, nn
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.files.atomic import whole_file
+from ....pipeline.files.atomic import whole_file, write_json
 from ....pipeline.files.unpacked import check_size
 from ....pipeline.running.progress import counted
 from .muon import BatchedMuon
@@ -118,8 +118,7 @@ class State:
             "sha256": hashlib.sha256(content).hexdigest(),
             "learns_from": self.learns_from,
         }
-        with whole_file(folder / "checkpoint.json") as partial:
-            partial.write_text(json.dumps(listed), encoding="utf-8")
+        write_json(folder / "checkpoint.json", listed)
         for old in folder.glob("checkpoint-*"):
             if old.name not in names:
                 old.unlink(missing_ok=True)

@@ -7,7 +7,6 @@ Question with nested figures, and `PAGE`, what the page says of them.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from datetime import date
 from importlib import import_module
@@ -19,7 +18,7 @@ import typer
 
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
-from ....pipeline.files.atomic import refuse_unwritable, whole_file
+from ....pipeline.files.atomic import refuse_unwritable, write_json, write_text
 from ....pipeline.reading.settings import OnDevice
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
@@ -85,7 +84,6 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
         ],
         "",
     ),
-    "flip": (Annotated[bool, typer.Option("--flip", help="Average with the lift of mirrored keypoints.")], False),
     "fit": (
         Annotated[bool, typer.Option("--fit", help="Also fit angle errors and write DIR/joint_noise.json.")], False
     ),
@@ -100,7 +98,7 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     ),
     "device": (OnDevice, "auto"),
 }  # fmt: skip
-_BEFORE_CAMERAS = ("lifter", "seed", "bed", "sets", "because", "flip")  # of reports on virtual takes
+_BEFORE_CAMERAS = ("lifter", "seed", "bed", "sets", "because")  # of reports on virtual takes
 _OWN = (
     "networks",
     "data",
@@ -160,7 +158,7 @@ def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str
         )
     report = import_module(module if module.startswith(".") else f".{module}", __package__)
     names = given["rectifier"]
-    asked = {key: given[key] for key in ("lifter", "seed", "flip", "bed") if key in given}
+    asked = {key: given[key] for key in ("lifter", "seed", "bed") if key in given}
     own = {key: given[key] for key in _OWN if key in given}
     if "networks" in given:
         own["kept"] = output / "lifts"
@@ -184,10 +182,8 @@ def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str
     if because:
         note_look(output, f"pcnet3d evaluate {name} --sets {people}", results["networks"], because)
     text = written(results, report.PAGE)
-    with whole_file(output / f"{file}.md") as partial:
-        partial.write_text(text, encoding="utf-8")
-    with whole_file(output / f"{file}.json") as partial:
-        partial.write_text(json.dumps(plain(results), indent=1), encoding="utf-8")
+    write_text(output / f"{file}.md", text)
+    write_json(output / f"{file}.json", plain(results))
     print(text)
 
 
@@ -214,7 +210,7 @@ lifters = _report(
     file="lifters",
 )  # fmt: skip
 lifter = _report(
-    "lifter", "lifter", ("lifter", "seed", "sets", "because", "flip"),
+    "lifter", "lifter", ("lifter", "seed", "sets", "because"),
     "Test a lifter by motion and posture, with and without a known focal length.",
     beds=(Annotated[Bed | None, typer.Option("--bed", help="Cameras: wild or typical; both by default.")], None),
 )  # fmt: skip
@@ -254,15 +250,15 @@ verdicts = _report(
     "Test whether verdicts on poses follow their error, with the lifter as it is and made worse.",
 )  # fmt: skip
 repetitions = _report(
-    "repetitions", "repetitions", ("lifter", "seeds", "flip", "bed"),
+    "repetitions", "repetitions", ("lifter", "seeds", "bed"),
     "Test counts, starts and ends of repeated movements on labelled takes, captured and lifted.",
     bed=(None, "typical"),
 )  # fmt: skip
 real_take = _report(
-    "real-take", "real_take", ("rectifier", "lifter", "flip"),
+    "real-take", "real_take", ("rectifier", "lifter"),
     "Test upright joints and angles on real videos of four cameras, where the truth is known.",
 )  # fmt: skip
 real_clips = _report(
-    "real-clips", "real_rectified", ("rectifier", "lifter", "flip"),
+    "real-clips", "real_rectified", ("rectifier", "lifter"),
     "Compare lifters on real clips, raw and rectified, where the truth is not known.",
 )  # fmt: skip

@@ -200,7 +200,7 @@ def recipe_of(question: Question, configuration: Configuration) -> Recipe:
         recipe = recipe.with_options("angles", errors=configuration.errors)
     if configuration.foreign or not configuration.lifter:
         return recipe
-    return recipe.starting_with("lift").with_options("lift", lifter=configuration.lifter, flip=question.flip)
+    return recipe.starting_with("lift").with_options("lift", lifter=configuration.lifter)
 
 
 def given(truth: SeenTake, seed: int, configuration: Configuration) -> Take:

@@ -18,7 +18,7 @@ import numpy as np
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.lifted import ToLift
 from ....pipeline.core.pose import package_version
-from ....pipeline.files.atomic import read_object, whole_file
+from ....pipeline.files.atomic import read_object, write_json
 from ....pipeline.plugins.protocols import Lifter
 from ....pipeline.running.progress import each
 from ...common.metrics import plain
@@ -159,8 +159,7 @@ def errors_of(
             made[network, condition].append(plain(judge(take, poses)))
     for key, takes in made.items():
         files[key].parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(files[key]) as partial:
-            partial.write_text(json.dumps({"of": of, "takes": takes}), encoding="utf-8")
+        write_json(files[key], {"of": of, "takes": takes})
     return found | {key: json.loads(json.dumps(takes)) for key, takes in made.items()}
 
 

@@ -87,22 +87,12 @@ class Scores:
     accel: dict[str, float]
 
 
-def gcv_spline(path: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """path (T, J, 3), each axis a cubic smoothing spline whose stiffness generalised cross-validation chooses."""
-    from scipy.interpolate import make_smoothing_spline
-
-    flat = path.reshape(len(path), -1)
-    smooth = [make_smoothing_spline(time_s, column)(time_s) for column in flat.T]
-    return np.stack(smooth, axis=-1).reshape(path.shape)
-
-
 _SMOOTHERS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     _SIX: lambda path, time_s: path,  # as both sides are filtered so
     **{name: partial(filtered, cutoff_hz=hz) for name, hz in zip(FIXED[1:], (3.0, 1.5), strict=True)},
     f"Savitzky-Golay {CUTOFF_HZ:g} Hz": lambda path, time_s: savitzky_golay(
         path.reshape(len(path), -1), time_s
     ).reshape(path.shape),
-    "GCV spline": gcv_spline,
 }
 
 

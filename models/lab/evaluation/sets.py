@@ -61,13 +61,12 @@ def evaluation_sets(sets: Sets = "val") -> tuple[EvaluationSet, ...]:
 
 @dataclass(frozen=True)
 class Question:
-    """What every report is asked. rectifiers: those that are judged. lifter, flip: what lifts (lifter.builtin.lift).
+    """What every report is asked. rectifiers: those that are judged. lifter: what lifts (lifter.builtin.lift).
     seed: of cameras and detectors. people: whose takes, before the cameras of `bed`; None for a report on other data.
     """
 
     rectifiers: tuple[Rectifier, ...] = ()
     lifter: str | Path = "pcnet3d"
-    flip: bool = False
     seed: int = 0
     people: Sets | None = "val"
     bed: Bed = "wild"
@@ -86,7 +85,6 @@ class Question:
             of.subjects,
             self.seed,
             model=self.lifter,
-            flip=self.flip,
             focal_known=focal_known,
             views=self.views,
             only=of.has,
@@ -101,7 +99,7 @@ class Question:
         up: np.ndarray | None = None,
     ) -> PoseSequence:
         """lifter.builtin.lift by the lifter that is judged."""
-        return lift(keypoints, image_size, focal_px, self.flip, self.lifter, up)
+        return lift(keypoints, image_size, focal_px, model=self.lifter, up=up)
 
     def lift_seen(
         self, seen: SeenTake, focal_px: float | None = None, up: np.ndarray | None = None
@@ -111,5 +109,5 @@ class Question:
 
     def heading(self) -> dict[str, Any]:
         """What reports say first: versions and settings; the seed and the cameras of those that have them."""
-        said = {"pcnet3d": package_version(), "lifter": str(self.lifter), "flip": self.flip}
+        said = {"pcnet3d": package_version(), "lifter": str(self.lifter)}
         return said | ({"seed": self.seed, "bed": self.bed} if self.people else {})

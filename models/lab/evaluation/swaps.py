@@ -18,6 +18,7 @@ from ....pipeline.core.frames import CAMERA
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
+from ....pipeline.signals.filters import stretches
 from ....pipeline.signals.swap_repair import repair_swaps, settled
 from ....pipeline.signals.swaps import Kind, Swap, find_swaps, kinds
 from ...common.metrics import Figure, joint_error, scaled
@@ -234,8 +235,7 @@ def own_swaps(right: PoseSequence, swapped: PoseSequence) -> list[Made]:
         joints = way.pairs.ravel()
         a, b = (np.nan_to_num(poses.joints[:, joints]) for poses in (right, swapped))
         differs = (a != b).any(axis=(1, 2))
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], differs, [0]]).astype(int)))
-        made += [Made((way,), int(a), int(b) - 1, way.name) for a, b in edges.reshape(-1, 2)]
+        made += [Made((way,), int(a), int(b) - 1, way.name) for a, b in stretches(differs)]
     return made
 
 

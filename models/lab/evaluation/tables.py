@@ -59,7 +59,6 @@ def settings(results: Mapping[str, Any]) -> str:
         return ""
     words = [f"pcnet3d {results['pcnet3d']}", f"lifter {results['lifter']}"]
     words += [f"seed {results['seed']}"] if "seed" in results else []
-    words += [f"flip {'on' if results['flip'] else 'off'}"]
     words += [f"{results['bed']} views"] if "bed" in results else []
     return ", ".join(words)
 

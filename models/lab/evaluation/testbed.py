@@ -104,7 +104,6 @@ def lifted_takes(
     folder: Path | None = None,
     model: str | Path = "pcnet3d",
     focal_known: bool = False,
-    flip: bool = False,
     noise: Noise | None = None,
     bodies: BodyRange | None = None,
     views: ViewRange = WILD,
@@ -129,7 +128,7 @@ def lifted_takes(
             clip = lay_down(clip, rng) if laid else clip
             take = see(clip, seed, noise=noise, bodies=bodies, views=views)
             focal = take.focal_px if focal_known else None
-            yield LiftedTake(lift(take.keypoints, take.image_size, focal, flip, model), take)
+            yield LiftedTake(lift(take.keypoints, take.image_size, focal, model=model), take)
 
 
 def _refuse_known_subjects(subjects: Subjects, model: str | Path) -> None:

@@ -19,7 +19,7 @@ import typer
 from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
-from ....pipeline.files.atomic import whole_file
+from ....pipeline.files.atomic import write_text
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.signals.filters import lowpass
 from ...common.metrics import relative
@@ -163,8 +163,7 @@ def main(
         **{name: _short(getattr(net, name)) for name in ("centre", "scale", "hidden", "hidden_bias", "out")},
         "out_bias": round(net.out_bias, 5),
     }
-    with whole_file(output) as partial:
-        partial.write_text(json.dumps(content) + "\n", encoding="utf-8")
+    write_text(output, json.dumps(content) + "\n")
     print(f"{output}: validation {said}")
 
 

@@ -22,7 +22,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import is_finite, kabsch, rotate
 from ....pipeline.files.arrays import keys
-from ....pipeline.files.atomic import whole_file
+from ....pipeline.files.atomic import write_text
 from ....pipeline.plugins.protocols import Rectifier
 from ...angle_error.joint_noise import (
     JOINTS,
@@ -146,8 +146,7 @@ def main(
 ) -> None:
     """Learn the joints' noise."""
     noise = fit(train, val, load_rectifier("pcnet"))
-    with whole_file(output) as partial:
-        partial.write_text(noise.as_json(), encoding="utf-8")
+    write_text(output, noise.as_json())
     print(f"{output}: usual {noise.usual}, powers {noise.powers}")
 
 

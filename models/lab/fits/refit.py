@@ -19,7 +19,7 @@ from typing import Annotated
 import typer
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.files.atomic import refuse_unwritable, whole_file
+from ....pipeline.files.atomic import refuse_unwritable, whole_file, write_json
 from ....pipeline.plugins.options import did_you_mean
 from ...angle_error.joint_noise import NOISE_FILE
 from ...angle_error.repeatability import REPEATABILITY_FILE
@@ -67,8 +67,7 @@ def steps(folder: Path) -> list[Step]:
 def gravity(takes: Sequence[Path], output: Path) -> None:
     """The constants of models/gravity that these takes ask for; they are changed by hand, where they stand."""
     found = asdict(gravity_constants.constants(takes))
-    with whole_file(output) as partial_file:
-        partial_file.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+    write_json(output, found)
 
 
 def kit(seed: int, fit: bool, output: Path) -> None:
@@ -87,8 +86,7 @@ def refit(folder: Path, of: Sequence[Step]) -> None:
             "other networks; choose another -o.",
         )
     folder.mkdir(parents=True, exist_ok=True)
-    with whole_file(said) as partial_file:
-        partial_file.write_text(json.dumps(networks) + "\n", encoding="utf-8")
+    write_json(said, networks)
     for number, step in enumerate(of, start=1):
         made = folder / step.made
         print(f"{number} of {len(of)}: {made}{' is there' if made.exists() else ''}", flush=True)

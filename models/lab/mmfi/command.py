@@ -6,7 +6,6 @@ same command goes on. DIR gets mmfi.md, mmfi.json, and a folder for each network
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,7 +15,7 @@ import typer
 
 from ....pipeline.core.device import AUTO, CPU, computing_on
 from ....pipeline.core.errors import InputError
-from ....pipeline.files.atomic import whole_file
+from ....pipeline.files.atomic import write_json, write_text
 from ....pipeline.reading.mocap.clip import Clip, write_mocap
 from ....pipeline.running.recipe import load_toml
 from ...common.metrics import plain
@@ -97,8 +96,7 @@ def mmfi(
     for name, split in splits.items():
         # Other activities are another split: a network's config keeps naming the one that it was trained on.
         listed = output / f"{name}-{activities}.json"
-        with whole_file(listed) as partial:
-            partial.write_text(json.dumps(split, indent=1), encoding="utf-8")
+        write_json(listed, split)
         paths = {"data": output / "clips.npz", "split": listed}
         runs[name] = checked({**content, **paths}, TrainConfig, str(source))
     for name, run in runs.items():
@@ -113,12 +111,8 @@ def mmfi(
         "rows": rows, "activities": activities, "targets": run.targets, "steps": run.schedule.steps, "batch": run.batch
     }  # fmt: skip
     text = written(results, _PAGE)
-    with whole_file(output / "mmfi.json") as partial:
-        partial.write_text(
-            json.dumps(plain({"rows": rows, "device": where.summary()}), indent=1), encoding="utf-8"
-        )
-    with whole_file(output / "mmfi.md") as partial:
-        partial.write_text(text, encoding="utf-8")
+    write_json(output / "mmfi.json", plain({"rows": rows, "device": where.summary()}))
+    write_text(output / "mmfi.md", text)
     print(text)
 
 

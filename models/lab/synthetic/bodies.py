@@ -4,13 +4,14 @@ What draws nothing takes arrays of numpy and of torch."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.layouts import H36M17
-from .vectors import Array, length, picked
+from ...common.vectors import Array, length, library_of, picked
 
 # Child by parent, each parent before its children. "nose" and "head" hang on the thorax and the nose.
 _TREE = {
@@ -69,6 +70,11 @@ def resize(joints: Array, factors: Array) -> Array:
     return out
 
 
+def vector(joints: Array, start: str, end: str) -> Array:
+    """(..., 3) from one joint to another of joints (..., 17, 3)."""
+    return joints[..., H36M17.index(end), :] - joints[..., H36M17.index(start), :]
+
+
 def _summed(bones: Any) -> Any:
     """(...,) the lengths of bones (..., T, B, 3) together, averaged over time."""
     return length(bones).sum(-1).mean(-1)
@@ -81,27 +87,41 @@ def mirror(joints: Array) -> Array:
     return out
 
 
-def draw_factors(joints: np.ndarray, rng: np.random.Generator, bodies: BodyRange | None = None) -> np.ndarray:
-    """(..., 17) factors on the bone that ends in each joint; left and right alike."""
-    bodies = bodies or BodyRange()
-    lead = joints.shape[:-3]
-    factors = np.ones((*lead, len(H36M17)))
-
-    def spread(std: float) -> np.ndarray:
-        return np.exp(std * np.clip(rng.standard_normal(lead), -2, 2))
-
+def drawn_factors(
+    joints: Array,
+    bodies: BodyRange,
+    spread: Callable[[float], Array],
+    within: Callable[[tuple[float, float]], Array],
+) -> Array:
+    """(..., 17) factors on the bone that ends in each joint of joints (..., T, 17, 3); left and right alike. spread:
+    draws (...,) factors whose logarithms have that standard deviation; within: (...,) numbers of that range."""
     legs, arms = spread(bodies.limbs / 2), spread(bodies.limbs / 2)
-    for part, limb in (("knee", legs), ("ankle", legs), ("elbow", arms), ("wrist", arms)):
-        factors[..., H36M17.indices((f"l_{part}", f"r_{part}"))] = (limb * spread(bodies.limbs))[..., None]
+    limbs = (("knee", legs), ("ankle", legs), ("elbow", arms), ("wrist", arms))
+    of: dict[str, Any] = {part: limb * spread(bodies.limbs) for part, limb in limbs}
     for joint, std in (("spine", bodies.trunk), ("thorax", bodies.trunk), ("nose", 0.15), ("head", 0.15)):
-        factors[..., H36M17.index(joint)] = spread(std)
-    size = size_m(joints)
+        of[joint] = spread(std)
+    size: Any = size_m(joints)
     for part, between in (("hip", bodies.hips), ("shoulder", bodies.shoulders)):
-        pair = H36M17.indices((f"l_{part}", f"r_{part}"))
-        width = np.linalg.norm(joints[..., pair[0], :] - joints[..., pair[1], :], axis=-1).mean(axis=-1)
-        factors[..., pair] = (rng.uniform(*between, lead) * size / width)[..., None]
-    keep = rng.uniform(size=lead) < bodies.unchanged
-    return np.where(keep[..., None], 1.0, factors)
+        width = length(vector(joints, f"r_{part}", f"l_{part}")).mean(-1)
+        of[part] = within(between) * size / width.clip(1e-3)
+    of["pelvis"] = library_of(joints).ones_like(size)
+    return library_of(joints).stack([of[_without_side(joint)] for joint in H36M17.joints], -1)
+
+
+def _without_side(joint: str) -> str:
+    return joint.removeprefix("l_").removeprefix("r_")
+
+
+def draw_factors(joints: np.ndarray, rng: np.random.Generator, bodies: BodyRange | None = None) -> np.ndarray:
+    """(..., 17) of `drawn_factors`, 1 for a share of the windows."""
+    bodies, lead = bodies or BodyRange(), joints.shape[:-3]
+    factors = drawn_factors(
+        joints,
+        bodies,
+        lambda std: np.exp(std * np.clip(rng.standard_normal(lead), -2, 2)),
+        lambda between: np.asarray(rng.uniform(*between, size=lead)),
+    )
+    return np.where((rng.uniform(size=lead) < bodies.unchanged)[..., None], 1.0, factors)
 
 
 def vary(joints: np.ndarray, rng: np.random.Generator, bodies: BodyRange | None = None) -> np.ndarray:

@@ -6,14 +6,14 @@ positive when the camera looks DOWN, roll is positive when the image's content t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Generic
+from dataclasses import dataclass, replace
+from typing import Any, Generic
 
 import numpy as np
 
 from ....pipeline.core.camera import view_rotation
 from ....pipeline.core.layouts import H36M17
-from .vectors import Array, rotate, transpose
+from ...common.vectors import Array, library_of, rotate, transpose
 
 IMAGE_SIZES = ((1920, 1080), (1280, 720), (1080, 1920), (1440, 1080), (1000, 1000))
 
@@ -74,6 +74,13 @@ class Cameras(Generic[Array]):
         rays = joints_camera[..., :2] / joints_camera[..., 2:]
         return rays * self.focal_px[..., None, None, None] + self.image_size[..., None, None, :] / 2
 
+    def panned(self, angle: Array) -> Cameras[Array]:
+        """Turned about their own vertical axes by angles (..., T), radians."""
+        library: Any = library_of(angle)
+        c, s, zero, one = library.cos(angle), library.sin(angle), 0 * angle, 0 * angle + 1
+        turn = library.stack([c, zero, -s, zero, one, zero, s, zero, c], -1).reshape(*angle.shape, 3, 3)
+        return replace(self, R_camera_from_world=turn @ self.R_camera_from_world)
+
 
 def place(
     joints_world: np.ndarray, rng: np.random.Generator, views: ViewRange | None = None
@@ -126,9 +133,7 @@ def _panned(
     lead = bearing.shape[:-1]
     gain = rng.uniform(0.3, 1.0, lead) * (rng.uniform(size=lead) < share)
     angle = gain[..., None] * bearing
-    c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
-    turn = np.stack([c, zero, -s, zero, one, zero, s, zero, c], axis=-1).reshape(*angle.shape, 3, 3)
-    return Cameras(turn @ cameras.R_camera_from_world, cameras.position, cameras.focal_px, cameras.image_size)
+    return cameras.panned(angle)
 
 
 def _log_uniform(

@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.layouts import H36M17
-from .vectors import Array, dot, length, picked
+from ...common.vectors import Array, dot, length, picked
+from .bodies import vector
 
 # What draws nothing is of models/lab/synthetic/on_device/keypoint_noise.py too, the same formula in torch.
 FAR_JOINTS = ("l_wrist", "r_wrist", "l_ankle", "r_ankle")
@@ -93,7 +94,7 @@ def hidden_joints(joints_camera: Array) -> Array:
     """
     depth = 1 * joints_camera[..., 2]  # a copy, whose rows lie together
     rays = [joints_camera[..., i] / depth for i in (0, 1)]
-    trunk = length(_vector(joints_camera, "pelvis", "thorax"))
+    trunk = length(vector(joints_camera, "pelvis", "thorax"))
     hidden: Any = False
     for start, end, radius in SOLIDS:
         a, b = H36M17.index(start), H36M17.index(end)
@@ -161,7 +162,7 @@ def detect(
 
 def in_profile(joints_camera: Array, cosine: float = Noise.profile_cosine) -> Array:
     """(..., T) True where hips and shoulders together point along the view: |cos| of the angle above `cosine`."""
-    aside: Any = _vector(joints_camera, "r_hip", "l_hip") + _vector(joints_camera, "r_shoulder", "l_shoulder")
+    aside: Any = vector(joints_camera, "r_hip", "l_hip") + vector(joints_camera, "r_shoulder", "l_shoulder")
     view = joints_camera[..., H36M17.index("pelvis"), :]
     return abs(dot(aside, view)) > cosine * length(aside) * length(view)
 
@@ -202,7 +203,3 @@ def _runs(rng: np.random.Generator, rate: np.ndarray, mean_length: float, axis: 
     frame = np.arange(rate.shape[-1])
     ends = np.where(start, frame + rng.geometric(1 / mean_length, rate.shape), 0)
     return np.moveaxis(np.maximum.accumulate(ends, axis=-1) > frame, -1, axis)
-
-
-def _vector(joints: Array, start: str, end: str) -> Array:
-    return joints[..., H36M17.index(end), :] - joints[..., H36M17.index(start), :]

@@ -14,9 +14,9 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA, PC_CAMERA
 from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ...common.metrics import relative
+from ...common.vectors import Array, library_of
 from ..common.testbed_file import read_testbed
 from ..mocap.clips import subject_of
-from .vectors import Array, library_of
 
 View = Literal["paper", "wide"]
 # What R leads to: "body", gravity and the body's own heading (design.md section 4), or "axes", the data set's own fixed

@@ -24,6 +24,10 @@ from ....pipeline.core.take import Told
 from .source import Incoming, Shot, open_source
 
 _LOST = 30  # frames without the person who is shown, after which another may be
+_WHOLE = ("frame", "person", "dropped")  # numbers of a LivePose without decimals, and its decimals unless two
+_DIGITS = {
+    "time_s": 6, "captured_s": 6, "body": 4, "level": 4, "R_camera_from_body": 5, "R_camera_from_level": 5, "up": 5,
+}  # fmt: skip
 _LATEST = 300  # frames that the running percentiles of the latency are of: 10 s
 
 
@@ -62,26 +66,12 @@ class LivePose:
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON by the same names; joints by name, None for NaN. Four decimals of
         places are 0.1 mm of a person 1.7 m tall, finer than any lifter."""
-        joints = {
-            name: dict(zip(H36M17.joints, _plain(getattr(self, name), 4), strict=True))
-            for name in ("body", "level")
+        content = {
+            name: value if name in _WHOLE else _plain(value, _DIGITS.get(name, 2))
+            for name, value in vars(self).items()
         }
-        return {
-            "frame": self.frame,
-            "time_s": round(self.time_s, 6),
-            "captured_s": round(self.captured_s, 6),
-            "person": self.person,
-            **joints,
-            "R_camera_from_body": _plain(self.R_camera_from_body, 5),
-            "R_camera_from_level": _plain(self.R_camera_from_level, 5),
-            "error_deg": _plain(self.error_deg, 2),
-            "up": _plain(self.up, 5),
-            "up_bound_deg": _plain(self.up_bound_deg, 2),
-            "latency_ms": _plain(self.latency_ms, 2),
-            "latency_p50_ms": _plain(self.latency_p50_ms, 2),
-            "latency_p95_ms": _plain(self.latency_p95_ms, 2),
-            "dropped": self.dropped,
-        }
+        joints = {name: dict(zip(H36M17.joints, content[name], strict=True)) for name in ("body", "level")}
+        return {**content, **joints}
 
 
 def _plain(values: np.ndarray | float, digits: int) -> Any:

@@ -204,14 +204,13 @@ def test_a_bench_says_where_it_computed(cuda, monkeypatch, tmp_path, capsys, fai
     monkeypatch.setattr(
         bench, "_start_s", lambda path, device: 0.1
     )  # a process that has the real onnxruntime
-    monkeypatch.setattr(bench, "_GEMM_RUNS", 1)
     for module in (bench, quantising):
         monkeypatch.setattr(module, "rotation_change", partial(quantising.rotation_change, count=200))
     bench.rectify(["pcnet"], count=80, rounds=1, threads=1, device="auto", output=tmp_path / "speed.json")
     found = json.loads((tmp_path / "speed.json").read_text())["device"]
     assert found["networks"]["pcnet.onnx"] == device
     assert any("pcnet.onnx fails on cuda" in note for note in found["notes"]) == (device == "cpu")
-    assert ("pcnet.onnx computed on cuda; the GEMM on the CPU" in capsys.readouterr().out) == (
+    assert ("pcnet.onnx computed on cuda; the products on the CPU" in capsys.readouterr().out) == (
         device == "cuda"
     )
 

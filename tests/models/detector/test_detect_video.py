@@ -132,14 +132,6 @@ def test_damage_is_said_and_kept(film, toys, toy, tmp_path):
         assert f"damaged at frame {found.damaged[0]}" in text
 
 
-def test_files_of_earlier_versions_know_of_no_damage(walk_film, toy, tmp_path):
-    found = detect(walk_film, load_detector(toy))
-    held = {one.name: getattr(found, one.name) for one in fields(Detections) if one.name != "damaged"}
-    np.savez(tmp_path / "keypoints.npz", **held)
-    assert same(load_detections(tmp_path / "keypoints.npz"), found)
-    assert not len(found.damaged)
-
-
 def test_resuming_something_else_is_refused(walk_film, toy, toys, tmp_path):
     found = detect(walk_film, load_detector(toy), "one video")
     with refused("files-apart"):

@@ -73,6 +73,18 @@ def test_far_frames_do_not_matter():
     assert np.abs(a[600:] - b[600:]).max() > 0.01
 
 
+def test_a_size_is_averaged_over_as_many_frames_on_each_side():
+    pixels = np.repeat(person(1), 250, axis=0)
+    nearer = pixels.copy()
+    nearer[120] = 1.5 * (pixels[120] - [960, 540]) + [960, 540]
+    averaged = [
+        features(each, np.ones((250, 17)), np.array(SIZE, dtype=float), np.array(1920.0))[0][:, 4 * 17 + 3]
+        for each in (pixels, nearer)
+    ]
+    changed = np.flatnonzero(~np.isclose(*averaged, rtol=1e-6))
+    assert changed.tolist() == list(range(120 - HALF_WINDOW, 120 + HALF_WINDOW + 1))
+
+
 @pytest.mark.parametrize("frames", [1, 2, 5, 30])
 def test_any_number_of_frames(frames):
     lifted = lift(poses(person(frames)), SIZE)

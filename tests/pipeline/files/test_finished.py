@@ -108,38 +108,6 @@ def test_so_is_its_rectification(run):
         assert b.up_own[name][1] == pytest.approx(error_deg, nan_ok=True)
 
 
-def test_an_older_run_is_read_without_what_it_lacks(run, tmp_path):
-    older = tmp_path / "older"
-    shutil.copytree(run[1], older)
-    with np.load(older / "poses.npz") as file:
-        arrays = {
-            name: file[name] for name in file.files if not name.startswith(("keypoints", "filtered", "feet"))
-        }
-    np.savez(older / "poses.npz", **arrays)
-    summary = json.loads((older / "summary.json").read_text())
-    for name in ("told", "keypoints"):
-        del summary[name]
-    for name in ("frame", "person", "frames_known", "steps"):
-        del summary["poses"][name]
-    (older / "summary.json").write_text(json.dumps(summary))
-    (older / "kinematics.parquet").unlink()
-    take = read_run(older)
-    assert take.keypoints is take.filtered is take.kinematics is None
-    assert take.poses.frame == run[0].poses.frame
-    same(take.poses.joints, run[0].poses.joints, "joints")
-
-
-def test_an_older_run_has_its_cut_off_among_its_steps(run, tmp_path):
-    folder = shutil.copytree(run[1], tmp_path / "older")
-    summary = json.loads((folder / "summary.json").read_text())
-    del summary["cutoff_hz"]
-    (step,) = [step for step in summary["history"] if step["name"] == "low-pass filter"]
-    for options, cutoff_hz in (({"cutoff_hz": 4.5}, 4.5), ({"filter": "none"}, None)):
-        step["options"] = options
-        (folder / "summary.json").write_text(json.dumps(summary))
-        assert read_run(folder).cutoff_hz == cutoff_hz
-
-
 def test_a_notice_of_another_version_says_what_the_run_said(run, tmp_path):
     other = tmp_path / "other"
     shutil.copytree(run[1], other)

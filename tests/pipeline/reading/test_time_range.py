@@ -1,10 +1,9 @@
 """A part of a take: chosen by the seconds of its clock, which stay what they were."""
 
-import json
-
 import numpy as np
 import pytest
 
+from golden.detections import drawn_tracks
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_video
 from pcnet3d.examples.walker.walk import walker
@@ -75,14 +74,7 @@ def test_data_that_end_before_the_part_does_are_told(poses, tmp_path):
 
 
 def test_who_is_not_in_the_part_is_left_out(tmp_path):
-    rng = np.random.default_rng(0)
-    detections = [
-        {"image_id": f"{frame}.jpg", "category_id": 1, "keypoints": rng.uniform(1, 300, 51).tolist(),
-         "score": 2.0, "box": [0, 0, 9, 9], "idx": idx}
-        for idx, frames in {1: range(60), 2: range(20)}.items() for frame in frames
-    ]  # fmt: skip
-    path = tmp_path / "ap.json"
-    path.write_text(json.dumps(sorted(detections, key=lambda one: int(one["image_id"][:-4]))))
+    path = drawn_tracks(tmp_path / "ap.json", {1: range(60), 2: range(20)})
     stays, leaves = open_people(RunOptions(keypoints=path, fps=30, time_range="1:1.5"))
     assert stays.take.keypoints.frame_index.tolist() == list(range(30, 46))
     assert isinstance(leaves.take, InputError)

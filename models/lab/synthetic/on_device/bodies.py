@@ -11,9 +11,9 @@ from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.reading.mocap.clip import Clip
+from ....common.vectors import across, length, picked, unit
 from ...mocap.clips import OWN_SKELETON, person
-from ..bodies import BodyRange, bone_tree, mirror, resize, size_m
-from ..vectors import across, length, picked, unit
+from ..bodies import BodyRange, bone_tree, drawn_factors, mirror, resize, vector
 from .draw import Draw
 
 _CHILD, _PARENT = bone_tree()
@@ -22,8 +22,6 @@ for _child, _parent in zip(_CHILD, _PARENT, strict=True):
     _PARENT_OF[_child] = _parent
 _LOWER = ("pelvis", *(f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")))
 _UPPER = [joint not in _LOWER for joint in H36M17.joints]
-_PAIRS = (("knee", "l_knee", "r_knee"), ("ankle", "l_ankle", "r_ankle"), ("elbow", "l_elbow", "r_elbow"),
-          ("wrist", "l_wrist", "r_wrist"))  # fmt: skip
 
 
 def bone_lengths(joints: Tensor) -> Tensor:
@@ -37,10 +35,7 @@ def combine(lower: Tensor, upper: Tensor) -> Tensor:
     The upper body is turned about the vertical in every frame until both motions' hips point the same way. A motion
     whose hip axis is ever steeper than 60 degrees keeps its own upper body: it has no such direction.
     """
-    hips = [
-        motion[..., H36M17.index("l_hip"), :] - motion[..., H36M17.index("r_hip"), :]
-        for motion in (lower, upper)
-    ]
+    hips = [vector(motion, "r_hip", "l_hip") for motion in (lower, upper)]
     level = [length(axis[..., :2]) / length(axis).clamp_min(1e-9) for axis in hips]
     turn = torch.atan2(hips[0][..., 1], hips[0][..., 0]) - torch.atan2(hips[1][..., 1], hips[1][..., 0])
     c, s = turn.cos()[..., None], turn.sin()[..., None]
@@ -66,7 +61,12 @@ def vary(joints: Tensor, draw: Draw, bodies: BodyRange, people: Tensor, real: fl
     """joints (B, T, 17, 3), +Z up, on other bodies, some mirrored. people: of `proportions`; real: share of windows
     whose lengths are one of theirs (left and right alike, every limb a few per cent off) instead of drawn."""
     count = len(joints)
-    factors = _drawn(joints, draw, bodies)
+    factors = drawn_factors(
+        joints,
+        bodies,
+        lambda std: (std * draw.normal(count, most=2)).exp(),
+        lambda between: draw.uniform(between, count),
+    )
     if real and len(people):
         now = bone_lengths(joints).mean(1)
         wanted = people[draw.integers(len(people), count)]
@@ -81,30 +81,8 @@ def vary(joints: Tensor, draw: Draw, bodies: BodyRange, people: Tensor, real: fl
 def _spread(draw: Draw, std: float, count: int) -> Tensor:
     """(B, 17) factors of the bones, left and right alike."""
     factors = (std * draw.normal(count, len(H36M17), most=2)).exp()
-    for _, left, right in (*_PAIRS, ("hip", "l_hip", "r_hip"), ("shoulder", "l_shoulder", "r_shoulder")):
-        factors[:, H36M17.index(right)] = factors[:, H36M17.index(left)]
-    return factors
-
-
-def _drawn(joints: Tensor, draw: Draw, bodies: BodyRange) -> Tensor:
-    """(B, 17) factors as models/lab/synthetic/bodies.py draws them."""
-    count = len(joints)
-    factors = torch.ones(count, len(H36M17), device=joints.device)
-
-    def spread(std: float) -> Tensor:
-        return (std * draw.normal(count, most=2)).exp()
-
-    legs, arms = spread(bodies.limbs / 2), spread(bodies.limbs / 2)
-    for part, left, right in _PAIRS:
-        limb = (legs if part in ("knee", "ankle") else arms) * spread(bodies.limbs)
-        factors[:, [H36M17.index(left), H36M17.index(right)]] = limb[:, None]
-    for joint, std in (("spine", bodies.trunk), ("thorax", bodies.trunk), ("nose", 0.15), ("head", 0.15)):
-        factors[:, H36M17.index(joint)] = spread(std)
-    size = size_m(joints)
-    for part, between in (("hip", bodies.hips), ("shoulder", bodies.shoulders)):
-        pair = H36M17.indices((f"l_{part}", f"r_{part}"))
-        width = length(joints[..., pair[0], :] - joints[..., pair[1], :]).mean(-1)
-        factors[:, pair] = (draw.uniform(between, count) * size / width.clamp_min(1e-3))[:, None]
+    for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"):
+        factors[:, H36M17.index(f"r_{part}")] = factors[:, H36M17.index(f"l_{part}")]
     return factors
 
 
@@ -112,8 +90,8 @@ def redefined(joints: Tensor, draw: Draw, std_m: float, share: float) -> Tensor:
     """joints (B, T, 17, 3) as another source defines them, for a share of the windows: spine, thorax, nose and head
     moved in the sagittal plane, hips and shoulders across and along the trunk; the same in every frame of a window."""
     count = len(joints)
-    left = unit(_vector(joints, "r_shoulder", "l_shoulder") + _vector(joints, "r_hip", "l_hip"))
-    up = across(_vector(joints, "pelvis", "thorax"), left)
+    left = unit(vector(joints, "r_shoulder", "l_shoulder") + vector(joints, "r_hip", "l_hip"))
+    up = across(vector(joints, "pelvis", "thorax"), left)
     axes = torch.stack([torch.cross(left, up, dim=-1), left, up], dim=-1)  # (B, T, 3, 3): front, left, up
     std = std_m * draw.share(share, count, 1, 1)
     offsets = torch.zeros(count, len(H36M17), 3, device=joints.device)
@@ -128,7 +106,3 @@ def redefined(joints: Tensor, draw: Draw, std_m: float, share: float) -> Tensor:
                 [1.0, sign, 1.0], device=joints.device
             )
     return joints + torch.einsum("btij,bkj->btki", axes, std * offsets)
-
-
-def _vector(joints: Tensor, start: str, end: str) -> Tensor:
-    return joints[..., H36M17.index(end), :] - joints[..., H36M17.index(start), :]

@@ -7,9 +7,9 @@ import torch
 from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
+from ....common.vectors import dot, picked, rotate, transpose
 from ..cameras import IMAGE_SIZES, Cameras, ViewRange
 from ..places import LIMBS, PLACE_SPREAD, PLACES, SIZE_SPREAD, TRUNK
-from ..vectors import dot, picked, rotate, transpose
 from .draw import Draw
 
 _AIM_FRAMES = 8  # of a window, about: so many tell its place and size
@@ -129,6 +129,4 @@ def _panned(cameras: Cameras[Tensor], joints_world: Tensor, draw: Draw, share: T
     bearing = torch.nn.functional.pad(bearing, (window // 2, (window - 1) // 2), mode="replicate")
     bearing = torch.nn.functional.avg_pool1d(bearing, window, stride=1)[:, 0]
     angle = (draw.uniform((0.3, 1.0), count) * draw.share(share, count))[:, None] * bearing
-    c, s, zero, one = angle.cos(), angle.sin(), torch.zeros_like(angle), torch.ones_like(angle)
-    turn = torch.stack([c, zero, -s, zero, one, zero, s, zero, c], dim=-1).unflatten(-1, (3, 3))
-    return Cameras(turn @ cameras.R_camera_from_world, cameras.position, cameras.focal_px, cameras.image_size)
+    return cameras.panned(angle)

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
+from ....common.vectors import length, picked
 from ..keypoint_noise import (
     EXCHANGED_LIMBS,
     FAR_JOINTS,
@@ -22,7 +23,6 @@ from ..keypoint_noise import (
     hidden_joints,
     in_profile,
 )
-from ..vectors import length, picked
 from .draw import Draw
 
 _GROUPS = (

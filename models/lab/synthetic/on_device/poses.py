@@ -6,14 +6,15 @@ joint by swing and twist, then a hinge. Ranges are about those of healthy adults
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
+from ....common.vectors import across, length, picked, rotate, transpose, unit
 from ...common.toml_config import check_shares
-from ..vectors import across, length, picked, rotate, transpose, unit
 from .draw import Draw
 
 _LIMBS = {
@@ -21,8 +22,12 @@ _LIMBS = {
     for side in "lr"
     for kind, parts in (("leg", ("hip", "knee", "ankle")), ("arm", ("shoulder", "elbow", "wrist")))
 }
-_SWING_DEG = {"leg": 10.0, "arm": 20.0}
 _ABOVE_SPINE = ("thorax", "nose", "head", *(f"{s}_{p}" for s in "lr" for p in ("shoulder", "elbow", "wrist")))
+# Joint that others are turned about, these, and the standard deviation in degrees.
+_TRUNK_SWUNG = (("spine", _ABOVE_SPINE, 15.0), ("thorax", ("nose", "head"), 15.0))
+_LIMBS_SWUNG = tuple(
+    (about, moved, {"leg": 10.0, "arm": 20.0}[kind]) for (_, kind), (about, *moved) in _LIMBS.items()
+)
 
 
 @dataclass(frozen=True)
@@ -55,9 +60,9 @@ def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: floa
     to take limbs from."""
     out = joints
     if poses.swung:
-        out = _swung(out, draw, poses.swung)
+        out = _swung(out, draw, poses.swung, _TRUNK_SWUNG)
     if poses.limbs_swung:
-        out = _limbs_swung(out, draw, poses.limbs_swung)
+        out = _swung(out, draw, poses.limbs_swung, _LIMBS_SWUNG)
     if poses.exchanged or poses.sampled:
         out = _other_limbs(out, other, draw, poses, fps)
     if poses.turned or poses.leaning or poses.laid:
@@ -142,22 +147,12 @@ def _moving(draw: Draw, between_deg: tuple[float, float], count: int, frames: in
     )
 
 
-def _swung(joints: Tensor, draw: Draw, share: float) -> Tensor:
-    count, frames = joints.shape[:2]
-    out, use = joints.clone(), draw.share(share, count)[:, None, None]
-    for about, moved in (("spine", _ABOVE_SPINE), ("thorax", ("nose", "head"))):
-        vector = 0.26 * draw.normal(count, 1, 3, most=2).expand(-1, frames, -1)
-        R = from_vector(vector * use)
-        rows, centre = H36M17.indices(moved), out[..., [H36M17.index(about)], :]
-        out[..., rows, :] = centre + rotate(R, picked(out, rows) - centre)
-    return out
-
-
-def _limbs_swung(joints: Tensor, draw: Draw, share: float) -> Tensor:
+def _swung(
+    joints: Tensor, draw: Draw, share: float, parts: Iterable[tuple[str, Sequence[str], float]]
+) -> Tensor:
     out, use = joints.clone(), draw.share(share, len(joints))[:, None, None]
-    for (_, kind), (about, *moved) in _LIMBS.items():
-        vector = _SWING_DEG[kind] * draw.normal(len(joints), 1, 3, most=2) * use
-        R = from_vector(vector.deg2rad())
+    for about, moved, std_deg in parts:
+        R = from_vector((std_deg * draw.normal(len(joints), 1, 3, most=2) * use).deg2rad())
         rows, centre = H36M17.indices(moved), out[..., [H36M17.index(about)], :]
         out[..., rows, :] = centre + rotate(R, picked(out, rows) - centre)
     return out

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
-from ..vectors import rotate, transpose, unit
+from ....common.vectors import rotate, transpose, unit
 from ..views import Targets, view_rotation
 from .draw import Draw
 

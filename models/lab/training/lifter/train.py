@@ -16,7 +16,7 @@ from torch import Tensor
 
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
-from .....pipeline.files.atomic import whole_file
+from .....pipeline.files.atomic import write_text
 from .....pipeline.reading.mocap.clip import Clip
 from ....lifter import SHIPPED
 from ...common.toml_config import read_toml
@@ -118,8 +118,7 @@ def run(
     output.mkdir(parents=True, exist_ok=True)
     state.load(output, config, on)
     if text is not None:
-        with whole_file(output / "lifter.toml") as partial:
-            partial.write_text(text, encoding="utf-8")
+        write_text(output / "lifter.toml", text)
     parameters = sum(p.numel() for p in net.parameters())
     print(
         f"{parameters:,} parameters, reach {config.net.reach} frames, {on}, from step {state.step}",

@@ -15,7 +15,8 @@ from torch import Tensor
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.reading.mocap.clip import Clip
-from ....lifter.features import ASSUMED_FOCAL
+from ....common.vectors import unit
+from ....lifter.features import ASSUMED_FOCAL, features
 from ...common.toml_config import check_shares, check_sizes
 from ...mocap.clips import lying
 from ...synthetic.bodies import BodyRange
@@ -26,8 +27,7 @@ from ...synthetic.on_device.cameras import place
 from ...synthetic.on_device.draw import Draw
 from ...synthetic.on_device.keypoint_noise import Spoilt, detect
 from ...synthetic.on_device.motion import MOTION_SHARES, MotionRange, varied
-from ...synthetic.vectors import unit
-from .features import features, target
+from .features import target
 
 _FPS = (20.0, 60.0)
 _CAPTURED_FPS = 30.0

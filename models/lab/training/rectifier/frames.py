@@ -18,6 +18,7 @@ from torch import Tensor
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.reading.mocap.clip import Clip
+from ....common.vectors import rotate
 from ...common.toml_config import check_shares, check_sizes
 from ...mocap.clips import lying
 from ...synthetic.bodies import BodyRange
@@ -26,7 +27,6 @@ from ...synthetic.on_device.draw import Draw
 from ...synthetic.on_device.joint_errors import flipped, noisy, present
 from ...synthetic.on_device.motion import MOTION_SHARES, MotionRange, varied
 from ...synthetic.on_device.views import seen, views
-from ...synthetic.vectors import rotate
 from ...synthetic.views import Lifted, Targets, about
 
 _FPS = 30.0  # of poses that move; a single frame of them is taken

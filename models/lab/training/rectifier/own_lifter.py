@@ -6,7 +6,6 @@ shipped rectifier, and a page that compares both on people whom neither has seen
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,7 @@ from .....pipeline.core.canonical import R_world_from_body
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.rotations import geodesic_deg, is_finite, kabsch, rotate
 from .....pipeline.files.arrays import load
-from .....pipeline.files.atomic import refuse_unwritable, whole_file
+from .....pipeline.files.atomic import refuse_unwritable, whole_file, write_json, write_text
 from .....pipeline.plugins.protocols import Rectifier
 from .....pipeline.reading.mocap import joints as joint_files
 from .....pipeline.reading.mocap.clip import Clip, write_mocap
@@ -107,8 +106,7 @@ def train_own_lifter(
     people = sorted({subject_of(pair.clip.name) for pair in pairs})
     if split is None:
         split = output / "split.json"
-        with whole_file(split) as partial:
-            partial.write_text(json.dumps(_parts_of(people), indent=1), encoding="utf-8")
+        write_json(split, _parts_of(people))
     write_mocap(output / "clips.npz", [resampled(pair.clip, _FPS) for pair in pairs])
     parts = read_parts(output / "clips.npz", split)
     names = {part: {clip.name for clip in clips} for part, clips in parts.clips.items()}
@@ -123,9 +121,8 @@ def train_own_lifter(
     shipped, own = load_rectifier("pcnet"), PCNetRectifier(network)
     figures = judged(of["test"], shipped, own)
     figures |= {"name": config.name, "steps": steps, "all": len(people), "chose": _people(of["val"])}
-    for name, text in (("md", written(figures, _PAGE)), ("json", json.dumps(plain(figures), indent=1))):
-        with whole_file(output / f"judged.{name}") as partial:
-            partial.write_text(text, encoding="utf-8")
+    write_text(output / "judged.md", written(figures, _PAGE))
+    write_json(output / "judged.json", plain(figures))
     return figures
 
 

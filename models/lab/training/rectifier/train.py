@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveInt
 
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.rotations import geodesic_deg
-from .....pipeline.files.atomic import whole_file
+from .....pipeline.files.atomic import write_text
 from .....pipeline.reading.mocap.clip import Clip
 from ....shipped import PCNET
 from ...common.toml_config import read_toml
@@ -94,8 +94,7 @@ def train(
     net.bf16 = config.bf16  # and not what is judged, state.average
     output.mkdir(parents=True, exist_ok=True)
     state.load(output, config, on)
-    with whole_file(output / "pcnet.toml") as partial:
-        partial.write_text(text, encoding="utf-8")
+    write_text(output / "pcnet.toml", text)
     print(
         f"{sum(p.numel() for p in net.parameters()):,} parameters, {on}, from step {state.step}", flush=True
     )

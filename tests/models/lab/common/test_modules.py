@@ -25,7 +25,6 @@ NAMES = [name for name in HELD if name != "take_start"]
         "fits.gravity_constants none.npz",
         "fits.gait_errors -o out.json",
         "fits.contact -o out.json",
-        "training.lifter.mean none.toml out.onnx 1:none.pt",
         "train none.toml -o out",
     ],
 )

@@ -145,7 +145,7 @@ def test_a_save_that_is_killed_leaves_the_last_checkpoint(tmp_path, monkeypatch)
     run = state(config)
     run.save(tmp_path, config)
     run.step = 5
-    monkeypatch.setattr(module.json, "dumps", lambda content: (_ for _ in ()).throw(KeyboardInterrupt))
+    monkeypatch.setattr(module, "write_json", lambda path, content: (_ for _ in ()).throw(KeyboardInterrupt))
     with pytest.raises(KeyboardInterrupt):
         run.save(tmp_path, config)
     again = state(config, seed=9)

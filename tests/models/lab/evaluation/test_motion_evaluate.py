@@ -60,7 +60,7 @@ def test_a_known_error_is_smoothed_better_than_by_a_filter(take):
     assert errors[STATED] < 0.8 * errors[NO_MOTION]
     assert table["better"]["Butterworth 6 Hz"]["wrist, vertical"] == 1
     text = written({
-        "pcnet3d": "0", "lifter": "l", "seed": 0, "flip": False, "bed": "wild", "sets": {"S": table}
+        "pcnet3d": "0", "lifter": "l", "seed": 0, "bed": "wild", "sets": {"S": table}
     }, PAGE)  # fmt: skip
     assert "| S | 1 |" in text
     assert STATED in text

@@ -8,11 +8,10 @@ import pytest
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.lab.evaluation import sets
 from pcnet3d.models.lab.evaluation.real_rectified import consistency, real_poses, spread_deg
-from pcnet3d.models.lifter.builtin import lift
 
 
-def of(*rectifiers, flip: bool = False) -> sets.Question:
-    return sets.Question(rectifiers, flip=flip, people=None)
+def of(*rectifiers) -> sets.Question:
+    return sets.Question(rectifiers, people=None)
 
 
 def test_the_spread_of_a_cone_is_its_half_angle() -> None:
@@ -36,19 +35,6 @@ def test_the_trunk_of_who_walks_is_upright_within_the_stated_bound(data) -> None
     for lifter in ("pcnet3d on MoveNet", "BlazePose"):
         (trunk,) = results["trunk"][f"walk_crop, {lifter}"].values()
         assert trunk["lean"].p50 < trunk["bound"] < 15
-
-
-@pytest.mark.data
-def test_flipped_lifts_are_asked_for(data, monkeypatch) -> None:
-    asked = []
-
-    def spy(keypoints, size, focal_px, flip, *args):
-        asked.append(flip)
-        return lift(keypoints, size, focal_px, flip, *args)
-
-    monkeypatch.setattr(sets, "lift", spy)
-    consistency(of(load_rectifier("geometric"), flip=True))
-    assert asked == [True] * 3  # the clips with keypoints
 
 
 @pytest.mark.data

@@ -145,7 +145,7 @@ def test_a_laid_body_lies_and_moves_as_before():
 def test_a_share_of_the_takes_is_laid(monkeypatch):
     clips = tuple(clip(f"09_{i:02}") for i in range(40))
     monkeypatch.setattr(module, "read_clips", lambda subjects, folder: clips)
-    monkeypatch.setattr(module, "lift", lambda keypoints, *rest: keypoints)
+    monkeypatch.setattr(module, "lift", lambda keypoints, *_, **__: keypoints)
     takes = [take.seen for take in lifted_takes("test", laid=0.5)]
     assert 10 <= len(takes) <= 30
     assert np.mean([take.lying.all() for take in takes]) > 0.9
@@ -209,19 +209,6 @@ def test_evaluate_writes_tables_and_json(tmp_path, monkeypatch, capsys):
     assert content["networks"] == [load_lifter().method]
     assert date.fromisoformat(content["date"])
     assert text in capsys.readouterr().out
-
-
-def test_every_table_of_a_flipped_report_is_of_flipped_lifts(tmp_path, monkeypatch):
-    asked = []
-    monkeypatch.setattr(
-        evaluation_sets,
-        "lifted_takes",
-        lambda subjects, seed, *, flip, **_: asked.append(flip) or [taken(lift_error=0.01)],
-    )
-    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip(),))
-    reports.lifter(output=tmp_path / "out", flip=True, sets="test", because="known answers")
-    assert set(asked) == {True}
-    assert len(asked) == 2 * 2 * 2  # beds, focal lengths and sets
 
 
 @pytest.mark.parametrize("report", ["lifter", "rectifiers", "takes", "motion", "swaps", "gait", "errors"])

