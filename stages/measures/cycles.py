@@ -26,9 +26,9 @@ POINTS = 101  # of a normalised cycle
 _RESTS_S = 0.5
 _EDGE = 0.07  # a steady return ends there too
 _BEGINS, _STARTS = 0.12, 0.2
-# It has ended too where the return, below _LOW of the rise, slows to _SETTLED of its fastest: what follows is drift. On
-# the labelled takes, lifted before three cameras each, 0.2 to 0.4 and 0.12 to 0.18 do alike.
-_LOW, _SETTLED = 0.15, 0.3
+# It has ended too, below _LOW of the rise, where the line along the fastest return below half of it comes _BELOW of it
+# under the valley: what follows is drift. On the labelled takes, lifted before nine cameras each, 0.05 to 0.15 do alike.
+_LOW, _BELOW = 0.2, 0.1
 _OUTER = 0.1  # of the rise: below it, and above the rest of it, movements are not smooth or jerky
 # Missing rows inside a repetition: no more than a quarter of it, and less than the briefest labelled bends last. The
 # signal has risen before them and returns behind, so that it is one at least.
@@ -327,11 +327,17 @@ def _movement(
     valley = _valley(values)
     values, times, speed = values[valley:], times[valley:], speed[valley:]
     rise = float(values[-1] - values[0])
-    low, share = (_LOW, _SETTLED) if settles else (_BEGINS, _STARTS)
-    slow = np.flatnonzero((values <= values[0] + low * rise) & (speed <= share * speed.max()))
-    start = float(times[slow[-1]] if len(slow) else times[0])
     left = _left(values, times, values[0] + _EDGE * rise)
-    start = max(start, left) if settles or start > left + _RESTS_S else min(start, left)
+    if settles:
+        half = int(np.flatnonzero(values <= values[0] + rise / 2)[-1]) + 2
+        slopes = np.diff(values[:half]) / np.diff(times[:half])
+        row = int(np.argmax(slopes))
+        line = float(times[row] - (values[row] - values[0] + _BELOW * rise) / slopes[row])
+        start = max(left, min(line, _left(values, times, values[0] + _LOW * rise)))
+    else:
+        slow = np.flatnonzero((values <= values[0] + _BEGINS * rise) & (speed <= _STARTS * speed.max()))
+        start = float(times[slow[-1]] if len(slow) else times[0])
+        start = max(start, left) if start > left + _RESTS_S else min(start, left)
     below = int(np.flatnonzero(values <= values[0] + _OUTER * rise)[-1])
     high = below + int(np.argmax(values[below:] >= values[-1] - _OUTER * rise))
     # A pause on the way belongs to the movement; rest before a tenth of it and behind nine tenths does not.
