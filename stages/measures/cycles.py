@@ -27,7 +27,7 @@ _RESTS_S = 0.5
 _EDGE = 0.07  # a steady return ends there too
 _BEGINS, _STARTS = 0.12, 0.2
 # It has ended too, below _LOW of the rise, where the line along the fastest return below half of it comes _BELOW of it
-# under the valley: what follows is drift. On the labelled takes, lifted before nine cameras each, 0.05 to 0.15 do alike.
+# under the valley: what follows is drift. On the labelled takes, lifted before nine cameras, 0.05 to 0.15 do alike.
 _LOW, _BELOW = 0.2, 0.1
 _OUTER = 0.1  # of the rise: below it, and above the rest of it, movements are not smooth or jerky
 # Missing rows inside a repetition: no more than a quarter of it, and less than the briefest labelled bends last. The
@@ -45,7 +45,7 @@ _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut m
 @dataclass(frozen=True)
 class Repetition:
     """One rise and return. start_s, peak_s, stop_s: it begins at 7 % of the rise, or where the signal is last slow
-    before, and ends at 7 %, or where the signal settles before. peak: the signal's highest value, NaN where missing
+    before, and ends at 7 %, or before where drift begins. peak: the signal's highest value, NaN where missing
     rows hide it. rise: from the higher of the two valleys beside it, where this movement begins or ends (`_valley`); it
     may be less than `least`, which counts from the lowest. up, down: smoothness of both movements, (SPARC, log
     dimensionless jerk) of the signal's rate, NaN where they are too short or lack rows. whole: False where a gap hides
