@@ -18,17 +18,17 @@ from .smoothness import log_dimensionless_jerk, sparc
 
 POINTS = 101  # of a normalised cycle
 
-# A repetition begins at _EDGE of its rise, or earlier, where the rise below _BEGINS is slower than _STARTS of its
+# A repetition begins at _EDGE of its rise, or earlier, where the rise below _LOW is slower than _STARTS of its
 # fastest for the last time: a lifter flattens slow starts, so that they come late to a height. Of labelled movements
 # that were found, 97 % begin within 0.15 s of their label if captured and 83 % if lifted, at the height alone 94 and
 # 79 %. Where the signal is slow there so long after it has left the height, it rested: one low moment, as of a lifted
 # knee in a walk, had set the height too low.
 _RESTS_S = 0.5
 _EDGE = 0.07  # a steady return ends there too
-_BEGINS, _STARTS = 0.12, 0.2
-# It has ended too, below _LOW of the rise, where the line along the fastest return below half of it comes _BELOW of it
-# under the valley: what follows is drift. On the labelled takes, lifted before nine cameras, 0.05 to 0.15 do alike.
-_LOW, _BELOW = 0.2, 0.1
+_LOW, _STARTS = 0.12, 0.2
+# It has ended too where the return, below _LOW of the rise, slows to _SETTLED of its fastest: what follows is drift. At
+# 0.15 of it lifted knees pause for a moment. On the labelled takes, lifted before nine cameras, 0.3 and 0.4 do alike.
+_SETTLED = 0.3
 _OUTER = 0.1  # of the rise: below it, and above the rest of it, movements are not smooth or jerky
 # Missing rows inside a repetition: no more than a quarter of it, and less than the briefest labelled bends last. The
 # signal has risen before them and returns behind, so that it is one at least.
@@ -45,7 +45,7 @@ _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut m
 @dataclass(frozen=True)
 class Repetition:
     """One rise and return. start_s, peak_s, stop_s: it begins at 7 % of the rise, or where the signal is last slow
-    before, and ends at 7 %, or before where drift begins. peak: the signal's highest value, NaN where missing
+    before, and ends at 7 %, or where the signal settles before. peak: the signal's highest value, NaN where missing
     rows hide it. rise: from the higher of the two valleys beside it, where this movement begins or ends (`_valley`); it
     may be less than `least`, which counts from the lowest. up, down: smoothness of both movements, (SPARC, log
     dimensionless jerk) of the signal's rate, NaN where they are too short or lack rows. whole: False where a gap hides
@@ -327,17 +327,11 @@ def _movement(
     valley = _valley(values)
     values, times, speed = values[valley:], times[valley:], speed[valley:]
     rise = float(values[-1] - values[0])
+    share = _SETTLED if settles else _STARTS
+    slow = np.flatnonzero((values <= values[0] + _LOW * rise) & (speed <= share * speed.max()))
+    start = float(times[slow[-1]] if len(slow) else times[0])
     left = _left(values, times, values[0] + _EDGE * rise)
-    if settles:
-        half = int(np.flatnonzero(values <= values[0] + rise / 2)[-1]) + 2
-        slopes = np.diff(values[:half]) / np.diff(times[:half])
-        row = int(np.argmax(slopes))
-        line = float(times[row] - (values[row] - values[0] + _BELOW * rise) / slopes[row])
-        start = max(left, min(line, _left(values, times, values[0] + _LOW * rise)))
-    else:
-        slow = np.flatnonzero((values <= values[0] + _BEGINS * rise) & (speed <= _STARTS * speed.max()))
-        start = float(times[slow[-1]] if len(slow) else times[0])
-        start = max(start, left) if start > left + _RESTS_S else min(start, left)
+    start = max(start, left) if settles or start > left + _RESTS_S else min(start, left)
     below = int(np.flatnonzero(values <= values[0] + _OUTER * rise)[-1])
     high = below + int(np.argmax(values[below:] >= values[-1] - _OUTER * rise))
     # A pause on the way belongs to the movement; rest before a tenth of it and behind nine tenths does not.
