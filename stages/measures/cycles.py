@@ -18,17 +18,17 @@ from .smoothness import log_dimensionless_jerk, sparc
 
 POINTS = 101  # of a normalised cycle
 
-# A repetition begins at _EDGE of its rise, or earlier, where the rise below _BEGINS is slower than _STARTS of its
+# A repetition begins at _EDGE of its rise, or earlier, where the rise below _LOW is slower than _STARTS of its
 # fastest for the last time: a lifter flattens slow starts, so that they come late to a height. Of labelled movements
 # that were found, 97 % begin within 0.15 s of their label if captured and 83 % if lifted, at the height alone 94 and
 # 79 %. Where the signal is slow there so long after it has left the height, it rested: one low moment, as of a lifted
 # knee in a walk, had set the height too low.
 _RESTS_S = 0.5
 _EDGE = 0.07  # a steady return ends there too
-_BEGINS, _STARTS = 0.12, 0.2
-# It has ended too where the return, below _LOW of the rise, slows to _SETTLED of its fastest: what follows is drift. On
-# the labelled takes, lifted before three cameras each, 0.2 to 0.4 and 0.12 to 0.18 do alike.
-_LOW, _SETTLED = 0.15, 0.3
+_LOW, _STARTS = 0.12, 0.2
+# It has ended too where the return, below _LOW of the rise, slows to _SETTLED of its fastest: what follows is drift. At
+# 0.15 of it lifted knees pause for a moment. On the labelled takes, lifted before nine cameras, 0.3 and 0.4 do alike.
+_SETTLED = 0.3
 _OUTER = 0.1  # of the rise: below it, and above the rest of it, movements are not smooth or jerky
 # Missing rows inside a repetition: no more than a quarter of it, and less than the briefest labelled bends last. The
 # signal has risen before them and returns behind, so that it is one at least.
@@ -327,8 +327,8 @@ def _movement(
     valley = _valley(values)
     values, times, speed = values[valley:], times[valley:], speed[valley:]
     rise = float(values[-1] - values[0])
-    low, share = (_LOW, _SETTLED) if settles else (_BEGINS, _STARTS)
-    slow = np.flatnonzero((values <= values[0] + low * rise) & (speed <= share * speed.max()))
+    share = _SETTLED if settles else _STARTS
+    slow = np.flatnonzero((values <= values[0] + _LOW * rise) & (speed <= share * speed.max()))
     start = float(times[slow[-1]] if len(slow) else times[0])
     left = _left(values, times, values[0] + _EDGE * rise)
     start = max(start, left) if settles or start > left + _RESTS_S else min(start, left)

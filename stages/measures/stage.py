@@ -21,11 +21,13 @@ from ...pipeline.core.measures import (
     SD_90,
     Curve,
     Curves,
+    Group,
     Measure,
     Remark,
     Row,
     grouped,
     measure,
+    moments,
     numbered,
     side_of,
     subgroup,
@@ -55,7 +57,7 @@ from .off_keypoints import off_keypoints
 from .outcomes import BRIEFEST_S, turned, with_outcome
 from .repeats import repeats
 from .smoothness import path_length
-from .strikes import strikes
+from .strikes import Spans, strikes
 from .walking import FEWEST, doubts, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
@@ -190,10 +192,11 @@ def measures(
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     steps_told = lasts_s >= BRIEFEST_S["walking"] and "steps" in grouped(walk)
     blind = source.lifted and in_image is None  # to punches
+    struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd)
     movements = {
         "knee_bends": _knee_bends(take, gait, jumped, brief, apart, steps_told),
-        "arm_raises": _arm_raises(take),
-        **strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd),
+        "arm_raises": _arm_raises(take, grouped(struck["punches"])),
+        **struck,
         "walking": walk,
     }
     return (
@@ -280,15 +283,21 @@ def _knee_bends(
     return bends
 
 
-def _arm_raises(take: Columns) -> list[Row]:
+def _arm_raises(take: Columns, punches: Group) -> list[Row]:
+    """Arms that rise, but for those that punch at their highest: a movement is told once."""
     rows: list[Row] = []
     curves: list[Curve] = []
     for words, side in SIDES.items():
         angle = f"{side}_shoulder_elevation"
         shown = [f"{side}_{part}" for part in _IN_RAISES]
-        arm = repeats(
-            take, angle, take(angle), take.sd(angle), _RAISE, shown, briefest_s=BRIEFEST_S["arm_raises"]
-        )
+        of_side = subgroup(punches, words)
+        spans = list(zip(moments(of_side, "start"), moments(of_side, "stop"), strict=True))
+
+        def raises(one: Repetition, spans: Spans = spans) -> bool:
+            return not any(begin <= one.peak_s <= end for begin, end in spans)
+
+        briefest_s = BRIEFEST_S["arm_raises"]
+        arm = repeats(take, angle, take(angle), take.sd(angle), _RAISE, shown, raises, briefest_s)
         curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
         rows += within(words, [row for row in arm if not isinstance(row, Curves)], side_of(angle))
     return [*rows, *([Curves(tuple(curves))] if curves else [])]

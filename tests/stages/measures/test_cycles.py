@@ -96,6 +96,13 @@ def test_a_return_that_settles_ends_before_the_drift():
     assert one.stop_s == pytest.approx(3.0, abs=0.1)
 
 
+def test_a_return_that_pauses_for_a_moment_goes_on():
+    """Lifted knees pause for a frame or two: bends ended there, a quarter of a second early."""
+    at_s, values = [0, 1, 2, 2.88, 2.95, 3.2, 4.2], [0, 0, 100, 14, 13, 0, 0]
+    (one,) = repetitions(np.interp(TIME, at_s, values), TIME, 40)
+    assert one.stop_s == pytest.approx(2.95 + 0.25 * 6 / 13, abs=0.05)
+
+
 @pytest.mark.parametrize(("first", "behind"), [(74, 80), (86, 93), (100, 110)])
 def test_a_short_gap_leaves_the_repetition_without_what_it_hides(first, behind):
     """On the way up, at the top of 90 and on the way down, for a fifth of the wave at most."""

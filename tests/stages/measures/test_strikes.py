@@ -12,13 +12,14 @@ from pcnet3d.models.lab.evaluation.repetitions import Judged, judge
 from pcnet3d.pipeline import CAMERA, PoseSequence, Take
 from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.layouts import H36M17
-from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, nested, within
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, grouped, nested, within
 from pcnet3d.pipeline.signals.reprojection import Residuals
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.cycles import repetitions
+from pcnet3d.stages.measures.figures import moments
 from pcnet3d.stages.measures.outcomes import with_outcome
 from pcnet3d.stages.measures.repeats import repeats
-from pcnet3d.stages.measures.stage import _BEND
+from pcnet3d.stages.measures.stage import _BEND, _arm_raises
 from pcnet3d.stages.measures.strikes import _kicks, _Limb, _once, _punches, _trimmed, strikes
 from pcnet3d.stages.report.measures import happened
 
@@ -66,6 +67,25 @@ def test_a_hold_is_no_repetition():
     assert found["holds"]["count"] == 1
     assert found["holds"]["start_s"][0] == pytest.approx(2, abs=0.05)
     assert found["holds"]["longest_s"] == pytest.approx(5.4, abs=0.2)
+
+
+def test_an_arm_that_punches_is_not_raised_too():
+    """A boxer's arms were told twice. The right one is raised at 3 s, and punches at 8 s; the left one only punches."""
+    punch = bump(8, 0.2, 80)
+    arms = {"r_shoulder_elevation_deg": bump(3, 0.5, 90) + punch, "l_shoulder_elevation_deg": punch}
+    none = dict.fromkeys(
+        f"{side}_{part}_deg" for side in "rl" for part in ("shoulder_flexion", "elbow_flexion")
+    )
+    columns = Columns(arms | {name: np.full(len(TIMES), np.nan) for name in none}, TIMES, (), False)
+    punches = [
+        row
+        for side in ("right", "left")
+        for row in within(side, [moments("start", [7.8]), moments("stop", [8.2])])
+    ]
+    told = nested(_arm_raises(columns, grouped(punches)))
+    assert told["right"]["count"] == 1
+    assert told["right"]["peak_at_s"] == [pytest.approx(3)]
+    assert (told["left"]["count"], told["left"].get("reason")) == (0, None)
 
 
 def test_a_take_with_only_a_hold_says_so():
