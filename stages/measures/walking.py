@@ -45,7 +45,6 @@ FEWEST = 10  # frames
 _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
 _SIGHT_DEG = 30.0  # off the line of sight: nearer to it, cos 30 = 87 % of a step and more is depth
 _HIDES_S = 1.5  # three steps at 120 a minute, the shortest walk
-_LEAVES = 1.5  # lengths of a leg: three steps of 0.5, short ones
 _MOST = 0.9  # of the take, which is then named as a whole
 _SLOW_HZ = 12.0  # a quick step of 0.4 s has fewer than five frames below this
 # Times that the legs pass each other, from which it is no rest: a walk whose feet's contacts are not seen, perhaps.
@@ -97,7 +96,7 @@ def walking(
     if np.isfinite(apart).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have both legs"), *basis(apart)]
     if not gait.walks:
-        if why := uncountable(apart, columns, body, filtered, rectified, source.frame):
+        if why := uncountable(apart, columns, filtered, rectified, source.frame):
             return [Remark("reason", "; ".join(why)), *basis(apart)]
         hidden, passes = _hidden(apart, filtered.times), _passes(apart)
         if passes >= _PASSES:
@@ -348,24 +347,19 @@ def _lengths(
 def uncountable(
     apart: np.ndarray,
     columns: Mapping[str, np.ndarray],
-    body: np.ndarray,
     filtered: PoseSequence,
     rectified: Rectified,
     source: Frame,
 ) -> list[str]:
     """Why steps would not be seen if there were any; empty when they would. apart: (T,) the separation in lengths of a
-    leg. columns: (T,) of the take's kinematics. body: joints in BODY axes. source: the frame that the poses came in.
-    How to film a walk is only said of who leaves the place."""
+    leg. columns: (T,) of the take's kinematics. source: the frame that the poses came in."""
     why = []
     if spans := along_sight(rectified, source, filtered.times):
         whole = spans[0][1] - spans[0][0] > _MOST * (filtered.times[-1] - filtered.times[0])
         when = "" if whole else f" from {spans_in_words(spans, 2)}"
-        root = np.zeros((0, 3)) if filtered.root is None else filtered.root
-        went = np.nanmax(root, axis=0, initial=-np.inf) - np.nanmin(root, axis=0, initial=np.inf)
-        leaves = went[:2].max() > _LEAVES * leg_length(body)
-        advice = ": film the walk from the side" if leaves else ""
         why.append(
-            f"the person faces along the line of sight{when}, where the feet pass each other in depth{advice}"
+            f"the person faces along the line of sight{when}, where the feet pass each other in depth: a walk is "
+            "seen from the side"
         )
     change, sd = (
         float(np.nanmax(apart) - np.nanmin(apart)),

@@ -166,15 +166,12 @@ def test_lengths_of_motion_capture_have_no_errors_of_a_lifter(walk, take):
         assert "mean_stance_error_percent" in found
 
 
-@pytest.mark.parametrize(("goes", "advised"), [(1.0, True), (0.1, False)])
-def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable(goes, advised):
-    """Who jumped on a roof was told to film the walk from the side."""
+def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable():
     walk = walker(seconds=12, turn_deg=0)
-    poses = seen_from(walk, 0.0, flat=0.15).with_(root=np.float32(goes) * walk.root[:, [1, 2, 0]])
-    walking = nested(measured(poses).measures)["walking"]
+    walking = nested(measured(seen_from(walk, 0.0, flat=0.15)).measures)["walking"]
     assert "steps" not in walking
     assert "line of sight" in walking["reason"]
-    assert ("film the walk from the side" in walking["reason"]) == advised
+    assert "film" not in walking["reason"]  # who jumped on a roof was told to film the walk from the side
     assert nested(measured(seen_from(walk, 90.0)).measures)["walking"]["steps"] >= 3
 
 
