@@ -358,8 +358,8 @@ def uncountable(
         whole = spans[0][1] - spans[0][0] > _MOST * (filtered.times[-1] - filtered.times[0])
         when = "" if whole else f" from {spans_in_words(spans, 2)}"
         why.append(
-            f"the person faces along the line of sight{when}, where the feet pass each other in depth: a walk is "
-            "seen from the side"
+            f"the person faces along the line of sight{when}, where the feet pass each other in depth; steps show "
+            "best from the side"
         )
     change, sd = (
         float(np.nanmax(apart) - np.nanmin(apart)),

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.lab.errors.fit import STRANGERS
 from pcnet3d.models.lab.evaluation.gait import PAGE, JudgedGait, judge, one_kind
 from pcnet3d.models.lab.evaluation.gait_means import Difference, Mean
 from pcnet3d.models.lab.evaluation.tables import written
-from pcnet3d.models.lab.errors.fit import STRANGERS
 from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.lab.fits.gait_errors import fit_differences, fit_errors
 from pcnet3d.models.rectifier.geometric import Geometric
