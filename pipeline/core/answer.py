@@ -28,7 +28,7 @@ _AT_ONCE = 0.25  # of a raise, from which the arms' highest points are apart: ha
 _MOST = 4  # depths that are told one by one
 _SIDES = ("right", "left")
 _MOVEMENTS = {
-    "walking": "walking", "knee_bends": "knee bends", "arm_raises": "raised arms", "jumps": "jumps",
+    "walking": "walking", "knee_bends": "bends of both knees", "arm_raises": "arm raises", "jumps": "jumps",
     "punches": "punches", "kicks": "kicks",
 }  # fmt: skip
 _TIMES = ("never", "once", "twice")

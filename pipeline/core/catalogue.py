@@ -165,7 +165,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "swaps-masked": ("repair", "left and right",
         "The {what} were masked as asked: {swaps} ({wrong} of {of:~row})."),
     "swapped-keypoints": ("warning", "left and right",
-        "If the poses were lifted from these keypoints, {wrong} of the poses are wrong. Leave --poses out and give "
+        "If the poses were lifted from these keypoints, {wrong:~pose is/poses are} wrong. Leave --poses out and give "
         "--set read.swaps=repair: then the keypoints are lifted again."),
     "masked-with-keypoints": ("repair", "left and right",
         "{wrong:~pose was/poses were} masked as asked, because left and right are exchanged in the keypoints "

@@ -186,7 +186,8 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     source = _source(files, lead) if poses is not None else None
     told = []
     if (asked := options.time_range) is not None:
-        told = [range_note(asked, lead.times)]
+        whole = lead.times if video is None else _seconds(video, options)
+        told = [range_note(asked, whole)]
         if source is not None:
             source = _part(source.with_(time_s=lead.times), asked)
         poses, keypoints = (each and _part(each, asked) for each in (poses, keypoints))

@@ -46,7 +46,10 @@ _LEAP_SPEED = 25.0
 _SLOW = 0.1  # of the largest rate of a punch's reach: where it begins and ends
 _LIMBS = {"punches": ("shoulder", "elbow", "wrist"), "kicks": ("hip", "knee", "ankle")}
 HIDES_PUNCHES = "lifted poses do not show every punch"
-NO_IMAGE = "lifted poses show them only beside keypoints in an image of known size"
+NO_IMAGE = (
+    "lifted poses show them only beside keypoints in an image of known size: a video, or --set "
+    "read.image_size=WIDTHxHEIGHT"
+)
 Spans = Sequence[tuple[float, float]]
 UNJUDGED = "the errors of these figures were not measured"
 

@@ -99,7 +99,7 @@ def test_where_nothing_is_recognised_the_main_joints_are_told_and_why_steps_are_
         "jumps": {"outcome": NOT_LOOKED_FOR, "reason": "the camera moves"},
     }
     none, untold, not_looked_for, joints = answer(take(range_of_motion=RANGES | beyond, **groups))
-    assert none == "No knee bends in 3.0 s."
+    assert none == "No bends of both knees in 3.0 s."
     assert untold == f"Cannot be told: walking ({why})."
     assert not_looked_for == "Not looked for: jumps (the camera moves)."
     assert joints.startswith("In nine of ten frames, in degrees (± for each end): knees 8 to 68")
@@ -153,5 +153,5 @@ def test_one_reason_for_both_sides_is_told_once():
 
 def test_of_what_is_counted_a_gap_is_all_that_is_not_told():
     bends = {"outcome": CANNOT_BE_TOLD, "count": 0, "reason": "not seen from 4.40 to 4.70 s"}
-    said = "Cannot be told: knee bends (none was found, but not seen from 4.40 to 4.70 s)."
+    said = "Cannot be told: bends of both knees (none was found, but not seen from 4.40 to 4.70 s)."
     assert said in answer(take(knee_bends=bends))

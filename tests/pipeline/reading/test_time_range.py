@@ -71,6 +71,8 @@ def test_data_that_end_before_the_part_does_are_told(poses, tmp_path):
     for part, notes in ((None, []), ("2:", ["The data cover video frames 60 to 86 of 90."]), ("2:2.8", [])):
         take = open_take(RunOptions(**told, first_frame=0, time_range=part))
         assert [event.text for event in take.notices if "cover" in event.text] == notes
+        for said in (event.text for event in take.notices if event.code == "part-only"):
+            assert "2.97 s" in said  # the video's last frame, not that of the data
 
 
 def test_who_is_not_in_the_part_is_left_out(tmp_path):
