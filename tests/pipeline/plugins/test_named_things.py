@@ -317,8 +317,8 @@ def test_two_writers_of_one_file_are_refused(register, tmp_path):
 
 
 def test_the_files_of_a_run_are_those_of_the_documents():
-    design = (Path(__file__).parents[3] / "docs" / "design.md").read_text()
-    table = design.partition("A run writes into DIR:")[2].partition("Columns of")[0]
+    results = (Path(__file__).parents[3] / "docs" / "results.md").read_text()
+    table = results.partition("| file | content |")[2].partition("`--also")[0]
     listed = {line.split("`")[1] for line in table.splitlines() if line.startswith("| `")}
     assert listed == set(RUN_FILES) - {"live.rrd", "video.ts"}
 
