@@ -265,11 +265,13 @@ def _knee_bends(
         BRIEFEST_S["knee_bends"],
     )
     if peaks := numbered(grouped(bends), "peak"):
-        deepest = max(peak.value + SD_90 * (peak.error or take.unstated_deg) for peak in peaks)
-        squats = sum(peak.value >= _SQUAT for peak in peaks)
-        why = f"a bend nearly reaches the {_SQUAT:g} degrees of a squat"
-        none_told = not squats and deepest >= _SQUAT
-        bends.append(Remark("squats_reason", why) if none_told else Measure("squats", squats))
+        errors = [SD_90 * (peak.error or take.unstated_deg) for peak in peaks]
+        least, most = (
+            sum(peak.value + sign * error >= _SQUAT for peak, error in zip(peaks, errors, strict=True))
+            for sign in (-1, 1)
+        )
+        why = f"it is uncertain whether a bend reaches the {_SQUAT:g} degrees of a squat"
+        bends.append(Measure("squats", least) if least == most else Remark("squats_reason", why))
     if may_land:
         why = f"it is uncertain whether the bend from {spans_in_words(sorted(may_land))} is a landing"
         key = "count_reason" if peaks else "reason"

@@ -68,11 +68,17 @@ def test_punches_of_lifted_poses_without_keypoints_are_not_looked_for(walk, kind
     assert ("count" in nested(take.measures)["punches"]["right"]) == (code == NONE)
 
 
-@pytest.mark.parametrize(("sd_deg", "told"), [(2.0, "squats"), (8.0, "squats_reason")])
-def test_a_bend_that_misses_a_squat_by_less_than_its_error_is_not_said_to_be_none(walk, take, sd_deg, told):
+@pytest.mark.parametrize(
+    ("depth_deg", "sd_deg", "told"),
+    [(64, 2.0, "squats"), (64, 8.0, "squats_reason"), (76, 2.0, "squats"), (76, 8.0, "squats_reason")],
+)
+def test_a_bend_within_its_error_of_a_squat_is_neither_said_to_be_one_nor_none(
+    walk, take, depth_deg, sd_deg, told
+):
+    """Landings that bend the knees to 71 ± 22 degrees were told as squats."""
     squat = walk.during("squat")
     bent = take.kinematics["r_knee_flexion_deg"] * squat
-    columns = {f"{side}_knee_flexion_deg": 64 * bent / bent.max() for side in "rl"}
+    columns = {f"{side}_knee_flexion_deg": depth_deg * bent / bent.max() for side in "rl"}
     errors = {f"{side}_knee_flexion_sd_deg": np.full(len(walk), sd_deg) for side in "rl"}
     bends = nested(STAGES[3](take.with_(kinematics=columns_with(take, **columns, **errors))).measures)[
         "knee_bends"

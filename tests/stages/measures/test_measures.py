@@ -269,7 +269,7 @@ def test_a_standard_deviation_takes_six_values():
     assert "sd_reason" not in nested(spread("rise", "deg", np.arange(1.0)))
 
 
-@pytest.mark.parametrize(("depth_deg", "squats"), [(55.0, 0), (80.0, 1)])
+@pytest.mark.parametrize(("depth_deg", "squats"), [(55.0, 0), (85.0, 1)])
 def test_a_duck_is_a_knee_bend_and_no_squat(walk, take, depth_deg, squats):
     """The boxer who ducks bends his knees by 55 degrees."""
     squat = walk.during("squat")
