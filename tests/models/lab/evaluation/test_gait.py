@@ -40,7 +40,7 @@ def test_true_joints_have_true_steps(judged):
 
 def test_the_report_has_every_row(judged):
     table = one_kind([judged])
-    heading = {"pcnet3d": "0", "lifter": "l", "rectifier": "r", "seed": 0, "flip": False, "bed": "wild"}
+    heading = {"pcnet3d": "0", "lifter": "l", "rectifier": "r", "seed": 0, "bed": "wild"}
     page = written({**heading, "sets": {"here": {"walking": table, "false steps": 2}}}, PAGE)
     for said in (
         "| here | walking | initial contact |",
