@@ -32,7 +32,7 @@ _EXPLAINED = {
     "toe_offs": "When the foot leaves the floor.",
     "belt_speed": "Speed of the treadmill.",
     "count": "How often it was made in the whole take; a posture held for over 3 s is counted separately.",
-    "squats": "Knee bends in which the less bent knee reaches 70 degrees.",
+    "squats": "Knee bends in which the less bent knee reaches 70 degrees for sure.",
     "duration": "From when the angle begins to rise until it is back at 7 % of the rise; missing if a gap hides "
                 "either.",
     "rise": "By how much the angle grows; not given if a gap hides its start or end.",

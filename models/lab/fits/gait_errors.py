@@ -37,7 +37,6 @@ from ..mocap.restyle import restyled_walks
 
 Judged = TypeVar("Judged", Mean, Difference)
 
-
 _END = 0.01
 _COUNTED = 0.95
 _FEWEST = 3  # people
@@ -98,14 +97,14 @@ def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, flo
             scatters = np.array([mean.scatter for mean in means])
             known["usual_scatter"] = float(np.nanmedian(scatters))
             squares["scatter"] = np.where(np.isfinite(scatters), scatters, known["usual_scatter"]) ** 2 * each
-        alike = np.zeros(len(means))
+        alike: np.ndarray | float = 0.0
         if name in OF_LENGTH:
             alike = np.array([mean.share * mean.found for mean in means]) / unit
             squares["root"] = (np.array([mean.root_sd for mean in means]) / unit) ** 2 * each
         else:
             stance = np.array([mean.style.get("stance_percent", usual[mean.gait]) for mean in means])
             squares["apart"] = (stance - np.array([usual[mean.gait] for mean in means])) ** 2
-        return _three_digits({**_deviations(persons, error, alike, squares), **known})
+        return _three_digits({**_deviations(persons, error, squares, alike), **known})
 
     figures = _fitted([(take.person, take.means) for take in takes], parts)
     for of_gait in figures.values():
@@ -125,7 +124,7 @@ def fit_differences(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str
         count = np.array([1 / (1 / one.counts[0] + 1 / one.counts[1]) for one in found])
         depth = np.array([one.depth for one in found])
         squares = {"shared": np.ones(len(found)), "each": 1 / count, "depth": depth**2}
-        return _three_digits({**_deviations(persons, error, 0 * depth, squares), "most": _most(count)})
+        return _three_digits({**_deviations(persons, error, squares), "most": _most(count)})
 
     return _fitted([(take.person, take.differences) for take in takes], parts)
 
@@ -155,7 +154,10 @@ def _fitted(
 
 
 def _deviations(
-    persons: Sequence[str], error: np.ndarray, alike: np.ndarray, squares: dict[str, np.ndarray]
+    persons: Sequence[str],
+    error: np.ndarray,
+    squares: dict[str, np.ndarray],
+    alike: np.ndarray | float = 0.0,
 ) -> dict[str, float]:
     """{part: standard deviation per unit of it} under which errors (N,) are most likely, besides what is wrong in them
     by `alike` (N,), times the factor for nine in ten of strangers. squares: {part: (N,) its square}, "shared" and
