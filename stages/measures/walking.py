@@ -285,7 +285,7 @@ def _symmetries(said: _Means, values: Values) -> list[Row]:
     """Symmetry indices of the sides' step and stance times and step lengths, of two steps of each side or more."""
     result: list[Row] = []
     for name in ("step_time_s", "stance_time_s", "step_length"):
-        sides = [_finite(values[name][side]) if name in values else [] for side in SIDES.values()]
+        sides = [_finite(values[name][side]) if name in values else np.empty(0) for side in SIDES.values()]
         if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
             right, left = (found.mean() for found in sides)
             error = said.difference_error(name, len(sides[0]), len(sides[1]))
