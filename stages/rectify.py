@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models import load_rectifier
+from ..models.angle_error.joint_covariance import FOCAL_HEADING, turns_of
 from ..models.common.spread import stated_spread
 from ..models.gravity import (
     Levelled,
@@ -78,6 +79,9 @@ def _filled(take: Take, rectified: Rectified, notices: list[Notice]) -> Take:
         notices = [*notices, notice("frames-not-rectified", lost=lost, frames=len(rectified.level))]
     if not rectified.level_ok:
         notices = [*notices, notice("not-levelled", reason=rectified.level_reason)]
+    elif (turning := turns_of(take.with_(rectified=rectified))) is not None:
+        by_focal = FOCAL_HEADING * np.degrees(turning.heading)
+        rectified = replace(rectified, error_deg=np.hypot(rectified.error_deg, by_focal))
     if up_of_unusable(rectified, verdict(take.judged)):
         rectified = replace(rectified, up_bound_deg=np.full(len(rectified.level), np.nan))
         notices = [*notices, notice("up-of-unusable")]

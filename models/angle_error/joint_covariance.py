@@ -21,14 +21,18 @@ from ...pipeline.core.take import Take
 from ..common.metrics import SD_90
 from .joint_noise import JointNoise
 
+FOCAL_HEADING = 0.77  # mean error of a body's heading over Turns.heading (models/lab/errors/report.py)
+
 
 @dataclass(frozen=True, eq=False)
 class Turns:
     """What turns bodies. ray: (T, 3) unit, from the camera to the person, LEVEL axes. focal: (T,) radians, by the error
-    of the focal length; pitch: (T,) radians, of the camera, as it was found."""
+    of the focal length; heading: (T,) radians, what of it is about the vertical; pitch: (T,) radians, of the camera, as
+    it was found."""
 
     ray: np.ndarray
     focal: np.ndarray
+    heading: np.ndarray
     pitch: np.ndarray
 
     def sd(self, noise: JointNoise) -> np.ndarray:
@@ -60,9 +64,14 @@ def turns(keypoints: PoseSequence, camera: Camera, rows: np.ndarray, rectified: 
     R = np.broadcast_to(rectified.R_source_from_level, (len(rows), 3, 3))
     # A longer lens brings the ray nearer to the axis, and never past it.
     share = camera.focal_sd_px / camera.focal_px
+    share /= 1 + SD_90 * share
+    about = np.stack(
+        [off[:, 1], -off[:, 0], np.zeros(len(off))], axis=1
+    )  # the ray's cross product with the axis
     return Turns(
         rotate(transpose(R), ray[:, None])[:, 0],
-        share / (1 + SD_90 * share) * np.linalg.norm(off, axis=1),
+        share * np.linalg.norm(off, axis=1),
+        share * np.abs((about * R[..., :, 2]).sum(axis=1)),
         np.radians(pitch_roll_deg(R[..., :, 2])[:, 0]),
     )
 

@@ -24,8 +24,9 @@ HEADING_S = (
     0.07  # standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns)
 )
 HEADING_SHARE = 0.83  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
-# Mean error of a frame's heading where the lifter states the usual spread, and how it grows with that.
-STATED_HEADING_DEG, HEADING_POWER = 4.1, 0.42
+# Mean error of a smoothed heading where the lifter states the usual spread, and how it grows with that
+# (models/lab/errors/report.py).
+STATED_HEADING_DEG, HEADING_POWER = 3.45, 2
 # Mean over root mean square of a direction's error in two dimensions.
 _MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)
 _TURNING = 0.5  # mean resultant of the headings below which a take has no middle heading (design.md)

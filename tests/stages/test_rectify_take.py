@@ -10,11 +10,13 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.examples.walker.camera import R_camera_from_body as true_rotations
 from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.joint_covariance import FOCAL_HEADING
+from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.gravity import LEAN_DEG
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, Told, change_frame, rotate
 from pcnet3d.pipeline.core.camera import Background, Look
 from pcnet3d.pipeline.core.camera import Camera as View
-from pcnet3d.pipeline.core.frames import GL_CAMERA
+from pcnet3d.pipeline.core.frames import GL_CAMERA, IMAGE
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
 from pcnet3d.pipeline.reading.settings import RunOptions
@@ -318,3 +320,19 @@ def test_options_that_cannot_be_are_refused_before_anything_is_computed():
             Told(**options)
     with refused("bad-value"):
         Rectify(window_s=0.0)
+
+
+def test_who_is_beside_the_axis_of_a_guessed_focal_length_has_a_wider_error(joints, camera):
+    """By what the guess turns the heading, which a person before the axis, or a given focal length, has none of."""
+
+    def error_deg(at_px: float, focal_sd_px: float) -> np.ndarray:
+        pixels = PoseSequence(np.full((len(joints), 17, 2), [at_px, 540.0]), H36M17, IMAGE)
+        view = View((1920, 1080), 1500.0, focal_sd_px, "prior")
+        take = Take(Told(), poses=poses_of(joints), keypoints=pixels, camera=view)
+        return Rectify()(take).need("rectified").error_deg
+
+    alone = error_deg(960.0, 400.0)
+    np.testing.assert_allclose(error_deg(200.0, 0.0), alone)
+    share = 400 / 1500
+    turned = FOCAL_HEADING * np.degrees(share / (1 + SD_90 * share) * 760 / 1500)
+    np.testing.assert_allclose(np.sqrt(error_deg(200.0, 400.0) ** 2 - alone**2), turned, rtol=0.05)

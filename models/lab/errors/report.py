@@ -17,11 +17,13 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.files.atomic import whole_file
+from ....pipeline.files.atomic import whole_file, write_json
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.signals.angles import ANGLES, MIRRORED_SIGN, OF_BOTH, of_both, sides_of
 from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
 from ...common.metrics import SD_90, plain
+from ...gravity.levelling import HEADING_POWER
+from ...gravity.votes import USUAL_SPREAD
 from ...lifter.load import load_lifter
 from ..evaluation.finished import Configuration, Finished, finished
 from ..evaluation.foreign import Answers, Simulated
@@ -34,7 +36,7 @@ from .fit import STRANGERS, Squares, fitted, held_out, thinned
 from .judge import Stated
 from .movements import movements
 from .paths import paths
-from .statements import statements
+from .statements import HEADING_90, statements
 from .walks import walks
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
@@ -177,6 +179,8 @@ def tables(
             noise = replace(refitted(own, read_noise(begun or NOISE_FILE)), lifter=of)
             with whole_file(output / "joint_noise.json") as partial:
                 partial.write_text(noise.as_json(), encoding="utf-8")
+            if takes := _with_spread(own.get("image", {}).get("BODY's rotation", ())):
+                write_json(output / "heading.json", heading(takes))
             results["strangers"] = {
                 statement: {name: {"inside": share} for name, share in shares.items()}
                 for statement, shares in of_strangers(own).items()
@@ -258,6 +262,14 @@ def refitted(cases: Cases, noise: JointNoise | None = None) -> JointNoise:
     )
 
 
+def heading(takes: Sequence[Stated]) -> dict[str, float]:
+    """STATED_HEADING_DEG of models/gravity/levelling.py and FOCAL_HEADING of models/angle_error/joint_covariance.py
+    that hold for BODY's rotation in takes; they are changed by hand, where they stand. Of takes from any side, with the
+    image: before usual cameras the focal length is guessed better than its error says."""
+    frame, focal, _ = np.sqrt(fitted(takes, _of_heading, judge.COVERED)) / HEADING_90
+    return {"stated_heading_deg": round(float(frame), 2), "focal_heading": round(float(focal), 2)}
+
+
 def _pooled(cases: Cases, statement: str) -> list[Stated]:
     return [take for by_statement in cases.values() for take in by_statement.get(statement, ())]
 
@@ -317,6 +329,15 @@ def _of_turn(take: Stated) -> np.ndarray:
     return np.stack([take.known[name] for name in ("own", "by focal", "by pitch")], axis=1)
 
 
+def _with_spread(takes: Sequence[Stated]) -> list[Stated]:
+    return [take for take in takes if "spread" in take.known]
+
+
+def _of_heading(take: Stated) -> np.ndarray:
+    frame = (take.known["spread"] / USUAL_SPREAD) ** HEADING_POWER
+    return np.stack([frame, take.known["beside the axis"], take.known["up"]], axis=1) ** 2
+
+
 def _of_rate(take: Stated) -> np.ndarray:
     model, rate = take.known["model"], take.known["rate"]
     return SD_90**2 * np.stack([model**2, rate**2, np.ones(len(rate))], axis=1)
@@ -339,6 +360,8 @@ def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
             squares, covered = _of_rate, judge.COVERED
         elif statement in ("joints in depth", "joints across"):
             squares = _of_turn
+        elif statement == "BODY's rotation" and (takes := _with_spread(by_group.get("image", ()))):
+            by_group, squares, covered = {"image": takes}, _of_heading, judge.COVERED
         else:
             continue
         found = held_out(by_group, squares, covered)

@@ -18,17 +18,15 @@ from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ...angle_error.rates import angle_rates
 from ...angle_error.take_angles import angle_series, smoothed, take_angles
 from ...common.metrics import SD_90, scaled
+from ...common.spread import stated_spread
 from ..evaluation.finished import Finished
 from ..evaluation.jumps import compared
 from ..evaluation.testbed import SeenTake
 from .judge import Stated, joined
 from .within import within
 
-_MEAN_OF_RMS, _UP_90, _HEADING_90 = (
-    np.sqrt(np.pi) / 2,
-    1.712,
-    2.062,
-)  # 90 % over mean of Rayleigh, of half a Gaussian
+_MEAN_OF_RMS = np.sqrt(np.pi) / 2
+UP_90, HEADING_90 = 1.712, 2.062  # 90 % over mean of Rayleigh, of half a Gaussian
 _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # which is the origin
 _CHI_90, _RAYLEIGH_90 = (
     2.5003,
@@ -78,8 +76,13 @@ def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     rectified = take.need("rectified")
     error = geodesic_deg(rectified.R_source_from_body, truth.R_camera_from_body[rows])
     up = np.minimum(_MEAN_OF_RMS * rectified.up_error_deg, rectified.error_deg)
-    half = np.hypot(_UP_90 * up, _HEADING_90 * np.sqrt(rectified.error_deg**2 - up**2))
-    known = {"stated": rectified.error_deg}
+    half = np.hypot(UP_90 * up, HEADING_90 * np.sqrt(rectified.error_deg**2 - up**2))
+    turning, spread = turns_of(take), stated_spread(take.need("poses"))
+    known = {
+        "stated": rectified.error_deg,
+        **({} if np.isnan(spread).all() else {"spread": np.nan_to_num(spread), "up": up}),
+        **({} if turning is None else {"beside the axis": np.degrees(turning.heading)}),
+    }
     return Stated("BODY's rotation", truth.subject, error, half, known).judged()
 
 

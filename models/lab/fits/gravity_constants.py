@@ -20,7 +20,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.rotations import angle_deg, unit
 from ...common.metrics import RAYLEIGH_90
 from ...gravity import LEAN_DEG, TILT_SHARE, Votes, pool
-from ...gravity.levelling import HEADING_POWER, HEADING_SHARE, STATED_HEADING_DEG
+from ...gravity.levelling import HEADING_SHARE
 from ...gravity.votes import STATED_LEAN_DEG, USUAL_DEG, USUAL_SPREAD
 from ...rectifier.load import load_rectifier
 from ..common.modules import run_command
@@ -34,14 +34,12 @@ _SHORTEST = 60  # frames, 2 s
 class Constants:
     """tilt_share, heading_share: root mean squares of a frame's tilt and heading over its expected rotation error.
     lean_deg: what a lifter leans with all its frames at least, so that nine in ten takes lie inside their bound.
-    stated_lean_deg, stated_heading_deg, heading_power: the same where the lifter states its error."""
+    stated_lean_deg: the same where the lifter states its error."""
 
     tilt_share: float
     heading_share: float
     lean_deg: float
     stated_lean_deg: float
-    stated_heading_deg: float
-    heading_power: float
 
 
 def share(error_deg: np.ndarray, expected_deg: np.ndarray) -> float:
@@ -75,16 +73,6 @@ def stated_lean(
     return float(minimize_scalar(cost, bounds=(0.5, 20), method="bounded").x)  # type: ignore[union-attr]
 
 
-def stated_heading(heading_deg: np.ndarray, spread: np.ndarray) -> tuple[float, float]:
-    """STATED_HEADING_DEG and HEADING_POWER of heading errors (N,) and stated spreads (N,): the power by least squares
-    of the logarithms, then the mean. Frames where either is NaN count for nothing."""
-    known = np.isfinite(heading_deg) & np.isfinite(spread)
-    heading_deg, spread = heading_deg[known], spread[known]
-    x, y = np.log(spread / USUAL_SPREAD), np.log(heading_deg + 1)
-    power = float(np.cov(x, y)[0, 1] / np.var(x))
-    return float(np.mean(heading_deg) / np.mean(np.exp(power * x))), power
-
-
 def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
     """Of lifted takes, upright and of 2 s at least, in files of pcnet3d testbed; InputError for other files, and for
     files without such takes."""
@@ -114,7 +102,6 @@ def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
         share(heading, said),
         lean(np.array(off), np.array(stated), LEAN_DEG),
         stated_lean(np.array(off), square, usual, pooled),
-        *stated_heading(heading, np.concatenate(spreads)),
     )
 
 
@@ -129,8 +116,6 @@ def show(
         ("models/gravity/votes.py LEAN_DEG", LEAN_DEG, found.lean_deg),
         ("models/gravity/votes.py STATED_LEAN_DEG", STATED_LEAN_DEG, found.stated_lean_deg),
         ("models/gravity/levelling.py HEADING_SHARE", HEADING_SHARE, found.heading_share),
-        ("models/gravity/levelling.py STATED_HEADING_DEG", STATED_HEADING_DEG, found.stated_heading_deg),
-        ("models/gravity/levelling.py HEADING_POWER", HEADING_POWER, found.heading_power),
     ):
         print(f"{name}: {value:.2f}, in use {used:.2f}")
 

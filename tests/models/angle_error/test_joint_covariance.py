@@ -39,17 +39,17 @@ def test_a_joint_on_the_ray_moves_across_alone_and_the_pelvis_not_at_all():
 def test_the_parts_add_as_squares():
     own = np.broadcast_to(np.eye(3) * 0.01, (2, 3, 3, 3))
     joints = np.random.default_rng(1).normal(size=(2, 3, 3))
-    turning = Turns(np.array([[0.0, 1, 0]] * 2), np.array([0.0, 0.03]), np.array([0.0, 0.5]))
+    turning = Turns(np.array([[0.0, 1, 0]] * 2), np.array([0.0, 0.03]), np.zeros(2), np.array([0.0, 0.5]))
     found = joint_covariance(own, joints, turning, NOISE)
     np.testing.assert_allclose(found[0], 0.81 * own[0], rtol=1e-6)
     by = ((1.1 * 0.03) ** 2 + (0.04 * 0.5) ** 2) * levers(joints, turning.ray)[1]
     np.testing.assert_allclose(found[1], 0.81 * own[1] + by, rtol=1e-5)
 
 
-def seen_at(off_px: float, focal_sd_px: float = 200.0) -> Turns:
+def seen_at(off_px: float, focal_sd_px: float = 200.0, below_px: float = 0.0) -> Turns:
     pixels = np.full((4, 17, 2), np.nan)
     pixels[:3] = (
-        np.array([1000.0 + off_px, 500.0]) + np.linspace(-50, 50, 17)[:, None]
+        np.array([1000.0 + off_px, 500.0 + below_px]) + np.linspace(-50, 50, 17)[:, None]
     )  # nobody in the last frame
     keypoints = PoseSequence(pixels, H36M17, IMAGE)
     camera = Camera((2000, 1000), 1000.0, focal_sd_px, "prior")
@@ -68,6 +68,14 @@ def test_the_focal_length_turns_whom_it_shows_beside_the_axis_by_its_share_of_th
     np.testing.assert_allclose(seen_at(500.0, focal_sd_px=0.0).focal, 0.0)
     np.testing.assert_array_less(SD_90 * seen_at(500.0, focal_sd_px=5000.0).focal, 0.5)  # not past the axis
     np.testing.assert_allclose(np.abs(seen_at(0.0).pitch), np.radians(30))
+
+
+def test_of_that_turn_the_heading_takes_what_is_about_the_vertical():
+    share = 0.2 / (1 + SD_90 * 0.2)
+    below = seen_at(0.0, below_px=300.0)
+    np.testing.assert_allclose(below.heading, 0, atol=1e-9)
+    np.testing.assert_allclose(below.focal, share * 0.3)
+    np.testing.assert_allclose(seen_at(-500.0).heading, share * 0.5 * np.cos(np.radians(30)))
 
 
 def test_the_ray_points_at_the_person():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.gravity.votes import USUAL_DEG, USUAL_SPREAD, Votes
-from pcnet3d.models.lab.fits.gravity_constants import constants, lean, share, stated_heading, stated_lean
+from pcnet3d.models.lab.fits.gravity_constants import constants, lean, share, stated_lean
 from pcnet3d.pipeline.core.errors import InputError
 
 
@@ -59,7 +59,7 @@ def test_frames_without_a_person_change_no_constant(tmp_path):
     assert of([7, 8, 30]) == pytest.approx(of([]), rel=1e-3)
 
 
-def test_a_stated_lean_and_heading_are_those_of_takes_made_by_them():
+def test_a_stated_lean_is_that_of_takes_made_by_it():
     rng = np.random.default_rng(2)
     spread = USUAL_SPREAD * rng.uniform(0.6, 1.8, 20_000)
     size = 4.0 * (spread / USUAL_SPREAD) ** 1.5
@@ -68,7 +68,3 @@ def test_a_stated_lean_and_heading_are_those_of_takes_made_by_them():
     assert stated_lean(tilt, np.full(20_000, USUAL_DEG**2), spread, [still] * 20_000) == pytest.approx(
         4.0, rel=0.03
     )
-    heading = 6.0 * np.sqrt(spread / USUAL_SPREAD)
-    assert stated_heading(heading, spread) == pytest.approx((6.0, 0.5), rel=0.15)  # the power, of 1 + heading
-    unseen = np.append(heading, [np.nan, 5.0]), np.append(spread, [USUAL_SPREAD, np.nan])
-    assert stated_heading(*unseen) == stated_heading(heading, spread)
