@@ -36,7 +36,7 @@ from .fit import STRANGERS, Squares, fitted, held_out, thinned
 from .judge import Stated
 from .movements import movements
 from .paths import paths
-from .statements import HEADING_90, statements
+from .statements import HEADING_90, UP_90, statements
 from .walks import walks
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
@@ -334,8 +334,10 @@ def _with_spread(takes: Sequence[Stated]) -> list[Stated]:
 
 
 def _of_heading(take: Stated) -> np.ndarray:
-    frame = (take.known["spread"] / USUAL_SPREAD) ** HEADING_POWER
-    return np.stack([frame, take.known["beside the axis"], take.known["up"]], axis=1) ** 2
+    frame, beside = (take.known["spread"] / USUAL_SPREAD) ** HEADING_POWER, take.known["beside the axis"]
+    of_both = (HEADING_90 * take.known["stated"]) ** 2  # if up erred by as much of its mean as the heading
+    up = (of_both - take.half**2) / (HEADING_90**2 - UP_90**2)
+    return np.stack([frame**2, beside**2, np.maximum(up, 0)], axis=1)
 
 
 def _of_rate(take: Stated) -> np.ndarray:

@@ -80,7 +80,7 @@ def rotation(take: Take, truth: SeenTake, rows: np.ndarray) -> Stated:
     turning, spread = turns_of(take), stated_spread(take.need("poses"))
     known = {
         "stated": rectified.error_deg,
-        **({} if np.isnan(spread).all() else {"spread": np.nan_to_num(spread), "up": up}),
+        **({} if np.isnan(spread).all() else {"spread": np.nan_to_num(spread)}),
         **({} if turning is None else {"beside the axis": np.degrees(turning.heading)}),
     }
     return Stated("BODY's rotation", truth.subject, error, half, known).judged()

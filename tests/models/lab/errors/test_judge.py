@@ -117,8 +117,9 @@ def test_the_heading_is_that_of_takes_made_by_it():
             rng.uniform(1, 2, 250),
         )
         mean = np.hypot(3.0 * (spread / USUAL_SPREAD) ** HEADING_POWER, 0.8 * beside)
-        error = np.hypot(HEADING_90 * mean, UP_90 * up) / SD_90 * np.abs(rng.normal(size=250))
-        return stated(person, error, **{"spread": spread, "beside the axis": beside, "up": up})
+        half, known = np.hypot(HEADING_90 * mean, UP_90 * up), {"spread": spread, "beside the axis": beside}
+        known["stated"] = np.hypot(mean, up)
+        return stated(person, half / SD_90 * np.abs(rng.normal(size=250)), half, **known)
 
     found = heading([rotation(str(person)) for person in range(40)])
     assert found["stated_heading_deg"] == pytest.approx(3.0, rel=0.1)
