@@ -62,10 +62,9 @@ def answer(take: Take) -> list[str]:
     done += [*_struck(measures, "punches", "punched"), *_struck(measures, "kicks", "kicked")]
     moved = [words for _, words in sorted(done, key=lambda told: -told[0])]
     joints = _ranges(subgroup(measures, "range_of_motion"))
-    seconds = poses.times[-1] - poses.times[0]
     of_ends = " (± for each end)" * any("±" in words for words in joints)
     ranges = f"in nine of ten frames, in degrees{of_ends}: {'; '.join(joints)}" if joints else ""
-    sentences = ("; ".join(moved), ranges, *_not_seen(measures, seconds))
+    sentences = ("; ".join(moved), ranges, *_not_seen(measures, poses.duration_s))
     said = sentences if done else (*sentences[2:], sentences[1])
     return [f"{words[:1].upper()}{words[1:]}." for words in said if words]
 
@@ -214,7 +213,9 @@ def _jumped(jumps: Group) -> list[_Told]:
     found = numbered(jumps, "height_by_flight_time")
     errors = [height.bar for height in found if height.bar is not None]
     within = f" (± {max(errors):.0f})" if errors else ""
-    heights = f", {_and([f'{height.value:.0f}' for height in found])} cm high by the time in the air{within}"
+    told = [f"{height.value:.0f}" for height in found]
+    each = f"each {told[0]} cm" if 1 < len(told) == told.count(told[0]) else f"{_and(told)} cm"
+    heights = f", {each} high by the time in the air{within}"
     unseen = text(jumps, "count_reason")
     often = f"at least {_often(count)} ({unseen})" if unseen else _often(count)
     return [(count, f"jumped {often}{heights if 0 < len(found) <= _MOST else ''}")]

@@ -57,6 +57,12 @@ def test_arms_and_jumps():
     )
 
 
+def test_jumps_of_one_height_are_told_by_one_figure():
+    jumps = {"count": 2, "height_by_flight_time_cm": [13.2, 12.9]}
+    assert "each 13 cm" in answer(take(jumps=jumps))[0]
+    assert "13 and 15 cm" in answer(take(jumps={**jumps, "height_by_flight_time_cm": [13.2, 15.0]}))[0]
+
+
 def test_an_angle_whose_limb_contradicts_its_keypoints_is_no_part_of_the_sentence():
     raised = {"count": 3, "peak_deg": [98.0, 144.0, 101.0], "peak_at_s": [0.5, 1.5, 2.5]}
     arms = {"arm_raises": {"right": raised, "left": {"count": 0}}}
@@ -99,7 +105,7 @@ def test_where_nothing_is_recognised_the_main_joints_are_told_and_why_steps_are_
         "jumps": {"outcome": NOT_LOOKED_FOR, "reason": "the camera moves"},
     }
     none, untold, not_looked_for, joints = answer(take(range_of_motion=RANGES | beyond, **groups))
-    assert none == "No bends of both knees in 3.0 s."
+    assert none == "No bends of both knees in 3.1 s."
     assert untold == f"Cannot be told: walking ({why})."
     assert not_looked_for == "Not looked for: jumps (the camera moves)."
     assert joints.startswith("In nine of ten frames, in degrees (± for each end): knees 8 to 68")
