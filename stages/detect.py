@@ -21,8 +21,10 @@ from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.reading.choose import choose_person
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
 from ..pipeline.signals.swap_repair import treated
+from ..pipeline.signals.tracker import REACH
 
 _LISTED = 5  # people named in a note
+_FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 
 @dataclass(frozen=True)
@@ -103,11 +105,7 @@ def _notices(found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSe
         more = f" and {len(people) - _LISTED} more" if len(people) > _LISTED else ""
         first, last = (int(frame) for frame in chosen.frame_index[[0, -1]])
         values: dict[str, Any] = {"people": len(people), "listed": listed + more, "person": chosen.person}
-        again = [
-            one.person
-            for one in people
-            if one is not chosen and not np.isin(one.frame_index, chosen.frame_index).any()
-        ]
+        again = [one.person for one in people if one is not chosen and _may_be(found, one, chosen)]
         values["unsure"] = (
             f"; {' and '.join(again[:_LISTED])} may be {chosen.person} again: a person who is lost for a second gets "
             "a new number"
@@ -119,3 +117,17 @@ def _notices(found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSe
     if found.frames_seen < found.frames:
         notices.append(notice("interrupted", frame=found.frames_seen, frames=found.frames))
     return notices
+
+
+def _may_be(found: Detections, one: PoseSequence, other: PoseSequence) -> bool:
+    """Whether two tracks may be of one person: never in one image, and within reach wherever one goes on for the other.
+    In another scene anything is within reach."""
+    rows = np.isin(found.person, [int(one.person), int(other.person)])
+    corners = found.box[rows].reshape(-1, 2, 2)
+    turns = np.flatnonzero(np.diff(found.person[rows]))
+    frames = found.frame_index[rows]
+    cut = np.diff(np.searchsorted(found.cuts, frames, side="right"))[turns] > 0
+    size = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
+    way = np.linalg.norm(np.diff(corners.mean(axis=1), axis=0), axis=1)[turns]
+    reach = (REACH + _FASTEST * np.diff(found.time_s[rows])[turns]) * np.maximum(size[turns], size[turns + 1])
+    return bool((np.diff(frames) > 0).all() and (cut | (way <= reach)).all())

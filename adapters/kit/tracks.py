@@ -27,6 +27,7 @@ _NEIGHBOURS = (
 _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
 _PIECE = 10_000  # frames whose steps are looked at together
+_SURE = 0.5  # of a joint's usual score
 _FEWEST = 3  # joints that tell how far a body has moved
 
 
@@ -138,10 +139,10 @@ def sequences(
         people[detection.person].append(detection)
     tracks = tuple(_sequence(rows, layout, unknown, where) for rows in people.values())
     if not named:
-        doubts = leap(tracks[0].frame_index, tracks[0].joints) if len(tracks) == 1 else []
+        doubts = _sure_leap(tracks[0]) if len(tracks) == 1 else []
         tracks = tuple(poses.with_(linked=True).noted("link people", method="nearest") for poses in tracks)
         return tuple(poses.saying(*doubts) for poses in tracks)
-    tracks = tuple(poses.saying(*leap(poses.frame_index, poses.joints)) for poses in tracks)
+    tracks = tuple(poses.saying(*_sure_leap(poses)) for poses in tracks)
     if not unnamed:
         return tracks
     left_out = notice("no-track-number", unnamed=unnamed, detections=unnamed + len(named))
@@ -255,6 +256,14 @@ def linked(detections: Iterable[Detection]) -> list[Detection]:
         names = tracker.names([sighted(frame, one.points[:, :2], one.found) for one in people])
         named += [replace(one, person=str(name)) for one, name in zip(people, names, strict=True)]
     return named
+
+
+def _sure_leap(poses: PoseSequence) -> list[Notice]:
+    """`leap` among the rows whose joints score half as much as usual, or are not scored: a detector that is lost for a
+    frame puts a body anywhere."""
+    score = np.nan_to_num(poses.confidence)
+    sure = score.sum(axis=1) >= _SURE * (np.isfinite(poses.confidence) @ np.median(score, axis=0))
+    return leap(poses.frame_index[sure], poses.joints[sure])
 
 
 def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:

@@ -32,19 +32,19 @@ _MOVEMENTS = {
     "punches": "punches", "kicks": "kicks",
 }  # fmt: skip
 _TIMES = ("never", "once", "twice")
-# What is told of the joints: where movements were recognised, and where none were.
-_MOVED = ("knee_flexion",)
-_RAISED = ("shoulder_elevation",)
-_ALL = ("knee_flexion", "thigh_trunk_flexion", "shoulder_elevation", "elbow_flexion", "trunk_lean_sagittal")
-_JOINTS = {
+_Told = tuple[int, str]  # how often it was done, and the words
+_JOINTS = {  # each joint once: its other angles move along
     "knee_flexion": "knees", "thigh_trunk_flexion": "thighs against trunk", "elbow_flexion": "elbows",
     "shoulder_elevation": "arms from hanging", "trunk_lean_sagittal": "trunk forward",
+    "trunk_lean_frontal": "trunk to the right", "thorax_pelvis_rotation": "chest turned to the left",
 }  # fmt: skip
+_JOINTS_TOLD = 4
+_UNSTATED = 13.0  # degrees: the usual ± of a lifted range, for one without
 
 
 def answer(take: Take) -> list[str]:
-    """Sentences about a take's movements: steps, knee bends, raised arms, jumps, and the range of the main joints; then
-    what of these was not there, what cannot be told and why, and what was not looked for. Nothing of a take without
+    """Sentences about a take's movements, the most frequent first, and the joints that range furthest for their error;
+    then what was not there, what cannot be told and why, and what was not looked for. Nothing of a take without
     measures."""
     if not take.measures:
         return []
@@ -53,16 +53,18 @@ def answer(take: Take) -> list[str]:
     metric = poses.frame.unit == "m"
     walking, bends = subgroup(measures, "walking"), subgroup(measures, "knee_bends")
     limbs = subgroup(measures, "off_keypoints")
-    legs = [*_walked(walking, metric), *_bent(bends, limbs)]
-    arms = _raised(subgroup(measures, "arm_raises"), limbs)
-    done = [*legs, *arms, *_jumped(subgroup(measures, "jumps"))]
+    done = [
+        *_walked(walking, metric),
+        *_bent(bends, limbs),
+        *_raised(subgroup(measures, "arm_raises"), limbs),
+    ]
+    done += _jumped(subgroup(measures, "jumps"))
     done += [*_struck(measures, "punches", "punched"), *_struck(measures, "kicks", "kicked")]
-    shown = (*(_MOVED if legs or not arms else ()), *(_RAISED if arms else ())) if done else _ALL
-    joints = [words for name in shown if (words := _range(subgroup(measures, "range_of_motion"), name))]
-    seconds = poses.times[-1] - poses.times[0]
+    moved = [words for _, words in sorted(done, key=lambda told: -told[0])]
+    joints = _ranges(subgroup(measures, "range_of_motion"))
     of_ends = " (± for each end)" * any("±" in words for words in joints)
     ranges = f"in nine of ten frames, in degrees{of_ends}: {'; '.join(joints)}" if joints else ""
-    sentences = ("; ".join(done), ranges, *_not_seen(measures, seconds))
+    sentences = ("; ".join(moved), ranges, *_not_seen(measures, poses.duration_s))
     said = sentences if done else (*sentences[2:], sentences[1])
     return [f"{words[:1].upper()}{words[1:]}." for words in said if words]
 
@@ -87,7 +89,7 @@ def _because(words: Sequence[str], reason: str) -> str:
     return f"{_and(words)} ({reason})" if reason else ", ".join(words)
 
 
-def _walked(walking: Group, metric: bool) -> list[str]:
+def _walked(walking: Group, metric: bool) -> list[_Told]:
     steps = _count(walking, "steps")
     if not steps:
         return []
@@ -99,27 +101,30 @@ def _walked(walking: Group, metric: bool) -> list[str]:
         words += f", {_figure(cadence, 'a minute')}"
     if metric and (speed := measure(walking, "walking_speed")):
         words += f", at {_figure(speed, 'm/s')}"
-    return [words]
+    return [(steps, words)]
 
 
-def _bent(bends: Group, limbs: Group) -> list[str]:
+def _bent(bends: Group, limbs: Group) -> list[_Told]:
     count, squats = _count(bends), _count(bends, "squats")
     among = f", {how_many(squats, 'squat')} among them" if 0 < squats < count else ""
     did = "squatted" if squats == count else "bent the knees"
     legs = [subgroup(limbs, leg) for leg in ("r_leg", "l_leg")]
     return [
-        *([f"{did} {_counted([(bends, legs)])}{among}"] if count else []),
+        *([(count, f"{did} {_counted([(bends, legs)])}{among}")] if count else []),
         *_held("held the knees bent", bends),
     ]
 
 
-def _raised(arms: Group, limbs: Group) -> list[str]:
+def _raised(arms: Group, limbs: Group) -> list[_Told]:
     sides = {side: (subgroup(arms, side), [subgroup(limbs, f"{side[0]}_arm")]) for side in _SIDES}
     right, left = ((_count(of), text(of, "count_reason")) for of, _ in sides.values())
-    held = [words for side, (of, _) in sides.items() for words in _held(f"held the {side} arm up", of)]
+    held = [told for side, (of, _) in sides.items() for told in _held(f"held the {side} arm up", of)]
     if right == left and right[0] and _together(*(of for of, _ in sides.values())):
-        return [f"raised both arms {_counted(list(sides.values()))}", *held]
-    raised = (f"raised the {side} arm {_counted([arm])}" for side, arm in sides.items() if _count(arm[0]))
+        return [(right[0], f"raised both arms {_counted(list(sides.values()))}"), *held]
+    counts = {side: _count(of) for side, (of, _) in sides.items()}
+    raised = (
+        (count, f"raised the {side} arm {_counted([sides[side]])}") for side, count in counts.items() if count
+    )
     return [*raised, *held]
 
 
@@ -135,17 +140,18 @@ def _together(one: Group, other: Group) -> bool:
     )
 
 
-def _held(what: str, of: Group) -> list[str]:
+def _held(what: str, of: Group) -> list[_Told]:
     """Such as "held the knees bent once, for 5.4 s"; of several the longest."""
     holds = subgroup(of, "holds")
     count, longest = _count(holds), value(holds, "longest")
     if not count or longest is None:
         return []
     least = "at least " * bool(text(holds, "longest_reason"))
-    return [f"{what} {_often(count)}, {'' if count == 1 else 'the longest '}for {least}{longest:.1f} s"]
+    words = f"{what} {_often(count)}, {'' if count == 1 else 'the longest '}for {least}{longest:.1f} s"
+    return [(count, words)]
 
 
-def _struck(measures: Group, movement: str, did: str) -> list[str]:
+def _struck(measures: Group, movement: str, did: str) -> list[_Told]:
     """Such as "punched 5 times with the right arm and at least twice with the left (why there may be more)"."""
     limb = "arm" if movement == "punches" else "leg"
     found = {side: of for side in _SIDES if _count(of := subgroup(measures, movement, side))}
@@ -157,7 +163,7 @@ def _struck(measures: Group, movement: str, did: str) -> list[str]:
         for side, of in found.items()
     ]
     behind = f" ({next(iter(unseen.values()))})" if once and any(unseen.values()) else ""
-    return [f"{did} {_and(parts)}{behind}"] if parts else []
+    return [(sum(map(_count, found.values())), f"{did} {_and(parts)}{behind}")] if parts else []
 
 
 # A movement, and the groups of the limbs that make it in `off_keypoints`.
@@ -200,35 +206,46 @@ def _agree(of: Group, limbs: Sequence[Group]) -> list[bool]:
     return [not any(a <= at <= b for a, b in spans) for at in at_s] or [True] * len(peaks)
 
 
-def _jumped(jumps: Group) -> list[str]:
+def _jumped(jumps: Group) -> list[_Told]:
     count = _count(jumps)
     if not count:
         return []
     found = numbered(jumps, "height_by_flight_time")
     errors = [height.bar for height in found if height.bar is not None]
     within = f" (± {max(errors):.0f})" if errors else ""
-    heights = f", {_and([f'{height.value:.0f}' for height in found])} cm high by the time in the air{within}"
+    told = [f"{height.value:.0f}" for height in found]
+    each = f"each {told[0]} cm" if 1 < len(told) == told.count(told[0]) else f"{_and(told)} cm"
+    heights = f", {each} high by the time in the air{within}"
     unseen = text(jumps, "count_reason")
     often = f"at least {_often(count)} ({unseen})" if unseen else _often(count)
-    return [f"jumped {often}{heights if 0 < len(found) <= _MOST else ''}"]
+    return [(count, f"jumped {often}{heights if 0 < len(found) <= _MOST else ''}")]
 
 
-def _range(ranges: Group, name: str) -> str:
-    """Such as "knees 3 to 58 (right) and 2 to 68 (left) ± 9"; empty where no side is to be believed."""
+def _ranges(ranges: Group) -> list[str]:
+    """Of the joints whose range is the most times its error, that of the side that moves more."""
+    told = [told for name in _JOINTS if (told := _range(ranges, name))[1]]
+    return [words for _, words in sorted(told, key=lambda each: -each[0])[:_JOINTS_TOLD]]
+
+
+def _range(ranges: Group, name: str) -> tuple[float, str]:
+    """How many times its error the wider side ranges, and such as "knees 3 to 58 (right) and 2 to 68 (left) ± 9"; empty
+    where no side is to be believed."""
     sides = {"": name} if name in ranges else {side: f"{side[0]}_{name}" for side in _SIDES}
-    parts, errors = [], []
+    parts, errors, far = [], [], 0.0
     for side, angle in sides.items():
         of = subgroup(ranges, angle)
         ends = [end for figure in ("p05", "p95") if (end := measure(of, figure))]
         if len(ends) < 2 or value(of, "beyond_anatomy_frames"):
             continue
+        if full := measure(of, "p05_p95"):
+            far = max(far, full.value / (full.bar or _UNSTATED))
         told = dict.fromkeys(f"{end.value:z.0f}" for end in ends)
         parts.append(f"{' to '.join(told)}{f' ({side})' * bool(side)}")
         errors += [end.bar for end in ends if end.bar is not None]
     if not parts:
-        return ""
+        return far, ""
     within = f" ± {max(errors):.0f}" if errors else ""
-    return f"{_JOINTS[name]} {' and '.join(parts)}{within}"
+    return far, f"{_JOINTS[name]} {' and '.join(parts)}{within}"
 
 
 def _figure(of: Measure, unit: str) -> str:

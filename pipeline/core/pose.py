@@ -212,6 +212,12 @@ class PoseSequence:
         return frames / float(times[-1] - times[0]) if len(times) > 1 else float("nan")
 
     @property
+    def duration_s(self) -> float:
+        """Seconds from the first frame to the end of the last, 0 for a single one. InputError when these are
+        unknown."""
+        return float(self.times[-1] - self.times[0] + np.nan_to_num(1 / self.fps))
+
+    @property
     def times(self) -> np.ndarray:
         """(T,) seconds. InputError when the source's rate is unknown."""
         if self.time_s is None:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..core.camera import pitch_roll_deg
 from ..core.messages import how_many, rate_in_words
 from ..core.take import Take, Video
@@ -34,7 +36,8 @@ class InspectedVideo:
             "file": str(video.path), "codec": video.codec, "width": width, "height": height,
             "rotation_deg": video.rotation_deg, "frames": len(video.time_s), "fps": video.fps,
             "capture_fps": video.capture_fps,
-            "duration_s": float(video.time_s[-1]), "pitch_deg": None, "roll_deg": None, "up_error_deg": None,
+            "duration_s": float(video.time_s[-1] + np.nan_to_num(1 / video.fps)),
+            "pitch_deg": None, "roll_deg": None, "up_error_deg": None,
         }  # fmt: skip
         if camera is None:
             return found

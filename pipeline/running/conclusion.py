@@ -75,5 +75,5 @@ def seen(take: Take) -> str:
         return "Nobody was seen."
     length = how_many(len(rows), "frame")
     if rows.time_s is not None:
-        length = f"{rows.time_s[-1] - rows.time_s[0]:.1f} s, {length}"
+        length = f"{rows.duration_s:.1f} s, {length}"
     return " ".join([f"{length}.", *answer(take)])

@@ -138,7 +138,7 @@ def facts_of(take: Take) -> Facts:
     return Facts(
         poses,
         rectified,
-        duration_s=float(poses.times[-1] - poses.times[0]),
+        duration_s=poses.duration_s,
         bone_length_spread=bone_spread(poses),
         turned=int(rectified.turned.sum()),
         camera_motion=_camera_motion(take),

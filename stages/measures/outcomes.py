@@ -41,6 +41,7 @@ def with_outcome(
     counts = [row for row in rows if isinstance(row, Measure) and row.name in ("count", "steps")]
     seen = any(row.value for row in counts)
     too_short = lasts_s < BRIEFEST_S[movement]
+    looked = looked or not lasts_s  # of a single frame that is reason enough
     if looked and not seen and (too_short or doubt):
         rows = [
             row

@@ -50,13 +50,11 @@ def session_words(take: Take, facts: Facts) -> Markup:
 
 def _frames(take: Take, facts: Facts) -> str:
     """How many frames the page is about, and of how many where the person was followed in a part of the video alone."""
-    own = len(facts.poses)
-    first, last = (0, -1) if take.video is None else take.video.span
-    return (
-        f"{own} of the {last + 1 - first} frames of the video"
-        if own < last + 1 - first
-        else how_many(own, "frame")
-    )
+    own, video = len(facts.poses), take.video
+    if video is None or own >= (looked_at := video.span[1] + 1 - video.span[0]):
+        return how_many(own, "frame")
+    part = "this part of " * (looked_at < len(video.time_s))
+    return f"{own} of the {looked_at} frames of {part}the video"
 
 
 def files_beside(names: Sequence[str]) -> Markup:

@@ -33,6 +33,7 @@ _SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
 # Trunk lengths, about a quarter of a metre, that some joint goes in a take that shows how somebody moves. The joints of
 # lifts wander by 0.2 to 0.3 in a video of one photo, or of a person who stands still.
 _MOVES = 0.5
+_SHOWS_FAULTS_S = 0.5  # of the take, in which an arm that is lost comes back
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
 _WORDS = {
     "good": ("Good", "figures hold within the errors beside them."),
@@ -61,6 +62,9 @@ def _poses(take: Take, facts: Facts) -> list[Check]:
         return []
     level: Level = {"unusable": "bad", "suspicious": "care"}.get(facts.verdict, "good")  # type: ignore[assignment]
     doubts = [doubt.text for doubt in facts.doubts] or [_undoubted(take.need("poses"))]
+    if level == "good" and facts.duration_s < _SHOWS_FAULTS_S:
+        level = "care"
+        doubts.append("Less than half a second does not show faults that come and go.")
     doubts += [each.text for each in take.notices if each.about == "poses" and each.weight == "warning"]
     return [(f"The poses are {facts.verdict}", level, doubts)]
 

@@ -108,6 +108,18 @@ def test_who_comes_into_the_picture_does_not_leap(write, moving, form, seen, war
     assert any(said.code.startswith("leap") for said in poses.notices) == warned
 
 
+@pytest.mark.parametrize("form", ["coco_tracks", "coco_results"])
+@pytest.mark.parametrize("row", [5, 11])
+@pytest.mark.parametrize(("score", "warned"), [(0.2, False), (0.8, True)])
+def test_a_body_that_the_detector_hardly_sees_is_nobody_else(write, moving, form, row, score, warned):
+    """A man "may be another person from then on", said the last frame of a video, in which nobody was to be seen."""
+    frames, points = moving(17)
+    points[row, :, 0] += np.linalg.norm(np.ptp(points[0, :, :2], axis=0))
+    points[row, :, 2] *= score
+    (poses,) = _people(write, form, (frames, points)).values()
+    assert any(said.code.startswith("leap") for said in poses.notices) == warned
+
+
 @pytest.mark.parametrize(
     ("gap", "bodies", "warned"), [(1, 0.4, False), (1, 0.6, True), (11, 0.9, False), (11, 1.1, True)]
 )

@@ -6,7 +6,7 @@ import pytest
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lifter.builtin import lifted
-from pcnet3d.models.lifter.changes import change_doubts, changes_of, held
+from pcnet3d.models.lifter.changes import RATES, WIDTHS, ZOOMS, Changes, change_doubts, changes_of, held
 from pcnet3d.models.lifter.sides import sides_doubts
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import H36M17
@@ -46,6 +46,20 @@ def test_a_zoom_is_told():
     (said,) = change_doubts(keypoints((PIXELS - middle) * grown / grown.mean() + middle), SIZE)
     assert said.code == "camera-zooms"
     assert 0.5 < said.values["percent"] < 1.5
+
+
+@pytest.mark.parametrize(
+    ("rows", "unchanged", "told"), [(65, 0.04, False), (65, 0.005, True), (96, 0.04, True)]
+)
+def test_a_brief_take_is_called_stretched_only_for_sure(monkeypatch, rows, unchanged, told):
+    """A woman who walks past in 65 frames of a video as it was filmed was "1.4 times too wide"."""
+    none = np.eye(len(RATES))[len(RATES) // 2], np.eye(len(ZOOMS))[len(ZOOMS) // 2]
+    width = np.zeros(len(WIDTHS))
+    width[[len(WIDTHS) // 2, -2]] = unchanged, 1 - unchanged
+    found = Changes(none[0], width, none[1], -9.0)
+    monkeypatch.setattr("pcnet3d.models.lifter.changes.changes_of", lambda *_: found)
+    codes = [each.code for each in change_doubts(keypoints(PIXELS[:rows]), SIZE)]
+    assert codes == ["image-stretched"] * told
 
 
 def test_changes_do_not_depend_on_the_rate_in_which_the_same_is_seen():

@@ -57,6 +57,12 @@ def test_arms_and_jumps():
     )
 
 
+def test_jumps_of_one_height_are_told_by_one_figure():
+    jumps = {"count": 2, "height_by_flight_time_cm": [13.2, 12.9]}
+    assert "each 13 cm" in answer(take(jumps=jumps))[0]
+    assert "13 and 15 cm" in answer(take(jumps={**jumps, "height_by_flight_time_cm": [13.2, 15.0]}))[0]
+
+
 def test_an_angle_whose_limb_contradicts_its_keypoints_is_no_part_of_the_sentence():
     raised = {"count": 3, "peak_deg": [98.0, 144.0, 101.0], "peak_at_s": [0.5, 1.5, 2.5]}
     arms = {"arm_raises": {"right": raised, "left": {"count": 0}}}
@@ -99,12 +105,43 @@ def test_where_nothing_is_recognised_the_main_joints_are_told_and_why_steps_are_
         "jumps": {"outcome": NOT_LOOKED_FOR, "reason": "the camera moves"},
     }
     none, untold, not_looked_for, joints = answer(take(range_of_motion=RANGES | beyond, **groups))
-    assert none == "No bends of both knees in 3.0 s."
+    assert none == "No bends of both knees in 3.1 s."
     assert untold == f"Cannot be told: walking ({why})."
     assert not_looked_for == "Not looked for: jumps (the camera moves)."
     assert joints.startswith("In nine of ten frames, in degrees (± for each end): knees 8 to 68")
     assert joints.endswith("; trunk forward -1 to 9.")
     assert "elbow" not in joints  # beyond what joints reach
+
+
+def ranging(low: float, high: float, error: float | None = 4.0) -> dict:
+    ends = {"p05_deg": low, "p95_deg": high, "p05_p95_deg": high - low}
+    return ends | ({f"{end}_error_deg": error for end in ("p05", "p95", "p05_p95")} if error else {})
+
+
+def test_the_joints_that_range_furthest_for_their_error_are_told():
+    """Of a man who sways, the lean to the side; of a cyclist who held his arms up, the one knee that bends."""
+    swaying = {
+        "r_knee_flexion": ranging(2.0, 14.0), "l_knee_flexion": ranging(2.0, 12.0),
+        "r_elbow_flexion": ranging(10.0, 60.0, 20.0), "r_shoulder_elevation": ranging(5.0, 12.0),
+        "r_thigh_trunk_flexion": ranging(0.0, 9.0), "trunk_lean_sagittal": ranging(0.0, 5.0),
+        "trunk_lean_frontal": ranging(-20.0, 20.0),
+    }  # fmt: skip
+    said = answer(take(range_of_motion=swaying))[-1].split(": ")[1].split("; ")
+    assert [words.split()[0] for words in said] == ["trunk", "knees", "elbows", "thighs"]
+    cycling = {
+        "r_knee_flexion": ranging(2.0, 34.0, None), "l_knee_flexion": ranging(15.0, 77.0, None),
+        "r_shoulder_elevation": ranging(22.0, 159.0, None), "r_elbow_flexion": ranging(-1.0, 43.0, None),
+    }  # fmt: skip
+    held = {"right": {"count": 0, "holds": {"count": 1, "longest_s": 3.2}}, "left": {"count": 0}}
+    said = answer(take(arm_raises=held, range_of_motion=cycling))[1]
+    assert "knees 2 to 34 (right) and 15 to 77 (left)" in said
+
+
+def test_what_was_done_most_comes_first():
+    arms = {"right": {"count": 0}, "left": {"count": 3}}
+    punches = {"right": {"count": 4}, "left": {"count": 1}}
+    said = answer(take(knee_bends={"count": 1, "squats": 0}, arm_raises=arms, punches=punches))[0]
+    assert said.index("unched") < said.index("left arm 3 times") < said.index("bent")
 
 
 def test_a_figure_without_an_error_has_two_digits_and_says_so():

@@ -72,6 +72,8 @@ def test_no_clock_no_rate():
     with pytest.raises(InputError, match="--fps"):
         _ = poses.fps
     assert poses.with_(time_s=[0, 0.02, 0.04]).fps == pytest.approx(50)
+    assert poses.with_(time_s=[0, 0.02, 0.04]).duration_s == pytest.approx(3 / 50)
+    assert poses.with_(time_s=[0, 0.02, 0.04]).rows(0, 1).duration_s == 0
 
 
 def test_history_grows_and_says_the_version():

@@ -9,7 +9,7 @@ import pytest
 from pcnet3d.models.gait.events import Stance, Step
 from pcnet3d.models.gait.gait import Gait
 from pcnet3d.models.place.airborne import Airborne
-from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, nested
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, Remark, nested
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
@@ -76,6 +76,15 @@ def test_what_a_take_is_too_short_for_is_not_said_to_be_absent(movement):
             lasts_s = 0.1
         assert nested(with_outcome(movement, [Measure("count", 0)], lasts_s))["outcome"] == outcome
         assert nested(with_outcome(movement, [Measure("count", 1)], lasts_s))["outcome"] == SEEN
+
+
+@pytest.mark.parametrize("looked", [True, False])
+def test_a_single_frame_is_reason_enough(looked):
+    """Beside it stood that the place in the room is not known and that the take is not levelled."""
+    rows = [Measure("count", 0), Remark("reason", "the take is not levelled")]
+    said = nested(with_outcome("punches", rows, 0.0, looked))
+    assert said["outcome"] == CANNOT_BE_TOLD
+    assert said["reason"] == nested(with_outcome("walking", [], 0.0))["reason"]
 
 
 @pytest.mark.parametrize("frames", [6, 45])

@@ -300,7 +300,7 @@ def test_one_difference_among_many_may_be_chance():
     figures = {name: {"symmetry_index_percent": 2.0, "symmetry_index_error_percent": 20.0} for name in angles}
     figures[angles[0]] = {"symmetry_index_percent": 50.0, "symmetry_index_error_percent": 20.0}
     (said,) = sides_compared(grouped(rows_of({"symmetry": figures})))
-    assert f"1 of {len(angles)} exceed their ±, which may be chance" in said
+    assert f"1 of {len(angles)} exceeds its ±, which may be chance" in said
     figures[angles[0]] = {"symmetry_index_percent": 150.0, "symmetry_index_error_percent": 20.0}
     (said,) = sides_compared(grouped(rows_of({"symmetry": figures})))
     assert "differ in" in said

@@ -69,6 +69,13 @@ def test_what_lowers_it(walk_take, change, expected, words):
     assert words in trust(take, facts_of(take))
 
 
+def test_what_is_shorter_than_half_a_second_is_not_trusted_blindly(walk_take):
+    """A T-pose of 11 frames was "Good", with arms 12 degrees apart."""
+    take = known(walk_take, 2.7)
+    shorter = [take.with_(poses=take.poses.with_(time_s=take.poses.times / times)) for times in (3, 5)]
+    assert [level(each) for each in shorter] == ["good", "care"]
+
+
 def test_only_who_moves_is_said_to_move_as_people_do(walk_take):
     def said(rows) -> str:
         take = known(walk_take, 2.7)
