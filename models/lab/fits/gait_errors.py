@@ -189,9 +189,7 @@ def _deviations(
 
 
 def _quantile(values: np.ndarray, weight: np.ndarray, share: float) -> float:
-    order = np.argsort(values)
-    reached = np.cumsum(weight[order])
-    return float(values[order][np.searchsorted(reached, share * reached[-1])])
+    return float(np.quantile(values, share, method="inverted_cdf", weights=weight))
 
 
 def _most(count: np.ndarray) -> float:
