@@ -106,6 +106,7 @@ def _limb(side: str, *parts: str) -> tuple[str, ...]:
 
 _LEG, _ARM = ("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")
 _R_LEG, _L_LEG, _R_ARM, _L_ARM = _limb("r", *_LEG), _limb("l", *_LEG), _limb("r", *_ARM), _limb("l", *_ARM)
+LIMBS = (*_R_LEG, *_R_ARM, *_L_LEG, *_L_ARM)
 _TRUNK = ("spine", "thorax", "nose", "head")
 _COCO = (
     "nose", "l_eye", "r_eye", "l_ear", "r_ear", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow",

@@ -12,13 +12,12 @@ from golden.bodies import feet_of
 from golden.estimators import AWAY_M
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.core import layouts
 from pcnet3d.pipeline.core.layouts import SOMA30, SOMA77
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
-LIMBS = H36M17.indices(
-    [f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")]
-)
+LIMBS = H36M17.indices(layouts.LIMBS)
 
 
 def recognised(path) -> list[str]:

@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from .extras import needed_for
+from ....pipeline.core.extras import needed_for
 from .training import reading
 
 

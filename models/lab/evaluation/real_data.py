@@ -11,7 +11,7 @@ import numpy as np
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import IMAGE
-from ....pipeline.core.layouts import COCO17, H36M17
+from ....pipeline.core.layouts import COCO17, H36M17, LIMBS
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, unit
 from ....pipeline.core.take import Video
@@ -21,9 +21,6 @@ from ...detector.load import load_detector
 from ...detector.video import detect
 from ..mocap.clips import data_folder
 
-LIMBS = tuple(
-    f"{side}_{part}" for side in "rl" for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
-)
 MOVING, STANDING = "pose2sim", "pose2sim_static"  # folders of the data's README, under real/
 _DETECTOR = Path("models") / "movenet_lightning_int8.onnx"
 

@@ -20,12 +20,12 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from ....pipeline.core.extras import needed_for
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.reading.mocap.clip import Clip
 from ...lifter import CHANGES
 from ...lifter.changes import CHANNELS, LIMBS, RATES, ROWS, WIDTHS, ZOOMS, features, held
-from ..common.extras import needed_for
 from ..common.modules import run_command
 from ..evaluation.testbed import BEDS, lay_down, see
 from ..mocap.clips import read_clips

@@ -14,11 +14,11 @@ import typer
 
 from .....pipeline.core.device import CPU, computing_on
 from .....pipeline.core.errors import InputError
+from .....pipeline.core.extras import needed_for
 from .....pipeline.core.rotations import geodesic_deg
 from .....pipeline.files.atomic import whole_file
 from ....common.metrics import Figure
 from ....rectifier.onnx import PCNetRectifier
-from ...common.extras import needed_for
 from ...synthetic.sample_poses import sample_poses
 
 if TYPE_CHECKING:
