@@ -61,10 +61,7 @@ def body(bones: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def turning(degrees: float) -> dict[str, np.ndarray]:
-    return {
-        "r_shoulder": towards(RIGHT, FORWARD)(degrees),
-        "l_shoulder": towards(LEFT, BACK)(degrees),
-    }
+    return {"r_shoulder": towards(RIGHT, FORWARD)(degrees), "l_shoulder": towards(LEFT, BACK)(degrees)}
 
 
 def bent(*joints: str, start: np.ndarray, end: np.ndarray) -> Pose:

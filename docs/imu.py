@@ -45,12 +45,7 @@ def smoothed(seed: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     joints = joints_of(poses, seen.truth)
     scale = np.linalg.norm(joints) / np.linalg.norm(poses.joints)
     level = level_static(
-        Seen(
-            joints,
-            *load_rectifier("pcnet").rotation(joints),
-            poses.times,
-            spread=stated_spread(poses),
-        )
+        Seen(joints, *load_rectifier("pcnet").rotation(joints), poses.times, spread=stated_spread(poses))
     )
     R_level_from_camera = level.R_camera_from_level.T
     path = rotate(R_level_from_camera, joints)

@@ -146,11 +146,7 @@ _SETTING = {"seed": 0, "bed": "wild", "judged": "test"}  # of every evaluation t
 @cache
 def shipped() -> dict[str, str]:
     """Each network of the package with the first 12 digits of its file's SHA-256."""
-    models = {
-        "lifter": load_lifter(),
-        "pcnet": load_rectifier("pcnet"),
-        "paper": load_rectifier("paper"),
-    }
+    models = {"lifter": load_lifter(), "pcnet": load_rectifier("pcnet"), "paper": load_rectifier("paper")}
     return {name: model.method.partition("@")[2] for name, model in models.items()}
 
 

@@ -9,15 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.measures import (
-    UNITS,
-    Curves,
-    Group,
-    Moments,
-    Remark,
-    grouped,
-    moments,
-)
+from ...pipeline.core.measures import UNITS, Curves, Group, Moments, Remark, grouped, moments
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.measures import Row

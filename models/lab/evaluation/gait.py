@@ -162,10 +162,7 @@ def judge(
     frames = [
         np.stack([_inside(each.feet[side], time_s) for each in (found, true)], axis=-1) for side in SIDES
     ]
-    events = {
-        "initial contact": _events(found, true, "start_s"),
-        "toe-off": _events(found, true, "stop_s"),
-    }
+    events = {"initial contact": _events(found, true, "start_s"), "toe-off": _events(found, true, "stop_s")}
     steps = (len(found.steps), len(true.steps))
     judged = JudgedGait(seen.subject, true.kind, steps, np.concatenate(frames), events)
     same = _of_both(found, true)

@@ -24,12 +24,7 @@ from ...common.metrics import joint_error, procrustes_error, scaled
 from ...lifter.features import ray_rotation
 from ..synthetic.keypoint_noise import EXACT_KEYPOINTS
 from .people import mean
-from .real_data import (
-    exact_keypoints,
-    found_keypoints,
-    openpose_keypoints,
-    read_moving,
-)
+from .real_data import exact_keypoints, found_keypoints, openpose_keypoints, read_moving
 from .real_take import whole_body
 from .sets import evaluation_sets
 from .testbed import BEDS, MIN_FRAMES, Bed, see

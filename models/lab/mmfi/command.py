@@ -68,8 +68,7 @@ def mmfi(
     ] = ["S2", "S3"],  # noqa: B006 (typer copies it)
     activities: Annotated[Activities, typer.Option(help="Daily, rehabilitation or all actions.")] = "P3",
     config: Annotated[
-        Path | None,
-        typer.Option(help="Training config instead of models/lab/training/rectifier/mmfi.toml."),
+        Path | None, typer.Option(help="Training config instead of models/lab/training/rectifier/mmfi.toml.")
     ] = None,
     device: Annotated[
         str, typer.Option(help="Where to train: auto (a GPU where there is one), cpu or cuda.")

@@ -321,8 +321,7 @@ def _found(cell: str, base: Path, inside: Path | None, where: str) -> Path:
         ) from None
     if inside is not None and not path.is_relative_to(inside.resolve()):
         raise InputError(
-            "unsafe",
-            f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside to allow it.",
+            "unsafe", f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside to allow it."
         )
     if not there:
         raise InputError("cannot-open", f"{where}: expected a file at {path}, found nothing there.")

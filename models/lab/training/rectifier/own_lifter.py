@@ -47,12 +47,7 @@ _PAGE = Page(
     "Rotation and tilt of single frames in degrees, means over people with their 90 % interval (bootstrap). "
     "{tested} of {all} people judge and {chose} chose the weights; the others were trained on, {steps} steps.",
     [
-        Table(
-            "",
-            "rectifiers/*",
-            ["rectifier"],
-            {"rotation": "{rotation[said]}", "tilt": "{tilt[said]}"},
-        ),
+        Table("", "rectifiers/*", ["rectifier"], {"rotation": "{rotation[said]}", "tilt": "{tilt[said]}"}),
         "The new one less the shipped one, rotation: {change[said]}. {verdict}",
     ],
 )
