@@ -48,7 +48,15 @@ print(f"{len(keypoints)} frames at {keypoints.fps:g} per second, {keypoints.join
 # The same stages as those of `pcnet3d run`. The stature gives metres; the focal length need not be known, and helps.
 
 # %%
-stages = Pipeline((Lift(), Scale(), Rectify(), Trajectories(), Angles()))
+stages = Pipeline(
+    (
+        Lift(),
+        Scale(),
+        Rectify(),
+        Trajectories(),
+        Angles(),
+    )
+)
 told = Told(image_size=(camera.width, camera.height), focal_px=camera.focal_px, stature_m=walk.stature_m)
 take = stages(Take("walker", keypoints=keypoints, told=told))
 for notice in take.notices:
