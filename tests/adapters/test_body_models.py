@@ -9,6 +9,7 @@ import pytest
 
 from golden import estimators, phalp, worlds
 from golden.bodies import feet_of
+from golden.catalogue import recognised
 from golden.estimators import AWAY_M
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
@@ -18,10 +19,6 @@ from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
 LIMBS = H36M17.indices(layouts.LIMBS)
-
-
-def recognised(path) -> list[str]:
-    return [name for name, each in adapters().items() if each.sniff(path)]
 
 
 def limbs(bodies: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ import pytest
 from scipy.io import savemat
 
 from golden.bodies import feet_of
+from golden.catalogue import recognised
 from golden.worlds import (
     bvh,
     freemocap,
@@ -21,13 +22,8 @@ from golden.worlds import (
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, LIMBS
-from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
-
-
-def recognised(path) -> list[str]:
-    return [name for name, each in adapters().items() if each.sniff(path)]
 
 
 def limbs(poses) -> np.ndarray:

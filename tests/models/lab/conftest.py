@@ -17,6 +17,11 @@ def no_ledger_of_the_repository(monkeypatch, tmp_path):
 
 
 @pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(0)
+
+
+@pytest.fixture
 def standing(facing_camera):
     """(17, 3) the upright person in a Z-up world, facing -x there."""
     R_world_from_camera = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])

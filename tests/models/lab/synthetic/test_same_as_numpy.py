@@ -20,11 +20,6 @@ from pcnet3d.pipeline import H36M17, rotate  # noqa: E402
 
 
 @pytest.fixture
-def rng():
-    return np.random.default_rng(0)
-
-
-@pytest.fixture
 def world(rng):
     """Four windows of people who stand somewhere: (4, 12, 17, 3) metres, +Z up."""
     from golden.bodies import facing_camera

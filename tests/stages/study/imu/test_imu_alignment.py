@@ -21,11 +21,6 @@ from refusals import refused
 CUTOFF = 6.0
 
 
-@pytest.fixture(scope="module")
-def walk():
-    return walker()
-
-
 def seen(walk, segment, seams=()):
     """What a perfect video shows: even times and accelerations relative to the pelvis."""
     grid = even_times(walk.time_s, CUTOFF)
