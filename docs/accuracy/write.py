@@ -34,14 +34,9 @@ FIGURES = HERE / "figures.json"
 ERRORS = HERE / "errors.json"  # of pcnet3d evaluate errors, as it writes it
 ROOT = HERE.parents[1]
 MARKED = (
-    "README.md",
-    "docs/errors.md",
-    "docs/research.md",
-    "docs/trust.md",
-    "docs/up.md",
-    "models/lifter/card.md",
+    "README.md", "docs/errors.md", "docs/research.md", "docs/trust.md", "docs/up.md", "models/lifter/card.md",
     "models/rectifier/card.md",
-)
+)  # fmt: skip
 _MARK = re.compile(r"(<!-- docs/accuracy/write\.py: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 

@@ -251,13 +251,8 @@ def test_every_report_judges_validation_people_and_asks_for_a_reason_for_others(
         for command in reports.evaluate.registered_commands
     }
     others = {name for name, given in options.items() if "sets" not in given}
-    assert others == {
-        "lifters",
-        "own-data",
-        "real-take",
-        "real-clips",
-        "repetitions",
-    }  # which have no test subjects
+    # Those have no test subjects.
+    assert others == {"lifters", "own-data", "real-take", "real-clips", "repetitions"}
     assert len(options) > len(others)
     for name in set(options) - others:
         assert (options[name]["sets"], options[name]["because"]) == ("val", ""), name
