@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -78,27 +79,18 @@ def read_cameras(folder: Path) -> dict[str, RealCamera]:
     path = folder / "cameras.json"
     try:
         listed = json.loads(path.read_text(encoding="utf-8"))["cameras"]
-        return {
-            name: RealCamera(
-                video=folder / f"{name}.mp4",
-                up=unit(np.array(said["up_in_camera"], dtype=np.float64)),
-                **{
-                    key: np.array(said[key], dtype=np.float64)
-                    for key in ("focal_px", "principal_point_px", "distortion")
-                },
-                **{
-                    key: np.array(said[key], dtype=np.float64)
-                    for key in ("R_camera_from_world", "t_m")
-                    if key in said
-                },
-            )
-            for name, said in listed.items()
-        }
+        return {name: _camera(folder / f"{name}.mp4", said) for name, said in listed.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
             "file-damaged",
             f"Expected the cameras of a real take in {path}, got {type(error).__name__}: {error}.",
         ) from None
+
+
+def _camera(video: Path, said: Mapping[str, Any]) -> RealCamera:
+    keys = ("focal_px", "principal_point_px", "distortion", "R_camera_from_world", "t_m")
+    arrays = {key: np.array(said[key], dtype=np.float64) for key in keys if key in said}
+    return RealCamera(video, unit(np.array(said["up_in_camera"], dtype=np.float64)), **arrays)
 
 
 def read_truth(folder: Path, cameras: Sequence[str]) -> RealTruth:
