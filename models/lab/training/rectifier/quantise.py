@@ -66,9 +66,7 @@ def quantise(source: Path, output: Path) -> Figure:
             "wrong-network",
             f"Expected a network with layers of {_SMALLEST} features or more to quantise in {source}, found none.",
         )
-    onnx.helper.set_model_props(
-        model, {"onnx.quant.pre_process": "onnxruntime.quant"}
-    )  # as asked for in a warning
+    onnx.helper.set_model_props(model, {"onnx.quant.pre_process": "onnxruntime.quant"})  # else it warns
     with whole_file(output) as partial:
         quantize_dynamic(
             model, partial, ["Gemm", "MatMul"], per_channel=True, reduce_range=True,
