@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..pipeline.core.errors import InputError
+from ..pipeline.core.errors import InputError, naming
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.markers import Up, read_c3d
 from .kit.world import Maker, maker, people_of
@@ -52,8 +52,6 @@ def read(
     """
     if not path.is_file():
         raise InputError("cannot-open", f"Expected a C3D file at {path}, found no file there.")
-    try:
+    with naming(path):
         found = read_c3d(path)
-    except InputError as error:
-        raise InputError(error.code, f"{path}: {error}") from None
     return people_of(found, str(path), unit, up, maker(made_by, found.made_by))

@@ -143,10 +143,7 @@ def _rows(path: Path) -> Iterator[tuple[int, str, tuple[float, ...]]]:
     """Frame, joint and place of each row of a body's own trajectory; an empty cell is NaN."""
     with opened_table(path, "FreeMoCap's table") as file:
         for line, row in enumerate(csv.DictReader(file), 2):
-            wanted = row.get("model") in (None, *_BODY_MODELS) and row.get("trajectory") in (
-                None,
-                "3d_xyz",
-            )
+            wanted = row.get("model") in (None, *_BODY_MODELS) and row.get("trajectory") in (None, "3d_xyz")
             joint = _joint(row["keypoint"] or "") if wanted else None
             if joint is None:
                 continue

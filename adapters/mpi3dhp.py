@@ -28,25 +28,8 @@ reads = "MPI-INF-3DHP's annot.mat and annot_data.mat: camera axes, millimetres"
 
 _KEY = "annot3"
 _ALL = 28
-_RELEVANT = (
-    7,
-    5,
-    14,
-    15,
-    16,
-    9,
-    10,
-    11,
-    23,
-    24,
-    25,
-    18,
-    19,
-    20,
-    4,
-    3,
-    6,
-)  # of the 28, in the order of the 17
+# Of the 28, in the order of the 17
+_RELEVANT = (7, 5, 14, 15, 16, 9, 10, 11, 23, 24, 25, 18, 19, 20, 4, 3, 6)
 
 
 def sniff(path: Path) -> bool:

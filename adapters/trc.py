@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.core.errors import InputError
+from ..pipeline.core.errors import InputError, naming
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.markers import Markers, Up, read_trc
 from .kit.beginning import first_bytes
@@ -45,10 +45,8 @@ def read(
     are NaN. InputError when the file is no TRC, its points are not joint centres under names in use, or their depth is
     Sports2D's.
     """
-    try:
+    with naming(path):
         found = read_trc(path)
-    except InputError as error:
-        raise InputError(error.code, f"{path}: {error}") from None
     if len(found.points) == 0:
         raise InputError(
             "nothing-usable", f"{path}: expected rows of marker positions after the header, got none."

@@ -14,11 +14,11 @@ import cv2
 import numpy as np
 
 from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.pipeline.inspect.image import bone_colour
 from pcnet3d.pipeline.signals.angles import angles
 
 CELL, SCALE = 300, 125  # pixels of a panel's side, and of a metre
-COLOURS = {"l": (190, 120, 52), "r": (52, 122, 226), "m": (98, 86, 78)}  # BGR
-GREY, RED = (215, 215, 215), (40, 40, 200)
+GREY, RED = (215, 215, 215), (40, 40, 200)  # BGR
 FORWARD, BACK, RIGHT, LEFT, UP, DOWN = np.array(
     [(-1, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=float
 )
@@ -61,10 +61,7 @@ def body(bones: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def turning(degrees: float) -> dict[str, np.ndarray]:
-    return {
-        "r_shoulder": towards(RIGHT, FORWARD)(degrees),
-        "l_shoulder": towards(LEFT, BACK)(degrees),
-    }
+    return {"r_shoulder": towards(RIGHT, FORWARD)(degrees), "l_shoulder": towards(LEFT, BACK)(degrees)}
 
 
 def bent(*joints: str, start: np.ndarray, end: np.ndarray) -> Pose:
@@ -104,9 +101,8 @@ def panel(name: str, value: float, tip: str, view: str, pose: Pose) -> np.ndarra
     for degrees, coloured in ((0.0, False), (value, True)):
         places = at(body(pose(degrees)))
         for parent, child in H36M17.bones:
-            side = next((joint[0] for joint in (child, parent) if joint[1] == "_"), "m")
             ends = [tuple(map(int, places[H36M17.index(joint)])) for joint in (parent, child)]
-            cv2.line(image, *ends, COLOURS[side] if coloured else GREY, 3, cv2.LINE_AA)
+            cv2.line(image, *ends, bone_colour(parent, child) if coloured else GREY, 3, cv2.LINE_AA)
     path = at(np.array([body(pose(d))[H36M17.index(tip)] for d in np.linspace(0, value, 40)]))
     cv2.polylines(image, [path], False, RED, 2, cv2.LINE_AA)
     cv2.arrowedLine(

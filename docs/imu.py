@@ -22,11 +22,10 @@ from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.models.smoother import known_noise
 from pcnet3d.pipeline.core.frames import turned_covariance
-from pcnet3d.pipeline.core.rotations import is_finite, rotate
+from pcnet3d.pipeline.core.rotations import is_finite, rotate, turned
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 from pcnet3d.pipeline.signals.filters import CUTOFF_HZ
 from pcnet3d.pipeline.signals.imu import point_on
-from pcnet3d.stages.study.compare.align import turned
 from pcnet3d.stages.study.imu.align import align
 from pcnet3d.stages.study.imu.motion import even_times, imu_signal, path_acceleration
 
@@ -46,12 +45,7 @@ def smoothed(seed: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     joints = joints_of(poses, seen.truth)
     scale = np.linalg.norm(joints) / np.linalg.norm(poses.joints)
     level = level_static(
-        Seen(
-            joints,
-            *load_rectifier("pcnet").rotation(joints),
-            poses.times,
-            spread=stated_spread(poses),
-        )
+        Seen(joints, *load_rectifier("pcnet").rotation(joints), poses.times, spread=stated_spread(poses))
     )
     R_level_from_camera = level.R_camera_from_level.T
     path = rotate(R_level_from_camera, joints)

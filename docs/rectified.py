@@ -16,9 +16,9 @@ from pcnet3d.models.lab.evaluation.real_rectified import real_poses
 from pcnet3d.models.lab.evaluation.sets import Question
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.rotations import rotate, transpose
+from pcnet3d.pipeline.inspect.image import bone_colour
 
 CELL, SHARE = 200, (0.3, 0.7)  # pixels of a cell's side; where in a clip the frames are taken
-COLOURS = {"l": (190, 120, 52), "r": (52, 122, 226), "m": (98, 86, 78)}  # BGR
 HEADINGS = (
     "camera",
     "BODY, geometric, from its left",
@@ -33,9 +33,8 @@ def cell(picture: np.ndarray, label: str) -> np.ndarray:
     cv2.line(image, (CELL // 2, 20), (CELL // 2, CELL - 8), (225, 225, 225), 1)
     at = np.round(CELL * (0.5 + 0.8 * picture * (1, -1))).astype(int)
     for parent, child in H36M17.bones:
-        side = next((name[0] for name in (child, parent) if name[1] == "_"), "m")
         ends = [tuple(int(c) for c in at[H36M17.index(joint)]) for joint in (parent, child)]
-        cv2.line(image, *ends, COLOURS[side], 3, cv2.LINE_AA)
+        cv2.line(image, *ends, bone_colour(parent, child), 3, cv2.LINE_AA)
     cv2.putText(image, label, (6, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.38, (60, 60, 60), 1, cv2.LINE_AA)
     return image
 

@@ -56,11 +56,7 @@ class Calibrate:
             )
 
     def _found(
-        self,
-        told: Told,
-        video: Video,
-        people: Sequence[PoseSequence],
-        span: tuple[int, int],
+        self, told: Told, video: Video, people: Sequence[PoseSequence], span: tuple[int, int]
     ) -> Camera:
         self.check_told(told)
         intrinsics = None

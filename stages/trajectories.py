@@ -119,9 +119,7 @@ class Trajectories:
             unjudged = "" if judged else "; that error was not checked, so they have no standard deviation"
             notices.append(notice("smoothed-by-stated-error", unjudged=unjudged))
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
-            *notices,
-            *filtered,
-            *(fall_doubts(level) or pace_doubts(path)),
+            *notices, *filtered, *(fall_doubts(level) or pace_doubts(path))
         )
 
     def check_rate(self, fps: float) -> None:

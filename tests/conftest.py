@@ -12,6 +12,7 @@ import pytest
 from hypothesis import settings
 
 from golden import bodies
+from pcnet3d.examples.walker.walk import Walk, walker
 
 # How long one example takes says more about what else the machine does than about the code.
 settings.register_profile("pcnet3d", deadline=None)
@@ -48,3 +49,9 @@ def wheel(tmp_path_factory) -> Path:
 def facing_camera() -> np.ndarray:
     """(17, 3) metres, H36M17 in CAMERA, pelvis at the origin: an upright person who faces the camera."""
     return bodies.facing_camera()
+
+
+@pytest.fixture(scope="session")
+def walk() -> Walk:
+    """The built-in walker."""
+    return walker()

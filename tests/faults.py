@@ -92,7 +92,7 @@ FAULTS = [
           "stages/report/test_trust.py"),
     Fault("stages/record/gaps.py", "append=last + 1) > usual", "append=last + 1) > 2 * usual",
           "stages/record/test_recording_angles.py"),
-    Fault("stages/study/compare/align.py", "np.vdot(a, b)", "np.vdot(b, a)",
+    Fault("pipeline/core/rotations.py", "np.vdot(a, b)", "np.vdot(b, a)",
           "stages/study/compare/test_compare_command.py::test_heading_and_size_are_found"),
     Fault("stages/study/batch/repeatability.py", "(columns - rest) / n", "columns / n",
           "stages/study/batch/test_repeatability.py"),

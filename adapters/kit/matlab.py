@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.core.errors import InputError
+from ...pipeline.core.errors import InputError, naming
+from ...pipeline.core.extras import needed_for
 from ...pipeline.files.arrays import Shape, fits, in_words
 from ...pipeline.files.unpacked import check_size
 from . import mat5 as _mat5
@@ -38,16 +39,15 @@ def load(path: Path, *names: str, what: str) -> dict[str, np.ndarray]:
     """The arrays (...,) of these names, those that are there. InputError, saying that a .mat file of `what` was
     expected."""
     try:
-        start = _start(path)
-        if start.startswith(_HDF5):
-            return _load_hdf5(path, names)
-        if not start.startswith(_BEGINS):
-            raise InputError(
-                "format-unknown", f"Expected a .mat file of {what} at {path}, got something else."
-            )
-        return _mat5.arrays(path.read_bytes(), names)
-    except InputError as error:
-        raise error if str(path) in str(error) else InputError(error.code, f"{path}: {error}") from None
+        with naming(path):
+            start = _start(path)
+            if start.startswith(_HDF5):
+                return _load_hdf5(path, names)
+            if not start.startswith(_BEGINS):
+                raise InputError("format-unknown", f"Expected a .mat file of {what}, got something else.")
+            return _mat5.arrays(path.read_bytes(), names)
+    except InputError:
+        raise
     except Exception as error:  # h5py raises whatever damaged bytes lead it to
         raise InputError(
             "file-damaged", f"{path} is damaged or was cut short ({error}); copy it again."
@@ -57,14 +57,8 @@ def load(path: Path, *names: str, what: str) -> dict[str, np.ndarray]:
 def _load_hdf5(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
     """Axes are in reverse order there, and cells are references, which are not followed."""
     resave = "save(..., '-v7') in MATLAB or Octave"
-    try:
+    with needed_for(f"{path}, of MATLAB 7.3 (HDF5), has to be saved with {resave}, or", "hdf5"):
         import h5py
-    except ImportError:
-        raise InputError(
-            "needs-package",
-            f"{path} is a file of MATLAB 7.3 (HDF5), which needs h5py: pip install 'pcnet3d[hdf5]'; or save it with "
-            f"{resave}.",
-        ) from None
     found = {}
     with h5py.File(path, "r") as file:
         for name in names:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import UNITS, Y_UP, Z_UP, Frame
-from ...pipeline.core.layouts import H36M17, Layout, remap
+from ...pipeline.core.layouts import H36M17, LIMBS, Layout, remap
 from ...pipeline.core.notices import notice
 from ...pipeline.core.pose import UNSAID, MadeBy, PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate, transpose
@@ -22,18 +22,13 @@ LENGTHS = tuple(unit for unit in UNITS if unit not in ("px", "arbitrary"))
 
 # Pose2Sim's and Sports2D's names of what they detect (HALPE_26, BODY_25, COCO_17; formats.md section 7).
 _MIDDLE = {
-    "hip": "pelvis",
-    "chip": "pelvis",
-    "midhip": "pelvis",
-    "neck": "neck",
     "nose": "nose",
+    "neck": "neck",
     "head": "head",
+    **dict.fromkeys(("hip", "chip", "midhip"), "pelvis"),
 }
 _PAIRED = re.compile(r"([RL])(Hip|Knee|Ankle|Shoulder|Elbow|Wrist|Ear|Eye|BigToe|SmallToe|Heel)")
-_NEEDED = {
-    "nose",
-    *(f"{s}_{joint}" for s in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")),
-}
+_NEEDED = {"nose", *LIMBS}
 
 
 def world(up: Up, unit: str) -> Frame:

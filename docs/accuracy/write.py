@@ -34,14 +34,9 @@ FIGURES = HERE / "figures.json"
 ERRORS = HERE / "errors.json"  # of pcnet3d evaluate errors, as it writes it
 ROOT = HERE.parents[1]
 MARKED = (
-    "README.md",
-    "docs/errors.md",
-    "docs/research.md",
-    "docs/trust.md",
-    "docs/up.md",
-    "models/lifter/card.md",
+    "README.md", "docs/errors.md", "docs/research.md", "docs/trust.md", "docs/up.md", "models/lifter/card.md",
     "models/rectifier/card.md",
-)
+)  # fmt: skip
 _MARK = re.compile(r"(<!-- docs/accuracy/write\.py: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
@@ -146,11 +141,7 @@ _SETTING = {"seed": 0, "bed": "wild", "judged": "test"}  # of every evaluation t
 @cache
 def shipped() -> dict[str, str]:
     """Each network of the package with the first 12 digits of its file's SHA-256."""
-    models = {
-        "lifter": load_lifter(),
-        "pcnet": load_rectifier("pcnet"),
-        "paper": load_rectifier("paper"),
-    }
+    models = {"lifter": load_lifter(), "pcnet": load_rectifier("pcnet"), "paper": load_rectifier("paper")}
     return {name: model.method.partition("@")[2] for name, model in models.items()}
 
 

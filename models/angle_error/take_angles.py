@@ -14,16 +14,7 @@ from ...pipeline.core.frames import CAMERA, LEVEL, change_frame, require
 from ...pipeline.core.layouts import FEET, FEET_ANKLES, H36M17
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
-from ...pipeline.signals.angles import (
-    ANGLES,
-    FINE,
-    MISSING,
-    TOO_SHORT,
-    UNDEFINED,
-    UNSEEN,
-    UNTRUSTED,
-    angles,
-)
+from ...pipeline.signals.angles import ANGLES, FINE, MISSING, TOO_SHORT, UNDEFINED, UNSEEN, UNTRUSTED, angles
 from ...pipeline.signals.filters import CUTOFF_HZ, each_path, lowpass
 from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
 from ..common.spread import stated_spread

@@ -71,11 +71,7 @@ class Network(Listed):
         try:
             return Path(
                 pooch.retrieve(
-                    self.url,
-                    digest,
-                    fname=self.path.name,
-                    path=self.path.parent,
-                    downloader=downloader,
+                    self.url, digest, fname=self.path.name, path=self.path.parent, downloader=downloader
                 )
             )
         except (RequestException, OSError, ValueError, zipfile.BadZipFile) as error:

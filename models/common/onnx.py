@@ -158,14 +158,6 @@ def _placed(on_cpu: Any, content: bytes, threads: int, network: str) -> Any:
     return on_cpu
 
 
-def without_traces(model: Any) -> Any:
-    """A ModelProto that torch has exported, without what it notes of every node: its place in the source files, by
-    their paths on the machine that made it."""
-    for node in model.graph.node:
-        del node.metadata_props[:]
-    return model
-
-
 def reason_of(error: Exception) -> str:
     """In one line, why a network cannot be opened or run."""
     return (str(error).strip() or type(error).__name__).splitlines()[0].rstrip(".")

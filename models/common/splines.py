@@ -66,12 +66,7 @@ def solved(
 
 
 def _observed(
-    y: np.ndarray,
-    noise: np.ndarray,
-    time_s: np.ndarray,
-    left: np.ndarray,
-    basis: np.ndarray,
-    error_s: float,
+    y: np.ndarray, noise: np.ndarray, time_s: np.ndarray, left: np.ndarray, basis: np.ndarray, error_s: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """What N series y (T, N) say about n knots: a precision (B + 1, n, N), lower banded; and it times the mean (n, N).
 

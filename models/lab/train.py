@@ -11,8 +11,8 @@ from typing import Annotated
 import typer
 
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.extras import needed_for
 from ...pipeline.running.recipe import load_toml
-from .common.extras import needed_for
 from .common.modules import run_command
 
 

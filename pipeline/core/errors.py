@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from .refusals import REFUSALS, Refusal
@@ -30,3 +32,12 @@ class InputError(ValueError):
 
     def __reduce__(self) -> tuple[Any, ...]:  # that of exceptions would give the message alone
         return type(self), (self.code, str(self)), self.__dict__
+
+
+@contextmanager
+def naming(place: object) -> Iterator[None]:
+    """An InputError of what is inside begins with the place, a file or a line of it, unless it names that already."""
+    try:
+        yield
+    except InputError as error:
+        raise error if str(place) in str(error) else InputError(error.code, f"{place}: {error}") from None

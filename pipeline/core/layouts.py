@@ -106,6 +106,7 @@ def _limb(side: str, *parts: str) -> tuple[str, ...]:
 
 _LEG, _ARM = ("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")
 _R_LEG, _L_LEG, _R_ARM, _L_ARM = _limb("r", *_LEG), _limb("l", *_LEG), _limb("r", *_ARM), _limb("l", *_ARM)
+LIMBS = (*_R_LEG, *_R_ARM, *_L_LEG, *_L_ARM)
 _TRUNK = ("spine", "thorax", "nose", "head")
 _COCO = (
     "nose", "l_eye", "r_eye", "l_ear", "r_ear", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow",
@@ -158,12 +159,10 @@ BLAZEPOSE33 = Layout(
 )  # fmt: skip
 # The body and the feet of COCO-WholeBody, the first 23 of its 133 points.
 COCO23 = Layout(
-    "COCO23",
-    (*_COCO, "l_big_toe", "l_small_toe", "l_heel", "r_big_toe", "r_small_toe", "r_heel"),
+    "COCO23", (*_COCO, "l_big_toe", "l_small_toe", "l_heel", "r_big_toe", "r_small_toe", "r_heel")
 )
 MPI3DHP17 = Layout(
-    "MPI3DHP17",
-    ("head_top", "neck", *_R_ARM, *_L_ARM, *_R_LEG, *_L_LEG, "pelvis", "spine", "head_centre"),
+    "MPI3DHP17", ("head_top", "neck", *_R_ARM, *_L_ARM, *_R_LEG, *_L_LEG, "pelvis", "spine", "head_centre")
 )
 
 

@@ -14,15 +14,8 @@ Side = Literal["", "right", "left"]
 SD_90 = 1.645  # standard deviations of a Gaussian to each side that hold nine in ten
 # What became of looking for a movement: the text of the remark `outcome`.
 SEEN, NONE, CANNOT_BE_TOLD, NOT_LOOKED_FOR = "seen", "none", "cannot-be-told", "not-looked-for"
-MOMENTS = (
-    "start",
-    "stop",
-    "peak_at",
-    "stride_start",
-    "stride_stop",
-    "landings",
-    "toe_offs",
-)  # names of all Moments
+# Names of all Moments.
+MOMENTS = ("start", "stop", "peak_at", "stride_start", "stride_stop", "landings", "toe_offs")
 
 
 class Unit(NamedTuple):

@@ -80,3 +80,16 @@ def kabsch(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     sign[..., -1] = np.sign(np.linalg.det(u) * np.linalg.det(vt))
     R = np.einsum("...ij,...j,...jk->...ik", u, sign, vt)
     return np.where((valid.sum(-1) >= 3)[..., None, None], R, np.nan)
+
+
+def turn_deg(points: np.ndarray, others: np.ndarray) -> float:
+    """The turn about the vertical that brings points (..., 3) nearest to others, +z up in both."""
+    both = is_finite(points) & is_finite(others)
+    a, b = (each[both][:, 0] + 1j * each[both][:, 1] for each in (points, others))
+    return float(np.degrees(np.angle(np.vdot(a, b))))
+
+
+def turned(points: np.ndarray, angle_deg: float) -> np.ndarray:
+    """points (T, 3) or (T, J, 3) turned about z."""
+    cosine, sine = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    return rotate(np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]), points)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import json
 import os
@@ -48,6 +49,14 @@ def write_text(path: Path, text: str) -> None:
     """A text in UTF-8 as a whole file."""
     with whole_file(path) as partial:
         partial.write_text(text, encoding="utf-8")
+
+
+def write_rows(path: Path, names: Iterable[str], rows: Iterable[Iterable[object]]) -> None:
+    """A line of names, then the rows, as a whole CSV file: UTF-8, commas between, a point in numbers, None is empty."""
+    with whole_file(path) as partial, open(partial, "w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows(rows)
 
 
 def write_json(path: Path, content: object) -> None:

@@ -198,12 +198,8 @@ def _of_qualisys(intrinsic: ElementTree.Element, shown: ElementTree.Element | No
         of(intrinsic, f"{what}{axis}") / unit for what in ("focalLength", "centerPoint") for axis in "UV"
     )
     skew = of(intrinsic, "skew", "0") / unit
-    keys = (
-        "radialDistortion1",
-        "radialDistortion2",
-        "tangentalDistortion1",
-        "tangentalDistortion2",
-    )  # their spelling
+    # In their spelling.
+    keys = ("radialDistortion1", "radialDistortion2", "tangentalDistortion1", "tangentalDistortion2")
     return {
         "matrix": [fx, skew, cx - left, 0, fy, cy - top, 0, 0, 1],
         "distortion": [*(of(intrinsic, key) for key in keys), of(intrinsic, "radialDistortion3", "0")],

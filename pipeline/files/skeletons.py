@@ -195,8 +195,7 @@ def h36m17_of_limbs(joints: np.ndarray, names: Sequence[str]) -> np.ndarray:
             made[:, H36M17.index("pelvis")] = hips
             return made
     raise InputError(
-        "wrong-content",
-        f"Expected hips, knees and ankles under common names, got {', '.join(names[:40])}.",
+        "wrong-content", f"Expected hips, knees and ankles under common names, got {', '.join(names[:40])}."
     )
 
 

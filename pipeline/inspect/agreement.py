@@ -6,12 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.layouts import LIMBS
 from ..core.pose import PoseSequence
 from ..reading.clock import numbered_by
 
-_JOINTS = tuple(
-    f"{side}_{part}" for side in "lr" for part in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
-)
 _MOST_LAG = 30  # frames
 _FEWEST = 10  # frames in common below which a shift says nothing
 
@@ -47,7 +45,7 @@ def agreement(poses: PoseSequence, tracks: tuple[PoseSequence, ...]) -> Agreemen
 def _agreement(poses: PoseSequence, track: PoseSequence) -> Agreement | None:
     if not poses.frames_known and len(poses) == len(track):
         poses = numbered_by(track, poses, "")
-    names = [name for name in _JOINTS if name in track.layout]
+    names = [name for name in LIMBS if name in track.layout]
     flat = poses.joints[:, poses.layout.indices(names), :2].astype(np.float64)
     points = track.joints[:, track.layout.indices(names)].astype(np.float64)
     errors, frames = {}, 0

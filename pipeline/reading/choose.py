@@ -8,15 +8,13 @@ import numpy as np
 
 from ..core.camera import PRIOR_FOCAL
 from ..core.errors import InputError
+from ..core.layouts import LIMBS
 from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, rotate, unit
 from ..signals.visibility import certain
 
-_LIMBS = [
-    f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
-]
 # How far a lift is from its own keypoints in the image (`_apart`), and how much further everybody else must be. Lifts
 # of real takes by MotionBERT, MHFormer and BlazePose are 0.045 to 0.16 off their own keypoints or another detector's,
 # 0.18 to 0.6 off the same person's a third of a second later, and 0.44 to 0.66 off another person's.
@@ -122,7 +120,7 @@ def _apart(poses: PoseSequence, track: PoseSequence) -> float:
     _, rows, seen_rows = np.intersect1d(
         poses.frame_index, track.frame_index, assume_unique=True, return_indices=True
     )
-    limbs = [joint for joint in _LIMBS if joint in track.layout]
+    limbs = [joint for joint in LIMBS if joint in track.layout]
     body = poses.joints[rows][:, poses.layout.indices(limbs), :2].astype(np.float64)
     seen = track.joints[seen_rows][:, track.layout.indices(limbs)].astype(np.float64)
     both = (is_finite(body) & is_finite(seen))[..., None]

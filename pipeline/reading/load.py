@@ -98,9 +98,7 @@ def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any])
         people = _people(chosen, call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options))
         maker = getattr(chosen, "made_by", UNSAID)
         return Source(
-            path,
-            chosen,
-            tuple(one.with_(made_by=maker) if one.made_by == UNSAID else one for one in people),
+            path, chosen, tuple(one.with_(made_by=maker) if one.made_by == UNSAID else one for one in people)
         )
     except InputError as error:
         said = str(error) if str(path) in str(error) else f"{path}: {error}"

@@ -15,11 +15,7 @@ from .run import checkpoints_of, run_files, run_people
 
 @offering()
 def run(
-    options: RunOptions,
-    output: Output,
-    resume: Resume = False,
-    strict: Strict = False,
-    force: Force = False,
+    options: RunOptions, output: Output, resume: Resume = False, strict: Strict = False, force: Force = False
 ) -> None:
     """Turn a video, 2D keypoints or 3D poses into joint angles, paths, gait and a report.
 

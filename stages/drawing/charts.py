@@ -102,9 +102,7 @@ def _parted(curves: Sequence[Curve], x: np.ndarray) -> tuple[Sequence[Curve], np
 
     curves = [
         replace(
-            curve,
-            values=parted(curve.values),
-            margin=None if curve.margin is None else parted(curve.margin),
+            curve, values=parted(curve.values), margin=None if curve.margin is None else parted(curve.margin)
         )
         for curve in curves
     ]

@@ -32,10 +32,7 @@ def key_rows(joints: np.ndarray, count: int = 6) -> list[int]:
 
 
 def skeletons(
-    views: Mapping[str, np.ndarray],
-    layout: Layout,
-    alt: str,
-    behind: Mapping[str, np.ndarray] | None = None,
+    views: Mapping[str, np.ndarray], layout: Layout, alt: str, behind: Mapping[str, np.ndarray] | None = None
 ) -> Markup:
     """One skeleton from several sides at one scale. views: (J, 2) points to the right and up, by name. behind: those of
     another skeleton, in grey."""

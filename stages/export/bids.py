@@ -29,18 +29,8 @@ from .markers import nothing_in, over_the_floor, require_metres
 from .provenance import provenance
 
 _MADE_BY, _NONE = "pcnet3d", "n/a"
-_TYPES = (
-    "ACCEL",
-    "ANGACCEL",
-    "GYRO",
-    "JNTANG",
-    "LATENCY",
-    "MAGN",
-    "MISC",
-    "ORNT",
-    "POS",
-    "VEL",
-)  # of channels
+# Of channels.
+_TYPES = ("ACCEL", "ANGACCEL", "GYRO", "JNTANG", "LATENCY", "MAGN", "MISC", "ORNT", "POS", "VEL")
 _EVENTS = {"landings": "initial contact", "toe_offs": "toe-off"}
 
 

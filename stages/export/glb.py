@@ -99,8 +99,7 @@ class _Arrays:
 
     def add(self, values: np.ndarray, target: int | None = None) -> int:
         """The number of the accessor of values (N,), (N, D), or (N, 4, 4) matrices."""
-        told: dict[str, Any] = {"bufferView": self._view(values, target)}
-        return self._accessor(told, values)
+        return self._accessor({"bufferView": self._view(values, target)}, values)
 
     def add_sparse(self, values: np.ndarray) -> int:
         """The same of values (N, D), most of whose rows are 0: only the others are stored."""

@@ -3,39 +3,29 @@ stride and repetition."""
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.measures import (
-    UNITS,
-    Curves,
-    Group,
-    Moments,
-    Remark,
-    grouped,
-    moments,
-)
+from ...pipeline.core.measures import UNITS, Curves, Group, Moments, Remark, grouped, moments
 from ...pipeline.core.take import Take
-from ...pipeline.files.atomic import whole_file
+from ...pipeline.files.atomic import whole_file, write_rows
 from ...pipeline.files.measures import Row
 from ..measures.strides import columns_of, stride_rows
 from .provenance import provenance
 
 
 def write_measures(take: Take, path: Path) -> None:
-    """measures.csv: a line with the names of Row's fields, then a line a figure, UTF-8, commas between, a point in
-    numbers; what is None is empty. A take without measures has none but the first line."""
-    _write(path, Row._fields, rows(take))
+    """measures.csv: a line with the names of Row's fields, then a line a figure. A take without measures
+    has none but the first line."""
+    write_rows(path, Row._fields, rows(take))
 
 
 def write_strides(take: Take, path: Path) -> None:
     """strides.csv: the same with the columns of `stride_rows` (stages/measures/strides.py), 101 lines a stride or
     repetition."""
     lines = (tuple("" if value != value else value for value in row.values()) for row in stride_rows(take))
-    _write(path, tuple(columns_of(take)), lines)
+    write_rows(path, columns_of(take), lines)
 
 
 def write_measures_parquet(take: Take, path: Path) -> None:
@@ -60,13 +50,6 @@ def rows(take: Take) -> Iterator[Row]:
     row of its own."""
     length = take.need("poses").frame.unit
     yield from _rows(grouped(take.measures or ()), (), length)
-
-
-def _write(path: Path, names: tuple[str, ...], lines: Iterator[tuple[Any, ...]]) -> None:
-    with whole_file(path) as partial, open(partial, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(names)
-        writer.writerows(lines)
 
 
 def _rows(group: Group, above: tuple[str, ...], length: str) -> Iterator[Row]:

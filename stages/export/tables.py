@@ -60,10 +60,7 @@ def write_csv(take: Take, path: Path) -> None:
         first = next(parts)
         options = csv.WriteOptions(quoting_style="none")
         # Opened here, for the writer leaves a file that it opened itself open, and Windows renames none such.
-        with (
-            open(partial, "wb") as file,
-            csv.CSVWriter(file, first.schema, write_options=options) as table,
-        ):
+        with open(partial, "wb") as file, csv.CSVWriter(file, first.schema, write_options=options) as table:
             for part in chain([first], parts):
                 table.write_table(part)
 

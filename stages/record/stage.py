@@ -97,10 +97,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     path = Path(path)
     needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.span_bytes if take.video else 0)
     require_space(path.parent, needed, "The recording")
-    with (
-        whole_file(path) as partial,
-        recording_file(partial, blueprint(take, prints, size), path) as file,
-    ):
+    with whole_file(path) as partial, recording_file(partial, blueprint(take, prints, size), path) as file:
         give_memory_back()
         recording = file.stream
         recording.send_recording_name(take.name)

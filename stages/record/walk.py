@@ -144,9 +144,7 @@ def prints_so_far() -> dict[Any, rrb.VisibleTimeRanges]:
     so_far = rrb.VisibleTimeRanges(
         [
             rrb.VisibleTimeRange(
-                timeline,
-                start=rrb.TimeRangeBoundary.infinite(),
-                end=rrb.TimeRangeBoundary.cursor_relative(),
+                timeline, start=rrb.TimeRangeBoundary.infinite(), end=rrb.TimeRangeBoundary.cursor_relative()
             )
             for timeline in ("frame", "video_time")
         ]

@@ -102,11 +102,7 @@ def seen_by_camera(points: np.ndarray, frame: Frame) -> np.ndarray:
 
 
 def jpeg(
-    image: np.ndarray,
-    keypoints: np.ndarray,
-    layout: Layout,
-    angle: str = "",
-    place: np.ndarray | None = None,
+    image: np.ndarray, keypoints: np.ndarray, layout: Layout, angle: str = "", place: np.ndarray | None = None
 ) -> bytes:
     """A small JPEG of what is around the keypoints (J, 2), with these drawn on it, and an angle in words beside its
     place (2,); of all of the image (H, W, 3) RGB when there are none."""

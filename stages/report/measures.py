@@ -29,9 +29,7 @@ from ...pipeline.core.measures import (
     with_bar,
     without_error,
 )
-from ...pipeline.core.measures import (
-    Curve as MeanCurve,
-)
+from ...pipeline.core.measures import Curve as MeanCurve
 from ...pipeline.core.messages import how_many
 from ..drawing.charts import LEFT, MIDDLE, RIGHT, Curve, over_time
 from ..drawing.page import (

@@ -9,14 +9,12 @@ import numpy as np
 from ...models import load_rectifier
 from ...models.gravity import Seen, level_moving, level_static
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import R_CAMERA_FROM_UPRIGHT
 from ...pipeline.core.pose import Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.signals.filters import breaks
-
-# A camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).
-_R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 
 def methods(run: Take, rectifiers: Sequence[Rectifier] = ()) -> dict[str, np.ndarray]:
@@ -38,7 +36,7 @@ def methods(run: Take, rectifiers: Sequence[Rectifier] = ()) -> dict[str, np.nda
         "geometric": (levelled.R_camera_from_level, R_geometric[..., 2]),
         method_name(rectified): (rectified.R_source_from_level, rectified.up_votes),
     }
-    result = {"camera axes": rotate(transpose(_R_CAMERA_FROM_UPRIGHT), source), **each_frame(run, rectifiers)}
+    result = {"camera axes": rotate(transpose(R_CAMERA_FROM_UPRIGHT), source), **each_frame(run, rectifiers)}
     for name, (R_source_from_level, votes) in ways.items():
         level = rotate(transpose(R_source_from_level), source)
         own_up = rotate(transpose(R_source_from_level), votes[:, None])[:, 0]

@@ -47,14 +47,8 @@ class Edit:
 def edits() -> Iterator[Edit]:
     """All of them."""
     lifted = (
-        "walker",
-        "walk_crop",
-        "07_03",
-        "08_04",
-        "accad-m1_run",
-        "accad-m1_lift-box",
-        "tennis-jangel_Derecha_0",
-    )
+        "walker", "walk_crop", "07_03", "08_04", "accad-m1_run", "accad-m1_lift-box", "tennis-jangel_Derecha_0",
+    )  # fmt: skip
     for base in lifted:
         for name, (make, codes) in LIFTED.items():
             yield Edit(base, name, make, codes)

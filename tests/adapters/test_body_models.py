@@ -9,20 +9,16 @@ import pytest
 
 from golden import estimators, phalp, worlds
 from golden.bodies import feet_of
+from golden.catalogue import recognised
 from golden.estimators import AWAY_M
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.core import layouts
 from pcnet3d.pipeline.core.layouts import SOMA30, SOMA77
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
-LIMBS = H36M17.indices(
-    [f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")]
-)
-
-
-def recognised(path) -> list[str]:
-    return [name for name, each in adapters().items() if each.sniff(path)]
+LIMBS = H36M17.indices(layouts.LIMBS)
 
 
 def limbs(bodies: np.ndarray) -> np.ndarray:

@@ -8,20 +8,14 @@ import pytest
 
 from golden import estimators
 from golden.bodies import feet_of
+from golden.catalogue import recognised
 from golden.estimators import AWAY_M, FOCAL_PX
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.core.layouts import MHR70
+from pcnet3d.pipeline.core.layouts import LIMBS, MHR70
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
-LIMBS = [
-    f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
-]
-
-
-def recognised(path) -> list[str]:
-    return [name for name, each in adapters().items() if each.sniff(path)]
 
 
 def hips(bodies: np.ndarray) -> np.ndarray:

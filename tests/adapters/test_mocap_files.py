@@ -7,6 +7,7 @@ import pytest
 from scipy.io import savemat
 
 from golden.bodies import feet_of
+from golden.catalogue import recognised
 from golden.worlds import (
     bvh,
     freemocap,
@@ -20,17 +21,9 @@ from golden.worlds import (
 )
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, change_frame
-from pcnet3d.pipeline.core.layouts import BLAZEPOSE33
-from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, LIMBS
 
 FRAMES = 40
-LIMBS = tuple(
-    f"{s}_{joint}" for s in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
-)
-
-
-def recognised(path) -> list[str]:
-    return [name for name, each in adapters().items() if each.sniff(path)]
 
 
 def limbs(poses) -> np.ndarray:
@@ -289,5 +282,5 @@ def test_mpi_inf_3dhp_test_of_matlab_73(turning, tmp_path, monkeypatch):
     with pytest.raises(InputError, match="got cells"):
         read(path, "mpi3dhp")
     monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(InputError, match=r"pcnet3d\[hdf5\].*-v7"):
+    with pytest.raises(InputError, match=r"-v7.*pcnet3d\[hdf5\]"):
         read(path, "mpi3dhp")

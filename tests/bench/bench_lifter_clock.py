@@ -29,19 +29,9 @@ from pcnet3d.pipeline.reading.mocap.clip import Clip
 SECONDS = (3.0, 17.0)
 # Frames per second of the camera, and of its rows every so manieth that is kept.
 RATES = (
-    (30, 15),
-    (30, 6),
-    (30, 3),
-    (30, 2),
-    (60, 3),
-    (24, 1),
-    (25, 1),
-    (30, 1),
-    (50, 1),
-    (60, 1),
-    (120, 1),
+    (30, 15), (30, 6), (30, 3), (30, 2), (60, 3), (24, 1), (25, 1), (30, 1), (50, 1), (60, 1), (120, 1),
     (240, 1),
-)
+)  # fmt: skip
 HOLES = (("joints", 0.1), ("joints", 0.3), ("rows", 0.1), ("rows", 0.3), ("rows", 0.5))
 
 

@@ -3,12 +3,7 @@
 import pytest
 
 from pcnet3d.examples.walker.camera import Camera, side_camera
-from pcnet3d.examples.walker.walk import Walk, walker
-
-
-@pytest.fixture(scope="module")
-def walk() -> Walk:
-    return walker()
+from pcnet3d.examples.walker.walk import Walk
 
 
 @pytest.fixture(scope="module")

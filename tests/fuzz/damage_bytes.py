@@ -11,19 +11,8 @@ import numpy as np
 Mutation = Callable[[bytes, Random], bytes]
 
 EXTREMES = (
-    0,
-    1,
-    0x7F,
-    0x80,
-    0xFF,
-    0x7FFF,
-    0x8000,
-    0xFFFF,
-    0x7FFFFFFF,
-    0x80000000,
-    0xFFFFFFFF,
-    0x7FFFFFFFFFFFFFFF,
-)
+    0, 1, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 0x7FFFFFFFFFFFFFFF,
+)  # fmt: skip
 
 
 def place(content: bytes, rng: Random) -> int:
@@ -91,15 +80,5 @@ def insert(content: bytes, rng: Random) -> bytes:
 
 
 BYTES: tuple[Mutation, ...] = (
-    flip,
-    flip,
-    integer,
-    integer,
-    real,
-    _cut,
-    _remove,
-    _repeat,
-    _swap,
-    _fill,
-    insert,
-)
+    flip, flip, integer, integer, real, _cut, _remove, _repeat, _swap, _fill, insert,
+)  # fmt: skip

@@ -17,6 +17,7 @@ from pcnet3d.examples.walker.imu import strapped, write_csv
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, Layout
+from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
 AWAY_M = np.array([0.3, 0.1, 4.0])
@@ -34,6 +35,11 @@ class Golden:
     write: Callable[[Person, Path], Path]
     options: dict[str, Any] = field(default_factory=dict)
     by_name: bool = False
+
+
+def recognised(path: Path) -> list[str]:
+    """The adapters that take the file for one of theirs."""
+    return [name for name, each in adapters().items() if each.sniff(path)]
 
 
 def _npy(array: np.ndarray, folder: Path) -> Path:

@@ -5,11 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.gravity import (
-    Seen,
-    level_moving,
-    level_static,
-)
+from pcnet3d.models.gravity import Seen, level_moving, level_static
 from pcnet3d.models.gravity.levelling import upright
 from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.core.camera import view_rotation

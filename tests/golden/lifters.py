@@ -98,10 +98,7 @@ def mmpose3d(folder: Path, frames: list[list[dict]], form: str = "inferencer") -
     """frames: each frame's instances; form: of the "inferencer", frames from 0, or of the "demo", from 1."""
     first = {"inferencer": 0, "demo": 1}[form]
     listed = [{"frame_id": i + first, "instances": people} for i, people in enumerate(frames)]
-    meta = {
-        "dataset_name": "h36m",
-        "keypoint_colors": {"__ndarray__": [[255, 0, 0]] * 300, "dtype": "uint8"},
-    }
+    meta = {"dataset_name": "h36m", "keypoint_colors": {"__ndarray__": [[255, 0, 0]] * 300, "dtype": "uint8"}}
     path = folder / ("walk.json" if form == "inferencer" else "results_walk.json")
     path.write_text(json.dumps({"meta_info": meta, "instance_info": listed} if form == "demo" else listed))
     return path

@@ -13,8 +13,6 @@ import numpy as np
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 
-CHEAP = ("rectify", "figures", "export")
-
 _QUICK = ("scale", "rectify", "trajectories", "angles", "measures", "export")
 _STAGES = """
 import os, time

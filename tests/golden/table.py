@@ -12,12 +12,7 @@ COLUMNS = (
     "adapter", "golden file", "x, y, z", "unit", "knows", "people",
 )  # fmt: skip
 BEGIN, END = "<!-- table: written by the tests -->\n\n", "\n<!-- end of the table -->"
-PEOPLE = {
-    "one": "one",
-    "named": "several, named",
-    "joined": "several, joined",
-    "": "",
-}
+PEOPLE = {"one": "one", "named": "several, named", "joined": "several, joined", "": ""}
 
 
 def facts(golden: Golden, folder: Path) -> Facts:

@@ -32,11 +32,7 @@ def evaluation() -> dict:
     content = json.dumps(FIGURES["real_take"]["figures"])
     content = re.sub(r'pcnet(?=[",])', f"pcnet@{shipped['pcnet']}", content)
     networks = [f"pcnet3d@{shipped['lifter']}", f"pcnet@{shipped['pcnet']}"]
-    return json.loads(content) | {
-        "date": "2031-01-02",
-        "networks": networks,
-        "report": "real-take",
-    }
+    return json.loads(content) | {"date": "2031-01-02", "networks": networks, "report": "real-take"}
 
 
 @pytest.mark.parametrize("name", write.MARKED)

@@ -15,14 +15,8 @@ from pcnet3d.pipeline.core.catalogue import CATALOGUE
 from pcnet3d.pipeline.core.refusals import REFUSALS
 
 FILES = [
-    "kinematics.parquet",
-    "measures.csv",
-    "poses.npz",
-    "report.html",
-    "strides.csv",
-    "summary.json",
-    "take.rrd",
-]
+    "kinematics.parquet", "measures.csv", "poses.npz", "report.html", "strides.csv", "summary.json", "take.rrd",
+]  # fmt: skip
 
 
 def apart(*arguments, env=None) -> subprocess.CompletedProcess:
@@ -43,39 +37,19 @@ def lifted(tmp_path, facing_camera) -> Path:
 
 def alphapose(scale: float) -> str:
     points = np.random.default_rng(0).uniform(0.1, 0.9, size=(20, 17, 3)) * [scale, scale, 1]
-    return json.dumps(
-        [
-            {
-                "image_id": f"{i}.jpg",
-                "category_id": 1,
-                "keypoints": row.ravel().tolist(),
-                "score": 1,
-                "idx": 1,
-            }
-            for i, row in enumerate(points)
-        ]
-    )
+    same = {"category_id": 1, "score": 1, "idx": 1}
+    rows = enumerate(points.reshape(20, -1).tolist())
+    return json.dumps([{"image_id": f"{i}.jpg", "keypoints": row, **same} for i, row in rows])
 
 
-def spoiled(lifted: Path, change) -> Path:
-    joints = np.load(lifted)
-    np.save(lifted, change(joints))
-    return lifted
+def spoiled(index, value):
+    """Changes joints (T, 17, 3) at one place."""
 
+    def change(joints):
+        joints[index] = value
+        return joints
 
-def nan_frame(joints):
-    joints[4] = np.nan
-    return joints
-
-
-def zero_frame(joints):
-    joints[4] = 0
-    return joints
-
-
-def infinite(joints):
-    joints[4, 3, 2] = np.inf
-    return joints
+    return change
 
 
 def test_a_lifters_file_becomes_a_folder_of_results(lifted, tmp_path):
@@ -106,9 +80,9 @@ def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
         (lambda x: x[:, :16], ["17"]),
         (lambda x: x[..., :2], ["3"]),
         (lambda x: x[0], ["17"]),
-        (nan_frame, ["NaN", "row 4", "read.missing=gap"]),
-        (zero_frame, ["one point", "row 4", "read.missing=gap"]),
-        (infinite, ["infinite", "row 4", "r_ankle"]),
+        (spoiled(4, np.nan), ["NaN", "row 4", "read.missing=gap"]),
+        (spoiled(4, 0), ["one point", "row 4", "read.missing=gap"]),
+        (spoiled((4, 3, 2), np.inf), ["infinite", "row 4", "r_ankle"]),
         (lambda x: np.zeros_like(x), ["one point"]),
         (lambda x: x.astype(object), ["object"]),
         (lambda x: x * [-1, 1, 1], ["mirrored", "--set read.handedness=mirror", "knees"]),
@@ -116,7 +90,7 @@ def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
     ids=["joints", "dims", "one frame", "nan", "zeros", "inf", "all zeros", "objects", "mirrored"],
 )
 def test_bad_poses_get_a_sentence_and_exit_2(lifted, tmp_path, change, words):
-    spoiled(lifted, change)
+    np.save(lifted, change(np.load(lifted)))
     result = pcnet3d("run", "--poses", lifted, "--adapter", "motionbert", "--fps", 30, "-o", tmp_path / "out")
     expect_refusal(result, words)
     assert [path.name for path in tmp_path.iterdir()] == ["X3D.npy"]
@@ -129,45 +103,36 @@ def expect_refusal(result, words):
     assert all(word in result.stderr for word in words), result.stderr
 
 
+LIFT = "--poses X3D.npy --fps 30"
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--fps", 30], ["--poses", "--keypoints"]),
-        (
-            ["--poses", "X3D.npy", "--fps", 30, "--set", "read.image_size=640x360"],
-            ["read.image_size", "leave"],
-        ),
-        (["--keypoints", "ap.json", "--fps", 30], ["--set read.image_size"]),
-        (["--keypoints", "ap.json", "--fps", 30, "--set", "read.image_size=640"], ["640", "WIDTHxHEIGHT"]),
-        (["--keypoints", "unit.json", "--fps", 30, "--set", "read.image_size=640x360"], ["pixels"]),
-        (["--poses", "none.npy", "--fps", 30], ["none.npy"]),
-        (["--poses", "X3D.npy"], ["--fps"]),
-        (
-            ["--poses", "X3D.npy", "--fps", 30, "--adapter", "motionbird"],
-            ["motionbird", "did you mean motionbert"],
-        ),
-        (["--poses", "X3D.npy", "--fps", 30, "-O", "pixl=1"], ["pixl", "did you mean pixel"]),
-        (["--poses", "X3D.npy", "--fps", 30, "-O", "pixel"], ["KEY=VALUE"]),
-        (["--poses", "X3D.npy", "--fps", 30, "--set", "rectify.rectifier=magic"], ["magic", "geometric"]),
-        (["--poses", "X3D.npy", "--fps", 30, "--camera", "pan"], ["camera", "'pan'", "static", "moving"]),
-        (
-            ["--poses", "X3D.npy", "--fps", 30, "--set", "read.gravity=0,1"],
-            ["--set read.gravity=X,Y,Z", "'0,1'"],
-        ),
-        (
-            ["--poses", "X3D.npy", "--fps", 30, "--set", "read.gravity=0,1,0", "--set", "read.pitch=3"],
-            ["not both"],
-        ),
-        (["--poses", "X3D.npy", "--fps", 30, "--recipe", "short.toml", "--camera", "moving"], ["'rectify'"]),
-        (["--poses", "X3D.npy", "--fps", 30, "--stature", 180], ["metres", "180"]),
-        (["--poses", "X3D.npy", "--fps", 30, "--recipe", "none.toml"], ["none.toml"]),
-        (["--poses", "notes.txt", "--fps", 30], ["notes.txt", "No adapter"]),
-        (["--poses", "empty.npy", "--fps", 30, "--adapter", "motionbert"], ["empty"]),
-        (["--poses", "cut.npy", "--fps", 30, "--adapter", "motionbert"], ["cut.npy"]),
-        (["--poses", "cut.npz", "--fps", 30, "--adapter", "videopose3d"], ["cut.npz"]),
-        (["--poses", "X3D.npy", "--fps", 30, "--keypoints", "odd.json"], ["odd.json"]),
-        (["video.mp4", "--poses", "X3D.npy"], ["video.mp4"]),
-        (["gone.mp4", "--poses", "X3D.npy"], ["gone.mp4"]),
+        ("--fps 30", ["--poses", "--keypoints"]),
+        (f"{LIFT} --set read.image_size=640x360", ["read.image_size", "leave"]),
+        ("--keypoints ap.json --fps 30", ["--set read.image_size"]),
+        ("--keypoints ap.json --fps 30 --set read.image_size=640", ["640", "WIDTHxHEIGHT"]),
+        ("--keypoints unit.json --fps 30 --set read.image_size=640x360", ["pixels"]),
+        ("--poses none.npy --fps 30", ["none.npy"]),
+        ("--poses X3D.npy", ["--fps"]),
+        (f"{LIFT} --adapter motionbird", ["motionbird", "did you mean motionbert"]),
+        (f"{LIFT} -O pixl=1", ["pixl", "did you mean pixel"]),
+        (f"{LIFT} -O pixel", ["KEY=VALUE"]),
+        (f"{LIFT} --set rectify.rectifier=magic", ["magic", "geometric"]),
+        (f"{LIFT} --camera pan", ["camera", "'pan'", "static", "moving"]),
+        (f"{LIFT} --set read.gravity=0,1", ["--set read.gravity=X,Y,Z", "'0,1'"]),
+        (f"{LIFT} --set read.gravity=0,1,0 --set read.pitch=3", ["not both"]),
+        (f"{LIFT} --recipe short.toml --camera moving", ["'rectify'"]),
+        (f"{LIFT} --stature 180", ["metres", "180"]),
+        (f"{LIFT} --recipe none.toml", ["none.toml"]),
+        ("--poses notes.txt --fps 30", ["notes.txt", "No adapter"]),
+        ("--poses empty.npy --fps 30 --adapter motionbert", ["empty"]),
+        ("--poses cut.npy --fps 30 --adapter motionbert", ["cut.npy"]),
+        ("--poses cut.npz --fps 30 --adapter videopose3d", ["cut.npz"]),
+        (f"{LIFT} --keypoints odd.json", ["odd.json"]),
+        ("video.mp4 --poses X3D.npy", ["video.mp4"]),
+        ("gone.mp4 --poses X3D.npy", ["gone.mp4"]),
     ],
 )
 def test_bad_options_and_files_get_a_sentence_and_exit_2(lifted, tmp_path, arguments, words):
@@ -182,7 +147,7 @@ def test_bad_options_and_files_get_a_sentence_and_exit_2(lifted, tmp_path, argum
     (tmp_path / "odd.json").write_text('{"hello": [1, 2')
     (tmp_path / "video.mp4").write_bytes(b"\0\0\0\x18ftypmp42 and then nothing")
     before = sorted(path.name for path in tmp_path.iterdir())
-    expect_refusal(pcnet3d("run", *arguments, "-o", tmp_path / "out", cwd=tmp_path), words)
+    expect_refusal(pcnet3d("run", *arguments.split(), "-o", tmp_path / "out", cwd=tmp_path), words)
     assert sorted(path.name for path in tmp_path.iterdir()) == before
 
 
@@ -250,11 +215,8 @@ def test_the_version_says_build_and_networks():
     assert first == f"pcnet3d {version('pcnet3d')}"
     listed = pcnet3d("list", "models", "--json").stdout
     digests = {tuple(line.split()[:3]): line.split()[3] for line in networks}
-    named = {
-        ("lifter", "pcnet3d", "lifter.onnx"),
-        ("rectifier", "pcnet", "pcnet.onnx"),
-        ("rectifier", "paper", "paper.onnx"),
-    }
+    rectifiers = {("rectifier", name, f"{name}.onnx") for name in ("pcnet", "paper")}
+    named = {("lifter", "pcnet3d", "lifter.onnx"), *rectifiers}
     assert named | {("lifter", "pcnet3d", "changes.onnx")} <= digests.keys()
     assert all(f", {digests[name]})" in listed for name in named)
 
@@ -352,10 +314,8 @@ def test_list_prints_one_line_an_adapter_and_json():
     assert {"motionbert", "alphapose", "video"} <= {row["name"] for row in rows}
     for what, known in (("notices", CATALOGUE), ("refusals", REFUSALS)):
         assert [row["code"] for row in json.loads(pcnet3d("list", what, "--json").stdout)] == [*known]
-    assert {row["name"] for row in json.loads(pcnet3d("list", "stages", "--json").stdout)} >= {
-        "clean",
-        "rectify",
-    }
+    stages = json.loads(pcnet3d("list", "stages", "--json").stdout)
+    assert {row["name"] for row in stages} >= {"clean", "rectify"}
 
 
 @pytest.mark.parametrize(

@@ -51,17 +51,7 @@ def fresh(wheel, tmp_path_factory) -> Path:
     skipped = shutil.ignore_patterns("__pycache__", "*.egg-info", "build")
     shutil.copytree(TEMPLATE, sources / "plugin", ignore=skipped)
     offline = ("--no-deps", "--no-build-isolation", "--no-index", "--quiet")
-    run(
-        sys.executable,
-        "-m",
-        "pip",
-        "--python",
-        python,
-        "install",
-        *offline,
-        wheel,
-        sources / "plugin",
-    )
+    run(sys.executable, "-m", "pip", "--python", python, "install", *offline, wheel, sources / "plugin")
     assert run(python, "-c", "import pcnet3d.pipeline as p; print(p.__file__)").startswith(str(site))
     return programs
 

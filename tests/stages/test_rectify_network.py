@@ -4,17 +4,11 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, side_camera
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
 from pcnet3d.stages import rectify
 from refusals import refused
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker()
 
 
 @pytest.fixture(scope="module")

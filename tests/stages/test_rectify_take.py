@@ -30,11 +30,6 @@ MEANING = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 
 
 @pytest.fixture(scope="module")
-def walk():
-    return walker()
-
-
-@pytest.fixture(scope="module")
 def camera(walk):
     return side_camera(walk)
 

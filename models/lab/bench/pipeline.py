@@ -112,8 +112,5 @@ def _timed(seconds: dict[str, float]) -> Iterator[None]:
         finally:
             seconds["2D network"] += time.perf_counter() - start
 
-    with (
-        patch.object(detect_video, "images_ahead", images_ahead),
-        patch.object(OnnxFile, "run", timed_run),
-    ):
+    with patch.object(detect_video, "images_ahead", images_ahead), patch.object(OnnxFile, "run", timed_run):
         yield

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ..common.extras import needed_for
+from ....pipeline.core.extras import needed_for
 
 _SHIPPED = Path(__file__).parents[1] / "training/lifter/lifter.toml"
 _PARTS = ("material", "network", "optimiser")

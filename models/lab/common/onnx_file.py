@@ -11,8 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from ...common.onnx import without_traces
-from .extras import needed_for
+from ....pipeline.core.extras import needed_for
 from .training import reading
 
 
@@ -46,7 +45,9 @@ def to_onnx(
             verbose=False,
         )
     assert program is not None
-    model = without_traces(program.model_proto)
+    model = program.model_proto
+    for node in model.graph.node:
+        del node.metadata_props[:]  # its place in the source files, by their paths on this machine
     onnx.helper.set_model_props(model, {key: str(value) for key, value in said.items()})
     return model
 

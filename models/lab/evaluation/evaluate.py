@@ -7,7 +7,8 @@ Question with nested figures, and `PAGE`, what the page says of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import csv
+from collections.abc import Callable, Sequence
 from datetime import date
 from importlib import import_module
 from inspect import Parameter, Signature
@@ -24,13 +25,14 @@ from ...common.metrics import plain
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
 from ..synthetic.views import Targets
-from .ledger import note_look
 from .sets import Question, Sets
 from .tables import written
 from .testbed import Bed
 
 evaluate = typer.Typer(help="Test lifters, rectifiers and later stages where the truth is known.")
 
+ROOT = Path(__file__).parents[3]
+_LEDGER = ("date", "command", "networks", "because")
 _BOTH = ["geometric", "pcnet"]
 # Every option of a report, with its default.
 _OPTIONS: dict[str, tuple[Any, Any]] = {
@@ -99,18 +101,8 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "device": (OnDevice, "auto"),
 }  # fmt: skip
 _BEFORE_CAMERAS = ("lifter", "seed", "bed", "sets", "because")  # of reports on virtual takes
-_OWN = (
-    "networks",
-    "data",
-    "split",
-    "targets",
-    "seeds",
-    "part",
-    "beds",
-    "fit",
-    "answers",
-    "errors",
-)  # that one report alone is asked
+# That one report alone is asked.
+_OWN = ("networks", "data", "split", "targets", "seeds", "part", "beds", "fit", "answers", "errors")
 
 
 def _report(
@@ -185,6 +177,23 @@ def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str
     write_text(output / f"{file}.md", text)
     write_json(output / f"{file}.json", plain(results))
     print(text)
+
+
+def ledger_of(output: Path) -> Path:
+    """docs/accuracy/ledger.csv where this package lies in its repository, else ledger.csv in the report's folder."""
+    return ROOT / "docs" / "accuracy" / "ledger.csv" if (ROOT / ".git").exists() else output / "ledger.csv"
+
+
+def note_look(output: Path, command: str, networks: Sequence[str], because: str) -> None:
+    """Append a line to the ledger of looks at the test sets, for who is looked at often is no test any more: the day,
+    the command, the networks with their digests, and why."""
+    path = ledger_of(output)
+    first = not path.exists()
+    with open(path, "a", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        if first:
+            writer.writerow(_LEDGER)
+        writer.writerow([date.today().isoformat(), command, " ".join(networks), " ".join(because.split())])
 
 
 errors = _report(

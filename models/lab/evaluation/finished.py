@@ -18,7 +18,7 @@ from ....pipeline.core.camera import Look
 from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
-from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.pose import MadeBy
 from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.files.video_frames import shown_size
@@ -31,7 +31,7 @@ from ...lifter.features import body_rays
 from ..mocap.clips import data_set, lying
 from ..mocap.restyle import Spells, restyled_walks
 from .foreign import Foreign
-from .real_data import LIMBS, MOVING, found_keypoints, read_moving, whole_body
+from .real_data import MOVING, found_keypoints, read_moving, whole_body
 from .sets import EvaluationSet, Question
 from .take_answers import simulated_look
 from .testbed import BEDS, MIN_FRAMES, Bed, SeenTake, see

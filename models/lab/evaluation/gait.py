@@ -16,19 +16,16 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.anthropometry import implied_stature
-from ....pipeline.core.frames import turned_covariance
+from ....pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
+from ....pipeline.core.frames import scaled_covariance, turned_covariance
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
 from ...common.metrics import Figure, relative
 from ...common.spread import stated_spread
 from ...gait.contact import SIDES, leg_length
-from ...gait.errors import (
-    OF_LENGTH,
-    OF_SIDES,
-    depth_of_steps,
-    path_error,
-)
+from ...gait.errors import OF_LENGTH, OF_SIDES, depth_of_steps, path_error
 from ...gait.events import Stance, Step
 from ...gait.foot_lock import foot_locked
 from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
@@ -39,13 +36,12 @@ from ..mocap.contact import true_contact
 from ..mocap.restyle import Spells
 from .acceleration import filtered
 from .gait_means import FIGURES, Difference, Mean, differences_of, figure_of, means_of
-from .place import ASSUMED, KNOWN, by_stature, camera_of
 from .sets import EvaluationSet, Question
 from .tables import Page, Table
 from .take_answers import joints_of
 from .testbed import LiftedTake, SeenTake
 
-TRUE = "true path"
+TRUE, KNOWN, ASSUMED = "true path", "focal known", "focal assumed"
 PATHS = (TRUE, KNOWN, ASSUMED)
 _SLIDING = (TRUE, KNOWN, f"{KNOWN}, feet locked")
 _UNEVEN = 2.5  # captured validation walks and runs come to 2.4, one of skips to 2.7, a man who hops to 3.4
@@ -135,7 +131,7 @@ def judge_both(question: Question, take: LiftedTake, spells: Spells | None = Non
     known = judge(rectifier, take, KNOWN, spells)
     if known is None or not known.means:
         return known
-    again = question.lift_seen(take.seen, camera_of(take.seen, ASSUMED).focal_px)
+    again = question.lift_seen(take.seen, _camera_of(take.seen, ASSUMED).focal_px)
     guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED, spells)
     if guessed is None:
         return known
@@ -166,10 +162,7 @@ def judge(
     frames = [
         np.stack([_inside(each.feet[side], time_s) for each in (found, true)], axis=-1) for side in SIDES
     ]
-    events = {
-        "initial contact": _events(found, true, "start_s"),
-        "toe-off": _events(found, true, "stop_s"),
-    }
+    events = {"initial contact": _events(found, true, "start_s"), "toe-off": _events(found, true, "stop_s")}
     steps = (len(found.steps), len(true.steps))
     judged = JudgedGait(seen.subject, true.kind, steps, np.concatenate(frames), events)
     same = _of_both(found, true)
@@ -192,8 +185,8 @@ def judge(
 
     if path is None:
         return judged
-    sized = by_stature(take.lifted, seen.truth)
-    placed = pelvis_path(sized, seen.keypoints, camera_of(seen, path))
+    sized = _by_stature(take.lifted, seen.truth)
+    placed = pelvis_path(sized, seen.keypoints, _camera_of(seen, path))
     if placed is None:
         return judged
     root = rotate(R_level_from_camera, placed.root[None])[0]
@@ -345,3 +338,19 @@ def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
             path: Figure.of(100 * of) for path, of in zip(_SLIDING, sliding.T, strict=True)
         }
     return result
+
+
+def _camera_of(seen: SeenTake, case: str) -> Camera:
+    """The take's camera as it is known: by its focal length, or, ASSUMED, by what is usual."""
+    width, height = seen.image_size
+    focal_px, spread = seen.focal_px, 0.0
+    if case == ASSUMED:
+        focal_px, spread = PRIOR_FOCAL * max(width, height), PRIOR_FOCAL_SPREAD
+    return Camera((width, height), focal_px, focal_px * spread, "told")
+
+
+def _by_stature(lifted: PoseSequence, truth: np.ndarray) -> PoseSequence:
+    """The poses in metres as `--stature` would bring them there, by the stature of the truth (T, 17, 3)."""
+    factor = implied_stature(truth) / implied_stature(lifted.joints)
+    covariance = scaled_covariance(lifted.covariance, factor)
+    return lifted.with_(joints=lifted.joints * factor, covariance=covariance)

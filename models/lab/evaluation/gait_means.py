@@ -10,14 +10,7 @@ import numpy as np
 
 from ...common.metrics import SD_90, Figure
 from ...gait.contact import SIDES
-from ...gait.errors import (
-    FEWEST_OF_A_SIDE,
-    OF_LENGTH,
-    OF_SIDES,
-    scatter,
-    shipped_errors,
-    style_of,
-)
+from ...gait.errors import FEWEST_OF_A_SIDE, OF_LENGTH, OF_SIDES, scatter, shipped_errors, style_of
 from ...gait.gait import Values
 
 FIGURES = (

@@ -100,7 +100,7 @@ def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[st
                 "MPJPE": 1000 * joint_error(fitted, truth),
                 "PA-MPJPE": 1000 * procrustes_error(lifted, truth),
                 **_along(fitted - truth, take),
-                "hidden rotation": angle_of(kabsch(truth, lifted)),
+                "hidden rotation": geodesic_deg(kabsch(truth, lifted), np.eye(3)),
             }
             for name, values in errors.items():
                 rows.setdefault(name, []).append(values[use])
@@ -123,11 +123,6 @@ def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[st
 
 def _of_takes(values: list[np.ndarray]) -> Figure:
     return Figure.of(np.array([np.nanmean(v) for v in values if np.isfinite(v).any()]))
-
-
-def angle_of(R: np.ndarray) -> np.ndarray:
-    """Angle of a rotation in degrees, (...,)."""
-    return geodesic_deg(R, np.broadcast_to(np.eye(3), R.shape))
 
 
 def speed(lifter: str | Path = "pcnet3d", frames: int = 6000) -> float:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ....pipeline.files.video_frames import shown_size
@@ -24,13 +24,7 @@ from ...common.metrics import joint_error, procrustes_error, scaled
 from ...lifter.features import ray_rotation
 from ..synthetic.keypoint_noise import EXACT_KEYPOINTS
 from .people import mean
-from .real_data import (
-    LIMBS,
-    exact_keypoints,
-    found_keypoints,
-    openpose_keypoints,
-    read_moving,
-)
+from .real_data import exact_keypoints, found_keypoints, openpose_keypoints, read_moving
 from .real_take import whole_body
 from .sets import evaluation_sets
 from .testbed import BEDS, MIN_FRAMES, Bed, see

@@ -170,12 +170,7 @@ def rows_of(key: tuple[str, str, str, str], parts: People) -> list[dict[str, Any
         groups["all"] = [person for people in groups.values() for person in people]
     of = dict(zip((*_KEYS, "network"), key, strict=True))
     return [
-        {
-            **of,
-            "part": part,
-            "people": len(people),
-            **dict(zip(FIGURES, means(people).tolist(), strict=True)),
-        }
+        {**of, "part": part, "people": len(people), **dict(zip(FIGURES, means(people).tolist(), strict=True))}
         for part, people in groups.items()
     ]
 

@@ -6,12 +6,13 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import IMAGE
-from ....pipeline.core.layouts import COCO17, H36M17
+from ....pipeline.core.layouts import COCO17, H36M17, LIMBS
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, unit
 from ....pipeline.core.take import Video
@@ -21,9 +22,6 @@ from ...detector.load import load_detector
 from ...detector.video import detect
 from ..mocap.clips import data_folder
 
-LIMBS = tuple(
-    f"{side}_{part}" for side in "rl" for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
-)
 MOVING, STANDING = "pose2sim", "pose2sim_static"  # folders of the data's README, under real/
 _DETECTOR = Path("models") / "movenet_lightning_int8.onnx"
 
@@ -81,27 +79,18 @@ def read_cameras(folder: Path) -> dict[str, RealCamera]:
     path = folder / "cameras.json"
     try:
         listed = json.loads(path.read_text(encoding="utf-8"))["cameras"]
-        return {
-            name: RealCamera(
-                video=folder / f"{name}.mp4",
-                up=unit(np.array(said["up_in_camera"], dtype=np.float64)),
-                **{
-                    key: np.array(said[key], dtype=np.float64)
-                    for key in ("focal_px", "principal_point_px", "distortion")
-                },
-                **{
-                    key: np.array(said[key], dtype=np.float64)
-                    for key in ("R_camera_from_world", "t_m")
-                    if key in said
-                },
-            )
-            for name, said in listed.items()
-        }
+        return {name: _camera(folder / f"{name}.mp4", said) for name, said in listed.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
             "file-damaged",
             f"Expected the cameras of a real take in {path}, got {type(error).__name__}: {error}.",
         ) from None
+
+
+def _camera(video: Path, said: Mapping[str, Any]) -> RealCamera:
+    keys = ("focal_px", "principal_point_px", "distortion", "R_camera_from_world", "t_m")
+    arrays = {key: np.array(said[key], dtype=np.float64) for key in keys if key in said}
+    return RealCamera(video, unit(np.array(said["up_in_camera"], dtype=np.float64)), **arrays)
 
 
 def read_truth(folder: Path, cameras: Sequence[str]) -> RealTruth:

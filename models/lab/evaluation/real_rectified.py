@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.frames import CAMERA, IMAGE
-from ....pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, HALPE26, Layout, remap
+from ....pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, HALPE26, LIMBS, Layout, remap
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose, unit
 from ...common.metrics import Figure, procrustes_error, relative
 from ..mocap.clips import data_folder
 from ..synthetic.bodies import STANDARD_SIZE_M, size_m
-from .real_data import LIMBS
 from .sets import Question
 from .tables import Page, Table
 from .take_answers import Answer, answers, named

@@ -16,10 +16,10 @@ import numpy as np
 from ....pipeline.core.camera import Look
 from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose
+from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose, turn_deg, turned
 from ....pipeline.core.take import Video
 from ....pipeline.files.video_frames import shown_size
 from ....pipeline.plugins.protocols import Rectifier
@@ -35,7 +35,6 @@ from ...rectifier.load import load_rectifier
 from ..mocap.clips import data_folder
 from .people import mean
 from .real_data import (
-    LIMBS,
     STANDING,
     about_hips,
     exact_keypoints,
@@ -246,15 +245,7 @@ def level_row(
 def level_error(lifted: np.ndarray, R_camera_from_level: np.ndarray, limbs: np.ndarray) -> np.ndarray:
     """(T,) metres, level_row's level_mm. lifted: (T, 12, 3), CAMERA axes; limbs: the truth, world +Z up."""
     points, truth = rotate(transpose(R_camera_from_level), about_hips(lifted)), about_hips(limbs)
-    return joint_error(scaled(rotate(same_heading(points, truth), points), truth, "take"), truth)
-
-
-def same_heading(points: np.ndarray, truth: np.ndarray) -> np.ndarray:
-    """(3, 3) the one turn about +Z that brings points (T, J, 3) closest to truth, missing ones left out."""
-    product = np.nansum(points[..., :, None] * truth[..., None, :], axis=(0, 1))
-    turn = np.arctan2(product[0, 1] - product[1, 0], product[0, 0] + product[1, 1])
-    c, s = np.cos(turn), np.sin(turn)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return joint_error(scaled(turned(points, turn_deg(points, truth)), truth, "take"), truth)
 
 
 def limb_angles(

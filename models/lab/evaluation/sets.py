@@ -82,12 +82,7 @@ class Question:
     def takes(self, of: EvaluationSet, focal_known: bool = False) -> Iterator[LiftedTake]:
         """The set's lifted takes (testbed.lifted_takes), counted on the screen."""
         takes = lifted_takes(
-            of.subjects,
-            self.seed,
-            model=self.lifter,
-            focal_known=focal_known,
-            views=self.views,
-            only=of.has,
+            of.subjects, self.seed, model=self.lifter, focal_known=focal_known, views=self.views, only=of.has
         )
         yield from each(takes, f"{of.label} takes", len(of.clips()))
 

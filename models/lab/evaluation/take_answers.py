@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....pipeline.core.camera import Look
+from ....pipeline.core.frames import R_CAMERA_FROM_UPRIGHT
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import from_columns, transpose, unit
 from ....pipeline.plugins.protocols import Rectifier
@@ -19,8 +20,6 @@ from ...gravity.lines import tangent
 
 CAMERA_AXES, TRUE_AXES = "camera axes", "true axes"
 LOOK_DEG = np.array([1.2, 0.6])  # pitch and roll of up by an image: what photographs give
-# A camera that nobody pitched or rolled, in front of the person: up is the image's.
-_STRAIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +98,7 @@ def constant(R_camera_from_level: np.ndarray, frames: int) -> Answer:
 
 def camera_axes(frames: int) -> Answer:
     """No rectification: the image's up is up."""
-    return constant(_STRAIGHT, frames)
+    return constant(R_CAMERA_FROM_UPRIGHT, frames)
 
 
 def with_heading(R: np.ndarray, R_true: np.ndarray, per: str = "take") -> np.ndarray:

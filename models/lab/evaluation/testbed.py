@@ -253,8 +253,7 @@ def write_takes(
     keypoints: Annotated[
         bool,
         typer.Option(
-            "--keypoints",
-            help="Only the input for a lifter of your own, with the truth, one file per take.",
+            "--keypoints", help="Only the input for a lifter of your own, with the truth, one file per take."
         ),
     ] = False,
     device: OnDevice = "auto",

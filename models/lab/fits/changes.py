@@ -20,13 +20,12 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from ....pipeline.core.extras import needed_for
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.reading.mocap.clip import Clip
-from ...common.onnx import without_traces
 from ...lifter import CHANGES
 from ...lifter.changes import CHANNELS, LIMBS, RATES, ROWS, WIDTHS, ZOOMS, features, held
-from ..common.extras import needed_for
 from ..common.modules import run_command
 from ..evaluation.testbed import BEDS, lay_down, see
 from ..mocap.clips import read_clips
@@ -161,24 +160,16 @@ def trained(of: list[Take], steps: int, seed: int, net: Any = None) -> Any:
 
 def export(net: Any, path: Path) -> None:
     """Write it as ONNX: "features" (N, ROWS, CHANNELS) -> logits "rate", "width", "zoom" (N, K), "backwards" (N,)."""
-    with needed_for("The network is trained; writing it as ONNX"):
-        import onnx
-        import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)
-        import torch
+    import onnx
+    import torch
 
-    program = torch.onnx.export(
-        net.eval(),
-        (torch.zeros(2, ROWS, CHANNELS),),
-        input_names=["features"],
-        output_names=["rate", "width", "zoom", "backwards"],
-        dynamic_shapes=({0: torch.export.Dim("batch")},),
-        dynamo=True,
-        external_data=False,
-        verbose=False,
-    )
-    assert program is not None
+    from ..common.onnx_file import to_onnx
+
+    free = ({0: torch.export.Dim("batch")},)
+    outputs = ("rate", "width", "zoom", "backwards")
+    model = to_onnx(net, {"features": torch.zeros(2, ROWS, CHANNELS)}, free, outputs)
     with whole_file(path) as partial:
-        onnx.save(without_traces(program.model_proto), str(partial))
+        onnx.save(model, str(partial))
 
 
 def main(

@@ -17,6 +17,7 @@ import numpy as np
 import typer
 
 from ....pipeline.core.canonical import R_world_from_body
+from ....pipeline.core.extras import needed_for
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.files.atomic import write_text
@@ -26,7 +27,6 @@ from ...common.metrics import relative
 from ...gait.contact import CONTACT_FILE, SIDES, ContactNet, window_features
 from ...gait.events import ON_FLOOR
 from ...lifter.builtin import lift
-from ..common.extras import needed_for
 from ..common.modules import run_command
 from ..evaluation.take_answers import joints_of
 from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, see

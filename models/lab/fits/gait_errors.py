@@ -154,10 +154,7 @@ def _fitted(
 
 
 def _deviations(
-    persons: Sequence[str],
-    error: np.ndarray,
-    squares: dict[str, np.ndarray],
-    alike: np.ndarray | float = 0.0,
+    persons: Sequence[str], error: np.ndarray, squares: dict[str, np.ndarray], alike: np.ndarray | float = 0.0
 ) -> dict[str, float]:
     """{part: standard deviation per unit of it} under which errors (N,) are most likely, besides what is wrong in them
     by `alike` (N,), times the factor for nine in ten of strangers. squares: {part: (N,) its square}, "shared" and
@@ -189,9 +186,7 @@ def _deviations(
 
 
 def _quantile(values: np.ndarray, weight: np.ndarray, share: float) -> float:
-    order = np.argsort(values)
-    reached = np.cumsum(weight[order])
-    return float(values[order][np.searchsorted(reached, share * reached[-1])])
+    return float(np.quantile(values, share, method="inverted_cdf", weights=weight))
 
 
 def _most(count: np.ndarray) -> float:

@@ -15,13 +15,13 @@ import typer
 
 from ....pipeline.core.device import AUTO, CPU, computing_on
 from ....pipeline.core.errors import InputError
+from ....pipeline.core.extras import needed_for
 from ....pipeline.files.atomic import write_json, write_text
 from ....pipeline.reading.mocap.clip import Clip, write_mocap
 from ....pipeline.running.recipe import load_toml
 from ...common.metrics import plain
 from ...rectifier.geometric import Geometric
 from ...rectifier.onnx import PCNetRectifier
-from ..common.extras import needed_for
 from ..common.toml_config import as_toml, checked
 from ..evaluation.rectifiers import clean_takes, judge, together
 from ..evaluation.tables import Page, Table, written
@@ -68,8 +68,7 @@ def mmfi(
     ] = ["S2", "S3"],  # noqa: B006 (typer copies it)
     activities: Annotated[Activities, typer.Option(help="Daily, rehabilitation or all actions.")] = "P3",
     config: Annotated[
-        Path | None,
-        typer.Option(help="Training config instead of models/lab/training/rectifier/mmfi.toml."),
+        Path | None, typer.Option(help="Training config instead of models/lab/training/rectifier/mmfi.toml.")
     ] = None,
     device: Annotated[
         str, typer.Option(help="Where to train: auto (a GPU where there is one), cpu or cuda.")

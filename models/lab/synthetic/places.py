@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.layouts import LIMBS
 
-LIMBS = H36M17.indices(
-    [f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")]
-)
-TRUNK = [
-    row for row, joint in enumerate(LIMBS) if H36M17.joints[joint][2:] in ("hip", "shoulder")
-]  # of LIMBS
+TRUNK = [row for row, joint in enumerate(LIMBS) if joint.endswith(("hip", "shoulder"))]  # of LIMBS
 
 # A row is a second of a video or less: x (right) and y (down) of the mean of hips and shoulders from the image's
 # middle, the root mean square distance of LIMBS from there, all in longer image sides, and the image's width over its

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import socket
 import time
@@ -24,6 +23,7 @@ from ....pipeline.files.atomic import (
     refuse_unwritable,
     whole_file,
     write_json,
+    write_rows,
     write_text,
 )
 from ....pipeline.plugins.options import pairs
@@ -250,8 +250,5 @@ def _write(
     with whole_file(output / TABLE) as partial:
         write_table(rows, partial)
     for name, columns, lines in ((CHANGES, CHANGE, changed), (REPEATED, COLUMNS, repeated)):
-        with whole_file(output / name) as partial, open(partial, "w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(columns)
-            writer.writerows([getattr(line, column) for column in columns] for line in lines)
+        write_rows(output / name, columns, ([getattr(line, column) for column in columns] for line in lines))
     write_text(output / PAGE, as_page(f"Study {output.name}", rows, changed))

@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ....pipeline.core.errors import InputError
+from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.messages import how_many, say
 from ....pipeline.core.system import is_file_name
 from ....pipeline.files.atomic import printable
@@ -291,10 +291,8 @@ def _options(
             continue
         listed = name in _FIELDS and is_repeatable(name)
         values = tuple(part.strip() for part in cell.split(";")) if listed else (cell,)
-        try:
+        with naming(where):
             value = _typed(name, values)
-        except InputError as error:
-            raise InputError(error.code, f"{where}: {error}") from None
         if name in _FIELDS and value is False:
             values = _NO
         if isinstance(value, Path) or cell.lower().endswith(".onnx"):
@@ -323,8 +321,7 @@ def _found(cell: str, base: Path, inside: Path | None, where: str) -> Path:
         ) from None
     if inside is not None and not path.is_relative_to(inside.resolve()):
         raise InputError(
-            "unsafe",
-            f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside to allow it.",
+            "unsafe", f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside to allow it."
         )
     if not there:
         raise InputError("cannot-open", f"{where}: expected a file at {path}, found nothing there.")

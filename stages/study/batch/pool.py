@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from ....pipeline.core.errors import InputError
+from ....pipeline.core.extras import needed_for
 from .take import Job, Outcome, run_take
 from .workers import close_workers, stop_takes
 
@@ -32,14 +33,10 @@ def on_this_machine(jobs: Sequence[Job], workers: int) -> Generator[Outcome]:
 @contextmanager
 def connected(address: str) -> Iterator[Any]:
     """A client of the Dask scheduler at that address; InputError when there is none."""
-    try:
-        import logging
+    import logging
 
+    with needed_for("--dask", "dask"):
         from distributed import Client
-    except ImportError:
-        raise InputError(
-            "needs-package", "--dask needs the package distributed: pip install 'pcnet3d[dask]'."
-        ) from None
     # What matters of its log is said here in a sentence.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.rotations import is_finite, rotate
+from ....pipeline.core.rotations import is_finite
 from .side import LEAST_S, Side
 
 # Angles that need neither gravity nor a heading, so that a wrong one of these does not shift the clock.
@@ -94,19 +94,6 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     runner_up = float(others.max()) if len(others) else float("nan")
     # To 0.1 ms: takes of one clock come out at 0, and lose no row at their ends.
     return Alignment("cross-correlation", round(float(best.x), 4), -float(best.fun), runner_up)
-
-
-def turn_deg(side: np.ndarray, reference: np.ndarray) -> float:
-    """The turn about the vertical that brings joints (T, J, 3) nearest to others, +z up in both."""
-    both = is_finite(side) & is_finite(reference)
-    a, b = (joints[both][:, 0] + 1j * joints[both][:, 1] for joints in (side, reference))
-    return float(np.degrees(np.angle(np.vdot(a, b))))
-
-
-def turned(points: np.ndarray, angle_deg: float) -> np.ndarray:
-    """points (T, 3) or (T, J, 3) turned about z."""
-    cosine, sine = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
-    return rotate(np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]), points)
 
 
 def size_ratio(side: np.ndarray, reference: np.ndarray) -> float:

@@ -17,6 +17,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say_all, show
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import package_version
+from ....pipeline.core.rotations import turn_deg, turned
 from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ....pipeline.files.digest import sha256
 from ....pipeline.plugins.protocols import Rectifier
@@ -27,7 +28,7 @@ from ....pipeline.signals.angles import ANGLES
 from ....pipeline.signals.filters import rate
 from ..rates import is_lifted, rates_apart
 from .accelerations import accelerations
-from .align import AMBIGUOUS, UNUSUAL, WEAK, Alignment, correlated, size_ratio, stamped, turn_deg, turned
+from .align import AMBIGUOUS, UNUSUAL, WEAK, Alignment, correlated, size_ratio, stamped
 from .changes import changes, from_same_place, other_cadence
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles

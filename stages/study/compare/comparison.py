@@ -10,9 +10,10 @@ import numpy as np
 
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice
+from ....pipeline.core.rotations import turned
 from ...drawing.words import spoken
 from .accelerations import Accelerations
-from .align import WEAK, Alignment, turned
+from .align import WEAK, Alignment
 from .changes import Change, as_figures, told
 from .cycles import Cycles
 from .figures import JointAgreement

@@ -10,18 +10,7 @@ from markupsafe import Markup
 from ....pipeline.core.measures import grouped, subgroup, with_bar
 from ....pipeline.core.pose import package_version
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
-from ...drawing.page import (
-    Cell,
-    Soft,
-    answer,
-    box,
-    bullets,
-    heading,
-    joined,
-    page,
-    small,
-    table,
-)
+from ...drawing.page import Cell, Soft, answer, box, bullets, heading, joined, page, small, table
 from ...drawing.words import errors_of_angles, range_words, spoken
 from .changes import Change, named
 from .comparison import Comparison, Pair, result

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ....pipeline.core.errors import InputError
+from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.frames import Z_UP, change_frame
 from ....pipeline.core.layouts import H36M17, remap
 from ....pipeline.core.pose import PoseSequence
@@ -48,7 +48,7 @@ def read_truth(
         raise InputError(
             "option-conflict", f"--clip chooses from an .npz file of several clips; {path} is not one."
         )
-    try:
+    with naming(path):
         if kind in (".trc", ".c3d"):
             poses = _of_markers(read_trc(path) if kind == ".trc" else read_c3d(path), up, unit, fps)
         elif kind == ".bvh":
@@ -57,8 +57,6 @@ def read_truth(
             poses = _npz(path, clip, How(unit, up, fps))
         else:
             poses = _adapted(path, How(unit, up, fps))
-    except InputError as error:
-        raise error if str(path) in str(error) else InputError(error.code, f"{path}: {error}") from None
     share = upright_share(poses.joints)
     if np.isnan(share):
         raise InputError(

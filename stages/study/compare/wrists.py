@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from ....models import load_rectifier
 from ....pipeline.core.canonical import R_world_from_body
-from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ....pipeline.core.take import Take
 from ....pipeline.plugins.protocols import Rectifier
@@ -29,9 +29,6 @@ from .side import TRUTH, Side
 WRISTS = ("r_wrist", "l_wrist")
 AXES = ("back", "right", "up")
 FLAT = "raw 2D"
-_LIMBS = tuple(
-    f"{side}_{joint}" for side in "rl" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
-)
 _SHOWN_S = 12.0  # of a long take
 _MOVING = 0.02  # of the person's size, about a centimetre: standard deviation of a wrist that moves
 _COLOURS = ("#9aa3ad", "#e69f00", "#56b4e9", "#009e73", "#d55e00", "#cc79a7")
@@ -54,18 +51,18 @@ def wrists(side: Side, truth: np.ndarray, rectifiers: Sequence[Rectifier] = ()) 
     ones to compare, as methods.each_frame has them."""
     assert side.run is not None
     body = rotate(transpose(R_world_from_body(truth)), truth)
-    limbs = H36M17.indices(_LIMBS)
+    limbs = H36M17.indices(LIMBS)
     ways = {name: (joints[:, limbs], joints) for name, joints in _ways(side.run, rectifiers).items()}
     size = _size(body[:, limbs], body[:, limbs], (0, 1, 2))[0]
     paths = {TRUTH: {wrist: body[:, H36M17.index(wrist)] / size for wrist in WRISTS}}
     if (keypoints := limbs_of(side.run)) is not None:
-        hips = [_LIMBS.index("r_hip"), _LIMBS.index("l_hip")]
+        hips = [LIMBS.index("r_hip"), LIMBS.index("l_hip")]
         flat = keypoints - keypoints[:, hips].mean(axis=1, keepdims=True)
         # A camera taken as level, in front of a person who faces it: the image's left is the person's right.
         upright = np.stack([np.full(flat.shape[:2], np.nan), -flat[..., 0], -flat[..., 1]], axis=-1)
         # Of the height alone: how wide a person is seen depends on the view.
         tall = _size(upright, body[:, limbs], (2,))
-        paths[FLAT] = {w: upright[:, _LIMBS.index(w)] * (tall[1] / tall[0] / size) for w in WRISTS}
+        paths[FLAT] = {w: upright[:, LIMBS.index(w)] * (tall[1] / tall[0] / size) for w in WRISTS}
     for name, (of_limbs, joints) in ways.items():
         own, its = _size(of_limbs, body[:, limbs], (0, 1, 2))
         paths[name] = {wrist: joints[:, H36M17.index(wrist)] * (its / own / size) for wrist in WRISTS}
@@ -118,11 +115,11 @@ def _agreement(path: np.ndarray, truth: np.ndarray, size: float) -> dict[str, di
 def limbs_of(run: Take) -> np.ndarray | None:
     """(T, 12, 2) pixels of the run's 2D keypoints in the video frames of its poses; None where it has none of them."""
     keypoints = run.keypoints
-    if keypoints is None or not set(_LIMBS) <= set(keypoints.layout.joints):
+    if keypoints is None or not set(LIMBS) <= set(keypoints.layout.joints):
         return None
     wanted = run.need("poses").frame_index
     rows = np.clip(np.searchsorted(keypoints.frame_index, wanted), 0, len(keypoints) - 1)
-    limbs = keypoints.joints[rows][:, keypoints.layout.indices(_LIMBS)].astype(np.float64)
+    limbs = keypoints.joints[rows][:, keypoints.layout.indices(LIMBS)].astype(np.float64)
     return np.where((keypoints.frame_index[rows] == wanted)[:, None, None], limbs, np.nan)
 
 

@@ -22,12 +22,12 @@ import typer
 
 from ....models import load_rectifier
 from ....models.common.metrics import plain
-from ....pipeline.core.errors import InputError
+from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.frames import Z_UP, change_frame
 from ....pipeline.core.messages import how_many, show
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import package_version
-from ....pipeline.core.rotations import is_finite
+from ....pipeline.core.rotations import is_finite, turned
 from ....pipeline.core.system import quoted
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
@@ -38,7 +38,6 @@ from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.find import find_adapter
 from ....pipeline.signals.filters import CUTOFF_HZ, breaks, check_cutoff, rate
 from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
-from ..compare.align import turned
 from ..compare.truth import people_in_a_world
 from ..methods import method_name, methods
 from .align import Alignment, Signal, agreement, align, heading_deg
@@ -170,10 +169,8 @@ def read_imus(
     every: list[Imu] = []
     for place, file in enumerate(files):
         chosen = find_adapter(file, adapter, "imu")
-        try:
+        with naming(file):
             read = call(chosen.read, file, what=f"Adapter '{chosen.name}'", options=options or {})
-        except InputError as error:
-            raise error if str(file) in str(error) else InputError(error.code, f"{file}: {error}") from None
         for sensor in read:
             if not sensor.segment:
                 if len(segments) != len(files):

@@ -65,11 +65,7 @@ class LiveRecording:
     body/surface: the person drawn as tapered bones."""
 
     def __init__(
-        self,
-        file: RecordingFile,
-        layout: Layout,
-        target: OutputContainer | None,
-        beside: ThreadPoolExecutor,
+        self, file: RecordingFile, layout: Layout, target: OutputContainer | None, beside: ThreadPoolExecutor
     ) -> None:
         """target: what the encoded images go into besides the recording; None without images. beside: a thread that
         writes, for encoding an image takes about as long as finding the pose in the next one."""
@@ -177,8 +173,7 @@ def _blueprint() -> rrb.Blueprint:
     now = _body("Now: BODY, facing you", eye, ["$origin/surface/**"])
     details = rrb.Horizontal(
         rrb.Vertical(
-            second,
-            rrb.Spatial3DView(origin="source", name="Before: CAMERA axes", eye_controls=camera),
+            second, rrb.Spatial3DView(origin="source", name="Before: CAMERA axes", eye_controls=camera)
         ),
         _body("After: BODY, facing you", eye, ["$origin/joints", "$origin/bones"]),
         rrb.Vertical(

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from urllib.parse import urlsplit
 
 from ....pipeline.core.errors import InputError
+from ....pipeline.core.extras import needed_for
 from ....pipeline.core.messages import how_many, say
 from .frames import LivePose
 
@@ -71,12 +72,8 @@ def as_json(pose: LivePose) -> bytes:
 
 
 def _as_osc() -> Callable[[LivePose], bytes]:
-    try:
+    with needed_for("--stream osc://", "osc"):
         import pythonosc  # noqa: F401
-    except ImportError:
-        raise InputError(
-            "needs-package", "--stream osc:// needs the package python-osc: pip install 'pcnet3d[osc]'."
-        ) from None
     from .vmc import Performer
 
     return Performer().bundle

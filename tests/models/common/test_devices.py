@@ -1,7 +1,6 @@
 """Networks on devices that onnxruntime offers, offers and cannot start, or that fail half-way."""
 
 import json
-from functools import partial
 from typing import get_args
 
 import numpy as np
@@ -204,8 +203,7 @@ def test_a_bench_says_where_it_computed(cuda, monkeypatch, tmp_path, capsys, fai
     monkeypatch.setattr(
         bench, "_start_s", lambda path, device: 0.1
     )  # a process that has the real onnxruntime
-    for module in (bench, quantising):
-        monkeypatch.setattr(module, "rotation_change", partial(quantising.rotation_change, count=200))
+    monkeypatch.setattr(quantising, "_POSES", 200)
     bench.rectify(["pcnet"], count=80, rounds=1, threads=1, device="auto", output=tmp_path / "speed.json")
     found = json.loads((tmp_path / "speed.json").read_text())["device"]
     assert found["networks"]["pcnet.onnx"] == device

@@ -95,10 +95,7 @@ def test_gaps_are_bridged_and_nobody_is_followed_over_a_cut(whole):
     assert whole.cuts.tolist() == [22]
     assert [
         (one.person, int(one.frame_index[0]), int(one.frame_index[-1]), len(one)) for one in whole.people()
-    ] == [
-        ("0", 0, 21, 18),
-        ("1", 22, 69, 38),
-    ]
+    ] == [("0", 0, 21, 18), ("1", 22, 69, 38)]
 
 
 @pytest.mark.parametrize("stop", [0, 5, 11, 13, 21, 22, 33, 68, 69])

@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.gait.errors import (
-    OF_SIDES,
-    OF_STYLE,
-    depth_of_steps,
-    path_error,
-    shipped_errors,
-)
+from pcnet3d.models.gait.errors import OF_SIDES, OF_STYLE, depth_of_steps, path_error, shipped_errors
 from pcnet3d.models.gait.events import Stance, Step, walks
 from pcnet3d.models.gait.gait import Gait, find_gait, length_values, over_belt, time_values
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.evaluation import ledger
+from pcnet3d.models.lab.evaluation import evaluate
 from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 
@@ -13,7 +13,12 @@ SUBJECTS = {"train": "01", "val": "07", "test": "03", "hdm05": "bd", "tennis": "
 @pytest.fixture(autouse=True)
 def no_ledger_of_the_repository(monkeypatch, tmp_path):
     """Looks at test sets that tests make up are written beside their reports."""
-    monkeypatch.setattr(ledger, "ROOT", tmp_path / "installed")
+    monkeypatch.setattr(evaluate, "ROOT", tmp_path / "installed")
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(0)
 
 
 @pytest.fixture

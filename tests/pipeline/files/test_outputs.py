@@ -117,10 +117,7 @@ def test_inputs_and_the_current_folder_are_never_replaced(tmp_path, monkeypatch)
     ("recipe", "told"),
     [
         ('[[stages]]\nuse = "rectify"', {"poses": "x.npy", "recipe": "out/mine"}),
-        (
-            '[[stages]]\nuse = "rectify"\nrectifier = "out/mine"',
-            {"poses": "x.npy", "recipe": "recipe.toml"},
-        ),
+        ('[[stages]]\nuse = "rectify"\nrectifier = "out/mine"', {"poses": "x.npy", "recipe": "recipe.toml"}),
         ("", {"keypoints": "x.json", "lifter": "out/mine"}),
         ("", {"video": "x.mp4", "detector": "out/mine"}),
         ("", {"video": "x.mp4", "settings": {"calibrate.camera_file": "out/mine"}}),
@@ -143,10 +140,7 @@ def test_no_file_that_an_option_names_is_replaced(tmp_path, monkeypatch, recipe,
 def test_the_folder_that_one_is_in_is_refused_as_what_it_is(tmp_path, monkeypatch, inside):
     (tmp_path / "out" / inside).mkdir(parents=True)
     monkeypatch.chdir(tmp_path / "out" / inside)
-    with (
-        pytest.raises(InputError, match="is or contains the current folder"),
-        whole_folder(tmp_path / "out"),
-    ):
+    with pytest.raises(InputError, match="is or contains the current folder"), whole_folder(tmp_path / "out"):
         pass
 
 

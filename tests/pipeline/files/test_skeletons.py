@@ -5,13 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.files.skeletons import (
-    Skeleton,
-    h36m17_named,
-    h36m17_of_skeleton,
-    match,
-    place,
-)
+from pcnet3d.pipeline.files.skeletons import Skeleton, h36m17_named, h36m17_of_skeleton, match, place
 
 CHAIN = Skeleton(("a", "b", "c"), (-1, 0, 1), np.array([[0, 0, 0], [0, 2, 0], [0, 1, 0]], dtype=float))
 LIMBS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")

@@ -57,14 +57,14 @@ def walker(facing_camera) -> np.ndarray:
 
 
 def saved(tmp_path, joints, **beside):
-    path = tmp_path / "poses.npz"
-    beside = {"time_s": np.arange(len(joints)) / FPS, "frame_index": np.arange(len(joints))} | beside
-    np.savez(
-        path,
-        joints=np.asarray(joints, dtype=np.float32),
-        **{k: v for k, v in beside.items() if v is not None},
-    )
-    return path
+    rows = np.arange(len(joints))
+    arrays = {
+        "joints": np.asarray(joints, dtype=np.float32),
+        "time_s": rows / FPS,
+        "frame_index": rows,
+    } | beside
+    np.savez(tmp_path / "poses.npz", **{name: array for name, array in arrays.items() if array is not None})
+    return tmp_path / "poses.npz"
 
 
 def looked_at(tmp_path, joints, options=CAMERA, **beside):
@@ -81,12 +81,12 @@ def test_a_clean_walker_is_good_and_described(walker, tmp_path):
     assert found.people[0].findings == ()
     assert found.verdict == "good"
     figures = found.people[0].figures()
-    assert (figures["layout"], figures["frame"], figures["unit"], figures["rows"]) == (
+    assert [figures[name] for name in ("layout", "frame", "unit", "rows")] == [
         "H36M17",
         "CAMERA",
         "m",
         FRAMES,
-    )
+    ]
     assert (figures["first_frame"], figures["last_frame"]) == (0, FRAMES - 1)
     assert figures["fps"] == pytest.approx(FPS)
     assert figures["stature_m"] == pytest.approx(1.7, abs=0.1)
@@ -106,38 +106,33 @@ def test_an_adapters_own_warning_is_passed_on(walker, tmp_path):
     assert row_findings(source.saying(assumed)) == [assumed]
 
 
-def without_a_fifth(joints):
-    joints[20:38] = np.nan
-    return joints
+def copied(into, source):
+    """Spoils joints (T, 17, 3): what lies at one index is what lies at another."""
+
+    def spoil(joints):
+        joints[into] = joints[source]
+        return joints
+
+    return spoil
 
 
-def mostly_nan(joints):
-    joints[20:80] = np.nan
-    return joints
+def lost(first, end):
+    def spoil(joints):
+        joints[first:end] = np.nan
+        return joints
+
+    return spoil
 
 
-def halted(joints):
-    joints[40:44] = joints[40]
-    return joints
+def scaled(*factors):
+    return lambda joints: joints * factors
 
 
-def frozen(joints):
-    joints[10:] = joints[10]
-    return joints
-
-
-def flat(joints):
-    joints[..., AWAY] = joints[:, :1, AWAY]
-    return joints
-
-
-def invented(joints):
-    joints[..., AWAY] = joints[0, :, AWAY]
-    return joints
-
-
-def flattened(joints):
-    return joints * [1.15, 1.15, 0.45]  # a little larger, or the stature would give it away too
+LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
+halted = copied(np.s_[40:44], 40)
+mirrored = scaled(-1, 1, 1)
+flat = copied(np.s_[..., AWAY], np.s_[:, :1, AWAY])
+invented = copied(np.s_[..., AWAY], np.s_[0, :, AWAY])
 
 
 def rubber(joints):
@@ -155,28 +150,6 @@ def one_long_arm(joints):
     return joints
 
 
-def mirrored(joints):
-    return joints * [-1, 1, 1]
-
-
-def legs_swapped(joints):
-    legs = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
-    joints[:, legs] = joints[:, H36M17.mirror[legs]]
-    return joints
-
-
-def millimetres(joints):
-    return joints * 1000
-
-
-def child(joints):
-    return joints * 0.5
-
-
-def turned_over(joints):
-    return joints * [-1, -1, 1]  # still right-handed, so left and right do not tell
-
-
 def leaping(joints):
     joints[45:] = joints[45:] * [-1, 1, -1] + [0, 0, 2 * joints[45, 0, AWAY]]
     return joints
@@ -185,17 +158,17 @@ def leaping(joints):
 @pytest.mark.parametrize(
     ("spoil", "name", "weight"),
     [
-        (without_a_fifth, "gaps", "suspicious"),
-        (mostly_nan, "gaps", "unusable"),
+        (lost(20, 38), "gaps", "suspicious"),
+        (lost(20, 80), "gaps", "unusable"),
         (halted, "duplicates", "suspicious"),
-        (frozen, "duplicates", "unusable"),
-        (flattened, "flattened-depth", "suspicious"),
+        (copied(np.s_[10:], 10), "duplicates", "unusable"),
+        (scaled(1.15, 1.15, 0.45), "flattened-depth", "suspicious"),  # without the 1.15 the stature tells too
         (one_long_arm, "limbs-unlike", "suspicious"),
         (mirrored, "mirrored", "unusable"),
-        (legs_swapped, "legs-against-arms", "unusable"),
-        (millimetres, "stature", "unusable"),
-        (child, "stature", "suspicious"),
-        (turned_over, "upside-down", "suspicious"),
+        (copied(np.s_[:, LEGS], np.s_[:, H36M17.mirror[LEGS]]), "legs-against-arms", "unusable"),
+        (scaled(1000), "stature", "unusable"),
+        (scaled(0.5), "stature", "suspicious"),
+        (scaled(-1, -1, 1), "upside-down", "suspicious"),  # still right-handed
         (leaping, "leaps", "suspicious"),
     ],
 )
@@ -253,9 +226,8 @@ def test_rows_in_which_the_pelvis_alone_is_there_repeat_nothing(walker, tmp_path
     missing = walker.copy()
     missing[:, H36M17.index("pelvis")] = 0.0
     missing[40:60, H36M17.index("pelvis") + 1 :] = np.nan
-    assert {f.code for f in looked_at(tmp_path, missing).people[0].findings} & {"gaps", "duplicates"} == {
-        "gaps"
-    }
+    codes = {found.code for found in looked_at(tmp_path, missing).people[0].findings}
+    assert codes & {"gaps", "duplicates"} == {"gaps"}
 
 
 def test_dropped_frames_are_counted_by_their_numbers(walker, tmp_path):
@@ -370,33 +342,23 @@ def test_frames_that_are_all_lost_are_unusable_and_no_file_at_all_is_an_error(wa
         inspect(tmp_path / "none.npy")
 
 
-def command(*arguments):
-    return pcnet3d("inspect", *arguments)
-
-
 def test_the_command_prints_json_draws_and_ends_with_the_verdicts_code(walker, tmp_path):
     import cv2
 
     options = [text for key, value in CAMERA.items() for text in ("-O", f"{key}={value}")]
-    good = command(
-        saved(tmp_path, walker),
-        "--adapter",
-        "arrays",
-        *options,
-        "--json",
-        "--plot",
-        tmp_path / "new" / "a.png",
-    )
+    told = ["--adapter", "arrays", *options]
+    picture = tmp_path / "new" / "a.png"
+    good = pcnet3d("inspect", saved(tmp_path, walker), *told, "--json", "--plot", picture)
     assert good.returncode == 0, good.stderr
     assert json.loads(good.stdout)["people"][0]["verdict"] == "good"
-    image = cv2.imread(str(tmp_path / "new" / "a.png"))
+    image = cv2.imread(str(picture))
     assert image is not None
     assert image.std() > 5
     for spoil, code in ((halted, 3), (mirrored, 4)):
-        result = command(saved(tmp_path, spoil(walker.copy())), "--adapter", "arrays", *options)
+        result = pcnet3d("inspect", saved(tmp_path, spoil(walker.copy())), *told)
         assert result.returncode == code, result.stdout + result.stderr
     (tmp_path / "no.npy").write_text("no poses")
-    assert command(tmp_path / "no.npy").returncode == 2
+    assert pcnet3d("inspect", tmp_path / "no.npy").returncode == 2
 
 
 @pytest.mark.data

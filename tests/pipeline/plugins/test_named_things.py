@@ -52,9 +52,7 @@ def register(monkeypatch):
     """register(group, thing) installs a package that has it under the name "toy"."""
     added = {}
     monkeypatch.setattr(
-        registry,
-        "entry_points",
-        lambda group: [*entry_points(group=group), *added.get(group, ())],
+        registry, "entry_points", lambda group: [*entry_points(group=group), *added.get(group, ())]
     )
 
     def install(group, thing):

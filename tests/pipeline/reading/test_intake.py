@@ -2,9 +2,7 @@
 
 import hashlib
 import json
-import os
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +21,7 @@ from pcnet3d.pipeline.reading.take import open_take
 from refusals import refused
 
 ROWS = 30
+IN_METRES = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 
 
 @pytest.fixture
@@ -37,9 +36,8 @@ def lifted(tmp_path, facing_camera):
 
 def test_dropped_frames_get_their_numbers_from_the_2d_file(tmp_path, lifted):
     frames = [f for f in range(ROWS + 2) if f not in (7, 8)]
-    take = open_take(
-        RunOptions(poses=lifted, keypoints=drawn_tracks(tmp_path / "ap.json", {1: frames}), fps=25)
-    )
+    path = drawn_tracks(tmp_path / "ap.json", {1: frames})
+    take = open_take(RunOptions(poses=lifted, keypoints=path, fps=25))
     assert take.poses.frame_index.tolist() == frames
     assert take.poses.frames_known
     np.testing.assert_allclose(take.poses.times, np.array(frames) / 25)
@@ -89,17 +87,11 @@ def test_first_frame_numbers_the_rows(lifted):
 
 def timed_rows(path, bodies, fps):
     np.savez(path, joints=bodies, time_s=np.arange(ROWS) / fps, frame_index=np.arange(ROWS))
-    return {
-        "poses": path,
-        "adapter": "arrays",
-        "options": {"layout": "H36M17", "frame": "CAMERA", "unit": "m"},
-    }
+    return {"poses": path, "adapter": "arrays", "options": IN_METRES}
 
 
 def warnings_of(**told):
-    return " ".join(
-        event.text for event in open_take(RunOptions(**told)).notices if event.weight == "warning"
-    )
+    return " ".join(each.text for each in open_take(RunOptions(**told)).notices if each.weight == "warning")
 
 
 @pytest.mark.parametrize(("fps", "times"), [(100, 0.25), (25.3, None)])
@@ -282,8 +274,7 @@ def test_the_adapters_options_are_not_the_readers(lifted, option):
 
 def test_millimetres_called_metres_are_doubted(tmp_path, facing_camera):
     np.save(tmp_path / "a.npy", np.repeat(facing_camera[None] * 1000, ROWS, axis=0))
-    options = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
-    take = open_take(RunOptions(poses=tmp_path / "a.npy", adapter="arrays", fps=25, options=options))
+    take = open_take(RunOptions(poses=tmp_path / "a.npy", adapter="arrays", fps=25, options=IN_METRES))
     assert "stature" in [said.code for said in take.said]
 
 
@@ -359,30 +350,6 @@ def test_provenance_names_every_file_and_its_hash(tmp_path, lifted):
         ("keypoints", "ap.json", "alphapose"),
     ]
     assert inputs[0]["sha256"] == sha256(lifted)
-
-
-def test_a_folders_hash_follows_its_contents(tmp_path):
-    (tmp_path / "d").mkdir()
-    (tmp_path / "d" / "a").write_text("1")
-    first = sha256(tmp_path / "d")
-    (tmp_path / "d" / "a").write_text("2")
-    assert sha256(tmp_path / "d") != first
-
-
-def test_a_folders_hash_is_of_names_with_slashes_in_their_order(tmp_path):
-    """As on every system: Windows has other slashes, and paths are sorted by folders first and without case there."""
-    for name in ("b/x", "b.txt", "C"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_bytes(b"")
-    empty = hashlib.sha256().hexdigest()
-    listed = "".join(f"{name}\0{empty}\n" for name in ("C", "b.txt", "b/x"))
-    assert sha256(tmp_path) == hashlib.sha256(listed.encode()).hexdigest()
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="names are text elsewhere")
-def test_a_folder_with_a_name_that_is_no_text_has_a_hash(tmp_path):
-    (tmp_path / os.fsdecode(b"\xff.jpg")).write_bytes(b"")
-    assert len(sha256(tmp_path)) == 64
 
 
 def test_each_file_is_read_once_and_hashed_once(tmp_path, lifted, monkeypatch):

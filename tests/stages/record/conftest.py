@@ -7,17 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import (
-    CAMERA,
-    H36M17,
-    IMAGE,
-    LEVEL,
-    PoseSequence,
-    Rectified,
-    Take,
-    Video,
-    rotate,
-)
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, LEVEL, PoseSequence, Rectified, Take, Video, rotate
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.record.stage import record
 

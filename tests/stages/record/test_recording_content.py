@@ -84,10 +84,7 @@ def test_unit_is_arbitrary_where_the_source_has_no_scale(make_take, read_rrd, tm
     take = make_take()
     unknown = {
         name: poses.with_(frame=poses.frame.with_(unit="arbitrary"))
-        for name, poses in (
-            ("poses", take.poses),
-            ("level", take.rectified.level),
-        )
+        for name, poses in (("poses", take.poses), ("level", take.rectified.level))
     }
     poses = unknown.pop("poses")
     record(take.with_(poses=poses, rectified=replace(take.rectified, **unknown)), tmp_path / "take.rrd")

@@ -80,8 +80,7 @@ def test_playable_video_is_stored_as_it_is(recorded, film, codec, name, bf):
 
 
 @pytest.mark.parametrize(
-    ("codec", "name", "reason"),
-    [("mpeg4", "film.mp4", "mpeg4"), ("ffv1", "film.avi", "ffv1")],
+    ("codec", "name", "reason"), [("mpeg4", "film.mp4", "mpeg4"), ("ffv1", "film.avi", "ffv1")]
 )
 def test_other_video_is_transcoded_once_and_that_is_said(recorded, film, codec, name, reason):
     video = film(codec, name)

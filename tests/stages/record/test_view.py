@@ -7,13 +7,7 @@ from http.server import ThreadingHTTPServer
 import pytest
 
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.files.viewer import (
-    _handler,
-    _viewer_files,
-    find_recording,
-    view,
-    viewer_executable,
-)
+from pcnet3d.pipeline.files.viewer import _handler, _viewer_files, find_recording, view, viewer_executable
 
 
 @pytest.fixture

@@ -30,7 +30,7 @@ MEASURES = {
         "cycles": {
             "r_knee_flexion": {"count": 4, "mean_deg": CURVE, "sd_deg": [2.0] * 101},
             "l_knee_flexion": {"count": 3, "mean_deg": [np.nan, *CURVE[1:]], "sd_deg": [2.0] * 101},
-        },
+        }
     },
     "smoothness": {"reason": "fewer than <4> movements"},
 }

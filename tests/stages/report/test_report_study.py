@@ -36,11 +36,7 @@ def study(subjects: int = 12) -> list[dict]:
                 "state": "done",
             }
             row |= {"exit_code": 0, "reason": "", "person": "", "report": f"takes/s{i}_{visit}/report.html"}
-            row |= {
-                "notices": [said("careful")] * (i % 3),
-                "frames": 100 + 37 * i,
-                "duration_s": 3.3,
-            }
+            row |= {"notices": [said("careful")] * (i % 3), "frames": 100 + 37 * i, "duration_s": 3.3}
             row |= {
                 "judged": False,
                 "gait": "",

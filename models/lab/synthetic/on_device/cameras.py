@@ -6,10 +6,10 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from .....pipeline.core.layouts import H36M17
+from .....pipeline.core.layouts import H36M17, LIMBS
 from ....common.vectors import dot, picked, rotate, transpose
 from ..cameras import IMAGE_SIZES, Cameras, ViewRange
-from ..places import LIMBS, PLACE_SPREAD, PLACES, SIZE_SPREAD, TRUNK
+from ..places import PLACE_SPREAD, PLACES, SIZE_SPREAD, TRUNK
 from .draw import Draw
 
 _AIM_FRAMES = 8  # of a window, about: so many tell its place and size
@@ -107,7 +107,7 @@ def _aimed(q: Tensor, focal: Tensor, spot: Tensor, least: Tensor) -> tuple[Tenso
     """Distance (B,), not below `least`, and shift (B, 2) across the view, metres, that show points q (B, T * 17, 3) of
     the camera's axes at place and size of spot (B, 4). focal: (B,) longer image sides."""
     q = q.unflatten(1, (-1, len(H36M17)))
-    q = picked(q[:, :: max(1, q.shape[1] // _AIM_FRAMES)], LIMBS)
+    q = picked(q[:, :: max(1, q.shape[1] // _AIM_FRAMES)], H36M17.indices(LIMBS))
     aside, depth = focal[:, None, None, None] * q[..., :2], q[..., 2:]
     shift, distance = torch.zeros_like(spot[:, :2]), least
     for _ in range(_AIMS):

@@ -7,20 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from .furniture import (
-    Box,
-    above,
-    beam,
-    cable,
-    chair,
-    chest,
-    colour,
-    ladder,
-    paint_all,
-    rope,
-    table,
-    turned,
-)
+from .furniture import Box, above, beam, cable, chair, chest, colour, ladder, paint_all, rope, table, turned
 from .plants import leaves
 from .shots import Room, angles, taken
 from .views import Canvas, Plane, View, held

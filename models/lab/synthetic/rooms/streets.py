@@ -5,19 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from .furniture import (
-    Box,
-    Group,
-    Patch,
-    above,
-    beam,
-    chest,
-    colour,
-    paint_all,
-    rope,
-    standing,
-    turned,
-)
+from .furniture import Box, Group, Patch, above, beam, chest, colour, paint_all, rope, standing, turned
 from .plants import tree
 from .shots import Room, angles, taken
 from .textures import fractal

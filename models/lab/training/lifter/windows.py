@@ -15,11 +15,11 @@ from torch import Tensor
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.reading.mocap.clip import Clip
-from ....common.vectors import unit
-from ....lifter.features import ASSUMED_FOCAL, features
+from ....common.vectors import rotate, transpose, unit
+from ....lifter.features import ASSUMED_FOCAL, body_rays, features
 from ...common.toml_config import check_shares, check_sizes
 from ...mocap.clips import lying
-from ...synthetic.bodies import BodyRange
+from ...synthetic.bodies import STANDARD_SIZE_M, BodyRange, size_m
 from ...synthetic.cameras import TYPICAL, ViewRange
 from ...synthetic.keypoint_noise import Noise
 from ...synthetic.on_device.bodies import proportions, redefined
@@ -27,7 +27,6 @@ from ...synthetic.on_device.cameras import place
 from ...synthetic.on_device.draw import Draw
 from ...synthetic.on_device.keypoint_noise import Spoilt, detect
 from ...synthetic.on_device.motion import MOTION_SHARES, MotionRange, varied
-from .features import target
 
 _FPS = (20.0, 60.0)
 _CAPTURED_FPS = 30.0
@@ -201,3 +200,20 @@ def _other_scores(confidence: Tensor, draw: Draw) -> Tensor:
     """Every detector means something else by its scores, and some give none."""
     gamma = draw.uniform((-0.7, 0.7), len(confidence), 1, 1).exp()
     return torch.where(draw.share(0.15, len(confidence), 1, 1), torch.nan, confidence**gamma)
+
+
+def target(joints_camera: Tensor, up: Tensor) -> tuple[Tensor, Tensor]:
+    """(B, T, 17, 3) what the network should answer for exact joints with the origin at the camera, told up as in
+    `features`, and (B, T, 17, 3) their velocities a frame, of the joints relative to the pelvis, in the same axes and
+    scale."""
+    relative = joints_camera - joints_camera[..., [H36M17.index("pelvis")], :]
+    relative = relative * (STANDARD_SIZE_M / size_m(relative))[:, None, None, None]
+    R_ray_from_camera = transpose(body_rays(joints_camera, up))
+    return rotate(R_ray_from_camera, relative), rotate(R_ray_from_camera, _velocity(relative))
+
+
+def _velocity(values: Tensor) -> Tensor:
+    """Central differences along time (B, T, ...), one-sided at the ends; zero for a single frame."""
+    if values.shape[1] == 1:
+        return torch.zeros_like(values)
+    return torch.gradient(values, dim=1)[0]

@@ -30,11 +30,11 @@ _TYPICAL_DEG = 6.0  # where the expected error starts
 
 @dataclass(frozen=True)
 class NetConfig:
-    """What is built. The defaults are the paper's network; `align` and "bones" are not in the paper.
+    """What is built. The defaults are the paper's network; `align` is not in the paper.
 
     net: both branches, one of them, or an MLP. width: features of a joint (of the whole pose for the MLP).
     output: features of the pose before the heads. blocks: of the MLP.
-    residual: "off"; "free", an offset for every joint (the paper's); "bones", which turns bones and keeps lengths.
+    residual: "off"; "free", an offset for every joint (the paper's).
     align: turn the joints into the torso's axes first and let the network correct those; the camera's axes
         are told beside them.
     """
@@ -47,7 +47,7 @@ class NetConfig:
     heads: int = 8
     blocks: int = 4
     dropout: float = 0.0
-    residual: Literal["off", "bones", "free"] = "free"
+    residual: Literal["off", "free"] = "free"
     align: bool = False
 
     def __post_init__(self) -> None:
@@ -91,8 +91,7 @@ class PCNet(nn.Module):
         self.error = nn.Sequential(nn.Linear(config.output, 64), nn.GELU(), nn.Linear(64, 1))
         nn.init.constant_(self.error[-1].bias, float(np.log(_TYPICAL_DEG)))  # type: ignore[arg-type]
         if config.residual != "off":
-            size = {"free": JOINTS * 3, "bones": len(_CHILD) * 3}[config.residual]
-            self.residual = nn.Linear(config.output, size)
+            self.residual = nn.Linear(config.output, JOINTS * 3)
             nn.init.zeros_(self.residual.weight)
             nn.init.zeros_(self.residual.bias)
 
@@ -115,8 +114,7 @@ class PCNet(nn.Module):
         canonical, delta = rotate(R.mT, joints), None
         if self.config.residual != "off":
             base = canonical / size
-            head = self.residual(z).unflatten(1, (-1, 3))
-            moved = base + head if self.config.residual == "free" else turn_bones(base, head)
+            moved = base + self.residual(z).unflatten(1, (-1, 3))
             moved = (moved - moved[:, [_PELVIS]]) * valid[..., None]
             delta = moved - base
             canonical = moved * size
@@ -330,26 +328,6 @@ def torso_axes(joints: Tensor, valid: Tensor) -> Tensor:
     trunk = trunk + 1e-6 * joints.new_tensor([0.0, -1, 0])
     facing = functional.normalize(torch.linalg.cross(left, trunk), dim=-1)
     return torch.stack([-facing, -left, torch.linalg.cross(facing, left)], dim=-1)
-
-
-def turn_bones(joints: Tensor, vectors: Tensor) -> Tensor:
-    """joints (B, 17, 3) with every bone turned by its rotation vector (B, 16, 3) in radians; lengths stay."""
-    bones = joints[:, _CHILD] - joints[:, _PARENT]
-    angle = (vectors.square().sum(-1, keepdim=True) + 1e-12).sqrt()
-    axis = vectors / angle
-    along = axis * (axis * bones).sum(-1, keepdim=True)
-    across = torch.linalg.cross(axis, bones)
-    turned = along + (bones - along) * angle.cos() + across * angle.sin()
-    return torch.einsum("jb,nbi->nji", _chain().to(joints), turned)
-
-
-def _chain() -> Tensor:
-    """(17, 16) the bones that lead from the pelvis to each joint."""
-    chain = torch.zeros(JOINTS, len(_CHILD))
-    for bone, (parent, child) in enumerate(zip(_PARENT, _CHILD, strict=True)):
-        chain[child] = chain[parent]
-        chain[child, bone] = 1
-    return chain
 
 
 def skeleton_adjacency() -> Tensor:

@@ -47,12 +47,7 @@ _PAGE = Page(
     "Rotation and tilt of single frames in degrees, means over people with their 90 % interval (bootstrap). "
     "{tested} of {all} people judge and {chose} chose the weights; the others were trained on, {steps} steps.",
     [
-        Table(
-            "",
-            "rectifiers/*",
-            ["rectifier"],
-            {"rotation": "{rotation[said]}", "tilt": "{tilt[said]}"},
-        ),
+        Table("", "rectifiers/*", ["rectifier"], {"rotation": "{rotation[said]}", "tilt": "{tilt[said]}"}),
         "The new one less the shipped one, rotation: {change[said]}. {verdict}",
     ],
 )
@@ -203,7 +198,7 @@ def _turned_deg(pair: Pair) -> float:
     if not len(take.R):
         raise InputError("nothing-usable", f"Expected joints in the answer to {pair.clip.name}; it has none.")
     R = kabsch(take.joints.reshape(-1, 3), take.truth.reshape(-1, 3))
-    return float(geodesic_deg(R[None], np.eye(3)[None])[0])
+    return float(geodesic_deg(R, np.eye(3)))
 
 
 def _parts_of(people: Sequence[str]) -> dict[str, list[str]]:

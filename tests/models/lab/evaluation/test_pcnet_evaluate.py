@@ -6,14 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.lab.evaluation import rectifiers as module
 from pcnet3d.models.lab.evaluation import sets as evaluation_sets
-from pcnet3d.models.lab.evaluation.rectifiers import (
-    Take,
-    clean_takes,
-    equivariance,
-    judge,
-    tables,
-    view_of,
-)
+from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, equivariance, judge, tables, view_of
 from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.rectifier.geometric import Geometric
 from pcnet3d.pipeline import rotate

@@ -163,10 +163,7 @@ def test_a_constant_turn_about_the_vertical_changes_nothing(standing):
     jitter = Rotation.from_rotvec(np.random.default_rng(0).normal(0, 0.1, (75, 3))).as_matrix()
     methods = [
         {"frame": Answer(R), "take": constant(R[0], 75)}
-        for R in (
-            seen.R_camera_from_body @ jitter,
-            seen.R_camera_from_body @ jitter @ turn([0, 0, 1], 130),
-        )
+        for R in (seen.R_camera_from_body @ jitter, seen.R_camera_from_body @ jitter @ turn([0, 0, 1], 130))
     ]
     one, other = (over_takes([scored(seen, m)]) for m in methods)
     for axes in ("level", "body"):

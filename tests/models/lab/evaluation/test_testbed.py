@@ -11,7 +11,6 @@ import pytest
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.metrics import Figure
 from pcnet3d.models.lab.evaluation import evaluate as reports
-from pcnet3d.models.lab.evaluation import ledger
 from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation import testbed as module
 from pcnet3d.models.lab.evaluation.lifter import groups, lifter_figures
@@ -252,13 +251,8 @@ def test_every_report_judges_validation_people_and_asks_for_a_reason_for_others(
         for command in reports.evaluate.registered_commands
     }
     others = {name for name, given in options.items() if "sets" not in given}
-    assert others == {
-        "lifters",
-        "own-data",
-        "real-take",
-        "real-clips",
-        "repetitions",
-    }  # which have no test subjects
+    # Those have no test subjects.
+    assert others == {"lifters", "own-data", "real-take", "real-clips", "repetitions"}
     assert len(options) > len(others)
     for name in set(options) - others:
         assert (options[name]["sets"], options[name]["because"]) == ("val", ""), name
@@ -266,14 +260,14 @@ def test_every_report_judges_validation_people_and_asks_for_a_reason_for_others(
 
 def test_looks_at_test_subjects_are_kept(tmp_path, monkeypatch):
     for reason in ("first", "a comma, and\na line"):
-        ledger.note_look(tmp_path, "pcnet3d evaluate takes", ["pcnet3d@1", "pcnet@2"], reason)
+        reports.note_look(tmp_path, "pcnet3d evaluate takes", ["pcnet3d@1", "pcnet@2"], reason)
     with open(tmp_path / "ledger.csv", newline="", encoding="utf-8") as file:
         first, second = csv.DictReader(file)
     assert first["networks"] == "pcnet3d@1 pcnet@2"
     assert second["because"] == "a comma, and a line"
     (tmp_path / "repository" / ".git").mkdir(parents=True)
-    monkeypatch.setattr(ledger, "ROOT", tmp_path / "repository")
-    assert ledger.ledger_of(tmp_path) == tmp_path / "repository" / "docs" / "accuracy" / "ledger.csv"
+    monkeypatch.setattr(reports, "ROOT", tmp_path / "repository")
+    assert reports.ledger_of(tmp_path) == tmp_path / "repository" / "docs" / "accuracy" / "ledger.csv"
 
 
 @pytest.mark.data

@@ -11,11 +11,6 @@ BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
 
 
 @pytest.fixture
-def rng():
-    return np.random.default_rng(0)
-
-
-@pytest.fixture
 def joints(rng):
     return rng.normal([2.0, 1.0, 0.9], 0.5, (6, 9, 17, 3))
 

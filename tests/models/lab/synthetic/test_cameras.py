@@ -10,11 +10,6 @@ from pcnet3d.pipeline.core.canonical import body_axes
 
 
 @pytest.fixture
-def rng():
-    return np.random.default_rng(0)
-
-
-@pytest.fixture
 def windows(rng):
     """(40, 25, 17, 3): people of scattered joints that wander over metres."""
     person = rng.uniform([-0.4, -0.4, 0], [0.4, 0.4, 1.8], (40, 1, 17, 3))

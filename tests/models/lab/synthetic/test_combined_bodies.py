@@ -13,11 +13,6 @@ UPPER = [i for i in range(17) if i not in LOWER]
 
 
 @pytest.fixture
-def rng():
-    return np.random.default_rng(0)
-
-
-@pytest.fixture
 def joints(rng):
     return rng.normal([2.0, 1.0, 0.9], 0.5, (6, 9, 17, 3))
 

@@ -13,9 +13,10 @@ from pcnet3d.models.lab.synthetic.cameras import TYPICAL, ViewRange  # noqa: E40
 from pcnet3d.models.lab.synthetic.on_device import cameras as t_cameras  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device.keypoint_noise import Spoilt, detect  # noqa: E402
-from pcnet3d.models.lab.synthetic.places import LIMBS, PLACE_SPREAD, PLACES, SIZE_SPREAD  # noqa: E402
+from pcnet3d.models.lab.synthetic.places import PLACE_SPREAD, PLACES, SIZE_SPREAD  # noqa: E402
 from pcnet3d.models.lab.training.lifter.windows import Material  # noqa: E402
 from pcnet3d.pipeline import H36M17, InputError  # noqa: E402
+from pcnet3d.pipeline.core.layouts import LIMBS  # noqa: E402
 
 ROWS = np.array(PLACES)
 FAR = H36M17.indices(keypoint_noise.FAR_JOINTS)
@@ -38,7 +39,7 @@ def rows_of(cameras, world):
     pixels = cameras.project(cameras.to_camera(world))
     longer = cameras.image_size.amax(-1)[:, None, None, None]
     points = (pixels - cameras.image_size[:, None, None] / 2) / longer
-    place, size = t_cameras.place_and_size(points[:, :, LIMBS])
+    place, size = t_cameras.place_and_size(points[:, :, H36M17.indices(LIMBS)])
     aspect = cameras.image_size[:, 0] / cameras.image_size[:, 1]
     return np.column_stack([place.numpy(), size.numpy(), aspect.numpy()])
 

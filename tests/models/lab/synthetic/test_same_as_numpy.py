@@ -14,14 +14,9 @@ from pcnet3d.models.lab.synthetic.on_device import keypoint_noise as t_noise  # 
 from pcnet3d.models.lab.synthetic.on_device import poses as t_poses  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device import views as t_views  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
-from pcnet3d.models.lab.training.lifter import features as t_features  # noqa: E402
+from pcnet3d.models.lab.training.lifter import windows as t_features  # noqa: E402
 from pcnet3d.models.lifter import features as lifter_features  # noqa: E402
 from pcnet3d.pipeline import H36M17, rotate  # noqa: E402
-
-
-@pytest.fixture
-def rng():
-    return np.random.default_rng(0)
 
 
 @pytest.fixture

@@ -246,11 +246,7 @@ def test_a_disk_that_cannot_be_written_is_said_at_once(finished, told, beside, t
     program = "from pcnet3d.pipeline.cli import main; main()"
     command = f"{probe} && exec {sys.executable} -c '{program}' batch {manifest} -o {out}"
     with subprocess.Popen(
-        [*unshare, command],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=beside,
+        [*unshare, command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=beside
     ) as process:
         err = process.stderr.read()
         process.wait(timeout=60)

@@ -266,9 +266,7 @@ def made(tmp_path):
 
 
 def test_figures_are_single_numbers_by_their_keys(made):
-    measures = {
-        "walking": {"steps": 3, "right": {"x_s": 0.5}, "landings_s": [1.0], "reason": "none"},
-    }
+    measures = {"walking": {"steps": 3, "right": {"x_s": 0.5}, "landings_s": [1.0], "reason": "none"}}
     device = {"asked": "auto", "networks": {"a.onnx": "cuda", "b.onnx": "cpu", "c.onnx": "cuda"}}
     of_run = {**SAID, "rows": None, "values": {}}
     run = made(measures=measures, notices=[of_run, {**of_run, "text": "a name \udcff"}], device=device)

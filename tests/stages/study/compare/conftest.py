@@ -7,17 +7,11 @@ import pytest
 
 from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints
-from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import load_recipe
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.stages.study.compare.side import load_side
-
-
-@pytest.fixture(scope="session")
-def walk() -> Walk:
-    return walker()
 
 
 @pytest.fixture(scope="session")

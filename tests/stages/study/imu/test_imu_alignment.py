@@ -6,8 +6,8 @@ import pytest
 from pcnet3d.examples.walker.imu import Faults, strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.core.rotations import turned
 from pcnet3d.pipeline.signals.imu import GRAVITY_MPS2, point_on
-from pcnet3d.stages.study.compare.align import turned
 from pcnet3d.stages.study.imu.align import Signal, agreement, align
 from pcnet3d.stages.study.imu.motion import (
     as_vertical,
@@ -19,11 +19,6 @@ from pcnet3d.stages.study.imu.motion import (
 from refusals import refused
 
 CUTOFF = 6.0
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker()
 
 
 def seen(walk, segment, seams=()):

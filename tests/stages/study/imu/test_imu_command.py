@@ -27,11 +27,6 @@ METHODS = ["camera axes", "geometric per frame", "geometric", "pcnet per frame",
 
 
 @pytest.fixture(scope="module")
-def walk():
-    return walker()
-
-
-@pytest.fixture(scope="module")
 def made(walk, tmp_path_factory) -> Path:
     """A folder with a finished run of clean video poses, and the files of three sensors."""
     folder = tmp_path_factory.mktemp("imu")

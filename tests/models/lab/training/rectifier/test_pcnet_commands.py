@@ -219,7 +219,7 @@ def test_a_config_that_is_not_there_and_a_folder(folder, train):
     refused(train("data"), "data")
 
 
-@pytest.mark.parametrize("residual", ["off", "bones", "free"])
+@pytest.mark.parametrize("residual", ["off", "free"])
 @pytest.mark.parametrize("net", ["hybrid", "gcn", "transformer", "mlp"])
 def test_nothing_stays_on_another_device(net, residual):
     """The meta device computes no numbers, but refuses to mix tensors of two devices, as a GPU does."""

@@ -120,7 +120,7 @@ def test_the_error_head_is_pulled_to_the_mean():
     assert tries[int(np.argmin(values))].item() == pytest.approx(6, abs=0.1)
 
 
-@pytest.mark.parametrize("residual", ["off", "bones", "free"])
+@pytest.mark.parametrize("residual", ["off", "free"])
 def test_the_whole_loss_reaches_every_parameter(residual, pose):
     config = net_module.NetConfig(width=16, output=8, heads=2, residual=residual, align=True)
     net = net_module.PCNet(config)

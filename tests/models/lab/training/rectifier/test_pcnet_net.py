@@ -15,7 +15,7 @@ SMALL = {"width": 16, "output": 24, "heads": 2, "blocks": 2}
 EVERY = [
     NetConfig(net=net, residual=residual, align=align, **SMALL)
     for net in ("hybrid", "gcn", "transformer", "mlp")
-    for residual, align in (("off", True), ("free", False), ("bones", True))
+    for residual, align in (("off", True), ("free", False))
 ]
 
 
@@ -58,7 +58,7 @@ def test_the_answer_is_a_rotation_and_its_canonical_pose(config, poses):
     np.testing.assert_allclose(result.canonical.numpy(), expected, atol=1e-5)
 
 
-@pytest.mark.parametrize("config", EVERY[::3], ids=lambda c: c.net)
+@pytest.mark.parametrize("config", EVERY[::2], ids=lambda c: c.net)
 def test_metres_millimetres_and_no_unit_give_the_same(config, poses):
     for scale in [1000.0, 1.7, 1e-2]:
         net = build(config)
@@ -68,7 +68,7 @@ def test_metres_millimetres_and_no_unit_give_the_same(config, poses):
         np.testing.assert_allclose(one.canonical * scale, other.canonical, atol=2e-3 * scale)
 
 
-@pytest.mark.parametrize("config", EVERY[::3], ids=lambda c: c.net)
+@pytest.mark.parametrize("config", EVERY[::2], ids=lambda c: c.net)
 def test_what_a_missing_joint_holds_does_not_matter(config, poses):
     net = build(config)
     valid = valid_all(poses)
@@ -104,31 +104,6 @@ def test_gram_schmidt_keeps_what_is_a_rotation_already():
     R = torch.tensor(Rotation.random(50, rng=np.random.default_rng(0)).as_matrix())
     six = torch.cat([3 * R[:, :, 0], R[:, :, 1] + 0.7 * R[:, :, 0]], dim=-1)
     np.testing.assert_allclose(net_module.gram_schmidt(six), R, atol=1e-12)
-
-
-def test_bones_keep_their_lengths_and_free_ones_do_not(poses):
-    pairs = np.array([H36M17.indices(bone) for bone in H36M17.bones])
-
-    def lengths(joints):
-        return (joints[:, pairs[:, 0]] - joints[:, pairs[:, 1]]).norm(dim=-1).numpy()
-
-    for residual, kept in (("bones", True), ("free", False)):
-        net = build(NetConfig(net="mlp", residual=residual, align=True, **SMALL))
-        torch.nn.init.normal_(net.residual.weight, std=0.3)
-        result = answer(net, poses)
-        assert result.residual.abs().max() > 0.01
-        assert np.allclose(lengths(result.canonical), lengths(poses), rtol=1e-4) == kept
-
-
-def test_turning_a_bone_by_a_quarter():
-    joints = torch.zeros(1, 17, 3)
-    chain = ("pelvis", "l_hip", "l_knee", "l_ankle")
-    for step, joint in enumerate(chain):
-        joints[0, H36M17.index(joint)] = torch.tensor([float(step), 0, 0])
-    vectors = torch.zeros(1, len(H36M17.bones), 3)
-    vectors[0, H36M17.bones.index(("l_hip", "l_knee")), 2] = np.pi / 2
-    turned = net_module.turn_bones(joints, vectors)[0, H36M17.indices(chain)]
-    np.testing.assert_allclose(turned, [[0, 0, 0], [1, 0, 0], [1, 1, 0], [2, 1, 0]], atol=1e-5)
 
 
 def test_body_size_is_the_stature_that_bones_speak_of(poses):
