@@ -52,7 +52,7 @@ from .figures import (
     with_error,
 )
 from .floor import floor
-from .jumps import absorbs, brief_hops, cut_jumps, jumping, jumps, without_leaps
+from .jumps import absorbs, brief_hops, cut_jumps, jumping, jumps, lands, without_leaps
 from .off_keypoints import off_keypoints
 from .outcomes import BRIEFEST_S, turned, with_outcome
 from .repeats import repeats
@@ -194,7 +194,7 @@ def measures(
     blind = source.lifted and in_image is None  # to punches
     struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd)
     movements = {
-        "knee_bends": _knee_bends(take, gait, jumped, brief, apart, steps_told),
+        "knee_bends": _knee_bends(take, gait, jumped, flights.ankle, apart, steps_told),
         "arm_raises": _arm_raises(take, grouped(struck["punches"])),
         **struck,
         "walking": walk,
@@ -223,13 +223,13 @@ def _knee_bends(
     take: Columns,
     gait: Gait,
     jumped: Sequence[Flight],
-    hops: Sequence[tuple[float, float]],
+    ankle: np.ndarray | None,
     apart: np.ndarray,
     steps_told: bool = True,
 ) -> list[Row]:
-    """hops: (begin, end) in seconds of what may be flights: a bend that absorbs one is no knee bend then. apart: (T,)
-    how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which
-    the feet seem to move may be one in place then."""
+    """ankle: (T,) of Airborne: a bend behind a fall of it may be a landing. apart: (T,) how far the ankles are apart,
+    in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which the feet seem to move may be
+    one in place then."""
     feet_move, may_land = list[tuple[float, float]](), set[tuple[float, float]]()
     flights = [(flight.off_s, flight.land_s) for flight in jumped]
 
@@ -248,7 +248,7 @@ def _knee_bends(
         span = (bend.start_s, bend.stop_s)
         if not stays and span not in feet_move:
             feet_move.append(span)
-        if stays and absorbs(hops, bend.peak_s):
+        if stays and ankle is not None and lands(ankle, take.times, bend.peak_s):
             may_land.add(span)
         return stays and span not in may_land
 
