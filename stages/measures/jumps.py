@@ -93,6 +93,25 @@ def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:
     return replace(gait, walks=[steps for leap, steps in pieces if not leap and len(steps) >= fewest])
 
 
+def goes_on(gait: Gait, seen: Sequence[slice], time_s: np.ndarray, jumped: Sequence[Flight]) -> str:
+    """Why a walk may have more steps than were seen whole: who stops stays for more than a stride, as in
+    models/gait/events.py, and that was not seen; or a jump interrupts it. "" where neither. seen: rows of time_s (T,)
+    that show both legs."""
+    stride_s = 2 * float(np.mean([step.stop_s - step.start_s for step in gait.steps]))
+    first, last = np.array([(walk[0].start_s, walk[-1].stop_s) for walk in gait.walks]).T
+    starts, stops = np.array([(time_s[rows.start], time_s[rows.stop - 1]) for rows in seen]).T
+    offs, lands = np.array([(flight.off_s, flight.land_s) for flight in jumped]).reshape(-1, 2).T
+
+    def follows(before: np.ndarray, after: np.ndarray) -> bool:
+        apart = np.subtract.outer(after, before)
+        return bool(((apart >= 0) & (apart < stride_s)).any())
+
+    cut = ["begins"] * follows(starts, first) + ["ends"] * follows(last, stops)
+    why = [f"how it {' and '.join(cut)} was not seen"] if cut else []
+    why += ["a jump interrupts it"] * (follows(last, offs) or follows(lands, first))
+    return "; ".join(why)
+
+
 def absorbs(flights: Sequence[tuple[float, float]], low_s: float) -> bool:
     """Whether the body is lowest, at low_s, because it has just landed. flights: (begin, end) in seconds."""
     return any(0 <= low_s - land_s < _ABSORBED_S for _, land_s in flights)

@@ -188,7 +188,7 @@ def measures(
     gait = without_leaps(gait, jumped)
     runs = [(step.start_s, step.stop_s) for step in gait.steps if gait.kind == "running"]
     flies = [(flight.off_s, flight.land_s) for flight in flights.flights]
-    walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
+    walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed, jumped)
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     steps_told = lasts_s >= BRIEFEST_S["walking"] and "steps" in grouped(walk)
     blind = source.lifted and in_image is None  # to punches

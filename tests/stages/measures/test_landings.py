@@ -13,7 +13,7 @@ from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, 
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
-from pcnet3d.stages.measures.jumps import cut_jumps, without_leaps
+from pcnet3d.stages.measures.jumps import cut_jumps, goes_on, without_leaps
 from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
 from pcnet3d.stages.measures.stage import Measures, _knee_bends
 
@@ -129,6 +129,24 @@ def test_a_leap_is_no_step_of_the_run_that_it_ends():
     assert run().kind == "running"
     assert [len(walk) for walk in without_leaps(run(), [leap]).walks] == [3, 2]
     assert without_leaps(run(), []).walks == run().walks
+
+
+@pytest.mark.parametrize(
+    ("begin_s", "end_s", "jump_s", "cut"),
+    [
+        (-0.5, 5.5, None, False),
+        (0.5, 5.5, None, True),
+        (-0.5, 4.2, None, True),
+        (-0.5, 5.5, (4.1, 4.6), True),
+        (-0.5, 5.5, (0.2, 0.7), True),
+        (-0.5, 5.5, (4.9, 5.2), False),
+    ],
+)
+def test_steps_are_the_least_where_a_walk_is_not_seen_to_begin_and_end(begin_s, end_s, jump_s, cut):
+    """Three steps were told of a video that shows four, and three of a run that goes on into a leap."""
+    time_s = np.arange(begin_s, end_s, 1 / 30)
+    jumped = [Flight(jump_s[0], 0.0, jump_s[1], 5.8, 0.18, 1, 1)] if jump_s else []
+    assert bool(goes_on(run(), [slice(0, len(time_s))], time_s, jumped)) == cut
 
 
 def test_no_foot_lands_in_the_air():
