@@ -53,7 +53,7 @@ from .figures import (
 )
 from .floor import floor
 from .jumps import absorbs, brief_hops, cut_jumps, jumping, jumps, lands, without_leaps
-from .off_keypoints import off_keypoints
+from .off_keypoints import exchanged, off_keypoints
 from .outcomes import BRIEFEST_S, turned, with_outcome
 from .repeats import repeats
 from .smoothness import path_length
@@ -120,8 +120,10 @@ class Measures:
         source = take.need("poses")
         asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), turned(take.judged)
         found = measures(filtered, rectified, kinematics, source, gait, *asked)
-        found += tuple(within("off_keypoints", off_keypoints(residuals_of(take), source.times)))
-        said = [*doubts(gait, source), *_focal(take, gait), *_zoom(take, gait)] if rectified.level_ok else []
+        residuals = residuals_of(take)
+        found += tuple(within("off_keypoints", off_keypoints(residuals, source.times)))
+        said = exchanged(take, residuals)
+        said += [*doubts(gait, source), *_focal(take, gait), *_zoom(take, gait)] if rectified.level_ok else []
         return take.with_(measures=found).saying(*said)
 
 
