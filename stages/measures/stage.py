@@ -55,9 +55,9 @@ from .floor import floor
 from .jumps import absorbs, brief_hops, cut_jumps, jumping, jumps, lands, without_leaps
 from .off_keypoints import exchanged, off_keypoints
 from .outcomes import BRIEFEST_S, turned, with_outcome
-from .repeats import repeats
+from .repeats import doubted, repeats
 from .smoothness import path_length
-from .strikes import Spans, strikes
+from .strikes import Spans, may_punch, strikes
 from .walking import FEWEST, doubts, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
@@ -197,7 +197,7 @@ def measures(
     struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd)
     movements = {
         "knee_bends": _knee_bends(take, gait, jumped, flights.ankle, apart, steps_told),
-        "arm_raises": _arm_raises(take, grouped(struck["punches"])),
+        "arm_raises": _arm_raises(take, grouped(struck["punches"]), filtered if source.lifted else None),
         **struck,
         "walking": walk,
     }
@@ -274,12 +274,8 @@ def _knee_bends(
         )
         why = f"it is uncertain whether a bend reaches the {_SQUAT:g} degrees of a squat"
         bends.append(Measure("squats", least) if least == most else Remark("squats_reason", why))
-    if may_land:
-        why = f"it is uncertain whether the bend from {spans_in_words(sorted(may_land))} is a landing"
-        key = "count_reason" if peaks else "reason"
-        others = [row for row in bends if not (isinstance(row, Remark) and row.name == key)]
-        bends = [*others, Remark(key, "; ".join(filter(None, (text(grouped(bends), key), why))))]
-    elif not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
+    bends = doubted(bends, may_land, "bend", "landing")
+    if not may_land and not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
         when = spans_in_words(feet_move)
         bends.append(
             Remark("reason", f"it is not seen whether the feet stay while the knees bend from {when}")
@@ -287,21 +283,30 @@ def _knee_bends(
     return bends
 
 
-def _arm_raises(take: Columns, punches: Group) -> list[Row]:
-    """Arms that rise, but for those that punch at their highest: a movement is told once."""
+def _arm_raises(take: Columns, punches: Group, lifted: PoseSequence | None) -> list[Row]:
+    """Arms that rise, but for those that punch at their highest: a movement is told once. lifted: joints in LEVEL of
+    lifted poses, which do not show every punch."""
     rows: list[Row] = []
     curves: list[Curve] = []
+    looks_so = {side: may_punch(lifted, side) for side in SIDES.values()} if lifted else {}
+    may_be: dict[str, set[tuple[float, float]]] = {side: set() for side in SIDES.values()}
     for words, side in SIDES.items():
         angle = f"{side}_shoulder_elevation"
         shown = [f"{side}_{part}" for part in _IN_RAISES]
         of_side = subgroup(punches, words)
         spans = list(zip(moments(of_side, "start"), moments(of_side, "stop"), strict=True))
 
-        def raises(one: Repetition, spans: Spans = spans) -> bool:
-            return not any(begin <= one.peak_s <= end for begin, end in spans)
+        def raises(one: Repetition, spans: Spans = spans, side: str = side) -> bool:
+            if any(begin <= one.peak_s <= end for begin, end in spans):
+                return False
+            if lifted and looks_so[side](one):
+                may_be[side].add((one.start_s, one.stop_s))
+                return False
+            return True
 
         briefest_s = BRIEFEST_S["arm_raises"]
         arm = repeats(take, angle, take(angle), take.sd(angle), _RAISE, shown, raises, briefest_s)
+        arm = doubted(arm, may_be[side], "raise", "punch")
         curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
         rows += within(words, [row for row in arm if not isinstance(row, Curves)], side_of(angle))
     return [*rows, *([Curves(tuple(curves))] if curves else [])]
