@@ -8,7 +8,8 @@ from itertools import groupby
 
 import numpy as np
 
-from ...models.gait.gait import Gait, Step
+from ...models.gait.events import Stance, Step
+from ...models.gait.gait import Gait
 from ...models.place.airborne import Airborne
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.measures import Measure, Remark, Row
@@ -80,7 +81,7 @@ def _strides(begin_s: float, end_s: float, gait: Gait, around_s: float = 0.0) ->
 
 def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:
     """The gait without the steps in which the person jumps, as over a hurdle: a walk or run ends before, and the next
-    begins behind."""
+    begins behind. No foot stands in the air."""
 
     def leaps(step: Step) -> bool:  # or lands in the first half of a flight, where no foot is on the floor
         return any(
@@ -88,9 +89,13 @@ def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:
             for flight in jumped
         )
 
+    def stands(stance: Stance) -> bool:
+        return not any(one.off_s < stance.start_s and stance.stop_s < one.land_s for one in jumped)
+
     fewest = _FEWEST_STEPS.get(gait.kind, 0)
     pieces = [(leap, list(steps)) for walk in gait.walks for leap, steps in groupby(walk, leaps)]
-    return replace(gait, walks=[steps for leap, steps in pieces if not leap and len(steps) >= fewest])
+    walks = [steps for leap, steps in pieces if not leap and len(steps) >= fewest]
+    return replace(gait, walks=walks, feet={side: [*filter(stands, of)] for side, of in gait.feet.items()})
 
 
 def goes_on(gait: Gait, seen: Sequence[slice], time_s: np.ndarray, jumped: Sequence[Flight]) -> str:

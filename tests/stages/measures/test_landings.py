@@ -150,9 +150,12 @@ def test_steps_are_the_least_where_a_walk_is_not_seen_to_begin_and_end(begin_s, 
 
 
 def test_no_foot_lands_in_the_air():
-    """A foot reached ahead in a leap, and was the fourth step of a run."""
+    """A foot reached ahead in a leap, and was the fourth step of a run. Where it stood at 0.9 m told the floor."""
     leap = Flight(off_s=2.35, apex_s=2.6, land_s=2.85, fall=5.8, rise=0.18, off_feet=1, land_feet=1)
-    assert [len(walk) for walk in without_leaps(run(2.5), [leap]).walks] == [3]
+    grounded = without_leaps(run(2.5), [leap])
+    assert [len(walk) for walk in grounded.walks] == [3]
+    stood = [stance.start_s for of in grounded.feet.values() for stance in of]
+    assert sorted(stood) == [1.0, 1.4, 1.8, 2.15]
 
 
 def test_a_run_that_the_take_begins_in_is_no_jump():
