@@ -275,7 +275,7 @@ def _knee_bends(
         why = f"it is uncertain whether a bend reaches the {_SQUAT:g} degrees of a squat"
         bends.append(Measure("squats", least) if least == most else Remark("squats_reason", why))
     bends = doubted(bends, may_land, "bend", "landing")
-    if not may_land and not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
+    if not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
         when = spans_in_words(feet_move)
         bends.append(
             Remark("reason", f"it is not seen whether the feet stay while the knees bend from {when}")
