@@ -47,7 +47,7 @@ class Airborne:
     still: that the camera is known to stand still. looked: False where nothing could be looked at. uncertain: (begin,
     end) in seconds, beside flights that were found, of when the feet may have left the floor too. brief: likewise,
     without flights, of hops that are too brief to be sure of. cut: of flights of which only the begin or the end was
-    seen."""
+    seen. ankle: (T,) statures, how high the lower ankle is in each frame by itself; None where that is not known."""
 
     flights: tuple[Flight, ...] = ()
     reason: str = ""
@@ -58,6 +58,7 @@ class Airborne:
     uncertain: tuple[tuple[float, float], ...] = ()
     brief: tuple[tuple[float, float], ...] = ()
     cut: tuple[tuple[float, float], ...] = ()
+    ankle: np.ndarray | None = None
 
 
 def no_place(rectified: Rectified) -> str:
@@ -77,7 +78,8 @@ def airborne(take: Take) -> Airborne:
     if seen.sum() < _FEWEST:
         return Airborne(reason=f"fewer than {_FEWEST} frames have the trunk, both arms and both legs")
     if level.measured_root is not None:
-        return Airborne(tuple(flights(level, MEASURED)), cut=tuple(cut_off(level, MEASURED)))
+        found, cut = flights(level, MEASURED), cut_off(level, MEASURED)
+        return Airborne(tuple(found), cut=tuple(cut), ankle=_lower_ankle(level))
     if take.keypoints is None or take.camera is None or rectified.in_world:
         return Airborne(reason="without 2D keypoints heights are too uncertain for flights", looked=False)
     rays, trust = keypoint_rays(poses, take.keypoints, take.camera)
@@ -107,7 +109,14 @@ def airborne(take: Take) -> Airborne:
         uncertain=tuple(others),
         brief=tuple((hop.off_s, hop.land_s) for hop in brief),
         cut=tuple(cut_off(level, LIFTED, stature_m)),
+        ankle=_lower_ankle(level),
     )
+
+
+def _lower_ankle(level: PoseSequence) -> np.ndarray:
+    assert level.root is not None
+    ankles = level.joints[:, level.layout.indices(("r_ankle", "l_ankle")), 2].min(axis=1)
+    return (ankles + level.root[:, 2]) / implied_stature(level.joints)
 
 
 def units_a_metre(level: PoseSequence, found: Sequence[Flight]) -> tuple[float, float]:

@@ -93,10 +93,12 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
     steps = _count(walking, "steps")
     if not steps:
         return []
-    words = f"{'ran' if text(walking, 'gait') == 'running' else 'walked'} {how_many(steps, 'whole step')}"
+    words = f"{'ran' if text(walking, 'gait') == 'running' else 'walked'}"
+    words += f" {'at least ' * bool(unseen := text(walking, 'count_reason'))}{how_many(steps, 'step')}"
     landed = [at for side in _SIDES for at in moments(subgroup(walking, side), "landings")]
     if _count(walking, "walks") == 1 and landed:
         words += f" in {max(landed) - min(landed):.1f} s"
+    words += f" ({unseen})" * bool(unseen)
     if cadence := measure(walking, "cadence"):
         words += f", {_figure(cadence, 'a minute')}"
     if metric and (speed := measure(walking, "walking_speed")):

@@ -6,8 +6,12 @@ import numpy as np
 
 from ...models.angle_error.off_keypoints import agrees, steady
 from ...pipeline.core.measures import Measure, Remark, Row, side_of, within
+from ...pipeline.core.messages import spans_in_words
+from ...pipeline.core.notices import Notice, notice
+from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import BRIDGED_S, stretches
-from ...pipeline.signals.reprojection import LIMBS, Residuals
+from ...pipeline.signals.reprojection import LIMBS, Residuals, residuals_of
+from ...pipeline.signals.swaps import kinds
 from .figures import moments
 
 
@@ -34,6 +38,28 @@ def off_keypoints(residuals: Residuals | None, time_s: np.ndarray) -> list[Row]:
             own += [moments("start", (a for a, _ in spans)), moments("stop", (b for _, b in spans))]
         rows += within(limb, own, side_of(limb))
     return rows
+
+
+def exchanged(take: Take, residuals: Residuals | None) -> list[Notice]:
+    """Notices of when both legs, or both arms, contradict their keypoints and agree with each other's for longer than
+    BRIDGED_S. Of 101 lifted validation takes (wild cameras) 13 have 16 of these, and in each the simulated detector has
+    exchanged the limbs. residuals: `residuals_of` the take."""
+    if residuals is None:
+        return []
+    keypoints, times, most, said = take.need("keypoints"), take.need("poses").times, agrees(residuals), []
+    for limb, way in zip(("leg", "arm"), kinds(keypoints.layout, depth=False), strict=True):
+
+        def farthest(of: Residuals, pick: np.ufunc, limb: str = limb) -> np.ndarray:
+            return pick(*(steady(of.limb(f"{side}_{limb}")) for side in "rl"))
+
+        off = farthest(residuals, np.minimum) > most
+        if not _spans(off, times):
+            continue
+        joints, confidence = way.applied(keypoints.joints), way.applied(keypoints.confidence)
+        other = residuals_of(take.with_(keypoints=keypoints.with_(joints=joints, confidence=confidence)))
+        if other and (spans := _spans(off & (farthest(other, np.maximum) <= most), times)):
+            said.append(notice("swapped-to-keypoints", limbs=f"{limb}s", when=spans_in_words(spans)))
+    return said
 
 
 def _spans(off: np.ndarray, time_s: np.ndarray) -> list[tuple[float, float]]:

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ...models.angle_error.repeatability import known_median
 from ...models.gait.of_take import NOISE
-from ...pipeline.core.measures import SD_90, Curves, Measure, Remark, Row, within
+from ...pipeline.core.measures import (
+    SD_90,
+    Curves,
+    Measure,
+    Remark,
+    Row,
+    grouped,
+    numbered,
+    text,
+    within,
+)
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.signals.angles import of_both
 from ...pipeline.signals.filters import rate
@@ -97,6 +107,16 @@ def repeats(
         *_smoothness(whole_ones),
         Curves(tuple(curve for curve in curves if curve)),
     ]
+
+
+def doubted(rows: Sequence[Row], spans: Collection[tuple[float, float]], what: str, other: str) -> list[Row]:
+    """Rows of repetitions, with when there may be more of them, which may be something other and are not counted."""
+    if not spans:
+        return list(rows)
+    key = "count_reason" if numbered(grouped(rows), "peak") else "reason"
+    why = f"it is uncertain whether the {what} from {spans_in_words(sorted(spans))} is a {other}"
+    said = "; ".join(filter(None, (text(grouped(rows), key), why)))
+    return [*(row for row in rows if not (isinstance(row, Remark) and row.name == key)), Remark(key, said)]
 
 
 def _holds(held: Sequence[Repetition]) -> list[Row]:

@@ -52,12 +52,12 @@ from .figures import (
     with_error,
 )
 from .floor import floor
-from .jumps import absorbs, brief_hops, cut_jumps, jumping, jumps, without_leaps
-from .off_keypoints import off_keypoints
+from .jumps import absorbs, brief_hops, cut_jumps, jumping, jumps, lands, without_leaps
+from .off_keypoints import exchanged, off_keypoints
 from .outcomes import BRIEFEST_S, turned, with_outcome
-from .repeats import repeats
+from .repeats import doubted, repeats
 from .smoothness import path_length
-from .strikes import Spans, strikes
+from .strikes import Spans, may_punch, strikes
 from .walking import FEWEST, doubts, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
@@ -120,8 +120,10 @@ class Measures:
         source = take.need("poses")
         asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), turned(take.judged)
         found = measures(filtered, rectified, kinematics, source, gait, *asked)
-        found += tuple(within("off_keypoints", off_keypoints(residuals_of(take), source.times)))
-        said = [*doubts(gait, source), *_focal(take, gait), *_zoom(take, gait)] if rectified.level_ok else []
+        residuals = residuals_of(take)
+        found += tuple(within("off_keypoints", off_keypoints(residuals, source.times)))
+        said = exchanged(take, residuals)
+        said += [*doubts(gait, source), *_focal(take, gait), *_zoom(take, gait)] if rectified.level_ok else []
         return take.with_(measures=found).saying(*said)
 
 
@@ -188,14 +190,14 @@ def measures(
     gait = without_leaps(gait, jumped)
     runs = [(step.start_s, step.stop_s) for step in gait.steps if gait.kind == "running"]
     flies = [(flight.off_s, flight.land_s) for flight in flights.flights]
-    walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
+    walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed, jumped)
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     steps_told = lasts_s >= BRIEFEST_S["walking"] and "steps" in grouped(walk)
     blind = source.lifted and in_image is None  # to punches
     struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd)
     movements = {
-        "knee_bends": _knee_bends(take, gait, jumped, brief, apart, steps_told),
-        "arm_raises": _arm_raises(take, grouped(struck["punches"])),
+        "knee_bends": _knee_bends(take, gait, jumped, flights.ankle, apart, steps_told),
+        "arm_raises": _arm_raises(take, grouped(struck["punches"]), filtered if source.lifted else None),
         **struck,
         "walking": walk,
     }
@@ -223,13 +225,13 @@ def _knee_bends(
     take: Columns,
     gait: Gait,
     jumped: Sequence[Flight],
-    hops: Sequence[tuple[float, float]],
+    ankle: np.ndarray | None,
     apart: np.ndarray,
     steps_told: bool = True,
 ) -> list[Row]:
-    """hops: (begin, end) in seconds of what may be flights: a bend that absorbs one is no knee bend then. apart: (T,)
-    how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which
-    the feet seem to move may be one in place then."""
+    """ankle: (T,) of Airborne: a bend behind a fall of it may be a landing. apart: (T,) how far the ankles are apart,
+    in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which the feet seem to move may be
+    one in place then."""
     feet_move, may_land = list[tuple[float, float]](), set[tuple[float, float]]()
     flights = [(flight.off_s, flight.land_s) for flight in jumped]
 
@@ -248,7 +250,7 @@ def _knee_bends(
         span = (bend.start_s, bend.stop_s)
         if not stays and span not in feet_move:
             feet_move.append(span)
-        if stays and absorbs(hops, bend.peak_s):
+        if stays and ankle is not None and lands(ankle, take.times, bend.peak_s):
             may_land.add(span)
         return stays and span not in may_land
 
@@ -272,12 +274,8 @@ def _knee_bends(
         )
         why = f"it is uncertain whether a bend reaches the {_SQUAT:g} degrees of a squat"
         bends.append(Measure("squats", least) if least == most else Remark("squats_reason", why))
-    if may_land:
-        why = f"it is uncertain whether the bend from {spans_in_words(sorted(may_land))} is a landing"
-        key = "count_reason" if peaks else "reason"
-        others = [row for row in bends if not (isinstance(row, Remark) and row.name == key)]
-        bends = [*others, Remark(key, "; ".join(filter(None, (text(grouped(bends), key), why))))]
-    elif not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
+    bends = doubted(bends, may_land, "bend", "landing")
+    if not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
         when = spans_in_words(feet_move)
         bends.append(
             Remark("reason", f"it is not seen whether the feet stay while the knees bend from {when}")
@@ -285,21 +283,30 @@ def _knee_bends(
     return bends
 
 
-def _arm_raises(take: Columns, punches: Group) -> list[Row]:
-    """Arms that rise, but for those that punch at their highest: a movement is told once."""
+def _arm_raises(take: Columns, punches: Group, lifted: PoseSequence | None) -> list[Row]:
+    """Arms that rise, but for those that punch at their highest: a movement is told once. lifted: joints in LEVEL of
+    lifted poses, which do not show every punch."""
     rows: list[Row] = []
     curves: list[Curve] = []
+    looks_so = {side: may_punch(lifted, side) for side in SIDES.values()} if lifted else {}
+    may_be: dict[str, set[tuple[float, float]]] = {side: set() for side in SIDES.values()}
     for words, side in SIDES.items():
         angle = f"{side}_shoulder_elevation"
         shown = [f"{side}_{part}" for part in _IN_RAISES]
         of_side = subgroup(punches, words)
         spans = list(zip(moments(of_side, "start"), moments(of_side, "stop"), strict=True))
 
-        def raises(one: Repetition, spans: Spans = spans) -> bool:
-            return not any(begin <= one.peak_s <= end for begin, end in spans)
+        def raises(one: Repetition, spans: Spans = spans, side: str = side) -> bool:
+            if any(begin <= one.peak_s <= end for begin, end in spans):
+                return False
+            if lifted and looks_so[side](one):
+                may_be[side].add((one.start_s, one.stop_s))
+                return False
+            return True
 
         briefest_s = BRIEFEST_S["arm_raises"]
         arm = repeats(take, angle, take(angle), take.sd(angle), _RAISE, shown, raises, briefest_s)
+        arm = doubted(arm, may_be[side], "raise", "punch")
         curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
         rows += within(words, [row for row in arm if not isinstance(row, Curves)], side_of(angle))
     return [*rows, *([Curves(tuple(curves))] if curves else [])]

@@ -7,7 +7,7 @@ joints.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -273,16 +273,24 @@ def _steady(straight: np.ndarray, times: np.ndarray) -> np.ndarray:
     return np.where(known, median_filter(filled, max(frames, 1), mode="nearest"), np.nan)
 
 
+def may_punch(level: PoseSequence, side: str) -> Callable[[Repetition], bool]:
+    """Whether a raise of a lifted arm may be a punch: all but the image says so, which does not show every punch."""
+    limb = _limb(level, "punches", side)
+    return lambda one: _may_punch(limb, level.times, one)
+
+
+def _may_punch(limb: _Limb, times: np.ndarray, one: Repetition) -> bool:
+    peak, (low, high) = int(times.searchsorted(one.peak_s)), _PUNCH_HEIGHT
+    reaches = low <= limb.height[peak] <= high and limb.reach[peak] >= _LIFTED_REACH
+    return bool(reaches and _shoots(limb.reach, times, one.peak_s, _LIFTED_RISES))
+
+
 def _punches(limb: _Limb, times: np.ndarray, one: Repetition) -> bool:
+    if limb.image is not None:
+        return _may_punch(limb, times, one) and _shoots(limb.image, times, one.peak_s, _IMAGE_RISES)
     peak, (low, high) = int(times.searchsorted(one.peak_s)), _PUNCH_HEIGHT
     if not low <= limb.height[peak] <= high:
         return False
-    if limb.image is not None:
-        return (
-            limb.reach[peak] >= _LIFTED_REACH
-            and _shoots(limb.reach, times, one.peak_s, _LIFTED_RISES)
-            and _shoots(limb.image, times, one.peak_s, _IMAGE_RISES)
-        )
     out = _rows(times, one.start_s, one.peak_s)
     away, across = limb.away[out], limb.across[out]
     if limb.reach[peak] < _PUNCH_REACH or not np.isfinite(away).any():

@@ -37,8 +37,10 @@ from ...pipeline.core.messages import how_many, spans_in_words
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import transpose
-from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, rate, stretches
+from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, rate, runs, stretches
+from ...pipeline.signals.flights import Flight
 from .figures import basis, deviation, moments, symmetry, with_error
+from .jumps import goes_on
 from .strides import peaks
 
 FEWEST = 10  # frames
@@ -86,10 +88,11 @@ def walking(
     rectified: Rectified,
     source: PoseSequence,
     belt_speed: float | None = None,
+    jumped: Sequence[Flight] = (),
 ) -> list[Row]:
     """The group `walking` (stages/measures/stage.py). body: joints in BODY axes. curves: of an angle over spans (N, 2).
-    source: the poses that were rectified. belt_speed: a treadmill's, where it is told, in the unit of the
-    poses a second."""
+    source: the poses that were rectified. belt_speed: a treadmill's, where it is told, in the unit of the poses a
+    second. jumped: what ends a walk. `count_reason`: why there may be more steps."""
     apart = separation(body, filtered.times, breaks(filtered))[:, 0]
     if not rectified.level_ok:
         return [Remark("reason", f"the take is not levelled: {rectified.level_reason}")]
@@ -134,6 +137,7 @@ def walking(
             moments("toe_offs", (s.off_s for s in strides if s.side == side and np.isfinite(s.off_s))),
         ]
 
+    seen = runs(np.isfinite(apart), filtered.times, breaks(filtered))
     landed = len(gait.steps) + len(gait.walks)
     counted = f"{how_many(len(gait.steps), 'step')} between {how_many(landed, 'landing')}" + (
         f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""
@@ -143,6 +147,7 @@ def walking(
         Measure("walks", len(gait.walks)),
         Measure("steps", len(gait.steps)),
         Remark("counted", counted),
+        *([Remark("count_reason", why)] if (why := goes_on(gait, seen, filtered.times, jumped)) else []),
         *over_floor,
         *said(lengths, _OF_BOTH, share=share),
         _cadence(said, values, len(strides), _STRIDES[gait.kind]),

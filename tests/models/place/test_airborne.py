@@ -17,6 +17,7 @@ from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.measures.jumps import lands
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
@@ -88,6 +89,8 @@ def test_a_known_fall_has_its_height_and_time(fps, noise_px, high_m):
     found = airborne(filmed(*jumping(fps=fps, high_m=high_m), noise_px))
     assert (len(found.flights), found.lifted, found.reason) == (2, True, "")
     time_s = 2 * np.sqrt(2 * high_m / G)
+    frames_s = np.arange(len(found.ankle)) / fps
+    assert all(lands(found.ankle, frames_s, flight.land_s + 0.1) for flight in found.flights)
     for flight, apex_s in zip(found.flights, (1.5, 3.0), strict=True):
         assert flight.apex_s == pytest.approx(apex_s, abs=0.02)
         assert G / 8 * (flight.land_s - flight.off_s) ** 2 == pytest.approx(high_m, abs=0.035)
@@ -164,8 +167,10 @@ def treadmill() -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("still", [squats, tiptoes, kick, treadmill])
 @pytest.mark.parametrize("noise_px", [0.0, 4.0])
 def test_who_stays_on_the_floor_does_not_fly(still, noise_px):
-    found = airborne(filmed(*still(), noise_px))
+    take = filmed(*still(), noise_px)
+    found = airborne(take)
     assert (found.flights, found.reason, found.brief, found.cut) == ((), "", (), ())
+    assert not any(lands(found.ankle, take.poses.times, at_s) for at_s in take.poses.times)
 
 
 @pytest.mark.parametrize("fps", [30.0, 60.0])

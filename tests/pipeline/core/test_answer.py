@@ -25,14 +25,20 @@ def take(unit: str = "m", **measures) -> Take:
 
 def test_a_walk_with_its_cadence_speed_and_knees():
     assert answer(take(walking=WALK)) == [
-        "Walked 4 whole steps in 2.4 s, 98 ± 3 a minute, at 1.15 ± 0.082 m/s.",
+        "Walked 4 steps in 2.4 s, 98 ± 3 a minute, at 1.15 ± 0.082 m/s.",
         "In nine of ten frames, in degrees (± for each end): knees 8 to 68 (right) and 10 to 80 (left) ± 12.",
     ]
 
 
 def test_without_a_scale_there_is_no_speed_and_a_run_is_called_one():
     said = answer(take("arbitrary", walking={**WALK, "gait": "running"}))[0]
-    assert said == "Ran 4 whole steps in 2.4 s, 98 ± 3 a minute."
+    assert said == "Ran 4 steps in 2.4 s, 98 ± 3 a minute."
+
+
+def test_of_a_walk_that_is_cut_the_steps_are_the_least():
+    """Three steps were told of a video that shows four, in which the walk goes on."""
+    said = answer(take(walking={**WALK, "count_reason": "how it ends was not seen"}))[0]
+    assert said.startswith("Walked at least 4 steps in 2.4 s (how it ends was not seen), 98")
 
 
 def test_knee_bends_are_squats_only_if_all_are():

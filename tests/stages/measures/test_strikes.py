@@ -82,10 +82,35 @@ def test_an_arm_that_punches_is_not_raised_too():
         for side in ("right", "left")
         for row in within(side, [moments("start", [7.8]), moments("stop", [8.2])])
     ]
-    told = nested(_arm_raises(columns, grouped(punches)))
+    told = nested(_arm_raises(columns, grouped(punches), None))
     assert told["right"]["count"] == 1
     assert told["right"]["peak_at_s"] == [pytest.approx(3)]
     assert (told["left"]["count"], told["left"].get("reason")) == (0, None)
+
+
+@pytest.mark.parametrize(
+    ("width_s", "lifted", "count", "doubt"),
+    [(0.2, True, 0, True), (0.2, False, 1, False), (1.0, True, 1, False)],
+)
+def test_a_lifted_raise_that_may_be_a_punch_is_not_counted_and_not_denied(width_s, lifted, count, doubt):
+    """Of a boxer without keypoints, whose punches were not looked for, the arms were "raised 5 times to 90 degrees".
+    The right hand goes from the guard straight forward and back."""
+    joints = np.repeat(BODY[None], len(TIMES), axis=0)
+    elbow, wrist = H36M17.indices(("r_elbow", "r_wrist"))
+    ahead = bump(8, width_s, 1.0)
+    rises = np.pi / 2 * ahead
+    joints[:, elbow, 1:] = np.c_[-0.3 * np.sin(rises), 0.5 - 0.3 * np.cos(rises)]
+    joints[:, wrist, 1:] = np.c_[-0.2 - 0.35 * ahead, 0.4 + 0.1 * ahead]
+    level = PoseSequence(joints, H36M17, CAMERA, time_s=TIMES)
+    nothing = np.full(len(TIMES), np.nan)
+    columns = {
+        f"{side}_{name}_deg": nothing for side in "rl" for name in ("shoulder_flexion", "elbow_flexion")
+    }
+    columns |= {"r_shoulder_elevation_deg": 90 * ahead, "l_shoulder_elevation_deg": 0 * ahead}
+    take = Columns(columns, TIMES, (), False)
+    told = nested(_arm_raises(take, grouped([]), level if lifted else None))["right"]
+    assert told["count"] == count
+    assert ("reason" in told) == doubt
 
 
 def test_a_take_with_only_a_hold_says_so():
