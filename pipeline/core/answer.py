@@ -35,10 +35,15 @@ _TIMES = ("never", "once", "twice")
 _Told = tuple[int, str]  # how often it was done, and the words
 _JOINTS = {  # each joint once: its other angles move along
     "knee_flexion": "knees", "thigh_trunk_flexion": "thighs against trunk", "elbow_flexion": "elbows",
-    "shoulder_elevation": "arms from hanging", "trunk_lean_sagittal": "trunk forward",
-    "trunk_lean_frontal": "trunk to the right", "thorax_pelvis_rotation": "chest turned to the left",
+    "shoulder_elevation": "arms raised", "trunk_lean_sagittal": "trunk leaned",
+    "trunk_lean_frontal": "trunk leaned", "thorax_pelvis_rotation": "chest turned",
+}  # fmt: skip
+_WAYS = {  # below and above 0
+    "trunk_lean_sagittal": ("back", "forward"), "trunk_lean_frontal": ("left", "right"),
+    "thorax_pelvis_rotation": ("right", "left"),
 }  # fmt: skip
 _JOINTS_TOLD = 4
+_UNSEEN = 0.5  # of the frames: the range of the rest is not that of the take
 _UNSTATED = 13.0  # degrees: the usual ± of a lifted range, for one without
 
 
@@ -61,9 +66,7 @@ def answer(take: Take) -> list[str]:
     done += _jumped(subgroup(measures, "jumps"))
     done += [*_struck(measures, "punches", "punched"), *_struck(measures, "kicks", "kicked")]
     moved = [words for _, words in sorted(done, key=lambda told: -told[0])]
-    joints = _ranges(subgroup(measures, "range_of_motion"))
-    of_ends = " (± for each end)" * any("±" in words for words in joints)
-    ranges = f"in nine of ten frames, in degrees{of_ends}: {'; '.join(joints)}" if joints else ""
+    ranges = _ranges(subgroup(measures, "range_of_motion"))
     sentences = ("; ".join(moved), ranges, *_not_seen(measures, poses.duration_s))
     said = sentences if done else (*sentences[2:], sentences[1])
     return [f"{words[:1].upper()}{words[1:]}." for words in said if words]
@@ -214,7 +217,7 @@ def _jumped(jumps: Group) -> list[_Told]:
         return []
     found = numbered(jumps, "height_by_flight_time")
     errors = [height.bar for height in found if height.bar is not None]
-    within = f" (± {max(errors):.0f})" if errors else ""
+    within = f" (± {max(errors):.0f})" if errors else " (error not known)"
     told = [f"{height.value:.0f}" for height in found]
     each = f"each {told[0]} cm" if 1 < len(told) == told.count(told[0]) else f"{_and(told)} cm"
     heights = f", {each} high by the time in the air{within}"
@@ -223,10 +226,17 @@ def _jumped(jumps: Group) -> list[_Told]:
     return [(count, f"jumped {often}{heights if 0 < len(found) <= _MOST else ''}")]
 
 
-def _ranges(ranges: Group) -> list[str]:
-    """Of the joints whose range is the most times its error, that of the side that moves more."""
+def _ranges(ranges: Group) -> str:
+    """The joints whose range is the most times its error, by that of the side that moves more; that none moves only
+    where all have an error."""
     told = [told for name in _JOINTS if (told := _range(ranges, name))[1]]
-    return [words for _, words in sorted(told, key=lambda each: -each[0])[:_JOINTS_TOLD]]
+    moving = [each for each in told if each[0] > 1]
+    stated = ["±" in words for _, words in told]
+    if not moving and len(told) == len(_JOINTS) and all(stated):
+        return "no joint moves by more than its error"
+    joints = [words for _, words in sorted(moving or told, key=lambda each: -each[0])[:_JOINTS_TOLD]]
+    of_ends = " (± for each end)" * any(stated)
+    return f"in nine of ten frames, in degrees{of_ends}: {'; '.join(joints)}" if joints else ""
 
 
 def _range(ranges: Group, name: str) -> tuple[float, str]:
@@ -237,17 +247,26 @@ def _range(ranges: Group, name: str) -> tuple[float, str]:
     for side, angle in sides.items():
         of = subgroup(ranges, angle)
         ends = [end for figure in ("p05", "p95") if (end := measure(of, figure))]
-        if len(ends) < 2 or value(of, "beyond_anatomy_frames"):
+        if len(ends) < 2 or value(of, "beyond_anatomy_frames") or (value(of, "nan_share") or 0.0) > _UNSEEN:
             continue
         if full := measure(of, "p05_p95"):
             far = max(far, full.value / (full.bar or _UNSTATED))
-        told = dict.fromkeys(f"{end.value:z.0f}" for end in ends)
-        parts.append(f"{' to '.join(told)}{f' ({side})' * bool(side)}")
+        parts.append(f"{_between(ends[0].value, ends[1].value, _WAYS.get(name))}{f' ({side})' * bool(side)}")
         errors += [end.bar for end in ends if end.bar is not None]
     if not parts:
         return far, ""
     within = f" ± {max(errors):.0f}" if errors else ""
     return far, f"{_JOINTS[name]} {' and '.join(parts)}{within}"
+
+
+def _between(low: float, high: float, ways: tuple[str, str] | None) -> str:
+    """Such as "3 to 58"; of a joint that goes two ways "4 left to 6 right", "6 to 2 left", "0 to 6 right"."""
+    ends = [round(end) for end in (low, high)]
+    if ways is None or ends == [0, 0]:
+        return " to ".join(dict.fromkeys(map(str, ends)))
+    if ends[0] < 0 < ends[1]:
+        return f"{-ends[0]} {ways[0]} to {ends[1]} {ways[1]}"
+    return f"{' to '.join(dict.fromkeys(str(abs(end)) for end in ends))} {ways[ends[1] > 0 or ends[0] == 0]}"
 
 
 def _figure(of: Measure, unit: str) -> str:

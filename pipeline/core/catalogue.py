@@ -168,8 +168,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "If the poses were lifted from these keypoints, {wrong:~pose is/poses are} wrong. Leave --poses out and give "
         "--set read.swaps=repair: then the keypoints are lifted again."),
     "swapped-to-keypoints": ("warning", "left and right",
-        "Right and left of the {limbs} are exchanged between poses and keypoints from {when}: each fits the other's "
-        "keypoints there. One of both is wrong."),
+        "From {when} poses and keypoints disagree on which of the {limbs} is the right one; one of the two is wrong."),
     "masked-with-keypoints": ("repair", "left and right",
         "{wrong:~pose was/poses were} masked as asked, because left and right are exchanged in the keypoints "
         "there."),

@@ -63,7 +63,7 @@ def repeats(
     holds.sort(key=lambda one: one.start_s)
     found = [one for one in every if one.held_s <= _HOLD_S]
     if not (every or holds) and comes_near(driver, take.times, asked, error, take.seams, counts):
-        why = f"an angle rises by nearly the {asked:g} degrees that count"
+        why = f"it is uncertain whether an angle rises by {asked:g} degrees and comes back"
         return [Measure("count", 0), Remark("reason", why), *basis(driver)]
     whole_ones = [one for one in found if one.whole]
     if found:
@@ -114,7 +114,7 @@ def doubted(rows: Sequence[Row], spans: Collection[tuple[float, float]], what: s
     if not spans:
         return list(rows)
     key = "count_reason" if numbered(grouped(rows), "peak") else "reason"
-    why = f"it is uncertain whether the {what} from {spans_in_words(sorted(spans))} is a {other}"
+    why = f"what is seen from {spans_in_words(sorted(spans))} may be a {other}, not a {what}"
     said = "; ".join(filter(None, (text(grouped(rows), key), why)))
     return [*(row for row in rows if not (isinstance(row, Remark) and row.name == key)), Remark(key, said)]
 

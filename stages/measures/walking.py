@@ -362,16 +362,13 @@ def uncountable(
     if spans := along_sight(rectified, source, filtered.times):
         whole = spans[0][1] - spans[0][0] > _MOST * (filtered.times[-1] - filtered.times[0])
         when = "" if whole else f" from {spans_in_words(spans, 2)}"
-        why.append(
-            f"the person faces along the line of sight{when}, where the feet pass each other in depth; steps show "
-            "best from the side"
-        )
+        why.append(f"the person faces the camera or away from it{when}; steps show best from the side")
     change, sd = (
         float(np.nanmax(apart) - np.nanmin(apart)),
         separation_sd(columns, unjudged(filtered, rectified)),
     )
     if LEAST_STEP < change < NOISE * sd:
-        why.append(f"the feet part by {change:.1f} leg lengths, less than the error of {NOISE * sd:.1f}")
+        why.append(f"steps would be smaller than the error of {NOISE * sd:.1f} leg lengths")
     fps = rate(filtered.times)
     if fps < _SLOW_HZ:
         why.append(f"at {fps:.3g} frames per second a quick step of 0.4 s has {0.4 * fps:.2g} frames")

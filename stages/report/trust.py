@@ -145,7 +145,7 @@ def _sides(take: Take) -> Check:
         alone = take.keypoints is None and take.need("poses").frame.family == "camera"
         hidden = "; without 2D keypoints an exchange that the estimator smoothed is not seen" if alone else ""
         return "Left and right", "good", [f"No limbs look exchanged{hidden}."]
-    words = "No limbs look exchanged; this is unclear where limbs contradict their keypoints"
+    words = "No limbs look exchanged, but some do not fit their keypoints"
     return "Left and right", "care", [f"{words}: {', '.join(off)}."]
 
 

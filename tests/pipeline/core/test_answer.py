@@ -1,10 +1,11 @@
 """What was seen, in plain words: of walks, squats, raised arms, jumps, and of takes in which nothing was recognised."""
 
 import numpy as np
+import pytest
 
 from golden.measures import rows_of
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
-from pcnet3d.pipeline.core.answer import answer
+from pcnet3d.pipeline.core.answer import _JOINTS, answer
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR
 
 KNEE = {"p05_deg": 8.0, "p95_deg": 68.0, "p05_error_deg": 7.3, "p95_error_deg": 7.3}
@@ -115,7 +116,7 @@ def test_where_nothing_is_recognised_the_main_joints_are_told_and_why_steps_are_
     assert untold == f"Cannot be told: walking ({why})."
     assert not_looked_for == "Not looked for: jumps (the camera moves)."
     assert joints.startswith("In nine of ten frames, in degrees (± for each end): knees 8 to 68")
-    assert joints.endswith("; trunk forward -1 to 9.")
+    assert joints.endswith("; trunk leaned 1 back to 9 forward.")
     assert "elbow" not in joints  # beyond what joints reach
 
 
@@ -159,7 +160,41 @@ def test_a_figure_without_an_error_has_two_digits_and_says_so():
 
 def test_a_zero_has_no_sign():
     ranges = {"trunk_lean_sagittal": {"p05_deg": -0.4, "p95_deg": -0.2}}
-    assert answer(take(range_of_motion=ranges))[-1] == "In nine of ten frames, in degrees: trunk forward 0."
+    assert answer(take(range_of_motion=ranges))[-1] == "In nine of ten frames, in degrees: trunk leaned 0."
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"),
+    [
+        (-4.2, 6, "4 left to 6 right"),
+        (-40, -6, "40 to 6 left"),
+        (2, 6, "2 to 6 right"),
+        (-9, 0.3, "9 to 0 left"),
+    ],
+)
+def test_a_lean_names_its_sides(low, high, words):
+    ranges = {"trunk_lean_frontal": {"p05_deg": low, "p95_deg": high}}
+    assert (
+        answer(take(range_of_motion=ranges))[-1]
+        == f"In nine of ten frames, in degrees: trunk leaned {words}."
+    )
+
+
+def test_a_range_of_few_frames_is_not_that_of_the_take():
+    seen, hardly = ({"p05_deg": 3.0, "p95_deg": 80.0, "nan_share": share} for share in (0.1, 0.9))
+    assert "3 to 80" in answer(take(range_of_motion={"r_knee_flexion": seen}))[-1]
+    assert answer(take(range_of_motion={"r_knee_flexion": hardly})) == []
+
+
+def test_where_no_range_is_wider_than_its_error_no_joint_moves_and_only_where_all_are_known():
+    still = {"p05_deg": 10.0, "p95_deg": 14.0, "p05_p95_deg": 4.0}
+    still |= {f"{name}_error_deg": 5.0 for name in ("p05", "p95", "p05_p95")}
+    joints = [name if name.startswith(("trunk", "thorax")) else f"r_{name}" for name in _JOINTS]
+    assert (
+        answer(take(range_of_motion=dict.fromkeys(joints, still)))[-1]
+        == "No joint moves by more than its error."
+    )
+    assert "10 to 14" in answer(take(range_of_motion=dict.fromkeys(joints[1:], still)))[-1]
 
 
 def test_without_measures_nothing_is_said():
