@@ -362,7 +362,7 @@ def uncountable(
     if spans := along_sight(rectified, source, filtered.times):
         whole = spans[0][1] - spans[0][0] > _MOST * (filtered.times[-1] - filtered.times[0])
         when = "" if whole else f" from {spans_in_words(spans, 2)}"
-        why.append(f"the person faces the camera or away from it{when}; steps show best from the side")
+        why.append(f"the person's face or back is towards the camera{when}; steps show best from the side")
     change, sd = (
         float(np.nanmax(apart) - np.nanmin(apart)),
         separation_sd(columns, unjudged(filtered, rectified)),

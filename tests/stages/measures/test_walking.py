@@ -170,7 +170,7 @@ def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable():
     walk = walker(seconds=12, turn_deg=0)
     walking = nested(measured(seen_from(walk, 0.0, flat=0.15)).measures)["walking"]
     assert "steps" not in walking
-    assert "faces the camera" in walking["reason"]
+    assert "towards the camera" in walking["reason"]
     assert "film" not in walking["reason"]  # who jumped on a roof was told to film the walk from the side
     assert nested(measured(seen_from(walk, 90.0)).measures)["walking"]["steps"] >= 3
 
