@@ -40,6 +40,11 @@ class Columns:
         sd_deg = sd_deg if np.isfinite(sd_deg) else self.unstated_deg
         return SD_90 * self.range_sd(angle, rise_deg, (sd_deg, sd_deg))
 
+    @property
+    def unknown(self) -> float:
+        """The standard deviation of an angle that states none, for errors: 0 of motion capture, NaN of a lifter."""
+        return float("nan") if self.unstated_deg else 0.0
+
     def __call__(self, angle: str) -> np.ndarray:
         return self.columns.get(f"{angle}_deg", np.full(len(self.times), np.nan))
 

@@ -40,16 +40,15 @@ def spread(
 
     resolution: the standard deviation with which one value is known, independent of the next; shared: the one that all
     values have in common, NaN where unknown. The values' own is left out where it is not larger than the resolution:
-    then it is the measurement's, not the person's. Of fewer than three values their spread is not known, nor without
-    `shared` the error; with it they count as spread by the resolution.
+    then it is the measurement's, not the person's. Of fewer than three values their spread is not known; with a
+    `shared` error they count as spread by the resolution.
     """
     if not len(values):
         return []
-    shared = shared if np.isfinite(shared) else 0.0
     sd = float(values.std(ddof=1)) if len(values) >= _FEWEST else float("nan")
     own = np.fmax(sd, resolution) / np.sqrt(len(values))
     known = np.isfinite(sd) or shared
-    error = float(np.hypot(own, shared) if known else 0.0) or float("nan")  # none is known to be 0
+    error = float(np.hypot(own, shared) if known else 0.0) or float("nan")  # no error is known to be 0
     mean = Measure(f"mean_{name}", float(values.mean()), unit, stated(error))
     return [mean, *deviation(name, unit, values, resolution)]
 

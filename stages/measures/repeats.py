@@ -95,7 +95,7 @@ def repeats(
     spans = np.array([(one.start_s, one.stop_s) for one in whole_ones])
     # Of a height above the valley, as of the whole rise. What a lifter has wrong of the posture in which a repetition
     # begins it has wrong of the same one at its end and in the next, so that all are too long, or all too short.
-    height_sd = np.sqrt(2) * usual
+    height_sd = np.sqrt(2) * (usual if np.isfinite(usual) else take.unknown)
     ends_s = float(np.mean([near_ends_s(driver, take.times, one, height_sd) for one in whole_ones]))
     durations_s, frames_s = spans[:, 1] - spans[:, 0], time_resolution(rate(take.times))
     rises = np.array([one.rise for one in whole_ones])

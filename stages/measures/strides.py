@@ -94,7 +94,11 @@ def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
 
 
 def peaks(
-    columns: Mapping[str, np.ndarray], times: np.ndarray, strides: Sequence[Stride], seams: Sequence[int] = ()
+    columns: Mapping[str, np.ndarray],
+    times: np.ndarray,
+    strides: Sequence[Stride],
+    seams: Sequence[int] = (),
+    unknown: float = 0.0,
 ) -> list[Row]:
     """Of the strides of one side, in order, what gait papers report, each stride with its stated error and then the
     mean, whose error holds what all strides have wrong alike. Degrees (Benedetti et al., Clin Biomech 13(3), 1998: K1,
@@ -102,8 +106,8 @@ def peaks(
 
     knee_at_contact: knee flexion at initial contact. knee_loading_peak: its highest in the first half of stance.
     knee_swing_peak: its highest in swing. thigh_trunk_lowest: the thigh's lowest flexion against the trunk in the
-    stride, in place of hip extension. columns: (T,) with angles at times (T,). A stride in which the angle is missing
-    there has none.
+    stride, in place of hip extension. columns: (T,) with angles at times (T,); unknown: of Columns, where they state no
+    error. A stride in which the angle is missing there has none.
     """
     result: list[Row] = []
     for name, (part, sign, span) in _PEAKS.items():
@@ -124,7 +128,9 @@ def peaks(
         for value, error, number in zip(values, errors, numbers, strict=True):
             one = with_error(name, "deg", value, error)
             result.append(Measure(name, one.value, "deg", one.error if known else None, number=number))
-        result += spread(name, "deg", np.array(values), shared=known_median(np.array(errors)))
+        result += spread(
+            name, "deg", np.array(values), shared=known_median(np.array(errors)) if known else unknown
+        )
     return result
 
 

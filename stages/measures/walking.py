@@ -107,6 +107,7 @@ def walking(
         hides = [Remark("reason", f"no three steps in a row, nor two of a run{hidden}")] if hidden else []
         return [Measure("steps", 0), *hides, *basis(apart)]
     lifted, errors = source.lifted, errors_of(source)
+    unknown = float("nan") if unjudged(filtered, rectified) else 0.0  # errors of angles that state none
     root_sd, share = _path_error(filtered, rectified, gait)
     R_camera_from_body = source.frame.basis.T @ rectified.R_source_from_body
     depth = depth_of_steps(R_camera_from_body, filtered.times, gait.walks) if lifted else 0.0
@@ -130,7 +131,9 @@ def walking(
             Measure("strides", len(spans[side])),
             *said(values, ("step_time_s", "stance_time_s", *phases), side),
             *said(lengths, ("step_length",), side, share),
-            *peaks(columns, filtered.times, [s for s in strides if s.side == side], breaks(filtered)),
+            *peaks(
+                columns, filtered.times, [s for s in strides if s.side == side], breaks(filtered), unknown
+            ),
             moments("stride_start", spans[side][:, 0]),
             moments("stride_stop", spans[side][:, 1]),
             moments("landings", contact_times(gait.walks, side)),

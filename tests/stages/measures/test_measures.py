@@ -10,6 +10,7 @@ from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, nested
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, MIDLINE, UNTRUSTED, near
 from pcnet3d.pipeline.signals.foot_angles import ALL_ANGLES
+from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.figures import spread
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.report.measures import happened
@@ -365,6 +366,16 @@ def test_one_or_two_durations_are_known_no_better_than_frames_allow():
         assert said["mean_duration_error_s"] >= 0.08 / np.sqrt(len(values))
     assert "mean_duration_error_s" not in nested(spread("duration", "s", np.array([1.0, 1.2]), 0.08))
     assert nested(spread("rise", "deg", np.full(6, 40.0), shared=np.nan)) == {"mean_rise_deg": 40.0}
+
+
+def test_the_spread_of_repetitions_is_no_error_where_what_they_share_is_unknown():
+    """Of a lifter's poses; motion capture has all of them right."""
+    values, error = np.array([30.0, 38.0, 46.0]), "mean_rise_error_deg"
+    lifted, captured = (Columns({}, np.arange(3.0), (), False, unstated) for unstated in (8.0, 0.0))
+    assert error not in nested(spread("rise", "deg", values, shared=lifted.unknown))
+    assert nested(spread("rise", "deg", values, shared=captured.unknown))[error] == pytest.approx(
+        4.6, abs=0.1
+    )
 
 
 @pytest.mark.parametrize(("share", "told"), [(0.04, True), (0.2, False)])
