@@ -10,8 +10,6 @@ from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, nested
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, MIDLINE, UNTRUSTED, near
 from pcnet3d.pipeline.signals.foot_angles import ALL_ANGLES
-from pcnet3d.stages.measures.columns import Columns
-from pcnet3d.stages.measures.figures import spread
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.report.measures import happened
 
@@ -260,16 +258,6 @@ def test_an_angle_that_is_none_is_refused():
         Measures(("r_elbow_flexon",))
 
 
-def test_a_standard_deviation_takes_six_values():
-    five = nested(spread("rise", "deg", np.arange(5.0)))
-    assert "sd_rise_deg" not in five
-    assert "6" in five["sd_reason"]
-    six = nested(spread("rise", "deg", np.arange(6.0)))
-    assert six["sd_rise_deg"] == pytest.approx(1.87, abs=0.01)
-    assert "sd_reason" not in six
-    assert "sd_reason" not in nested(spread("rise", "deg", np.arange(1.0)))
-
-
 @pytest.mark.parametrize(("depth_deg", "squats"), [(55.0, 0), (85.0, 1)])
 def test_a_duck_is_a_knee_bend_and_no_squat(walk, take, depth_deg, squats):
     """The boxer who ducks bends his knees by 55 degrees."""
@@ -357,25 +345,6 @@ def test_arms_raised_sideways_have_one_range_in_front_of_the_shoulders_and_behin
         assert found["lowest_deg"] == pytest.approx(np.nanmin(column), abs=1e-3)
         assert found["highest_deg"] == pytest.approx(np.nanmax(column), abs=1e-3)
         assert "beyond_anatomy_frames" not in found
-
-
-def test_one_or_two_durations_are_known_no_better_than_frames_allow():
-    """Of one knee bend at 5 frames a second the duration was stated to be known to 0.01 s, of three to 0.06."""
-    for values in ([1.0], [1.0, 1.2], [1.0, 1.1, 1.2]):
-        said = nested(spread("duration", "s", np.array(values), 0.08, shared=0.01))
-        assert said["mean_duration_error_s"] >= 0.08 / np.sqrt(len(values))
-    assert "mean_duration_error_s" not in nested(spread("duration", "s", np.array([1.0, 1.2]), 0.08))
-    assert nested(spread("rise", "deg", np.full(6, 40.0), shared=np.nan)) == {"mean_rise_deg": 40.0}
-
-
-def test_the_spread_of_repetitions_is_no_error_where_what_they_share_is_unknown():
-    """Of a lifter's poses; motion capture has all of them right."""
-    values, error = np.array([30.0, 38.0, 46.0]), "mean_rise_error_deg"
-    lifted, captured = (Columns({}, np.arange(3.0), (), False, unstated) for unstated in (8.0, 0.0))
-    assert error not in nested(spread("rise", "deg", values, shared=lifted.unknown))
-    assert nested(spread("rise", "deg", values, shared=captured.unknown))[error] == pytest.approx(
-        4.6, abs=0.1
-    )
 
 
 @pytest.mark.parametrize(("share", "told"), [(0.04, True), (0.2, False)])
