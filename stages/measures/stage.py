@@ -171,7 +171,7 @@ def measures(
     of angles by what they are stated with; of ranges, of right less left and from repetition to repetition
     (peak_mdc90) by what these were off on lifted takes with truth (models/angle_error/repeatability.py), for other
     lifters the errors of two moments taken for independent; of means over repetitions by their spread, but by half of a
-    frame's length at least; of gait figures by what they were off on walks with truth (models/gait/errors.py), and none
+    frame's length at least, none where what all share is unknown; of gait figures by what they were off on walks with truth (models/gait/errors.py), and none
     for poses of lifters whose errors were not measured, nor for lengths and speeds of motion capture.
     """
     guessed = unjudged(filtered, rectified)
