@@ -168,11 +168,11 @@ def measures(
     in_image: signals.reprojection.straight_in_image; doubt: of outcomes.turned.
 
     Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
-    of angles by what they are stated with; of ranges, of right less left and from repetition to repetition
-    (peak_mdc90) by what these were off on lifted takes with truth (models/angle_error/repeatability.py), for other
-    lifters the errors of two moments taken for independent; of means over repetitions by their spread, but by half of a
-    frame's length at least, none where what all share is unknown; of gait figures by what they were off on walks with truth (models/gait/errors.py), and none
-    for poses of lifters whose errors were not measured, nor for lengths and speeds of motion capture.
+    of angles by what they are stated with; of ranges, of right less left and from repetition to repetition (peak_mdc90)
+    by what these were off on lifted takes with truth (models/angle_error/repeatability.py), for other lifters the
+    errors of two moments taken for independent; of means over repetitions by their spread, but by half of a frame's
+    length at least, none where what all share is unknown; of gait figures by what they were off on walks with truth
+    (models/gait/errors.py), and none for lifters whose errors were not measured, nor for captured lengths and speeds.
     """
     guessed = unjudged(filtered, rectified)
     unstated_deg, apart_sd = _UNSTATED_DEG if guessed else 0.0, separation_sd(kinematics, guessed)
