@@ -102,6 +102,7 @@ def test_the_notebook_is_that_of_its_script():
 
 
 @pytest.mark.data
+@pytest.mark.usefixtures("data")
 def test_the_picture_of_rectified_skeletons_is_drawn(tmp_path, monkeypatch):
     monkeypatch.setattr("sys.argv", ["rectified.py", str(tmp_path / "out.png")])
     run_path(str(ROOT / "docs/rectified.py"))["main"]()

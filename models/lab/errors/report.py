@@ -2,7 +2,7 @@
 
 And what would make them hold: with --fit the errors of angles and rates are fitted to these takes, of the
 configurations FITTED, and written to DIR/joint_noise.json, as models/angle_error has it and as a run takes it (--set
-angles.errors=FILE). Every figure is by the procedure of judge.py.
+angles.errors=FILE); the constants of BODY's error to DIR/heading.json. Every figure is by the procedure of judge.py.
 """
 
 from __future__ import annotations
