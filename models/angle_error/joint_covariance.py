@@ -65,9 +65,8 @@ def turns(keypoints: PoseSequence, camera: Camera, rows: np.ndarray, rectified: 
     # A longer lens brings the ray nearer to the axis, and never past it.
     share = camera.focal_sd_px / camera.focal_px
     share /= 1 + SD_90 * share
-    about = np.stack(
-        [off[:, 1], -off[:, 0], np.zeros(len(off))], axis=1
-    )  # the ray's cross product with the axis
+    # The ray's cross product with the axis.
+    about = np.stack([off[:, 1], -off[:, 0], np.zeros(len(off))], axis=1)
     return Turns(
         rotate(transpose(R), ray[:, None])[:, 0],
         share * np.linalg.norm(off, axis=1),

@@ -62,9 +62,10 @@ def answer(take: Take) -> list[str]:
         *_walked(walking, metric),
         *_bent(bends, limbs),
         *_raised(subgroup(measures, "arm_raises"), limbs),
+        *_jumped(subgroup(measures, "jumps")),
+        *_struck(measures, "punches", "punched"),
+        *_struck(measures, "kicks", "kicked"),
     ]
-    done += _jumped(subgroup(measures, "jumps"))
-    done += [*_struck(measures, "punches", "punched"), *_struck(measures, "kicks", "kicked")]
     moved = [words for _, words in sorted(done, key=lambda told: -told[0])]
     ranges = _ranges(subgroup(measures, "range_of_motion"))
     sentences = ("; ".join(moved), ranges, *_not_seen(measures, poses.duration_s))

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.camera import aimed, camera_poses
-from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence
+from pcnet3d.pipeline import H36M17, PoseSequence
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.signals.reprojection import LIMBS, residuals
@@ -14,15 +12,10 @@ SIZE, FOCAL = (1280, 720), 900.0
 LENS = Camera(SIZE, FOCAL, 0.0, "told")
 
 
-@pytest.fixture(scope="module")
-def scene():
+@pytest.fixture
+def scene(filmed):
     """The walker's body (PoseSequence) and its exact keypoints."""
-    walk = walker(seconds=3)
-    camera = aimed(walk.root.mean(axis=0), 6, heading_deg=60, pitch_deg=10, roll_deg=3)
-    body, points = camera_poses(walk, camera), camera.points(walk.world)
-    pixels = FOCAL * points[..., :2] / points[..., 2:] + np.array(SIZE) / 2
-    keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=body.time_s, frame_index=body.frame_index)
-    return body, keypoints
+    return filmed.poses, filmed.keypoints
 
 
 def moved(body, joint, by) -> PoseSequence:
