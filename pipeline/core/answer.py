@@ -17,7 +17,6 @@ from .measures import (
     subgroup,
     text,
     value,
-    why_untold,
     with_bar,
     without_error,
 )
@@ -49,7 +48,7 @@ _UNSTATED = 13.0  # degrees: the usual ± of a lifted range, for one without
 
 def answer(take: Take) -> list[str]:
     """Sentences about a take's movements, the most frequent first, and the joints that range furthest for their error;
-    then what was not there, what cannot be told and why, and what was not looked for. Nothing of a take without
+    then what was not there, what cannot be told, and what was not looked for. Nothing of a take without
     measures."""
     if not take.measures:
         return []
@@ -74,23 +73,22 @@ def answer(take: Take) -> list[str]:
 
 
 def _not_seen(measures: Group, seconds: float) -> list[str]:
-    """A sentence on what was not there, one on what cannot be told, one on what was not looked for, where there is
-    any."""
-    by: dict[str, dict[str, list[str]]] = {NONE: {}, CANNOT_BE_TOLD: {}, NOT_LOOKED_FOR: {}}
-    for name, words in _MOVEMENTS.items():
-        group = subgroup(measures, name)
-        if (code := text(group, "outcome")) not in by:
-            continue
-        reason = "" if code == NONE else why_untold(group)
-        by[code].setdefault(reason, []).append(words)
-    said = {code: [_because(words, why) for why, words in of.items()] for code, of in by.items()}
-    sentences = [f"no {_and(by[NONE][''], 'or')} in {seconds:.1f} s"] if by[NONE] else []
-    sentences += [f"cannot be told: {', '.join(said[CANNOT_BE_TOLD])}"] if by[CANNOT_BE_TOLD] else []
-    return sentences + ([f"not looked for: {', '.join(said[NOT_LOOKED_FOR])}"] if by[NOT_LOOKED_FOR] else [])
-
-
-def _because(words: Sequence[str], reason: str) -> str:
-    return f"{_and(words)} ({reason})" if reason else ", ".join(words)
+    """A sentence on what was not there, and one on what cannot be told or was not looked for, where there is any. The
+    reasons are in the measures."""
+    outcomes = {words: text(subgroup(measures, name), "outcome") for name, words in _MOVEMENTS.items()}
+    none, *untold = (
+        [words for words, code in outcomes.items() if code == which]
+        for which in (NONE, CANNOT_BE_TOLD, NOT_LOOKED_FOR)
+    )
+    said = "; ".join(
+        f"{how}: {_and(words)}"
+        for how, words in zip(("cannot be told", "not looked for"), untold, strict=True)
+        if words
+    )
+    return [
+        f"no {_and(none, 'or')} in {seconds:.1f} s" if none else "",
+        f"{said} (why: see What happened in the report)" if said else "",
+    ]
 
 
 def _walked(walking: Group, metric: bool) -> list[_Told]:

@@ -51,14 +51,13 @@ def repeats(
     over the cycles of repetitions that count. briefest_s: where none is found, how long a gap hides one at least."""
     if np.isfinite(driver).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
-    whole = float(np.nanmax(driver) - np.nanmin(driver))
     usual = known_median(sd)
     noise = NOISE * usual if np.isfinite(usual) else 0.0
     asked, error = least, take.rise_error(angle, least, usual)
     least = max(least, noise)
     held = unreturned(driver, take.times, least, take.seams)
-    least = max(least, _HALF * whole)
-    every = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
+    among = max(least, _HALF * float(np.nanmax(driver) - np.nanmin(driver)))
+    every = [one for one in repetitions(driver, take.times, among, take.seams) if counts(one)]
     holds = [one for one in [*every, *filter(counts, held)] if one.held_s > _HOLD_S]
     holds.sort(key=lambda one: one.start_s)
     found = [one for one in every if one.held_s <= _HOLD_S]
@@ -68,16 +67,17 @@ def repeats(
     whole_ones = [one for one in found if one.whole]
     if found:
         briefest_s = _AS_LONG * min(one.stop_s - one.start_s for one in whole_ones or found)
-    gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)
+    gaps = hiding(driver, take.times, among, take.seams, briefest_s, counts)
     unseen = "count_reason" if found else "reason"
     said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
-    if found:  # a part is of another one like them if it changes by as much, and is none of theirs
-        held = [
-            part
-            for part in unreturned(driver, take.times, least, take.seams)
-            if not any(one.start_s <= part.peak_s <= one.stop_s for one in found)
-        ]
-    parts = [(one.start_s, one.stop_s) for one in held if one.held_s <= _HOLD_S and counts(one)]
+    # Of a part nobody knows how far it went: it may be of another like them, if it is none of theirs.
+    parts = [
+        (one.start_s, one.stop_s)
+        for one in held
+        if one.held_s <= _HOLD_S
+        and counts(one)
+        and not any(whole.start_s <= one.peak_s <= whole.stop_s for whole in found)
+    ]
     if parts and not gaps and (found or not holds):
         which = "another" if found else "one"
         said = [Remark(unseen, f"only part of {which} was seen, from {spans_in_words(parts)}")]

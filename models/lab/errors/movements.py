@@ -19,7 +19,7 @@ _MEANS = {"mean_rise": "mean rise, deg", "mean_duration": "mean duration, s"}
 
 
 def movements(finished: Finished) -> Iterator[Stated]:
-    """Peaks of repetitions that are true ones too, and means where as many are found as there are. Of static cameras,
+    """Peaks of repetitions that are true ones too, and means where each true one is found, and no other. Of static cameras,
     for nobody knows the true figures of others."""
     take, truth = finished.take, finished.truth
     if take is None or take.need("poses").made_by.kind != "estimated" or truth.up.ndim > 1:
@@ -54,9 +54,10 @@ def compared(found: Group, true: Group) -> dict[str, tuple[np.ndarray, np.ndarra
         if row.max() > 0 and (nearest := int(row.argmax())) in true_peaks
     ]
     figures = {"peak, deg": pairs}
+    same = shared.max(axis=1).min() > 0 and np.array_equal(shared.argmax(axis=1), np.arange(len(true_spans)))
     for name, figure in _MEANS.items():
         one, other = measure(found, name), measure(true, name)
-        if len(spans) == len(true_spans) and one is not None and other is not None:
+        if same and one is not None and other is not None:
             figures[figure] = [(one, other)]
     return {
         figure: (

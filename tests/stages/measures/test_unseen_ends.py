@@ -74,6 +74,11 @@ def test_beside_whole_ones_a_part_at_an_end_is_told(backwards):
     assert "count_reason" not in bends(10 + whole)
     small = 10 + whole + 0.3 * (x - 10 - whole)  # at the end it changes by less than what counts
     assert "count_reason" not in bends(small)
+    begun = bends(
+        10 + 2 * whole + 60 * np.clip(TIME - 11, 0, 1)
+    )  # less than half of the other, as far as it was seen
+    assert begun["count"] == 1
+    assert "count_reason" in begun
 
 
 @pytest.mark.parametrize("backwards", [False, True])
