@@ -19,8 +19,8 @@ _MEANS = {"mean_rise": "mean rise, deg", "mean_duration": "mean duration, s"}
 
 
 def movements(finished: Finished) -> Iterator[Stated]:
-    """Peaks of repetitions that are true ones too, and means where each true one is found, and no other. Of static cameras,
-    for nobody knows the true figures of others."""
+    """Peaks of repetitions that are true ones too, and means where each true one is found, and no other. Of static
+    cameras, for nobody knows the true figures of others."""
     take, truth = finished.take, finished.truth
     if take is None or take.need("poses").made_by.kind != "estimated" or truth.up.ndim > 1:
         return
