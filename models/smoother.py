@@ -33,7 +33,7 @@ from .common.splines import solved
 ERROR_S = 1.5  # over which a lifter's error is forgotten
 # A lifter blurs fast motion too: by how much true errors of its positions, velocities and accelerations (wrists and
 # ankles) are larger than those of the model, so that nine in ten lie within the 90 % bars.
-LIFTED = (1.5, 2.0, 1.5)
+LIFTED = (1.6, 1.95, 1.45)
 # Times the variance that a lifted path tells of its error, most of which changes as slowly as people move: where nobody
 # states the error, and as the least where the lifter does, for it may be surer of itself than its path is smooth.
 _SLOW_ERROR, _LEAST_ERROR = 10.0, 4.0
