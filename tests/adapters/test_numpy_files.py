@@ -105,14 +105,9 @@ def test_other_zip_archive(tmp_path):
     refused(tmp_path / "weights.pt", "no numpy arrays", key="reconstruction")
 
 
-@pytest.mark.parametrize("values", [["a"] * 51, [True] * 51, [1j] * 51], ids=["text", "bool", "complex"])
-def test_not_numbers(tmp_path, values):
-    np.save(tmp_path / "a.npy", np.array(values).reshape(1, 17, 3))
-    refused(tmp_path / "a.npy", "array of numbers")
-
-
-def test_structured_array(tmp_path):
-    np.save(tmp_path / "a.npy", np.zeros((4, 17, 3), dtype=[("x", "f4"), ("y", "f4")]))
+@pytest.mark.parametrize("kind", ["U1", "?", "c8", "f4,f4"], ids=["text", "bool", "complex", "structured"])
+def test_not_numbers(tmp_path, kind):
+    np.save(tmp_path / "a.npy", np.zeros((4, 17, 3), dtype=kind))
     refused(tmp_path / "a.npy", "array of numbers")
 
 
@@ -181,13 +176,6 @@ def test_lying_header(tmp_path, joints, shape):
 def test_nonsense_header(tmp_path, joints, shape):
     (tmp_path / "a.npy").write_bytes(npy_bytes(shape, joints.tobytes()))
     refused(tmp_path / "a.npy")
-
-
-def test_two_arrays_in_one_npy(tmp_path, joints):
-    with (tmp_path / "two.npy").open("wb") as file:
-        np.save(file, joints)
-        np.save(file, joints)
-    refused(tmp_path / "two.npy", "header promises")
 
 
 @pytest.mark.parametrize("file", ["poses.npy", "poses.npz"])
