@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ....pipeline.core.frames import R_CAMERA_FROM_UPRIGHT
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ...common.metrics import Figure, joint_error
 from ...common.spread import stated_spread
@@ -27,7 +28,6 @@ from .take_answers import (
     TRUE_AXES,
     Answer,
     answers,
-    camera_axes,
     constant,
     joints_of,
     named,
@@ -187,7 +187,7 @@ def signals(take: LiftedTake, joints: np.ndarray, both: dict[str, Answer]) -> di
     true ones."""
     seen = take.seen
     methods = {
-        CAMERA_AXES: camera_axes(len(joints)),
+        CAMERA_AXES: constant(R_CAMERA_FROM_UPRIGHT, len(joints)),
         **both,
         TRUE_AXES: constant(seen.R_camera_from_world, len(joints)),
     }

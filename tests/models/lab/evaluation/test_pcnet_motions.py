@@ -57,7 +57,7 @@ def test_a_lifted_take_has_the_classes_of_its_clip(clip, monkeypatch):
     """They are taken from the camera's truth turned upright; its origin does not matter."""
     from pcnet3d.models.lab.evaluation import testbed
 
-    monkeypatch.setattr(testbed, "read_clips", lambda subjects, folder: (clip,))
+    monkeypatch.setattr(testbed, "read_clips", lambda subjects: (clip,))
     take = module.lifted(question := evaluation_sets.Question(people="test"), question.sets[0])[0]
     expected = motion_classes(clip.joints, clip.fps)
     for name in CLASSES:

@@ -17,7 +17,6 @@ from pcnet3d.models.lab.evaluation.take_acceleration import over_takes, take_sco
 from pcnet3d.models.lab.evaluation.take_answers import (
     Answer,
     answers,
-    camera_axes,
     constant,
     named,
     simulated_look,
@@ -28,6 +27,7 @@ from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.rectifier.geometric import Geometric
 from pcnet3d.pipeline import CAMERA, H36M17, rotate
 from pcnet3d.pipeline.core.canonical import R_world_from_body
+from pcnet3d.pipeline.core.frames import R_CAMERA_FROM_UPRIGHT
 from pcnet3d.pipeline.core.rotations import angle_deg, transpose
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 
@@ -200,7 +200,7 @@ def test_an_answer_about_another_lift_has_that_lifts_accelerations(standing):
 
 
 def test_a_straight_camera_in_front_of_a_person_needs_no_rotation(facing_camera):
-    upright = rotate(transpose(camera_axes(1).R_camera_from_body[0]), facing_camera)
+    upright = rotate(transpose(R_CAMERA_FROM_UPRIGHT), facing_camera)
     assert upright[H36M17.index("head"), 2] > 0.7
     np.testing.assert_allclose(R_world_from_body(upright[None])[0], np.eye(3), atol=0.05)
 

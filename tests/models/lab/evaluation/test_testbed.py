@@ -90,7 +90,7 @@ def test_depth_lateral_and_vertical_tell_errors_apart():
 )  # fmt: skip
 def test_no_take_is_lifted_by_who_saw_its_subject(subjects, trained_on, fine, monkeypatch):
     monkeypatch.setattr(module, "network", lambda model: Network(None, "", 0, trained_on))
-    monkeypatch.setattr(module, "read_clips", lambda subjects, folder: ())
+    monkeypatch.setattr(module, "read_clips", lambda subjects: ())
     if fine:
         assert list(lifted_takes(subjects)) == []
     else:
@@ -113,7 +113,7 @@ def test_typical_takes_show_the_same_person_to_other_cameras():
 
 
 def test_only_the_clips_asked_for(monkeypatch):
-    monkeypatch.setattr(module, "read_clips", lambda subjects, folder: (clip(), clip("accad-m1_x")))
+    monkeypatch.setattr(module, "read_clips", lambda subjects: (clip(), clip("accad-m1_x")))
     (take,) = lifted_takes("val", only=lambda one: one.name.startswith("accad"))
     assert take.seen.clip == "accad-m1_x"
 
@@ -133,7 +133,7 @@ def test_a_laid_body_lies_and_moves_as_before():
 
 def test_a_share_of_the_takes_is_laid(monkeypatch):
     clips = tuple(clip(f"09_{i:02}") for i in range(40))
-    monkeypatch.setattr(module, "read_clips", lambda subjects, folder: clips)
+    monkeypatch.setattr(module, "read_clips", lambda subjects: clips)
     monkeypatch.setattr(module, "lift", lambda keypoints, *_, **__: keypoints)
     takes = [take.seen for take in lifted_takes("test", laid=0.5)]
     assert 10 <= len(takes) <= 30
@@ -143,9 +143,7 @@ def test_a_share_of_the_takes_is_laid(monkeypatch):
 
 
 def test_the_command_writes_plain_arrays(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        module, "read_clips", lambda subjects, folder: (clip(), clip("09_02", 20), clip("09_03", 40))
-    )
+    monkeypatch.setattr(module, "read_clips", lambda subjects: (clip(), clip("09_02", 20), clip("09_03", 40)))
     write_takes("test", tmp_path / "takes.npz")
     with np.load(tmp_path / "takes.npz", allow_pickle=False) as file:
         assert file["take_start"].tolist() == [0, 50, 90]  # 20 frames are too few
@@ -163,8 +161,7 @@ def test_a_figure_leaves_out_what_is_missing():
 
 @pytest.mark.data
 def test_lifted_takes_of_unseen_subjects(data):
-    takes = [take for take in lifted_takes("test", seed=1, folder=data, min_frames=900)]
-    again = next(iter(lifted_takes("test", seed=1, folder=data, min_frames=900)))
+    takes, (again, *_) = (list(lifted_takes("test", 1, only=lambda clip: len(clip) >= 900)) for _ in range(2))
     np.testing.assert_array_equal(takes[0].lifted.joints, again.lifted.joints)
     R, _ = load_rectifier("geometric").rotation(takes[0].lifted.joints)
     assert np.nanmedian(geodesic_deg(R, takes[0].seen.R_camera_from_body)) < 45

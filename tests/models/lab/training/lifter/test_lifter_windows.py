@@ -107,7 +107,7 @@ def test_a_slow_error_lasts_for_seconds_and_the_confidence_does_not_know_of_it(f
     silent = Noise(std=1e-6, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
     hips = H36M17.indices(("l_hip", "r_hip"))
     (plain, sure), (slow, as_sure) = (
-        detect(pixels, joints, Draw(0, 0), Spoilt(silent, slow=share), 30.0) for share in (0.0, 0.02)
+        detect(pixels, joints, Draw(0, 0), Spoilt(slow=share), 30.0, silent) for share in (0.0, 0.02)
     )
     body = np.ptp(pixels[0, 0].numpy(), axis=0).max()
     off = (slow - plain)[:, :, hips].numpy() / body
