@@ -36,7 +36,9 @@ def shown():
 
 @pytest.fixture(scope="module")
 def video(shown, tmp_path_factory):
-    path = film_of(tmp_path_factory.mktemp("street") / "street.mp4", [shown.image] * 25)
+    image = shown.image[: shown.image.shape[0] // 2 * 2, : shown.image.shape[1] // 2 * 2]
+    path = tmp_path_factory.mktemp("street") / "street.mp4"
+    film_of(path, [image] * 25, range(0, 1000, 40), crf=16, g=5, preset="ultrafast")
     (found,) = videos.read(path)
     return found
 

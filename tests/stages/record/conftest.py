@@ -1,12 +1,12 @@
 """A take of a simple moving person whose rotations are known, its videos, and a reader of recordings."""
 
 from collections.abc import Callable, Iterator
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from golden.films import film_of
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, LEVEL, PoseSequence, Rectified, Take, Video, rotate
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.record.stage import record
@@ -69,7 +69,6 @@ def film(tmp_path: Path) -> Callable[..., Video]:
     """film(codec="libx264", name="film.mp4", size=(64, 48), time_ms=..., bf=0, group=12, **options of the codec): a
     bright spot that moves right, 8 pixels a frame, in the upper half of the image; key frames are `group` frames
     apart."""
-    import av
 
     def make(
         codec: str = "libx264",
@@ -80,21 +79,12 @@ def film(tmp_path: Path) -> Callable[..., Video]:
         group: int = 12,
         **options: str,
     ) -> Video:
-        path, tick = tmp_path / name, Fraction(1, 1000)
-        width, height = size
-        with av.open(path, "w") as container:
-            stream = container.add_stream(codec, rate=FPS, options=options)
-            stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
-            stream.codec_context.time_base = tick
-            stream.codec_context.max_b_frames = bf
-            stream.codec_context.gop_size = group
-            for i, stamp in enumerate(time_ms):
-                image = np.zeros((height, width, 3), np.uint8)
-                image[2:10, 8 * i % width :][:, :8] = 255
-                frame = av.VideoFrame.from_ndarray(image, "rgb24")
-                frame.pts, frame.time_base = stamp, tick
-                container.mux(stream.encode(frame))
-            container.mux(stream.encode())
+        path, (width, height), images = tmp_path / name, size, []
+        for i in range(len(time_ms)):
+            image = np.zeros((height, width, 3), np.uint8)
+            image[2:10, 8 * i % width :][:, :8] = 255
+            images.append(image)
+        film_of(path, images, time_ms, codec, bf=bf, g=group, **options)
         name = {"libx264": "h264", "libx265": "hevc", "libvpx-vp9": "vp9"}.get(codec, codec)
         return Video(path, width, height, np.array(time_ms) / 1000, name)
 
