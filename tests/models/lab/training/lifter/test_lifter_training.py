@@ -355,9 +355,3 @@ def test_a_wrong_config_is_refused_by_its_key(tmp_path):
         (tmp_path / "c.toml").write_text(tiny((before, after), text=LIFTER))
         with pytest.raises(InputError, match=words):
             module.train_lifter(tmp_path / "c.toml", tmp_path / "out")
-
-
-def test_the_recipe_can_be_read():
-    config = module.read_config(RECIPE)
-    assert config.subjects == "train"
-    assert config.material.poses.turned > 0

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from golden.trainings import tiny
-from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
 
@@ -29,13 +28,11 @@ OTHERS = {"accad_mocap": {}, "tennis_mocap": {"test": ["tennis-a"]}}  # of the s
 
 
 @pytest.fixture
-def folder(tmp_path, facing_camera, monkeypatch):
+def folder(tmp_path, standing, monkeypatch):
     """A data folder with one subject for every part, and a config beside it."""
-    standing = rotate(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), facing_camera)
     joints = standing + np.random.default_rng(0).normal(0, 0.03, (40, 17, 3))
     data = tmp_path / "data"
     data.mkdir()
-    joints += np.array([0, 0, 0.9]) - joints[:, :1]
     for file, names in {
         "cmu_mocap": ["01", "07", "03"], "hdm05_subset": ["bd"], "accad_mocap": ["accad-f1"],
         "tennis_mocap": ["tennis-a", "tennis-b"],
