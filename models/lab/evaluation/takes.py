@@ -20,7 +20,7 @@ from ...common.spread import stated_spread
 from ...gravity import why_not
 from ..mocap.clips import subject_of
 from . import take_acceleration
-from .people import pooled
+from .people import mean, pooled
 from .sets import Question
 from .tables import Page, Table
 from .take_answers import (
@@ -166,7 +166,7 @@ def row(methods: dict[str, list[Judged]]) -> dict[str, Any]:
     }  # fmt: skip
     for name, takes in methods.items():
         method: dict[str, Any] = {
-            "tilt": Figure.of(np.array([np.nanmean(t.tilt) for t in takes if np.isfinite(t.tilt).any()])),
+            "tilt": Figure.of(np.array([mean(take.tilt) for take in takes])),
             "rotation": Figure.of(np.concatenate([take.rotation for take in takes])),
             "mpjpe": Figure.of(np.concatenate([take.mpjpe for take in takes])),
         }
