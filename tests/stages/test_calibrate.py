@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+from golden.detections import detected, scored
 from golden.films import film_of
 from pcnet3d.adapters import video as videos
 from pcnet3d.models.gravity import geocalib
@@ -19,7 +20,6 @@ from pcnet3d.pipeline.core.camera import Camera, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.intrinsics import undistorted
 from pcnet3d.pipeline.core.rotations import angle_deg
-from pcnet3d.pipeline.files.detections import Detections
 from pcnet3d.pipeline.files.digest import sha256
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
@@ -75,22 +75,8 @@ def test_keypoints_that_were_detected_in_the_video_are_not_compared_with_it(
     as the video, which is one image. Rows that the user numbers are compared."""
     frames = np.arange(25)
     points = 100 + 40 * np.sin(frames[:, None, None] / 3 + np.arange(34).reshape(17, 2))
-    Detections(
-        frame_index=frames,
-        time_s=frames / 30,
-        person=np.zeros(25, int),
-        joints=points.astype(np.float32),
-        confidence=np.full((25, 17), 0.9, np.float32),
-        box=np.tile(np.float32([50, 50, 150, 150]), (25, 1)),
-        cuts=np.zeros(0, np.int64),
-        thumbnail=np.zeros((0, 0), np.uint8),
-        frames=25,
-        frames_seen=25,
-        layout="COCO17",
-        method="movenet@0",
-        source=f"{sha256(video.path) if own else 64 * '0'} 1.0.0",
-        damaged=np.zeros(0, np.int64),
-    ).save(tmp_path / "keypoints.npz")
+    source = f"{sha256(video.path) if own else 64 * '0'} 1.0.0"
+    detected(frames, scored(points), 0 * frames, source=source).save(tmp_path / "keypoints.npz")
     options = RunOptions(video=video.path, keypoints=tmp_path / "keypoints.npz", first_frame=first_frame)
     codes = [each.code for each in Calibrate()(open_take(options)).notices]
     assert ("keypoints-not-of-video" in codes) == compared

@@ -6,14 +6,12 @@ import sys
 import numpy as np
 import pytest
 
-from golden.detections import AS_COCO
+from golden.detections import AS_COCO, detected, scored
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, cli
-from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.pipeline.files.atomic import SUMMARY
-from pcnet3d.pipeline.files.detections import Detections
 from pcnet3d.pipeline.files.viewer import find_recording
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
@@ -135,11 +133,6 @@ def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(done, mmpose, r
     assert (output / "1" / "notes.txt").exists()
 
 
-def test_a_stature_is_one_persons(mmpose, recipe, tmp_path):
-    with pytest.raises(InputError, match="one person"):
-        run_people(RunOptions(poses=mmpose(), fps=30, stature=1.7), tmp_path / "out", recipe)
-
-
 def test_what_is_told_reaches_a_run_by_a_given_recipe(mmpose, recipe, tmp_path):
     options = RunOptions(poses=mmpose(), fps=30, person="0", stature=1.7, camera="moving", no_frames=True)
     take = run_files(options, tmp_path / "out", recipe)
@@ -204,24 +197,10 @@ def test_people_of_two_scenes_share_no_level(recipe, tmp_path, cut):
     cameras = [
         aimed(walk.root.mean(axis=0), 6, heading_deg=90, pitch_deg=5, roll_deg=roll) for roll in (10, -10)
     ]
-    points = np.concatenate([camera.project(walk.world) for camera in cameras])[:, AS_COCO].astype(np.float32)
+    points = np.concatenate([camera.project(walk.world) for camera in cameras])[:, AS_COCO]
     frames, each = np.arange(len(points)), len(walk)
-    Detections(
-        frame_index=frames,
-        time_s=frames / 30,
-        person=frames // each,
-        joints=points,
-        confidence=np.full(points.shape[:2], 0.9, np.float32),
-        box=np.concatenate([points.min(axis=1), points.max(axis=1)], axis=1),
-        cuts=np.array([each] if cut else [], np.int64),
-        thumbnail=np.zeros((0, 0), np.uint8),
-        frames=len(frames),
-        frames_seen=len(frames),
-        layout=COCO17.name,
-        method="movenet@0",
-        source="",
-        damaged=np.zeros(0, np.int64),
-    ).save(tmp_path / "keypoints.npz")
+    found = detected(frames, scored(points), frames // each, [each] if cut else [])
+    found.save(tmp_path / "keypoints.npz")
     options = RunOptions(keypoints=tmp_path / "keypoints.npz", image_size=(640, 360))
     lifting = Recipe(stages=(StageEntry(use="lift"), *recipe.stages))
     lifting = lifting.with_options("rectify", rectifier="pcnet")
