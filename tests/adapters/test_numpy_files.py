@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from golden.pickles import Trap
 from pcnet3d.adapters import arrays, ddhpose, motionbert, videopose3d
 from pcnet3d.adapters.kit.numpy import peek
 from pcnet3d.pipeline import InputError
@@ -109,16 +110,6 @@ def test_other_zip_archive(tmp_path):
 def test_not_numbers(tmp_path, kind):
     np.save(tmp_path / "a.npy", np.zeros((4, 17, 3), dtype=kind))
     refused(tmp_path / "a.npy", "array of numbers")
-
-
-class Trap:
-    """Unpickling it creates the file `marker`."""
-
-    def __init__(self, marker: Path) -> None:
-        self.marker = marker
-
-    def __reduce__(self):
-        return Path.touch, (self.marker,)
 
 
 def test_objects_are_never_unpickled(tmp_path):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.main import get_command
 
-from commands import APART, pcnet3d
+from commands import APART, pcnet3d, recipe_of
 from pcnet3d.pipeline.core.catalogue import CATALOGUE
 from pcnet3d.pipeline.core.refusals import REFUSALS
 
@@ -51,10 +51,8 @@ def test_a_lifters_file_becomes_a_folder_of_results(lifted, tmp_path):
 
 
 def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
-    (tmp_path / "recipe.toml").write_text(
-        "".join(f'[[stages]]\nuse = "{name}"\n' for name in ("scale", "rectify", "trajectories", "export"))
-    )
-    arguments = ["--fps", 30, "--stature", 1.8, "--recipe", tmp_path / "recipe.toml"]
+    recipe = recipe_of(tmp_path / "recipe.toml", "scale", "rectify", "trajectories", "export")
+    arguments = ["--fps", 30, "--stature", 1.8, "--recipe", recipe]
     result = pcnet3d("run", "--poses", lifted, *arguments, "-o", tmp_path / "out")
     assert result.returncode == 0, result.stderr
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [

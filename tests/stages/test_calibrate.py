@@ -1,12 +1,12 @@
 """The stage and the command that read a camera from a video's images."""
 
 import json
-import sys
 
 import cv2
 import numpy as np
 import pytest
 
+from commands import pcnet3d
 from golden.detections import detected, scored
 from golden.films import film_of
 from pcnet3d.adapters import video as videos
@@ -15,7 +15,6 @@ from pcnet3d.models.gravity.lines import UpOfImages
 from pcnet3d.models.gravity.view import _boxes, camera_of, static_camera
 from pcnet3d.models.lab.synthetic.rooms import no_lines, room, street
 from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
-from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.core.camera import Camera, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.intrinsics import undistorted
@@ -41,14 +40,6 @@ def video(shown, tmp_path_factory):
     film_of(path, [image] * 25, range(0, 1000, 40), crf=16, g=5, preset="ultrafast")
     (found,) = videos.read(path)
     return found
-
-
-def command(monkeypatch, capsys, *words):
-    monkeypatch.setattr(sys, "argv", ["pcnet3d", "calibrate", *map(str, words)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    said = capsys.readouterr()
-    return ended.value.code, said.out, said.err
 
 
 def test_the_stage_gives_the_camera_and_says_so(video, shown):
@@ -110,51 +101,46 @@ def test_people_are_left_out_along_their_limbs():
     assert _boxes([], [3])[3].shape == (0, 4)
 
 
-def test_the_command_on_a_video_and_on_images(video, shown, tmp_path, monkeypatch, capsys):
-    code, out, _ = command(monkeypatch, capsys, video.path, "--json", "--picture", tmp_path / "lines.png")
-    assert code == 0
-    found = json.loads(out)
+def test_the_command_on_a_video_and_on_images(video, shown, tmp_path):
+    done = pcnet3d("calibrate", video.path, "--json", "--picture", tmp_path / "lines.png")
+    assert done.returncode == 0
+    found = json.loads(done.stdout)
     assert found["sources"]["up"] == "lines"
     assert abs(found["pitch_deg"] - shown.pitch_deg) < 2.5
     assert found["pitch_deg_sd"] > 0.3
     assert cv2.imread(str(tmp_path / "lines.png")).shape == shown.image.shape
     cv2.imwrite(str(tmp_path / "one.png"), shown.image[:, :, ::-1])
-    code, out, _ = command(monkeypatch, capsys, tmp_path / "one.png")
-    assert code == 0
-    assert f"pitch {found['pitch_deg']:.0f}" in out or "pitch" in out
+    done = pcnet3d("calibrate", tmp_path / "one.png")
+    assert done.returncode == 0
+    assert "pitch" in done.stdout
 
 
-def test_inspect_says_what_a_run_would_find(video, shown, monkeypatch, capsys):
-    said = []
-    for words in (["--json"], []):
-        monkeypatch.setattr(sys, "argv", ["pcnet3d", "inspect", str(video.path), *words])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        assert ended.value.code == 0
-        said.append(capsys.readouterr().out)
-    found = json.loads(said[0])
+def test_inspect_says_what_a_run_would_find(video, shown):
+    as_json, as_text = (pcnet3d("inspect", video.path, *words) for words in (["--json"], []))
+    assert as_json.returncode == as_text.returncode == 0
+    found = json.loads(as_json.stdout)
     assert (found["frames"], found["width"]) == (25, shown.image.shape[1] // 2 * 2)
     assert abs(found["pitch_deg"] - shown.pitch_deg) < 2.5
-    assert "the straight lines of the image" in said[1]
+    assert "the straight lines of the image" in as_text.stdout
 
 
-def test_no_lines_are_exit_code_3(tmp_path, monkeypatch, capsys):
+def test_no_lines_are_exit_code_3(tmp_path):
     cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])
-    code, out, _ = command(monkeypatch, capsys, tmp_path / "grass.png", "--json")
-    assert code == 3
-    assert json.loads(out)["pitch_deg"] is None
-    assert "line" in json.loads(out)["reason"]
+    done = pcnet3d("calibrate", tmp_path / "grass.png", "--json")
+    assert done.returncode == 3
+    assert json.loads(done.stdout)["pitch_deg"] is None
+    assert "line" in json.loads(done.stdout)["reason"]
 
 
 @pytest.mark.parametrize("content", [None, b"", b"not an image"])
-def test_what_is_no_image_gets_one_sentence(tmp_path, monkeypatch, capsys, content):
+def test_what_is_no_image_gets_one_sentence(tmp_path, content):
     path = tmp_path / "x.png"
     if content is not None:
         path.write_bytes(content)
-    code, _, err = command(monkeypatch, capsys, path)
-    assert code == 2
-    assert err.startswith("pcnet3d: Expected an image")
-    assert err.count("\n") == 1
+    done = pcnet3d("calibrate", path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("pcnet3d: Expected an image")
+    assert done.stderr.count("\n") == 1
 
 
 def test_errors_of_pitch_and_roll_are_those_of_up(shown):
@@ -220,7 +206,7 @@ def test_the_lifter_sees_undistorted_keypoints(video, calibration, monkeypatch):
     assert focal_px == take.camera.focal_px
 
 
-def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch, capsys):
+def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch):
     asked = []
 
     def answer(images, model, focal_px=None, focal_spread=None):
@@ -230,11 +216,9 @@ def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch, capsy
 
     monkeypatch.setattr(geocalib, "up_from_network", answer)
     cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])
-    code, out, _ = command(
-        monkeypatch, capsys, tmp_path / "grass.png", "--gravity-network", "net.onnx", "--json"
-    )
-    assert code == 0
-    found = json.loads(out)
+    done = pcnet3d("calibrate", tmp_path / "grass.png", "--gravity-network", "net.onnx", "--json")
+    assert done.returncode == 0
+    found = json.loads(done.stdout)
     assert found["sources"] == {"focal": "network", "up": "network"}
     assert found["pitch_deg"] == pytest.approx(12.0, abs=1e-6)
     assert not found["reason"]  # there is an answer

@@ -1,6 +1,5 @@
 """A toy network that takes any red rectangle for a person, films of such people, and a recipe that is quick."""
 
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,10 +9,10 @@ import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
+from commands import pcnet3d, recipe_of
 from golden.films import film_of
 from pcnet3d.adapters.video import read
 from pcnet3d.pipeline import Video
-from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.core.layouts import COCO17
 
 # Where the toy sees the joints: in half widths and half heights from the middle of the rectangle.
@@ -184,21 +183,16 @@ def walk_film(film: Callable[..., Video]) -> Video:
 @pytest.fixture
 def quick(tmp_path: Path) -> Path:
     """A recipe without recording and report."""
-    path = tmp_path / "quick.toml"
     stages = ("detect", "lift", "clean", "scale", "rectify", "trajectories", "export")
-    path.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages))
-    return path
+    return recipe_of(tmp_path / "quick.toml", *stages)
 
 
 @pytest.fixture
-def call(monkeypatch, capsys):
+def call():
     """call(WORDS): exit code and stderr of `pcnet3d run WORDS`."""
 
     def run(*words: object) -> tuple[int, str]:
-        monkeypatch.setattr(sys, "argv", ["pcnet3d", "run", *map(str, words)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        code = ended.value.code
-        return (0 if code is None else int(code)), capsys.readouterr().err
+        done = pcnet3d("run", *words)
+        return done.returncode, done.stderr
 
     return run

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from golden.films import film_of
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, LEVEL, PoseSequence, Rectified, Take, Video, rotate
@@ -34,11 +35,7 @@ def make_take() -> Callable[..., Take]:
             float
         )
         body[:, H36M17.index("r_wrist"), 2] += 0.3 * np.sin(2 * np.pi * time_s)
-        lean = np.radians(np.linspace(0, 30, rows))
-        R_level_from_body = np.zeros((rows, 3, 3))  # about y, by the lean
-        R_level_from_body[:, 1, 1] = 1
-        R_level_from_body[:, 0, 0] = R_level_from_body[:, 2, 2] = np.cos(lean)
-        R_level_from_body[:, 0, 2], R_level_from_body[:, 2, 0] = np.sin(lean), -np.sin(lean)
+        R_level_from_body = Rotation.from_euler("y", np.linspace(0, 30, rows), degrees=True).as_matrix()
         clock = {"time_s": time_s, "frame_index": FIRST + np.arange(rows)}
         R_source_from_body = UPRIGHT @ R_level_from_body
         pixels = 40 + 20 * np.random.default_rng(0).random((rows, len(COCO17), 2))
