@@ -186,10 +186,11 @@ def test_a_rectifier_of_another_package_that_gives_no_rotations_is_refused(joint
         rectify(poses_of(joints[:20]), rectifier=Broken())
 
 
-def test_nothing_at_all_is_refused_in_words(joints):
-    hipless = joints[:20].copy()
-    hipless[:, H36M17.index("l_hip")] = np.nan
-    take = Rectify()(Take("t", poses=poses_of(hipless)))
+@pytest.mark.parametrize(("rectifier", "lost"), [("pcnet", H36M17.joints), ("geometric", ["l_hip"])])
+def test_nothing_at_all_is_refused_in_words(joints, rectifier, lost):
+    few = joints[:20].copy()
+    few[:, H36M17.indices(lost)] = np.nan
+    take = Rectify(rectifier)(Take("t", poses=poses_of(few)))
     assert "no frame has the torso joints" in take.rectified.level_reason
     assert np.isnan(take.rectified.level.joints).all()
     assert np.isnan(take.rectified.up_error_deg).all()

@@ -269,7 +269,6 @@ def test_killed_and_resumed(walk_film, toy, quick, tmp_path, call):
     words = [walk_film.path, "--detector", toy, "--recipe", quick]
     script = """
 import os, signal
-from golden.films import pressing_ctrl_c
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.running import interrupt

@@ -35,7 +35,9 @@ def make_take() -> Callable[..., Take]:
             float
         )
         body[:, H36M17.index("r_wrist"), 2] += 0.3 * np.sin(2 * np.pi * time_s)
-        R_level_from_body = Rotation.from_euler("y", np.linspace(0, 30, rows), degrees=True).as_matrix()
+        R_level_from_body = Rotation.from_euler(
+            "y", np.linspace(0, 30, rows)[:, None], degrees=True
+        ).as_matrix()
         clock = {"time_s": time_s, "frame_index": FIRST + np.arange(rows)}
         R_source_from_body = UPRIGHT @ R_level_from_body
         pixels = 40 + 20 * np.random.default_rng(0).random((rows, len(COCO17), 2))
