@@ -32,6 +32,12 @@ def module(
     return _called(begin, [name, *map(str, words)], cwd, environment)
 
 
+def recipe_of(path: Path, *stages: str) -> Path:
+    """Writes a recipe of these stages as they are by default."""
+    path.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages), encoding="utf-8")
+    return path
+
+
 def _called(
     begin: Callable[[], None], argv: list[str], cwd: Path | None, environment: dict[str, str]
 ) -> subprocess.CompletedProcess[str]:

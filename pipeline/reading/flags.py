@@ -38,12 +38,8 @@ def offering(*names: str) -> Callable[[Callable[..., None]], Callable[..., None]
     def decorate(function: Callable[..., None]) -> Callable[..., None]:
         shown = names or tuple(PLACES)
         own = list(inspect.signature(function, eval_str=True).parameters.values())[1:]
-        keyword = inspect.Parameter.KEYWORD_ONLY
-        shared = [
-            inspect.Parameter(name, keyword, default=_typer_default(name), annotation=_typer_annotation(name))
-            for name in shown
-        ]
-        own = [parameter.replace(kind=keyword) for parameter in own]
+        shared = [_parameter(name) for name in shown]
+        own = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in own]
 
         @wraps(function)
         def command(*args: Any, **given: Any) -> None:
@@ -75,10 +71,8 @@ def _typer_type(hint: Any) -> Any:
     return str | None if tuple in kinds else hint
 
 
-def _typer_annotation(name: str) -> Any:
-    return Annotated[_typer_type(RunOptions.model_fields[name].annotation), PLACES[name]]
-
-
-def _typer_default(name: str) -> Any:
-    default = RunOptions.model_fields[name].default
-    return None if isinstance(default, dict | tuple) else default
+def _parameter(name: str) -> inspect.Parameter:
+    field = RunOptions.model_fields[name]
+    default = None if isinstance(field.default, dict | tuple) else field.default
+    annotation = Annotated[_typer_type(field.annotation), PLACES[name]]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)

@@ -92,7 +92,9 @@ def check_adapter(
     if wanted is not PoseSequence:
         return facts
     if adapter.gives == "poses":
-        copies = read(mirrored) if mirrored else tuple(_mirrored(poses) for poses in found)
+        copies = (
+            read(mirrored) if mirrored else tuple(one.with_(joints=one.joints * [-1, 1, 1]) for one in found)
+        )
         _check_guard(adapter, golden, found, copies)
     return _of_people(found, facts)
 
@@ -135,10 +137,6 @@ def _of_people(people: tuple[PoseSequence, ...], facts: Facts) -> Facts:
         people="one" if len(people) == 1 else "joined" if any(poses.linked for poses in people) else "named",
         scores=len(scores) > 0,
     )
-
-
-def _mirrored(poses: PoseSequence) -> PoseSequence:
-    return poses.with_(joints=poses.joints * [-1, 1, 1])
 
 
 def _check_guard(

@@ -101,10 +101,6 @@ def test_values_at_the_clamp_are_counted(save, turning):
     assert "clamped" not in steps
 
 
-def test_plain_arrays_are_left_to_videopose3d(save, turning):
-    assert not ddhpose.sniff(save(turning(300)))
-
-
 def test_heights_rebased_for_display_are_refused(save, turning):
     path = save(with_steps_and_proposals(turning(300), 2, 5) + np.array([0, 0, 0.9]))
     assert not ddhpose.sniff(path)

@@ -1,7 +1,6 @@
 """SAM 3D Body's and InstantHMR's 70 keypoints in every form that people save (formats.md section 15)."""
 
 import json
-import os
 
 import numpy as np
 import pytest
@@ -10,6 +9,7 @@ from golden import estimators
 from golden.bodies import feet_of
 from golden.catalogue import recognised
 from golden.estimators import AWAY_M, FOCAL_PX
+from golden.pickles import Trap
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.layouts import LIMBS, MHR70
@@ -137,15 +137,8 @@ def test_what_is_not_theirs(tmp_path):
         read(tmp_path / "x.json", "mhr70")
 
 
-class Evil:
-    def __reduce__(self):
-        return os.mkdir, (self.place,)
-
-
 def test_nothing_of_a_strangers_is_run(tmp_path, turning):
-    evil = Evil()
-    evil.place = str(tmp_path / "was here")
-    rows = [estimators.sam3d(turning(FRAMES))[0] | {"more": evil}]
+    rows = [estimators.sam3d(turning(FRAMES))[0] | {"more": Trap(tmp_path / "was here")}]
     np.savez(tmp_path / "x.npz", outputs=np.array(rows, dtype=object))
     assert recognised(tmp_path / "x.npz") == ["mhr70"]
     with pytest.raises(InputError, match="stranger's code"):

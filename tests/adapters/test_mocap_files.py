@@ -69,13 +69,6 @@ def test_bvh_with_z_up_is_refused_until_told(standing, tmp_path):
     np.testing.assert_allclose(limbs(read(path, up="z")), limbs_of(standing(FRAMES)), atol=2e-6)
 
 
-def test_damaged_bvh(y_up, tmp_path):
-    path = bvh(tmp_path / "x.bvh", y_up)
-    path.write_text(path.read_text()[:-200])
-    with pytest.raises(InputError, match=r"x\.bvh"):
-        read(path)
-
-
 @pytest.mark.parametrize("rate", ["mocap_framerate", "mocap_frame_rate"])
 def test_amass_with_joints(standing, tmp_path, rate):
     world = standing(FRAMES)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from golden import lifters
 from pcnet3d.adapters import read, videopose3d
@@ -85,24 +84,10 @@ def test_with_trajectory(export, relative):
 
 def test_display_coordinates_are_refused(export, relative):
     """After camera_to_world and rebasing the heights, which assume the tilt of one camera."""
-    wxyz = [0.1407056450843811, -0.1500701755285263, -0.755240797996521, 0.6223280429840088]
-
-    def displayed(_):
-        world = Rotation.from_quat(wxyz, scalar_first=True).apply(relative.reshape(-1, 3)).reshape(-1, 17, 3)
-        world[..., 2] -= world[..., 2].min()
-        return world
-
-    path = export(displayed)
+    path = export(lambda _: lifters.displayed(relative))
     assert not videopose3d.sniff(path)
     with pytest.raises(InputError, match="made for display"):
         read(path, "videopose3d")
-
-
-def test_root_of_exact_zeros_in_an_npy_is_ambiguous(export):
-    path = export(lambda joints: joints - joints[:, :1])
-    with pytest.raises(InputError, match="motionbert, videopose3d"):
-        read(path)
-    assert read(path, "videopose3d").frame.unit == "m"
 
 
 @pytest.mark.parametrize("value", [np.nan, 0.0], ids=["NaN", "zeros"])

@@ -1,14 +1,17 @@
 """A person before a camera, as lifters that look at crops are shown them."""
 
+from typing import Any
+
 import numpy as np
 
 from golden.lifters import MARKER_COLOURS
+from pcnet3d.models import load_lifter
 from pcnet3d.pipeline import IMAGE, PoseSequence, remap
 from pcnet3d.pipeline.core.layouts import COCO17, COCO23, MHR70
+from pcnet3d.pipeline.core.lifted import ToLift
+from pcnet3d.pipeline.plugins.protocols import Lifter
 
 SIZE = (1280, 960)
-
-
 FOCAL = 1500.0
 
 
@@ -48,3 +51,9 @@ def mhr(body: np.ndarray) -> np.ndarray:
     neck = body[COCO23.indices(("l_shoulder", "r_shoulder"))].mean(axis=0)
     own = dict(zip(COCO23.joints, body, strict=True)) | {"neck": neck}
     return np.array([own.get(name, own["nose"]) for name in MHR70.joints])
+
+
+def lifted_by(network: str | Lifter, keypoints: PoseSequence, *asked: Any, **more: Any) -> PoseSequence:
+    """What a lifter or the network in a file makes of the keypoints, with its history."""
+    lifter = load_lifter(network) if isinstance(network, str) else network
+    return lifter.lift(ToLift(keypoints, *asked, **more)).noted()

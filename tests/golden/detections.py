@@ -251,30 +251,39 @@ def vis2d_scores(folder: Path, scene: Scene) -> Path:
     return folder / "walk"
 
 
-def keypoints(folder: Path, scene: Scene) -> Path:
-    """Of a run of ours; the file is ours, so our own writer is what makes it."""
-    rows = _rows(scene)
-    points = np.stack([row for _, _, row in rows]).astype(np.float32)
-    frames = np.array([frame for frame, _, _ in rows])
-    boxes = np.concatenate([points[..., :2].min(axis=1), points[..., :2].max(axis=1)], axis=1)
+def detected(
+    frames: np.ndarray, points: np.ndarray, people: np.ndarray, cuts=(), source: str = ""
+) -> Detections:
+    """What a run of ours saved: rows of points (N, 17, 3), x, y and score, each with its frame and its person."""
+    points = points.astype(np.float32)
     count = int(frames.max()) + 1
-    found = Detections(
+    return Detections(
         frame_index=frames,
         time_s=frames / 30,
-        person=np.array([int(person) for _, person, _ in rows]),
+        person=people,
         joints=points[..., :2],
         confidence=points[..., 2],
-        box=boxes,
-        cuts=np.zeros(0, np.int64),
+        box=np.concatenate([points[..., :2].min(axis=1), points[..., :2].max(axis=1)], axis=1),
+        cuts=np.array(cuts, np.int64),
         thumbnail=np.zeros((32, 32), np.uint8),
         frames=count,
         frames_seen=count,
         layout=COCO17.name,
         method="movenet@0",
-        source="",
+        source=source,
         damaged=np.zeros(0, np.int64),
     )
-    found.save(folder / KEYPOINTS)
+
+
+def scored(points: np.ndarray, score: float = 0.9) -> np.ndarray:
+    """(..., 3) of points (..., 2), all with one score."""
+    return np.concatenate([points, np.full_like(points[..., :1], score)], axis=-1)
+
+
+def keypoints(folder: Path, scene: Scene) -> Path:
+    """Of a run of ours; the file is ours, so our own writer is what makes it."""
+    frames, people, points = zip(*_rows(scene), strict=True)
+    detected(np.array(frames), np.stack(points), np.array([*map(int, people)])).save(folder / KEYPOINTS)
     return folder / KEYPOINTS
 
 

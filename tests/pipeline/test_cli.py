@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.main import get_command
 
-from commands import APART, pcnet3d
+from commands import APART, pcnet3d, recipe_of
 from pcnet3d.pipeline.core.catalogue import CATALOGUE
 from pcnet3d.pipeline.core.refusals import REFUSALS
 
@@ -42,16 +42,6 @@ def alphapose(scale: float) -> str:
     return json.dumps([{"image_id": f"{i}.jpg", "keypoints": row, **same} for i, row in rows])
 
 
-def spoiled(index, value):
-    """Changes joints (T, 17, 3) at one place."""
-
-    def change(joints):
-        joints[index] = value
-        return joints
-
-    return change
-
-
 def test_a_lifters_file_becomes_a_folder_of_results(lifted, tmp_path):
     result = apart("run", "--poses", lifted, "--fps", 30, "-o", tmp_path / "out")
     assert result.returncode == 0, result.stderr
@@ -61,10 +51,8 @@ def test_a_lifters_file_becomes_a_folder_of_results(lifted, tmp_path):
 
 
 def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
-    (tmp_path / "recipe.toml").write_text(
-        "".join(f'[[stages]]\nuse = "{name}"\n' for name in ("scale", "rectify", "trajectories", "export"))
-    )
-    arguments = ["--fps", 30, "--stature", 1.8, "--recipe", tmp_path / "recipe.toml"]
+    recipe = recipe_of(tmp_path / "recipe.toml", "scale", "rectify", "trajectories", "export")
+    arguments = ["--fps", 30, "--stature", 1.8, "--recipe", recipe]
     result = pcnet3d("run", "--poses", lifted, *arguments, "-o", tmp_path / "out")
     assert result.returncode == 0, result.stderr
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
@@ -78,16 +66,14 @@ def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
     ("change", "words"),
     [
         (lambda x: x[:, :16], ["17"]),
-        (lambda x: x[..., :2], ["3"]),
-        (lambda x: x[0], ["17"]),
-        (spoiled(4, np.nan), ["NaN", "row 4", "read.missing=gap"]),
-        (spoiled(4, 0), ["one point", "row 4", "read.missing=gap"]),
-        (spoiled((4, 3, 2), np.inf), ["infinite", "row 4", "r_ankle"]),
-        (lambda x: np.zeros_like(x), ["one point"]),
+        (
+            lambda x: x * np.where(np.arange(30) == 4, np.nan, 1)[:, None, None],
+            ["NaN", "row 4", "read.missing=gap"],
+        ),
         (lambda x: x.astype(object), ["object"]),
         (lambda x: x * [-1, 1, 1], ["mirrored", "--set read.handedness=mirror", "knees"]),
     ],
-    ids=["joints", "dims", "one frame", "nan", "zeros", "inf", "all zeros", "objects", "mirrored"],
+    ids=["joints", "nan", "objects", "mirrored"],
 )
 def test_bad_poses_get_a_sentence_and_exit_2(lifted, tmp_path, change, words):
     np.save(lifted, change(np.load(lifted)))
@@ -127,9 +113,7 @@ LIFT = "--poses X3D.npy --fps 30"
         (f"{LIFT} --stature 180", ["metres", "180"]),
         (f"{LIFT} --recipe none.toml", ["none.toml"]),
         ("--poses notes.txt --fps 30", ["notes.txt", "No adapter"]),
-        ("--poses empty.npy --fps 30 --adapter motionbert", ["empty"]),
         ("--poses cut.npy --fps 30 --adapter motionbert", ["cut.npy"]),
-        ("--poses cut.npz --fps 30 --adapter videopose3d", ["cut.npz"]),
         (f"{LIFT} --keypoints odd.json", ["odd.json"]),
         ("video.mp4 --poses X3D.npy", ["video.mp4"]),
         ("gone.mp4 --poses X3D.npy", ["gone.mp4"]),
@@ -138,10 +122,7 @@ LIFT = "--poses X3D.npy --fps 30"
 def test_bad_options_and_files_get_a_sentence_and_exit_2(lifted, tmp_path, arguments, words):
     (tmp_path / "notes.txt").write_text("not poses")
     (tmp_path / "short.toml").write_text('[[stages]]\nuse = "clean"\n')
-    (tmp_path / "empty.npy").write_bytes(b"")
     (tmp_path / "cut.npy").write_bytes(lifted.read_bytes()[:500])
-    np.savez(tmp_path / "whole.npz", reconstruction=np.load(lifted))
-    (tmp_path / "cut.npz").write_bytes((tmp_path / "whole.npz").read_bytes()[:500])
     (tmp_path / "ap.json").write_text(alphapose(scale=300))
     (tmp_path / "unit.json").write_text(alphapose(scale=1))
     (tmp_path / "odd.json").write_text('{"hello": [1, 2')

@@ -1,12 +1,13 @@
 """The stage and the command that read a camera from a video's images."""
 
 import json
-import sys
 
 import cv2
 import numpy as np
 import pytest
 
+from commands import pcnet3d
+from golden.detections import detected, scored
 from golden.films import film_of
 from pcnet3d.adapters import video as videos
 from pcnet3d.models.gravity import geocalib
@@ -14,12 +15,10 @@ from pcnet3d.models.gravity.lines import UpOfImages
 from pcnet3d.models.gravity.view import _boxes, camera_of, static_camera
 from pcnet3d.models.lab.synthetic.rooms import no_lines, room, street
 from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
-from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.core.camera import Camera, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.intrinsics import undistorted
 from pcnet3d.pipeline.core.rotations import angle_deg
-from pcnet3d.pipeline.files.detections import Detections
 from pcnet3d.pipeline.files.digest import sha256
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
@@ -36,17 +35,11 @@ def shown():
 
 @pytest.fixture(scope="module")
 def video(shown, tmp_path_factory):
-    path = film_of(tmp_path_factory.mktemp("street") / "street.mp4", [shown.image] * 25)
+    image = shown.image[: shown.image.shape[0] // 2 * 2, : shown.image.shape[1] // 2 * 2]
+    path = tmp_path_factory.mktemp("street") / "street.mp4"
+    film_of(path, [image] * 25, range(0, 1000, 40), crf=16, g=5, preset="ultrafast")
     (found,) = videos.read(path)
     return found
-
-
-def command(monkeypatch, capsys, *words):
-    monkeypatch.setattr(sys, "argv", ["pcnet3d", "calibrate", *map(str, words)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    said = capsys.readouterr()
-    return ended.value.code, said.out, said.err
 
 
 def test_the_stage_gives_the_camera_and_says_so(video, shown):
@@ -73,22 +66,8 @@ def test_keypoints_that_were_detected_in_the_video_are_not_compared_with_it(
     as the video, which is one image. Rows that the user numbers are compared."""
     frames = np.arange(25)
     points = 100 + 40 * np.sin(frames[:, None, None] / 3 + np.arange(34).reshape(17, 2))
-    Detections(
-        frame_index=frames,
-        time_s=frames / 30,
-        person=np.zeros(25, int),
-        joints=points.astype(np.float32),
-        confidence=np.full((25, 17), 0.9, np.float32),
-        box=np.tile(np.float32([50, 50, 150, 150]), (25, 1)),
-        cuts=np.zeros(0, np.int64),
-        thumbnail=np.zeros((0, 0), np.uint8),
-        frames=25,
-        frames_seen=25,
-        layout="COCO17",
-        method="movenet@0",
-        source=f"{sha256(video.path) if own else 64 * '0'} 1.0.0",
-        damaged=np.zeros(0, np.int64),
-    ).save(tmp_path / "keypoints.npz")
+    source = f"{sha256(video.path) if own else 64 * '0'} 1.0.0"
+    detected(frames, scored(points), 0 * frames, source=source).save(tmp_path / "keypoints.npz")
     options = RunOptions(video=video.path, keypoints=tmp_path / "keypoints.npz", first_frame=first_frame)
     codes = [each.code for each in Calibrate()(open_take(options)).notices]
     assert ("keypoints-not-of-video" in codes) == compared
@@ -122,51 +101,46 @@ def test_people_are_left_out_along_their_limbs():
     assert _boxes([], [3])[3].shape == (0, 4)
 
 
-def test_the_command_on_a_video_and_on_images(video, shown, tmp_path, monkeypatch, capsys):
-    code, out, _ = command(monkeypatch, capsys, video.path, "--json", "--picture", tmp_path / "lines.png")
-    assert code == 0
-    found = json.loads(out)
+def test_the_command_on_a_video_and_on_images(video, shown, tmp_path):
+    done = pcnet3d("calibrate", video.path, "--json", "--picture", tmp_path / "lines.png")
+    assert done.returncode == 0
+    found = json.loads(done.stdout)
     assert found["sources"]["up"] == "lines"
     assert abs(found["pitch_deg"] - shown.pitch_deg) < 2.5
     assert found["pitch_deg_sd"] > 0.3
     assert cv2.imread(str(tmp_path / "lines.png")).shape == shown.image.shape
     cv2.imwrite(str(tmp_path / "one.png"), shown.image[:, :, ::-1])
-    code, out, _ = command(monkeypatch, capsys, tmp_path / "one.png")
-    assert code == 0
-    assert f"pitch {found['pitch_deg']:.0f}" in out or "pitch" in out
+    done = pcnet3d("calibrate", tmp_path / "one.png")
+    assert done.returncode == 0
+    assert "pitch" in done.stdout
 
 
-def test_inspect_says_what_a_run_would_find(video, shown, monkeypatch, capsys):
-    said = []
-    for words in (["--json"], []):
-        monkeypatch.setattr(sys, "argv", ["pcnet3d", "inspect", str(video.path), *words])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        assert ended.value.code == 0
-        said.append(capsys.readouterr().out)
-    found = json.loads(said[0])
+def test_inspect_says_what_a_run_would_find(video, shown):
+    as_json, as_text = (pcnet3d("inspect", video.path, *words) for words in (["--json"], []))
+    assert as_json.returncode == as_text.returncode == 0
+    found = json.loads(as_json.stdout)
     assert (found["frames"], found["width"]) == (25, shown.image.shape[1] // 2 * 2)
     assert abs(found["pitch_deg"] - shown.pitch_deg) < 2.5
-    assert "the straight lines of the image" in said[1]
+    assert "the straight lines of the image" in as_text.stdout
 
 
-def test_no_lines_are_exit_code_3(tmp_path, monkeypatch, capsys):
+def test_no_lines_are_exit_code_3(tmp_path):
     cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])
-    code, out, _ = command(monkeypatch, capsys, tmp_path / "grass.png", "--json")
-    assert code == 3
-    assert json.loads(out)["pitch_deg"] is None
-    assert "line" in json.loads(out)["reason"]
+    done = pcnet3d("calibrate", tmp_path / "grass.png", "--json")
+    assert done.returncode == 3
+    assert json.loads(done.stdout)["pitch_deg"] is None
+    assert "line" in json.loads(done.stdout)["reason"]
 
 
 @pytest.mark.parametrize("content", [None, b"", b"not an image"])
-def test_what_is_no_image_gets_one_sentence(tmp_path, monkeypatch, capsys, content):
+def test_what_is_no_image_gets_one_sentence(tmp_path, content):
     path = tmp_path / "x.png"
     if content is not None:
         path.write_bytes(content)
-    code, _, err = command(monkeypatch, capsys, path)
-    assert code == 2
-    assert err.startswith("pcnet3d: Expected an image")
-    assert err.count("\n") == 1
+    done = pcnet3d("calibrate", path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("pcnet3d: Expected an image")
+    assert done.stderr.count("\n") == 1
 
 
 def test_errors_of_pitch_and_roll_are_those_of_up(shown):
@@ -232,7 +206,7 @@ def test_the_lifter_sees_undistorted_keypoints(video, calibration, monkeypatch):
     assert focal_px == take.camera.focal_px
 
 
-def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch, capsys):
+def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch):
     asked = []
 
     def answer(images, model, focal_px=None, focal_spread=None):
@@ -242,11 +216,9 @@ def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch, capsy
 
     monkeypatch.setattr(geocalib, "up_from_network", answer)
     cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])
-    code, out, _ = command(
-        monkeypatch, capsys, tmp_path / "grass.png", "--gravity-network", "net.onnx", "--json"
-    )
-    assert code == 0
-    found = json.loads(out)
+    done = pcnet3d("calibrate", tmp_path / "grass.png", "--gravity-network", "net.onnx", "--json")
+    assert done.returncode == 0
+    found = json.loads(done.stdout)
     assert found["sources"] == {"focal": "network", "up": "network"}
     assert found["pitch_deg"] == pytest.approx(12.0, abs=1e-6)
     assert not found["reason"]  # there is an answer

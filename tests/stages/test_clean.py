@@ -24,6 +24,13 @@ def moving(rows: int = ROWS) -> PoseSequence:
     return PoseSequence(joints, H36M17, CAMERA, time_s=time_s, frame_index=np.arange(rows))
 
 
+def without(poses: PoseSequence, *rows: int, **changes) -> PoseSequence:
+    """As an estimator leaves them that drops these frames."""
+    kept = np.delete(np.arange(len(poses)), rows)
+    arrays = {"joints": poses.joints, "confidence": poses.confidence, "time_s": poses.times} | changes
+    return poses.with_(frame_index=kept, **{name: array[kept] for name, array in arrays.items()})
+
+
 def counts(poses: PoseSequence) -> dict:
     return {k: v for k, v in poses.history[-1].options.items() if k not in ("max_gap_s", "spike")}
 
@@ -37,14 +44,7 @@ def test_whole_data_is_left_alone():
 
 def test_dropped_frames_come_back_as_rows_and_short_gaps_are_filled():
     poses = moving()
-    kept = np.delete(np.arange(ROWS), [10, 11, 12])
-    dropped = poses.with_(
-        joints=poses.joints[kept],
-        confidence=poses.confidence[kept],
-        time_s=poses.times[kept],
-        frame_index=kept,
-    )
-    cleaned = clean(dropped)[0]
+    cleaned = clean(without(poses, 10, 11, 12))[0]
     assert cleaned.frame_index.tolist() == list(range(ROWS))
     np.testing.assert_allclose(cleaned.times, poses.times, atol=1e-12)
     np.testing.assert_allclose(cleaned.joints, poses.joints, atol=2e-3)
@@ -74,25 +74,17 @@ def test_nothing_is_invented_at_the_ends_or_across_a_clip_boundary():
 
 
 def test_rows_put_back_into_a_video_of_variable_rate_take_its_own_stamps():
-    poses = moving()
     stamps = np.cumsum(np.where(np.arange(ROWS) == 12, 0.5, 1 / FPS))
-    kept = np.delete(np.arange(ROWS), [10, 11, 12])
-    dropped = poses.with_(
-        joints=poses.joints[kept], confidence=poses.confidence[kept], time_s=stamps[kept], frame_index=kept
-    )
+    dropped = without(moving(), 10, 11, 12, time_s=stamps)
     np.testing.assert_array_equal(clean(dropped, video_time_s=stamps)[0].times, stamps)
-    given = dropped.with_(time_s=kept / 100.0)  # a rate of the user's own: the stamps do not count
+    given = dropped.with_(
+        time_s=dropped.frame_index / 100.0
+    )  # a rate of the user's own: the stamps do not count
     np.testing.assert_allclose(clean(given, video_time_s=stamps)[0].times, np.arange(ROWS) / 100)
 
 
 def test_a_clip_boundary_keeps_its_frame_when_rows_are_put_back():
-    poses = moving()
-    kept = np.delete(np.arange(ROWS), [5, 6])
-    dropped = poses.with_(
-        joints=poses.joints[kept], confidence=poses.confidence[kept], time_s=poses.times[kept],
-        frame_index=kept, seams=(20,),
-    )  # fmt: skip
-    cleaned = clean(dropped)[0]
+    cleaned = clean(without(moving(), 5, 6).with_(seams=(20,)))[0]
     assert [int(cleaned.frame_index[row]) for row in cleaned.seams] == [22]
 
 

@@ -36,6 +36,30 @@ def walk():
     return walker(seconds=10)
 
 
+@pytest.fixture(scope="module")
+def camera(walk):
+    return side_camera(walk)
+
+
+@pytest.fixture(scope="module")
+def seen(walk, camera):
+    """The walker in the camera's axes."""
+    return change_frame(walk.poses, CAMERA, camera.R_camera_from_world)
+
+
+@pytest.fixture(scope="module")
+def keypoints(walk, camera):
+    """All of the walker's joints in the image."""
+    scores = np.ones(walk.poses.joints.shape[:2])
+    return PoseSequence(
+        camera.project(walk.world), H36M17, IMAGE, scores, walk.poses.time_s, walk.poses.frame_index
+    )
+
+
+def codes(take: Take) -> set[str]:
+    return {each.code for each in take.notices}
+
+
 @pytest.mark.parametrize("made_by", [MadeBy("estimated", "GEM-X"), MadeBy()])
 def test_the_up_of_an_estimators_world_is_told_and_its_error_not_known(walk, made_by):
     """A world that leaned by 8 degrees was "known to within 0.0 degrees"."""
@@ -57,9 +81,8 @@ def test_a_measured_world_knows_its_up(walk):
     assert facts_of(take).up_of_world == "The source knows its own up."
 
 
-def test_only_poses_of_a_judged_lifter_have_its_errors(walk):
+def test_only_poses_of_a_judged_lifter_have_its_errors(seen):
     """The errors of the built-in lifter's angles were stated for everybody's poses, and held in 20 to 62 % of them."""
-    seen = change_frame(walk.poses, CAMERA, side_camera(walk).R_camera_from_world)
 
     def done(made_by: MadeBy) -> Take:
         return STAGES(Take("take", poses=seen.with_(made_by=made_by)))
@@ -67,36 +90,31 @@ def test_only_poses_of_a_judged_lifter_have_its_errors(walk):
     def stated(take: Take) -> bool:
         return bool(np.isfinite(take.kinematics["r_knee_flexion_sd_deg"]).any())
 
-    def codes(take: Take) -> set[str]:
-        return {each.code for each in take.notices} & set(ANGLE_ERRORS)
+    def of_errors(take: Take) -> set[str]:
+        return codes(take) & set(ANGLE_ERRORS)
 
     own, other = done(MadeBy("estimated", shipped_noise().lifter)), done(MadeBy("estimated", "BlazePose"))
     assert stated(own)
-    assert not codes(own)
+    assert not of_errors(own)
     assert own.angle_errors == "judged"
     assert errors_of_angles("judged") in report(own)
     assert not stated(other)
     assert other.angle_errors == "none"
     assert errors_of_angles("none") in report(other)
-    assert codes(other) == {"angle-errors-unjudged"}
-    assert codes(done(MadeBy())) == {"angle-errors-unknown"}
+    assert of_errors(other) == {"angle-errors-unjudged"}
+    assert of_errors(done(MadeBy())) == {"angle-errors-unknown"}
     measured = done(seen.made_by)
     assert not stated(measured)
-    assert not codes(measured)
+    assert not of_errors(measured)
     assert measured.angle_errors == "none"
 
 
-def test_with_the_keypoints_another_lifters_angles_have_errors_by_disagreement(walk):
+def test_with_the_keypoints_another_lifters_angles_have_errors_by_disagreement(seen, keypoints, camera):
     """As far as both are apart, and no less than the built-in lifter's own."""
-    camera = side_camera(walk)
-    seen = change_frame(walk.poses, CAMERA, camera.R_camera_from_world).with_(
-        made_by=MadeBy("estimated", "other")
-    )
-    scores = np.ones(walk.poses.joints.shape[:2])
-    keypoints = PoseSequence(camera.project(walk.world), H36M17, IMAGE, scores, seen.time_s, seen.frame_index)
+    seen = seen.with_(made_by=MadeBy("estimated", "other"))
     told = Told(image_size=(camera.width, camera.height), focal_px=camera.focal_px)
     straight = STAGES(Take("take", poses=seen, keypoints=keypoints, told=told))
-    assert "angle-errors-by-disagreement" in {each.code for each in straight.notices}
+    assert "angle-errors-by-disagreement" in codes(straight)
     assert straight.angle_errors == "disagreement"
     assert errors_of_angles("disagreement") in report(straight)
     assert summary(straight)["angle_errors"] == "disagreement"
@@ -113,9 +131,8 @@ def test_with_the_keypoints_another_lifters_angles_have_errors_by_disagreement(w
     assert np.isnan(worse.kinematics["r_knee_flexion_sd_degps"]).all()
 
 
-def test_the_gait_of_poses_that_nobody_has_judged_has_no_errors(walk):
+def test_the_gait_of_poses_that_nobody_has_judged_has_no_errors(seen):
     """The built-in lifter's errors of times and of stance stood beside everybody's figures."""
-    seen = change_frame(walk.poses, CAMERA, side_camera(walk).R_camera_from_world)
     own = MadeBy("estimated", shipped_noise().lifter)
     for made_by, known in (
         (own, True),
@@ -126,7 +143,7 @@ def test_the_gait_of_poses_that_nobody_has_judged_has_no_errors(walk):
         take = STAGES(Take("take", poses=seen.with_(made_by=made_by)))
         walking = nested(take.measures)["walking"]
         assert walking["steps"] >= 3
-        assert ("gait-errors-unknown" in {each.code for each in take.notices}) != known
+        assert ("gait-errors-unknown" in codes(take)) != known
         assert any("_error_" in key for key in walking) == known
         assert any("within_error" in key for key in walking) == known
     lifted, measured = (
@@ -136,13 +153,9 @@ def test_the_gait_of_poses_that_nobody_has_judged_has_no_errors(walk):
     assert measured["mean_stance_error_percent"] < lifted["mean_stance_error_percent"]
 
 
-def test_the_second_lift_sees_what_the_stage_lift_sees(walk, monkeypatch):
+def test_the_second_lift_sees_what_the_stage_lift_sees(seen, keypoints, camera, monkeypatch):
     """It saw neither which way is up nor the lens: errors were those of another lift than the stage's."""
-    camera = side_camera(walk)
-    seen = change_frame(walk.poses, CAMERA, camera.R_camera_from_world)
     seen = seen.with_(made_by=MadeBy("estimated", "other"))
-    scores = np.ones(walk.poses.joints.shape[:2])
-    keypoints = PoseSequence(camera.project(walk.world), H36M17, IMAGE, scores, seen.time_s, seen.frame_index)
     told = Told(image_size=(camera.width, camera.height), gravity=tuple((-camera.up).tolist()))
     size, focal = (camera.width, camera.height), float(camera.focal_px)
     lens = Intrinsics((focal, focal), (size[0] / 2, size[1] / 2), (-0.05, 0.0, 0.0, 0.0), image_size=size)
@@ -157,10 +170,7 @@ def test_the_second_lift_sees_what_the_stage_lift_sees(walk, monkeypatch):
     assert lifted.history[-1].options["up_known"]
 
 
-def test_a_python_users_lift_says_who_made_it_and_has_errors(walk):
-    camera = side_camera(walk)
-    scores = np.ones(walk.poses.joints.shape[:2])
-    keypoints = PoseSequence(camera.project(walk.world), H36M17, IMAGE, scores, walk.time_s)
+def test_a_python_users_lift_says_who_made_it_and_has_errors(keypoints, camera):
     poses = lift(keypoints, (camera.width, camera.height))
     assert poses.made_by == MadeBy("estimated", shipped_noise().lifter)
     rectified = rectify(poses, "geometric")
@@ -174,20 +184,19 @@ def test_a_file_of_errors_that_is_not_used_is_told(walk, tmp_path, of):
     path.write_text(shipped_noise().as_json(), encoding="utf-8")
     poses = walk.poses if of == "measured" else walk.poses.with_(made_by=MadeBy("estimated", "GEM-X"))
     done = Pipeline((Rectify("geometric"), Trajectories(), Angles(errors=path)))(Take("take", poses=poses))
-    assert "angle-errors-unused" in {each.code for each in done.notices}
+    assert "angle-errors-unused" in codes(done)
     assert done.angle_errors == "none"
     assert np.isnan(done.kinematics["r_knee_flexion_sd_deg"]).all()
 
 
-def test_a_file_of_errors_is_believed_and_another_file_refused(walk, tmp_path):
-    seen = change_frame(walk.poses, CAMERA, side_camera(walk).R_camera_from_world)
+def test_a_file_of_errors_is_believed_and_another_file_refused(seen, tmp_path):
     path = tmp_path / "errors.json"
     path.write_text(shipped_noise().as_json(), encoding="utf-8")
     stages = Pipeline((Rectify("geometric"), Trajectories(), Angles(errors=path)))
     done = stages(Take("take", poses=seen.with_(made_by=MadeBy("estimated", "other"))))
     assert np.isfinite(done.kinematics["r_knee_flexion_sd_deg"]).any()
     assert done.angle_errors == "file"
-    assert "angle-errors-of-file" in {each.code for each in done.notices}
+    assert "angle-errors-of-file" in codes(done)
     (tmp_path / "other.json").write_text("{}", encoding="utf-8")
     with pytest.raises(InputError, match="evaluate errors"):
         Angles(errors=tmp_path / "other.json")
@@ -204,30 +213,23 @@ def test_a_path_that_an_estimator_made_shows_no_jumps_and_doubts_no_rate(walk):
     assert fall_doubts(flying.with_(made_by=MadeBy("estimated", "GEM-X"))) == []
 
 
-def test_what_rests_on_an_estimators_path_has_no_error(walk):
+def test_what_rests_on_an_estimators_path_has_no_error(walk, seen, camera):
     """Nobody knows how far it drifts: not the errors of lifted poses over a path that is known."""
-    R_camera_from_world = side_camera(walk).R_camera_from_world
-    seen = change_frame(walk.poses, CAMERA, R_camera_from_world)
-    root = rotate(R_camera_from_world, walk.root[:, None])[:, 0] + np.array([0.0, 0.0, 5.0])
+    root = rotate(camera.R_camera_from_world, walk.root[:, None])[:, 0] + np.array([0.0, 0.0, 5.0])
     own = nested(STAGES(Take("own", poses=seen.with_(root=root, made_by=MadeBy("estimated", "X")))).measures)
     assert own["walking"]["walking_speed"] > 0
     assert not {"walking_speed_error", "mean_step_length_error"} & own["walking"].keys()
     assert not {"floor_height_error", "slope_error_deg"} & own["floor"].keys()
 
 
-def test_what_would_tell_the_errors_is_what_is_missing(walk):
+def test_what_would_tell_the_errors_is_what_is_missing(walk, keypoints, camera):
     """Keypoints were asked for that had been given: the size of their image was missing."""
-    other = MadeBy("estimated", "another lifter")
-    camera = side_camera(walk)
-    poses = camera_poses(walk, camera).with_(made_by=other)
-    points = PoseSequence(
-        camera.project(walk.world), H36M17, IMAGE, time_s=walk.time_s, frame_index=np.arange(len(walk))
-    )
+    poses = camera_poses(walk, camera).with_(made_by=MadeBy("estimated", "another lifter"))
 
     def said(take) -> str:
         return next(each.text for each in STAGES(take).notices if each.code == "angle-errors-unjudged")
 
     assert "keypoints" in said(Take("bare", poses=poses))
-    beside = said(Take("beside", poses=poses, keypoints=points))
+    beside = said(Take("beside", poses=poses, keypoints=keypoints))
     assert "read.image_size" in beside
     assert "keypoints" not in beside

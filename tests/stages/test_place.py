@@ -37,6 +37,7 @@ from pcnet3d.stages.scale import Scale, scale
 from pcnet3d.stages.trajectories import Trajectories
 
 SIZE, FOCAL = (1280, 720), 900.0
+AFTER = Pipeline((Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()))  # which use the path
 
 
 @pytest.fixture(scope="module")
@@ -68,10 +69,7 @@ def placed(take):
 
 @pytest.fixture(scope="module")
 def through(placed):
-    """The placed take after the stages that use its path."""
-    for stage in (Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()):
-        placed = stage(placed)
-    return placed
+    return AFTER(placed)
 
 
 def test_the_path_and_its_error_go_with_the_poses(placed, walk, camera):
@@ -194,12 +192,12 @@ def test_the_walking_speed_has_the_errors_that_all_strides_share(through, walk, 
             camera=Camera(SIZE, FOCAL, 0.3 * FOCAL, "prior"),
         )
     )
-    for stage in (Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()):
-        unsure = stage(unsure)
     way = np.diff(camera.points(walk.root[walk.during("walk")][:, None])[:, 0], axis=0)
     along = (way[:, 2] ** 2).sum() / (way**2).sum()
     expected = found["walking_speed"] * np.hypot(0.037, 0.3 * along)
-    assert nested(unsure.measures)["walking"]["walking_speed_error"] == pytest.approx(expected, rel=0.25)
+    assert nested(AFTER(unsure).measures)["walking"]["walking_speed_error"] == pytest.approx(
+        expected, rel=0.25
+    )
 
 
 def test_locked_feet_do_not_slide_and_the_path_stays_within_its_error(placed, walk):
@@ -268,10 +266,7 @@ def test_the_floor_of_a_walk_lies_below_the_camera(through, camera, take):
     assert floor["stairs"] == "none"
     # The up of the geometric rectifier is off by about 3 degrees here, which is 0.3 m at the person's 5.5.
     assert floor["floor_height"] == pytest.approx(-camera.position[2], abs=0.4)
-    nowhere = take
-    for stage in (Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()):
-        nowhere = stage(nowhere)
-    assert "not known" in nested(nowhere.measures)["floor"]["reason"]
+    assert "not known" in nested(AFTER(take).measures)["floor"]["reason"]
 
 
 def test_feet_that_cannot_be_locked_are_said(take):
@@ -285,7 +280,7 @@ def test_feet_that_cannot_be_locked_are_said(take):
 
 def test_of_poses_that_nobody_has_judged_speed_and_floor_have_no_error(take):
     other = take.with_(poses=take.poses.with_(made_by=MadeBy("estimated", "X")))
-    done = Pipeline((Place(), Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()))(other)
+    done = AFTER(Place()(other))
     found = nested(done.measures)
     assert found["walking"]["walking_speed"] > 0
     assert "floor_height_error" not in found["floor"]

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from commands import pcnet3d
+from commands import pcnet3d, recipe_of
 from golden.detections import coco_tracks
 
 pytestmark = pytest.mark.data
@@ -17,19 +17,14 @@ LEGS = ((13, 14), (15, 16), (11, 12))  # left and right of COCO's hips, knees an
 @pytest.fixture
 def run(data, tmp_path):
     """run(clip, words, change): summary.json of a run on MoveNet's keypoints of a clip, which change(points) spoils."""
-    (tmp_path / "short.toml").write_text(
-        "".join(
-            f'[[stages]]\nuse = "{stage}"\n'
-            for stage in ("lift", "clean", "rectify", "trajectories", "angles", "measures", "export")
-        )
-    )
+    stages = ("lift", "clean", "rectify", "trajectories", "angles", "measures", "export")
+    short = recipe_of(tmp_path / "short.toml", *stages)
 
     def of(clip, *words, change=lambda points: None):
         points = np.load(data / f"lifter/{clip}.npz")["movenet_kp2d"].astype(float)
         change(points)
         keypoints = coco_tracks(tmp_path, {"0": (np.arange(len(points)), points)})
-        recipe = ("--recipe", tmp_path / "short.toml", "-o", tmp_path / "out")
-        result = pcnet3d("run", *words, "--keypoints", keypoints, *recipe)
+        result = pcnet3d("run", *words, "--keypoints", keypoints, "--recipe", short, "-o", tmp_path / "out")
         assert result.returncode == 0, result.stderr
         return json.loads((tmp_path / "out" / "summary.json").read_text())
 

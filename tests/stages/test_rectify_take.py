@@ -80,7 +80,8 @@ def up_of(rectified) -> np.ndarray:
 def test_one_frame_is_turned_but_not_called_level(joints, truth, rectifier):
     take = Rectify(rectifier)(Take("t", poses=poses_of(joints[:1])))
     rectified = take.rectified
-    assert "1 frame" in rectified.level_reason
+    assert rectified.level_reason == "only 1 frame has a rotation"
+    assert np.isfinite(rectified.level.joints).all()
     assert any("could not be levelled" in text for text in warnings(take))
     assert geodesic_deg(rectified.R_source_from_body[0], truth[0]) < 6
     assert rectified.up_error_deg[0] > LEAN_DEG
@@ -185,9 +186,13 @@ def test_a_rectifier_of_another_package_that_gives_no_rotations_is_refused(joint
         rectify(poses_of(joints[:20]), rectifier=Broken())
 
 
-def test_nothing_at_all_is_refused_in_words(joints):
-    take = Rectify()(Take("t", poses=poses_of(np.full_like(joints[:20], np.nan))))
+@pytest.mark.parametrize(("rectifier", "lost"), [("pcnet", H36M17.joints), ("geometric", ["l_hip"])])
+def test_nothing_at_all_is_refused_in_words(joints, rectifier, lost):
+    few = joints[:20].copy()
+    few[:, H36M17.indices(lost)] = np.nan
+    take = Rectify(rectifier)(Take("t", poses=poses_of(few)))
     assert "no frame has the torso joints" in take.rectified.level_reason
+    assert np.isnan(take.rectified.level.joints).all()
     assert np.isnan(take.rectified.up_error_deg).all()
 
 

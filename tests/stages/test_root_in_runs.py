@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from commands import pcnet3d
+from commands import pcnet3d, recipe_of
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.files import write_poses
 from pcnet3d.examples.walker.walk import walker
@@ -29,10 +29,10 @@ def camera(walk):
 def run(tmp_path_factory):
     """run(*arguments): the summary and the arrays of a run with those, without recording and report."""
     folder = tmp_path_factory.mktemp("runs")
-    (folder / "recipe.toml").write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in STAGES))
+    recipe = recipe_of(folder / "recipe.toml", *STAGES)
 
     def make(name: str, *arguments):
-        given = ["run", *arguments, "--recipe", folder / "recipe.toml", "-o", folder / name]
+        given = ["run", *arguments, "--recipe", recipe, "-o", folder / name]
         done = pcnet3d(*given)
         assert done.returncode == 0, done.stderr
         with np.load(folder / name / "poses.npz", allow_pickle=False) as file:

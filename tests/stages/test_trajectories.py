@@ -166,7 +166,7 @@ def test_what_was_filtered_is_in_the_history(filter, cutoff_hz):
 
 
 def test_a_cutoff_above_nyquist_is_refused_in_words():
-    with pytest.raises(InputError, match=r"between 0 and 15 Hz.*got 50 Hz"):
+    with pytest.raises(InputError, match=r"between 0 and 15 Hz.*30 frames.*got 50 Hz"):
         smooth(wave(1.0, fps=30), cutoff_hz=50.0)
 
 

@@ -105,13 +105,11 @@ class Simulated:
     def name(self) -> str:
         return f"simulated ({', '.join(self.kinds)})"
 
-    def kind_of(self, clip: str) -> Kind:
-        return self.kinds[zlib.crc32(clip.encode()) % len(self.kinds)]
-
     def poses(self, truth: SeenTake, bed: Bed, seed: int) -> PoseSequence:
         """As `Answers` gives them."""
-        kind = self.kind_of(truth.clip)
-        rng = np.random.default_rng([seed, zlib.crc32(truth.clip.encode()), 5])
+        number = zlib.crc32(truth.clip.encode())
+        kind = self.kinds[number % len(self.kinds)]
+        rng = np.random.default_rng([seed, number, 5])
         made_by = MadeBy("estimated", f"simulated ({kind})")
         seen = truth.keypoints
         if kind == "own":

@@ -36,7 +36,7 @@ from ..mocap.contact import true_contact
 from ..mocap.restyle import Spells
 from .acceleration import filtered
 from .gait_means import FIGURES, Difference, Mean, differences_of, figure_of, means_of
-from .sets import EvaluationSet, Question
+from .sets import Question
 from .tables import Page, Table
 from .take_answers import joints_of
 from .testbed import LiftedTake, SeenTake
@@ -109,19 +109,14 @@ def tables(question: Question) -> dict[str, Any]:
     (rectifier,) = question.rectifiers
     results: dict[str, Any] = {**question.heading(), "rectifier": rectifier.method, "sets": {}}
     for one in question.sets:
-        found = judged_takes(question, one)
+        both = (judge_both(question, take) for take in question.takes(one, focal_known=True))
+        found = [judged for judged in both if judged is not None]
         kinds = {kind: [take for take in found if take.kind == kind] for kind in ("walking", "running")}
         results["sets"][one.label] = {
             **{kind: one_kind(takes) for kind, takes in kinds.items() if takes},
             "false steps": sum(take.steps[0] for take in found if take.kind == "none"),
         }
     return results
-
-
-def judged_takes(question: Question, of: EvaluationSet) -> list[JudgedGait]:
-    """The set's takes that can be judged, each as judge_both does."""
-    both = (judge_both(question, take) for take in question.takes(of, focal_known=True))
-    return [judged for judged in both if judged is not None]
 
 
 def judge_both(question: Question, take: LiftedTake, spells: Spells | None = None) -> JudgedGait | None:

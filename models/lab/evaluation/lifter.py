@@ -20,7 +20,7 @@ from ....pipeline.core.rotations import geodesic_deg, kabsch
 from ...common.metrics import Figure, joint_error, procrustes_error, scaled
 from ...lifter.builtin import lift
 from ..mocap.clips import subject_of
-from .people import pooled
+from .people import mean, pooled
 from .sets import Question
 from .tables import Page, Table
 from .testbed import BEDS, Bed, LiftedTake, SeenTake
@@ -107,7 +107,7 @@ def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[st
     frames = np.concatenate(parts["frame"].get("MPJPE", [np.zeros(0)]))
     return {
         "frame": {name: Figure.of(np.concatenate(values)) for name, values in parts["frame"].items()},
-        "take": {name: _of_takes(values) for name, values in parts["take"].items()},
+        "take": {name: Figure.of(np.array([*map(mean, values)])) for name, values in parts["take"].items()},
         "by person": {
             name: pooled(np.concatenate(values), people)
             for name, values in parts["frame"].items()
@@ -119,10 +119,6 @@ def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[st
             "takes": len(parts["take"].get("MPJPE", [])),
         },
     }
-
-
-def _of_takes(values: list[np.ndarray]) -> Figure:
-    return Figure.of(np.array([np.nanmean(v) for v in values if np.isfinite(v).any()]))
 
 
 def speed(lifter: str | Path = "pcnet3d", frames: int = 6000) -> float:

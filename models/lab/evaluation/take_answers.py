@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....pipeline.core.camera import Look
-from ....pipeline.core.frames import R_CAMERA_FROM_UPRIGHT
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import from_columns, transpose, unit
 from ....pipeline.plugins.protocols import Rectifier
@@ -94,11 +93,6 @@ def constant(R_camera_from_level: np.ndarray, frames: int) -> Answer:
     """Axes (3, 3) that are given, the same in every frame."""
     R = np.broadcast_to(R_camera_from_level, (frames, 3, 3))
     return Answer(R, R_camera_from_level)
-
-
-def camera_axes(frames: int) -> Answer:
-    """No rectification: the image's up is up."""
-    return constant(R_CAMERA_FROM_UPRIGHT, frames)
 
 
 def with_heading(R: np.ndarray, R_true: np.ndarray, per: str = "take") -> np.ndarray:

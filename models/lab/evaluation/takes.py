@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from ....pipeline.core.frames import R_CAMERA_FROM_UPRIGHT
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ...common.metrics import Figure, joint_error
 from ...common.spread import stated_spread
 from ...gravity import why_not
 from ..mocap.clips import subject_of
 from . import take_acceleration
-from .people import pooled
+from .people import mean, pooled
 from .sets import Question
 from .tables import Page, Table
 from .take_answers import (
@@ -27,7 +28,6 @@ from .take_answers import (
     TRUE_AXES,
     Answer,
     answers,
-    camera_axes,
     constant,
     joints_of,
     named,
@@ -166,7 +166,7 @@ def row(methods: dict[str, list[Judged]]) -> dict[str, Any]:
     }  # fmt: skip
     for name, takes in methods.items():
         method: dict[str, Any] = {
-            "tilt": Figure.of(np.array([np.nanmean(t.tilt) for t in takes if np.isfinite(t.tilt).any()])),
+            "tilt": Figure.of(np.array([mean(take.tilt) for take in takes])),
             "rotation": Figure.of(np.concatenate([take.rotation for take in takes])),
             "mpjpe": Figure.of(np.concatenate([take.mpjpe for take in takes])),
         }
@@ -187,7 +187,7 @@ def signals(take: LiftedTake, joints: np.ndarray, both: dict[str, Answer]) -> di
     true ones."""
     seen = take.seen
     methods = {
-        CAMERA_AXES: camera_axes(len(joints)),
+        CAMERA_AXES: constant(R_CAMERA_FROM_UPRIGHT, len(joints)),
         **both,
         TRUE_AXES: constant(seen.R_camera_from_world, len(joints)),
     }

@@ -101,18 +101,16 @@ def lifted_takes(
     subjects: Subjects,
     seed: int = 0,
     *,
-    folder: Path | None = None,
     model: str | Path = "pcnet3d",
     focal_known: bool = False,
     noise: Noise | None = None,
     bodies: BodyRange | None = None,
     views: ViewRange = WILD,
     only: Callable[[Clip], bool] | None = None,
-    min_frames: int = MIN_FRAMES,
     trained_on: bool = False,
     laid: float = 0.0,
 ) -> Iterator[LiftedTake]:
-    """Every clip of at least `min_frames` frames, seen by one static camera and lifted.
+    """Every clip of at least MIN_FRAMES frames, seen by one static camera and lifted.
 
     model: never one that saw the subjects, which is refused unless trained_on says that they are not judged by; the
     shipped one saw all train subjects, so takes of "train-a" need a lifter trained on "train-b", and the other way
@@ -122,9 +120,9 @@ def lifted_takes(
     """
     if not trained_on:
         _refuse_known_subjects(subjects, model)
-    for clip in read_clips(subjects, folder):
+    for clip in read_clips(subjects):
         rng = _rng(clip, seed, 1)
-        if len(clip) >= min_frames and (only is None or only(clip)) and (not laid or rng.uniform() < laid):
+        if len(clip) >= MIN_FRAMES and (only is None or only(clip)) and (not laid or rng.uniform() < laid):
             clip = lay_down(clip, rng) if laid else clip
             take = see(clip, seed, noise=noise, bodies=bodies, views=views)
             focal = take.focal_px if focal_known else None

@@ -21,8 +21,9 @@ _TREE = {
     "l_shoulder": "thorax", "l_elbow": "l_shoulder", "l_wrist": "l_elbow",
     "r_shoulder": "thorax", "r_elbow": "r_shoulder", "r_wrist": "r_elbow",
 }  # fmt: skip
-_CHILD = H36M17.indices(list(_TREE))
-_PARENT = H36M17.indices(list(_TREE.values()))
+# Rows of each bone's ends in H36M17, parents before their children.
+CHILDREN = H36M17.indices(list(_TREE))
+PARENTS = H36M17.indices(list(_TREE.values()))
 _LEGS = [bone for bone, joint in enumerate(_TREE) if joint[2:] in ("knee", "ankle")]
 STANDARD_SIZE_M = 3.9  # sum of the 16 bones of a person about 1.7 m tall
 
@@ -45,14 +46,9 @@ class BodyRange:
     mirrored: float = 0.5
 
 
-def bone_tree() -> tuple[list[int], list[int]]:
-    """The rows of each bone's child and of its parent in H36M17, parents before their children."""
-    return list(_CHILD), list(_PARENT)
-
-
 def size_m(joints: Array) -> Array:
     """(...,) a person's size: the sum of the 16 bone lengths, averaged over time; joints (..., T, 17, 3) metres."""
-    return _summed(picked(joints, _CHILD) - picked(joints, _PARENT))
+    return _summed(picked(joints, CHILDREN) - picked(joints, PARENTS))
 
 
 def resize(joints: Array, factors: Array) -> Array:
@@ -61,11 +57,11 @@ def resize(joints: Array, factors: Array) -> Array:
     Bone directions stay exactly. The root's path is multiplied by the change of leg length, so that the feet
     stay near the floor (z = 0 in a world frame) and a step stays a step.
     """
-    bones = picked(joints, _CHILD) - picked(joints, _PARENT)
-    scaled = bones * factors[..., None, _CHILD, None]
+    bones = picked(joints, CHILDREN) - picked(joints, PARENTS)
+    scaled = bones * factors[..., None, CHILDREN, None]
     before, after = (_summed(picked(part, _LEGS)) for part in (bones, scaled))
     out: Any = joints * (after / before)[..., None, None, None]  # of which the pelvis stays
-    for bone, (child, parent) in enumerate(zip(_CHILD, _PARENT, strict=True)):
+    for bone, (child, parent) in enumerate(zip(CHILDREN, PARENTS, strict=True)):
         out[..., child, :] = out[..., parent, :] + scaled[..., bone, :]
     return out
 

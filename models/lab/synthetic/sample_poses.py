@@ -26,8 +26,7 @@ _ROUGH = {("thorax", "nose"): 0.07, ("nose", "head"): 0.07}
 def sample_poses(count: int, seed: int = 0) -> np.ndarray:
     """joints (count, 17, 3) float32 metres, CAMERA axes, relative to the pelvis: bodies of standard proportions
     (pipeline/core/anthropometry.py) that squat, lean and swing arms and legs, seen from `wide` views, with 2 cm of
-    noise
-    and one joint in 50, never the torso's, NaN."""
+    noise and one joint in 50, never the torso's, NaN."""
     rng = np.random.default_rng(seed)
     bend = np.radians(rng.uniform(0, _SQUAT_DEG, count))
     forward, down = -np.sin(bend), -np.cos(bend)

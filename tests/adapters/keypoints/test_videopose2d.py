@@ -8,6 +8,7 @@ from zipfile import ZipFile
 import numpy as np
 import pytest
 
+from golden.pickles import Trap
 from pcnet3d.adapters import detectron, read, read_all, videopose2d
 from pcnet3d.pipeline import IMAGE, InputError
 from pcnet3d.pipeline.core.layouts import COCO17, H36M17
@@ -83,20 +84,12 @@ def test_other_contents_have_words(save):
             videopose2d.read(save(positions, layout))
 
 
-class Hostile:
-    def __init__(self, path):
-        self.path = path
-
-    def __reduce__(self):
-        return open, (str(self.path), "w")
-
-
 def test_a_file_that_would_run_something_is_refused(save, write, moving, tmp_path):
     mark = tmp_path / "was here"
-    two = save({"a": {"custom": [Hostile(mark)]}})
+    two = save({"a": {"custom": [Trap(mark)]}})
     detections = write("detectron", {"0": moving(17)})
     held = dict(np.load(detections, allow_pickle=True))
-    held["keypoints"][5, 1] = Hostile(mark)
+    held["keypoints"][5, 1] = Trap(mark)
     np.savez_compressed(detections, **held)
     mark.unlink(missing_ok=True)
     for path in (two, detections):

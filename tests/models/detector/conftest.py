@@ -1,8 +1,6 @@
 """A toy network that takes any red rectangle for a person, films of such people, and a recipe that is quick."""
 
-import sys
 from collections.abc import Callable, Sequence
-from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,9 +9,10 @@ import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
+from commands import pcnet3d, recipe_of
+from golden.films import film_of
 from pcnet3d.adapters.video import read
 from pcnet3d.pipeline import Video
-from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.core.layouts import COCO17
 
 # Where the toy sees the joints: in half widths and half heights from the middle of the rectangle.
@@ -155,7 +154,6 @@ def walking(frames: int) -> list[Box]:
 def film_in(folder: Path) -> Callable[..., Video]:
     """film(images, stamps_ms=None, name="film.mp4", rotation=None): a video of these images, H.264 with B-frames;
     rotation: the display matrix's, in degrees anticlockwise."""
-    import av
 
     def make(
         images: Sequence[np.ndarray],
@@ -163,22 +161,8 @@ def film_in(folder: Path) -> Callable[..., Video]:
         name: str = "film.mp4",
         rotation: int | None = None,
     ) -> Video:
-        path = folder / name
-        height, width = images[0].shape[:2]
-        even = width % 2 == 0 and height % 2 == 0
         stamps = stamps_ms or [round(1000 * i / 30) for i in range(len(images))]
-        with av.open(path, "w") as container:
-            stream = container.add_stream("libx264", rate=30, options={"crf": "12", "bf": "2", "g": "12"})
-            stream.width, stream.height = width, height
-            stream.pix_fmt = "yuv420p" if even else "yuv444p"
-            stream.codec_context.time_base = Fraction(1, 1000)
-            if rotation is not None:
-                stream.set_display_rotation(rotation)
-            for image, stamp in zip(images, stamps, strict=True):
-                frame = av.VideoFrame.from_ndarray(image, "rgb24")
-                frame.pts, frame.time_base = stamp, Fraction(1, 1000)
-                container.mux(stream.encode(frame))
-            container.mux(stream.encode())
+        path = film_of(folder / name, images, stamps, rotation=rotation, crf=12, bf=2, g=12)
         return read(path)[0]
 
     return make
@@ -199,21 +183,16 @@ def walk_film(film: Callable[..., Video]) -> Video:
 @pytest.fixture
 def quick(tmp_path: Path) -> Path:
     """A recipe without recording and report."""
-    path = tmp_path / "quick.toml"
     stages = ("detect", "lift", "clean", "scale", "rectify", "trajectories", "export")
-    path.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages))
-    return path
+    return recipe_of(tmp_path / "quick.toml", *stages)
 
 
 @pytest.fixture
-def call(monkeypatch, capsys):
+def call():
     """call(WORDS): exit code and stderr of `pcnet3d run WORDS`."""
 
     def run(*words: object) -> tuple[int, str]:
-        monkeypatch.setattr(sys, "argv", ["pcnet3d", "run", *map(str, words)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        code = ended.value.code
-        return (0 if code is None else int(code)), capsys.readouterr().err
+        done = pcnet3d("run", *words)
+        return done.returncode, done.stderr
 
     return run

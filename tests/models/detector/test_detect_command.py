@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from golden.films import pressing_ctrl_c
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.pipeline.files.atomic import whole_folder
 from pcnet3d.pipeline.files.detections import load_detections
@@ -109,14 +110,7 @@ def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypa
     words = (walk_film.path, "--detector", toy, "--recipe", quick)
     assert call(*words, "-o", tmp_path / "whole")[0] == 0
     shown = detect_video.images_ahead
-
-    def pressing(*asked):
-        for number, image in shown(*asked):
-            if number == 25:
-                signal.raise_signal(signal.SIGINT)
-            yield number, image
-
-    monkeypatch.setattr(detect_video, "images_ahead", pressing)
+    monkeypatch.setattr(detect_video, "images_ahead", pressing_ctrl_c(shown, 25))
     code, said = call(*words, "-o", tmp_path / "part")
     assert code == 130
     assert "Interrupted at frame 26 of 40; --resume continues from there." in said
@@ -126,9 +120,7 @@ def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypa
         assert len(poses["source"]) == 26
     monkeypatch.setattr(detect_video, "images_ahead", shown)
     assert call(*words, "-o", tmp_path / "part", "--resume")[0] == 0
-    with np.load(tmp_path / "part/poses.npz") as a, np.load(tmp_path / "whole/poses.npz") as b:
-        for name in b.files:
-            np.testing.assert_array_equal(a[name], b[name])
+    _same(tmp_path / "part", tmp_path / "whole")
     assert call(*words, "-o", tmp_path / "part", "--resume")[0] == 0  # nothing is left to detect
 
 
@@ -139,13 +131,7 @@ def test_interrupted_before_anybody_was_found(film, toys, toy, quick, tmp_path, 
     from pcnet3d.pipeline.running.run import run_files
 
     video = film([toys.scene(None)] * 5)
-    shown = detect_video.images_ahead
-
-    def pressing(*asked):
-        signal.raise_signal(signal.SIGINT)
-        yield from shown(*asked)
-
-    monkeypatch.setattr(detect_video, "images_ahead", pressing)
+    monkeypatch.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, 0))
     recipe = load_recipe(quick).with_options("detect", detector=str(toy))
     with pytest.raises(KeyboardInterrupt):
         run_files(RunOptions(video=video.path), tmp_path / "out", recipe)

@@ -3,7 +3,6 @@
 import hashlib
 import http.server
 import socket
-import sys
 import threading
 import zipfile
 from functools import partial
@@ -11,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from commands import pcnet3d
 from pcnet3d.models.common import download as networks
 from pcnet3d.models.common.download import MOVENET, Network
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.plugins.registry import open_model
 
 
@@ -96,11 +95,8 @@ def test_a_file_put_in_place_by_hand_is_taken(toy, tmp_path, monkeypatch):
     assert open_model("detectors", toy) == toy
 
 
-def test_networks_are_listed(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["pcnet3d", "list", "models"])
-    with pytest.raises(SystemExit):
-        main()
-    lines = capsys.readouterr().out.splitlines()
+def test_networks_are_listed():
+    lines = pcnet3d("list", "models").stdout.splitlines()
     (line,) = [line for line in lines if line.startswith("movenet ")]
     assert "Apache-2.0" in line
     assert MOVENET.sha256[:12] in line

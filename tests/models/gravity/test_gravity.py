@@ -18,8 +18,7 @@ from pcnet3d.models.gravity import (
     pool,
     take_up,
 )
-from pcnet3d.models.gravity.evidence import Evidence, about, of_image, radius_90
-from pcnet3d.models.gravity.lines import tangent
+from pcnet3d.models.gravity.evidence import Evidence, about, radius_90
 from pcnet3d.models.gravity.seen import of_frames
 from pcnet3d.models.gravity.votes import (
     OWN_LEAN_DEG,
@@ -31,7 +30,7 @@ from pcnet3d.models.gravity.votes import (
     pitch_roll_error_deg,
 )
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation
+from pcnet3d.pipeline.core.camera import pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.rotations import angle_deg, unit
 
 UP = np.array([0.0, -1.0, 0.0])  # of a camera that stands straight
@@ -307,18 +306,6 @@ def test_straight_down_or_up_no_direction_is_pitch_and_both_together_are_stated(
     straight, nearly = (fuse([bodies_say(each, 6.0)]) for each in (up, up_of(0.9999 * pitch)))
     np.testing.assert_allclose(straight.up, up, atol=1e-12)
     assert straight.error_deg == pytest.approx(nearly.error_deg, rel=1e-3)
-
-
-def test_an_image_keeps_the_roll_of_bodies_and_gives_the_pitch():
-    """Lines that tell pitch and roll equally well, two degrees away in both."""
-    bodies, image_up = up_of(12), up_of(14, 2)
-    plane = tangent(image_up)
-    look = Look(0, image_up, plane @ (np.radians(2.0) ** 2 * np.eye(2)) @ plane.T, 0.01)
-    sd = stated_deg(bodies, 5.0)
-    fused = fuse([bodies_say(bodies, 5.0), of_image(look)])
-    moved = (pitch_roll_deg(fused.up) - [12, 0]) / 2
-    np.testing.assert_allclose(moved, sd**2 / (sd**2 + 4), atol=0.02)
-    assert moved[0] > 0.75 > 0.55 > moved[1]
 
 
 def test_what_the_user_knows_is_enough_without_any_frame():

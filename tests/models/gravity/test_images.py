@@ -146,10 +146,7 @@ def heard(up, error_deg, time_s, looks, seams=()) -> TakeUp:
 def test_between_the_images_of_a_moving_camera_up_is_interpolated():
     time_s = np.arange(120) / 30
     true = ups(10 + 5 * time_s)
-    looks = [
-        (t, Look(int(30 * t), u, np.radians(0.6) ** 2 * np.eye(3), 0.004))
-        for t, u in zip(time_s[::10], true[::10], strict=True)
-    ]
+    looks = [*map(look, time_s[::10], true[::10])]
     found = heard(ups(18 + 5 * time_s), 7.0, time_s, looks)
     assert not found.notices
     inside = slice(0, 111)

@@ -95,7 +95,7 @@ def test_at_the_end_it_says_what_the_whole_take_says(fps, name):
 @pytest.mark.data
 def test_on_real_lifted_takes_too(data):
     inside = []
-    for take in islice(lifted_takes("val", folder=data), 5):
+    for take in islice(lifted_takes("val"), 5):
         joints, time_s = take.lifted.joints[:150].astype(float), take.lifted.times[:150]
         rectifier = load_rectifier("pcnet")
         frames = answers(LiveRectifier(rectifier), joints, time_s)

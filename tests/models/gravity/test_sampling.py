@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.gravity import take_rotation
 from pcnet3d.pipeline.core.canonical import R_world_from_body
@@ -37,16 +38,7 @@ class Knowing:
 def turning(frames: int, deg_per_s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Joints (T, 17, 3) of a body that turns in front of a level camera, their times, and R_camera_from_body."""
     time_s = np.arange(frames) / FPS
-    heading = np.radians(deg_per_s * time_s)
-    zero, one = np.zeros(frames), np.ones(frames)
-    turn = np.array(
-        [
-            [np.cos(heading), -np.sin(heading), zero],
-            [np.sin(heading), np.cos(heading), zero],
-            [zero, zero, one],
-        ]
-    )
-    R_world_from_own = np.moveaxis(turn, -1, 0)
+    R_world_from_own = Rotation.from_euler("z", deg_per_s * time_s[:, None], degrees=True).as_matrix()
     body = np.zeros((17, 3))
     for name, place in TORSO.items():
         body[H36M17.index(name)] = place
@@ -78,8 +70,7 @@ def test_frames_between_follow_a_turn_that_the_joints_show() -> None:
 
 def test_what_the_rectifier_knows_better_of_the_heading_is_kept() -> None:
     joints, time_s, R = turning(LONG, 40.0)
-    c, s = np.cos(np.radians(20.0)), np.sin(np.radians(20.0))
-    better = R @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    better = R @ Rotation.from_euler("z", 20, degrees=True).as_matrix()
     found, _ = take_rotation(Knowing(better), joints, time_s)
     assert np.max(geodesic_deg(found, better)) < 1e-4
 

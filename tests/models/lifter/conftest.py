@@ -1,11 +1,11 @@
 """Tiny ONNX networks with the shapes of public lifters, whose answers are known."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import commands
 from golden.bodies import feet_of
 from golden.lifters import MARKER_COLOURS
 from pcnet3d.examples.walker.camera import side_camera
@@ -13,7 +13,6 @@ from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lifter import images
 from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence
-from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.layouts import COCO17, COCO23, FEET, MHR70
 from pcnet3d.pipeline.reading.load import read_video
@@ -252,14 +251,12 @@ def coco(swaying):
 
 
 @pytest.fixture
-def pcnet3d(monkeypatch, capsys):
+def pcnet3d():
     """pcnet3d(*arguments) -> exit code, stderr."""
 
     def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["pcnet3d", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        return ended.value.code, capsys.readouterr().err
+        done = commands.pcnet3d(*arguments)
+        return done.returncode, done.stderr
 
     return run
 

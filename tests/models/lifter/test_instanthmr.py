@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from golden.crops import FOCAL, SIZE, box_of, keypoints_of, mhr, placed, projected, shown
+from golden.crops import FOCAL, SIZE, box_of, keypoints_of, lifted_by, mhr, placed, projected, shown
 from pcnet3d.models import load_lifter
 from pcnet3d.models.lifter.features import ray_rotation
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, remap, rotate
 from pcnet3d.pipeline.core.intrinsics import Intrinsics
 from pcnet3d.pipeline.core.layouts import COCO23, FEET, MHR70
-from pcnet3d.pipeline.core.lifted import ToLift
 
 
 @pytest.mark.parametrize("kind", ["rtmw3d", "instanthmr"])
@@ -26,10 +25,7 @@ def test_flip_takes_out_what_a_network_prefers_on_one_side(request, body, showin
         points[MHR70.index("l_wrist"), 0] += 0.2
     lifter = load_lifter(request.getfixturevalue(kind)(points))
     straight, fair = (
-        lifter.lift(ToLift(keypoints_of(pixels[None]), SIZE, FOCAL, flip, video))
-        .noted()
-        .joints[0]
-        .astype(float)
+        lifted_by(lifter, keypoints_of(pixels[None]), SIZE, FOCAL, flip, video).joints[0].astype(float)
         for flip in (False, True)
     )
     left, right = H36M17.indices(("l_wrist", "r_wrist"))
@@ -44,7 +40,7 @@ def test_instanthmr_gives_body_and_place_back(instanthmr, body, showing, video):
     pixels = np.tile(projected(placed(body, 0.5, 0, 4)), (3, 1, 1))
     diagonal = float(np.hypot(*SIZE))
     lifter = load_lifter(instanthmr(mhr(body), (0.5, 0.1, 4.0)))
-    lifted = lifter.lift(ToLift(keypoints_of(pixels), SIZE, diagonal, video=video)).noted()
+    lifted = lifted_by(lifter, keypoints_of(pixels), SIZE, diagonal, video=video)
     expected = remap(PoseSequence(mhr(body)[None], MHR70, CAMERA))
     expected = expected.joints - expected.joint("pelvis")[:, None]
     others = np.delete(np.arange(17), H36M17.index("nose"))
@@ -66,9 +62,7 @@ def test_another_focal_length_turns_the_body_and_moves_it_along(instanthmr, body
     diagonal = float(np.hypot(*SIZE))
     pixels = projected(placed(body, 1.0, 0.0, 4.0))[None]
     lifter = load_lifter(instanthmr(mhr(body), (1.0, 0.0, 4.0)))
-    own, far = (
-        lifter.lift(ToLift(keypoints_of(pixels), SIZE, f * diagonal, video=video)).noted() for f in (1, 2)
-    )
+    own, far = (lifted_by(lifter, keypoints_of(pixels), SIZE, f * diagonal, video=video) for f in (1, 2))
     assert_allclose(far.root, own.root * [1, 1, 2], atol=1e-5)
     middle, _ = box_of(pixels)
     middle /= diagonal
@@ -89,20 +83,14 @@ def test_instanthmr_s_place_is_straightened_as_its_body_is(instanthmr, body, sho
     diagonal = float(np.hypot(*SIZE))
     seen = np.append((filmed[-1] - np.array(SIZE) / 2) / diagonal, 1) * truth[2] * diagonal / FOCAL
     lifter = load_lifter(instanthmr(mhr(body), seen))
-    lifted = lifter.lift(
-        ToLift(keypoints_of(filmed[None, :-1]), SIZE, FOCAL, video=video, intrinsics=lens)
-    ).noted()
+    lifted = lifted_by(lifter, keypoints_of(filmed[None, :-1]), SIZE, FOCAL, video=video, intrinsics=lens)
     assert_allclose(lifted.root, [truth], atol=1e-4)
 
 
 def test_without_a_focal_length_instanthmr_s_place_is_not_believed(instanthmr, body, showing, video):
     showing([np.zeros((SIZE[1], SIZE[0], 3), np.uint8)])
     pixels = projected(placed(body, 0, 0, 4))[None]
-    lifted = (
-        load_lifter(instanthmr(mhr(body), (0, 0, 4.0)))
-        .lift(ToLift(keypoints_of(pixels), SIZE, video=video))
-        .noted()
-    )
+    lifted = lifted_by(instanthmr(mhr(body), (0, 0, 4.0)), keypoints_of(pixels), SIZE, video=video)
     assert lifted.root is None
     assert not lifted.history[-1].options["focal_known"]
 
@@ -114,7 +102,7 @@ def test_instanthmr_is_told_where_the_box_is(instanthmr, body, showing, video, a
     showing([image])
     pixels = projected(placed(body, 0.8, 0.3, 4.0))[None]
     path = instanthmr(np.zeros((70, 3)), metadata={"cliff_focal": "true"} if angles else {})
-    lifted = load_lifter(path).lift(ToLift(keypoints_of(pixels), SIZE, FOCAL, video=video)).noted()
+    lifted = lifted_by(path, keypoints_of(pixels), SIZE, FOCAL, video=video)
     middle, side = box_of(pixels)
     side *= 1.2
     told = [*(2 * middle / SIZE), side / SIZE[0] * FOCAL / np.hypot(*SIZE)]  # the last one as a depth
@@ -128,10 +116,6 @@ def test_instanthmr_sees_the_crop_as_imagenet_has_it(instanthmr, body, showing, 
     grey = 90
     showing([np.full((SIZE[1], SIZE[0], 3), grey, np.uint8)])
     pixels = projected(placed(body, 0, 0, 6.0))[None]
-    lifted = (
-        load_lifter(instanthmr(np.zeros((70, 3)), (0, 0, 6.0)))
-        .lift(ToLift(keypoints_of(pixels), SIZE, video=video))
-        .noted()
-    )
+    lifted = lifted_by(instanthmr(np.zeros((70, 3)), (0, 0, 6.0)), keypoints_of(pixels), SIZE, video=video)
     mean = np.mean((grey / 255 - np.array([0.485, 0.456, 0.406])) / [0.229, 0.224, 0.225])
     assert_allclose(lifted.joint("nose")[0], (0, 0, mean), atol=0.01)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from golden.crops import FOCAL, SIZE, keypoints_of, placed, projected, shown
+from golden.crops import FOCAL, SIZE, keypoints_of, lifted_by, placed, projected, shown
 from golden.films import noting, pressing_ctrl_c
 from pcnet3d.models import load_lifter
 from pcnet3d.models.lifter import images
@@ -80,7 +80,7 @@ def test_rtmw3d_gives_the_body_back(markers, body, showing, video):
     truth = body + places[:, None]
     showing([shown(pixels) for pixels in projected(truth)])
     keypoints = keypoints_of(projected(truth))
-    lifted = load_lifter(markers(body[:, 2])).lift(ToLift(keypoints, SIZE, FOCAL, video=video)).noted()
+    lifted = lifted_by(markers(body[:, 2]), keypoints, SIZE, FOCAL, video=video)
     expected = remap(PoseSequence(truth, COCO23, CAMERA))
     expected = expected.joints - expected.joint("pelvis")[:, None]
     assert np.linalg.norm(lifted.joints - expected, axis=-1).max() < 0.06  # a crop's pixel is up to 1.5 cm
@@ -102,11 +102,7 @@ def test_rtmw3d_s_body_projects_onto_its_joints(markers, body, showing, video, p
     """Wherever it stands: some place before the camera puts all of its joints on their pixels."""
     pixels = projected(placed(body, *place))
     showing([shown(pixels)])
-    lifted = (
-        load_lifter(markers(body[:, 2]))
-        .lift(ToLift(keypoints_of(pixels[None]), SIZE, FOCAL, video=video))
-        .noted()
-    )
+    lifted = lifted_by(markers(body[:, 2]), keypoints_of(pixels[None]), SIZE, FOCAL, video=video)
     assert lifted.history[-1].options["focal_known"]
     names = [name for name in COCO23.joints if name in H36M17]
     joints = lifted.joints[0, H36M17.indices(names)].astype(float)
@@ -124,9 +120,7 @@ def test_rtmw3d_s_body_projects_onto_its_joints(markers, body, showing, video, p
 def test_without_a_focal_length_the_bearing_is_told(markers, body, showing, video):
     pixels = projected(placed(body, 1.2, 0.0, 4.0))
     showing([shown(pixels)])
-    lifted = (
-        load_lifter(markers(body[:, 2])).lift(ToLift(keypoints_of(pixels[None]), SIZE, video=video)).noted()
-    )
+    lifted = lifted_by(markers(body[:, 2]), keypoints_of(pixels[None]), SIZE, video=video)
     said = lifted.history[-1].options
     assert not said["focal_known"]
     assert said["bearing_deg"][0] == pytest.approx(np.degrees(np.arctan(0.3 * FOCAL / SIZE[0])), abs=1)
@@ -142,9 +136,9 @@ def test_distorted_images_are_straightened(markers, body, showing, video):
     filmed = cv2.projectPoints(truth, np.zeros(3), np.zeros(3), matrix, np.array(lens.distortion))[0][:, 0]
     lifter = load_lifter(markers(body[:, 2]))
     showing([shown(filmed)])
-    found = lifter.lift(ToLift(keypoints_of(filmed[None]), SIZE, FOCAL, video=video, intrinsics=lens)).noted()
+    found = lifted_by(lifter, keypoints_of(filmed[None]), SIZE, FOCAL, video=video, intrinsics=lens)
     showing([shown(projected(truth))])
-    ideal = lifter.lift(ToLift(keypoints_of(projected(truth)[None]), SIZE, FOCAL, video=video)).noted()
+    ideal = lifted_by(lifter, keypoints_of(projected(truth)[None]), SIZE, FOCAL, video=video)
     assert np.linalg.norm(found.joints - ideal.joints, axis=-1).max() < 0.04
 
 
@@ -154,9 +148,7 @@ def test_nobody_in_the_image_is_a_counted_gap(markers, body, showing, video):
     images[2] = np.zeros_like(images[0])
     images[4] = shown(pixels[0], ("r_elbow",))
     showing(images)
-    lifted = (
-        load_lifter(markers(body[:, 2])).lift(ToLift(keypoints_of(pixels), SIZE, FOCAL, video=video)).noted()
-    )
+    lifted = lifted_by(markers(body[:, 2]), keypoints_of(pixels), SIZE, FOCAL, video=video)
     missing = np.isnan(lifted.joints).any(axis=-1)
     assert missing[2].all()
     assert missing[4].tolist() == [joint == "r_elbow" for joint in H36M17.joints]
@@ -169,9 +161,7 @@ def test_frames_without_keypoints_are_not_looked_at(markers, body, showing, vide
     pixels = np.tile(projected(placed(body, 0, 0, 4)), (40, 1, 1))
     showing([shown(pixels[0])] * 40)
     pixels[10:30] = np.nan
-    lifted = (
-        load_lifter(markers(body[:, 2])).lift(ToLift(keypoints_of(pixels), SIZE, FOCAL, video=video)).noted()
-    )
+    lifted = lifted_by(markers(body[:, 2]), keypoints_of(pixels), SIZE, FOCAL, video=video)
     assert np.flatnonzero(np.isnan(lifted.joints).all(axis=(1, 2))).tolist() == list(range(10, 30))
     assert lifted.history[-1].options["frames_without_joints"] == 20
 
@@ -180,9 +170,7 @@ def test_a_body_that_is_deeper_than_long_has_no_scale(rtmw3d, body, showing, vid
     points = np.column_stack([np.full((23, 2), 0.5), 10 * body[:, 2]])
     pixels = projected(placed(body, 0, 0, 4))
     showing([shown(pixels)])
-    lifted = (
-        load_lifter(rtmw3d(points)).lift(ToLift(keypoints_of(pixels[None]), SIZE, FOCAL, video=video)).noted()
-    )
+    lifted = lifted_by(rtmw3d(points), keypoints_of(pixels[None]), SIZE, FOCAL, video=video)
     assert np.isnan(lifted.joints).all()
     assert lifted.history[-1].options["frames_without_scale"] == 1
 
@@ -230,14 +218,14 @@ def test_interrupted_and_taken_up_again_is_bitwise_the_same(
 ):
     lifter, frames, keypoints = long_take
     showing(frames)
-    whole = lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video)).noted()
+    whole = lifted_by(lifter, keypoints, SIZE, FOCAL, video=video)
     given, asked = images.images_ahead, []
     monkeypatch.setattr(images, "images_ahead", pressing_ctrl_c(given, stop))
     with pytest.raises(KeyboardInterrupt):
         lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video, checkpoint=tmp_path / "part.npz"))
     assert load_answers(tmp_path / "part.npz").looked == stop + 1
     monkeypatch.setattr(images, "images_ahead", noting(given, asked))
-    resumed = lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video, resume=tmp_path / "part.npz")).noted()
+    resumed = lifted_by(lifter, keypoints, SIZE, FOCAL, video=video, resume=tmp_path / "part.npz")
     assert asked == list(range(stop + 1, 30))
     np.testing.assert_array_equal(resumed.joints, whole.joints)
     np.testing.assert_array_equal(resumed.confidence, whole.confidence)
@@ -247,7 +235,7 @@ def test_interrupted_and_taken_up_again_is_bitwise_the_same(
 def test_answers_of_another_lift_count_for_nothing(long_take, showing, video, tmp_path):
     lifter, frames, keypoints = long_take
     showing(frames)
-    whole = lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video)).noted()
+    whole = lifted_by(lifter, keypoints, SIZE, FOCAL, video=video)
     part = tmp_path / "part.npz"
     lifter.lift(ToLift(keypoints, SIZE, FOCAL, flip=True, video=video, checkpoint=part))
     again = lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video, resume=part)).poses
@@ -281,7 +269,7 @@ def test_images_are_let_go_of(long_take, monkeypatch, video):
             most.append(sum(ref() is not None for ref in held))
 
     monkeypatch.setattr(images, "images_ahead", given)
-    lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video)).noted()
+    lifted_by(lifter, keypoints, SIZE, FOCAL, video=video)
     assert max(most) <= 2
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from commands import recipe_of
 from golden.films import noting, pressing_ctrl_c
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_files
@@ -49,10 +50,8 @@ def make(facing_camera, rtmw3d, instanthmr):
 @pytest.fixture
 def quick(tmp_path):
     """A recipe without recording and report."""
-    path = tmp_path / "quick.toml"
     stages = ("lift", "clean", "scale", "rectify", "trajectories", "export")
-    path.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages))
-    return path
+    return recipe_of(tmp_path / "quick.toml", *stages)
 
 
 @pytest.fixture

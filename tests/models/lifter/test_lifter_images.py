@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from golden.crops import lifted_by
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
@@ -11,7 +12,6 @@ from pcnet3d.models import load_lifter
 from pcnet3d.models.lifter.blazepose import crops_around
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, remap
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, FEET
-from pcnet3d.pipeline.core.lifted import ToLift
 from pcnet3d.pipeline.core.rotations import geodesic_deg, kabsch
 from pcnet3d.pipeline.reading.load import read_video
 from pcnet3d.pipeline.reading.settings import RunOptions
@@ -69,7 +69,7 @@ def test_a_turned_image_gives_the_same_crop(upright):
 
 
 def test_landmarks_become_the_17_joints_about_the_pelvis(landmarks, take):
-    lifted = load_lifter(landmarks(WORLD)).lift(ToLift(take.keypoints, (640, 360), video=take.video)).noted()
+    lifted = lifted_by(landmarks(WORLD), take.keypoints, (640, 360), video=take.video)
     expected = remap(PoseSequence(WORLD[None], BLAZEPOSE33, CAMERA)).joints[0]
     nose = H36M17.index("nose")
     others = np.delete(np.arange(17), [nose])
@@ -88,18 +88,14 @@ def test_landmarks_become_the_17_joints_about_the_pelvis(landmarks, take):
 
 
 def test_where_nobody_is_seen_the_pose_is_missing_and_counted(landmarks, take):
-    lifted = (
-        load_lifter(landmarks(WORLD, person=0.2))
-        .lift(ToLift(take.keypoints, (640, 360), video=take.video))
-        .noted()
-    )
+    lifted = lifted_by(landmarks(WORLD, person=0.2), take.keypoints, (640, 360), video=take.video)
     assert np.isnan(lifted.joints).all()
     assert lifted.history[-1].options["frames_without_person"] == len(lifted)
 
 
 def test_flip_averages_with_the_mirrored_landmarks(landmarks, take):
     lifter = load_lifter(landmarks(WORLD))
-    lifted = lifter.lift(ToLift(take.keypoints, (640, 360), flip=True, video=take.video)).noted()
+    lifted = lifted_by(lifter, take.keypoints, (640, 360), flip=True, video=take.video)
     width = np.linalg.norm(lifted.joint("l_hip") - lifted.joint("r_hip"), axis=-1)
     hips = WORLD[BLAZEPOSE33.indices(("l_hip", "r_hip")), 0]
     assert_allclose(width, abs(hips[0] - hips[1]), atol=1e-4)  # their heights and depths became the same
@@ -107,7 +103,7 @@ def test_flip_averages_with_the_mirrored_landmarks(landmarks, take):
 
 def test_without_a_video_it_is_refused(landmarks, take):
     with refused("needs-input"):
-        load_lifter(landmarks(WORLD)).lift(ToLift(take.keypoints, (640, 360))).noted()
+        lifted_by(landmarks(WORLD), take.keypoints, (640, 360))
 
 
 @pytest.mark.data
@@ -123,11 +119,7 @@ def test_the_real_network_agrees_with_its_stored_answers(data, clip, file, mm, d
     confidence = np.clip(found[rows, :, 2], 0, 1)
     keypoints = PoseSequence(found[rows, :, :2], COCO17, IMAGE, confidence=confidence, frame_index=rows)
     lifter = load_lifter(str(data / "models" / "pose_landmark_lite.onnx"))
-    ours = (
-        lifter.lift(ToLift(keypoints, tuple(map(int, size)), video=read_video(data / "video" / file)))
-        .noted()
-        .joints
-    )
+    ours = lifted_by(lifter, keypoints, tuple(map(int, size)), video=read_video(data / "video" / file)).joints
     theirs = remap(PoseSequence(world[rows], BLAZEPOSE33, CAMERA)).joints
     theirs = theirs - theirs[:, :1]
     assert 1000 * np.median(np.linalg.norm(ours - theirs, axis=-1)) < mm

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from golden.crops import lifted_by
 from pcnet3d.models import load_lifter
 from pcnet3d.models.lifter.crop_rays import from_ray
 from pcnet3d.models.lifter.features import ray_rotation
 from pcnet3d.models.lifter.sequence import SequenceLifter
 from pcnet3d.pipeline import H36M17, InputError, remap
 from pcnet3d.pipeline.core.layouts import COCO17, HALPE26
-from pcnet3d.pipeline.core.lifted import ToLift
 from pcnet3d.pipeline.core.rotations import rotate
 from refusals import refused
 
@@ -25,7 +25,7 @@ def relative(pixels):
 
 def test_motionbert_s_crop_comes_back_as_x_and_y(per_frame, swaying):
     keypoints = swaying(60, confidence=np.full((60, 17), 0.5))
-    lifted = load_lifter(per_frame(FLAT)).lift(ToLift(keypoints, SIZE)).noted()
+    lifted = lifted_by(per_frame(FLAT), keypoints, SIZE)
     side = np.ptp(keypoints.joints.reshape(-1, 2), axis=0).max()
     assert_allclose(lifted.joints[..., :2], relative(keypoints.joints) / (side / 2), atol=1e-4)
     assert_allclose(lifted.joints[..., 2], 0, atol=1e-6)
@@ -46,8 +46,8 @@ def test_a_fixed_window_answers_takes_of_any_length_alike(per_frame, swaying, fr
     for length in (1, 26, 300):
         keypoints = swaying(length)
         assert_allclose(
-            fixed.lift(ToLift(keypoints, SIZE)).noted().joints,
-            open_lifter.lift(ToLift(keypoints, SIZE)).noted().joints,
+            lifted_by(fixed, keypoints, SIZE).joints,
+            lifted_by(open_lifter, keypoints, SIZE).joints,
             atol=1e-5,
         )
 
@@ -58,7 +58,7 @@ def test_videopose3d_s_receptive_field_is_found_and_padded(convolution, swaying,
     lifter = load_lifter(path, "videopose3d")
     assert (lifter.span.window, lifter.span.field) == (frames, field)
     keypoints = swaying(70)
-    lifted = lifter.lift(ToLift(keypoints, SIZE)).noted()
+    lifted = lifted_by(lifter, keypoints, SIZE)
     x = (keypoints.joints.reshape(70, 34) - np.tile([960, 540], 17)) / 960
     before = (field - 1) // 2
     padded = np.pad(x, [(before, field - 1 - before), (0, 0)], mode="edge")
@@ -71,20 +71,20 @@ def test_videopose3d_s_receptive_field_is_found_and_padded(convolution, swaying,
 def test_videopose3d_on_coco_joints(per_frame, coco):
     """The network sees COCO's order; what it answers is taken for Human3.6M's."""
     lifter = load_lifter(per_frame([[1, 0, 0], [0, 1, 0]]), "videopose3d-coco")
-    lifted = lifter.lift(ToLift(coco, SIZE)).noted()
+    lifted = lifted_by(lifter, coco, SIZE)
     assert_allclose(lifted.joints[..., :2], relative(coco.joints) / 960, atol=1e-5)
     halpe = remap(coco, COCO17)
     assert lifted.layout == H36M17
     with refused("wrong-content"):
-        lifter.lift(ToLift(remap(halpe, H36M17), SIZE)).noted()
+        lifted_by(lifter, remap(halpe, H36M17), SIZE)
 
 
 def test_detectors_joints_are_remapped(per_frame, swaying):
     keypoints = swaying(30, HALPE26)
     lifter = load_lifter(per_frame(DEPTH))
     assert_allclose(
-        lifter.lift(ToLift(keypoints, SIZE)).noted().joints,
-        lifter.lift(ToLift(remap(keypoints), SIZE)).noted().joints,
+        lifted_by(lifter, keypoints, SIZE).joints,
+        lifted_by(lifter, remap(keypoints), SIZE).joints,
         atol=1e-6,
     )
 
@@ -94,9 +94,9 @@ def test_flip_takes_out_what_a_network_prefers_on_one_side(per_frame, swaying):
     bias[H36M17.index("l_wrist"), 0] = 0.3  # always too far to the right
     keypoints = swaying(20)
     biased = load_lifter(per_frame(FLAT, bias))
-    fair = load_lifter(per_frame(FLAT, name="fair.onnx")).lift(ToLift(keypoints, SIZE)).noted().joints
-    assert np.abs(biased.lift(ToLift(keypoints, SIZE)).noted().joints - fair).max() > 0.2
-    flipped = biased.lift(ToLift(keypoints, SIZE, flip=True)).noted().joints
+    fair = lifted_by(per_frame(FLAT, name="fair.onnx"), keypoints, SIZE).joints
+    assert np.abs(lifted_by(biased, keypoints, SIZE).joints - fair).max() > 0.2
+    flipped = lifted_by(biased, keypoints, SIZE, flip=True).joints
     wrists = H36M17.indices(("l_wrist", "r_wrist"))
     assert_allclose(flipped[:, wrists, 0] - fair[:, wrists, 0], [[0.15, -0.15]] * 20, atol=1e-5)
 
@@ -106,7 +106,7 @@ def test_missing_joints_get_no_confidence_and_are_counted(per_frame, swaying):
     pixels = keypoints.joints.copy()
     wrist = H36M17.index("l_wrist")
     pixels[10:20, wrist] = np.nan
-    lifted = load_lifter(per_frame(DEPTH)).lift(ToLift(keypoints.with_(joints=pixels), SIZE)).noted()
+    lifted = lifted_by(per_frame(DEPTH), keypoints.with_(joints=pixels), SIZE)
     depth = lifted.joints[:, wrist, 2]
     assert_allclose(depth[10:20], -1)  # the pelvis has the confidence 1
     assert_allclose(np.delete(depth, np.s_[10:20]), 0)
@@ -116,7 +116,7 @@ def test_missing_joints_get_no_confidence_and_are_counted(per_frame, swaying):
 def test_two_seconds_without_anybody_are_missing(per_frame, swaying):
     pixels = swaying(120).joints.copy()
     pixels[40:100] = np.nan
-    lifted = load_lifter(per_frame(FLAT)).lift(ToLift(swaying(pixels=pixels), SIZE)).noted()
+    lifted = lifted_by(per_frame(FLAT), swaying(pixels=pixels), SIZE)
     missing = np.isnan(lifted.joints).all(axis=(1, 2))
     assert_allclose(np.flatnonzero(missing), np.arange(40, 100))
     assert lifted.history[-1].options["frames_without_joints"] == 60
@@ -136,8 +136,8 @@ def test_a_crop_s_answer_is_turned_by_the_ray_when_the_focal_length_is_known(per
     keypoints = swaying(5)
     lifter = load_lifter(per_frame(DEPTH))
     straight, turned = (
-        lifter.lift(ToLift(keypoints, SIZE)).noted(),
-        lifter.lift(ToLift(keypoints, SIZE, focal_px=800.0)).noted(),
+        lifted_by(lifter, keypoints, SIZE),
+        lifted_by(lifter, keypoints, SIZE, focal_px=800.0),
     )
     said = straight.history[-1].options
     least, most = said["bearing_deg"]
@@ -150,7 +150,7 @@ def test_a_crop_s_answer_is_turned_by_the_ray_when_the_focal_length_is_known(per
 
 def test_a_whole_image_s_answer_is_not_turned(per_frame, swaying):
     lifter = load_lifter(per_frame(FLAT), "motionbert-pixel")
-    a, b = (lifter.lift(ToLift(swaying(5), SIZE, focal_px=focal)).noted() for focal in (None, 800.0))
+    a, b = (lifted_by(lifter, swaying(5), SIZE, focal_px=focal) for focal in (None, 800.0))
     np.testing.assert_array_equal(a.joints, b.joints)
     assert "bearing_deg" not in a.history[-1].options
     assert_allclose(a.joints[..., :2], relative(swaying(5).joints) / 540, atol=1e-5)

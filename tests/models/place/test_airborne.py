@@ -234,10 +234,7 @@ def test_hops_that_are_too_brief_to_tell_make_a_count_at_least():
 @pytest.mark.parametrize("noise_px", [0.0, 3.0])
 def test_hops_that_are_too_brief_to_tell_are_not_denied(fps, noise_px):
     """A man hopped four times in two jumping jacks, and the page said that there were no jumps."""
-    time_s = np.arange(0, 5, 1 / fps)
-    world = standing() + np.tile(AT_M, (len(time_s), 1, 1))
-    world[..., 2] += rises(time_s, (1.5, 3.0), 0.05)[:, None]
-    take = filmed(world, time_s, noise_px)
+    take = filmed(*jumping(fps=fps, high_m=0.05), noise_px)
     found = airborne(take)
     assert found.flights == ()
     assert [round((begin + end) / 2, 1) for begin, end in found.brief] == [1.5, 3.0]

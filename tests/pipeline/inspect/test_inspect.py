@@ -4,12 +4,14 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from commands import pcnet3d
 from golden.films import film
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core import notices
+from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.inspect.inspect import _video_findings, inspect
 from pcnet3d.pipeline.signals.findings import depth_factor, row_findings
@@ -21,18 +23,9 @@ FRAMES, FPS = 90, 30
 AWAY = 2  # index of the axis
 
 
-def about_x(points, angle):
-    """(T, 3) turned about the camera's x axis; a positive angle swings what hangs down away from the camera."""
-    x, y, z = points.T
-    return np.stack(
-        [x, y * np.cos(angle) - z * np.sin(angle), y * np.sin(angle) + z * np.cos(angle)], axis=-1
-    )
-
-
-def about_y(points, angle):
-    cos, sin = np.cos(angle), np.sin(angle)
-    turn = np.array([[cos, 0 * cos, sin], [0 * cos, 0 * cos + 1, 0 * cos], [-sin, 0 * cos, cos]])
-    return np.einsum("abt,tjb->tja", turn, points)
+def about(axis, angle):
+    """(T,) turns about an axis of the camera; about x a positive one swings what hangs down away from the camera."""
+    return Rotation.from_euler(axis, angle[:, None])
 
 
 @pytest.fixture
@@ -49,11 +42,11 @@ def walker(facing_camera) -> np.ndarray:
             (("shoulder", "elbow", "wrist"), swing, swing - bend),
         ):
             top, middle, end = (f"{side}_{part}" for part in (top, middle, end))
-            joints[middle] = joints[top] + about_x(still[middle] - still[top], first)
-            joints[end] = joints[middle] + about_x(still[end] - still[middle], second)
+            joints[middle] = joints[top] + about("x", first).apply(still[middle] - still[top])
+            joints[end] = joints[middle] + about("x", second).apply(still[end] - still[middle])
     body = np.stack([joints[name] for name in H36M17.joints], axis=1)
     path = np.stack([0.2 * np.sin(t), 0.02 * np.sin(11 * t), 4 - 1.1 * t], axis=-1)
-    return about_y(body, 0.6 * np.sin(1.5 * t)) + path[:, None]
+    return rotate(about("y", 0.6 * np.sin(1.5 * t)).as_matrix(), body) + path[:, None]
 
 
 def saved(tmp_path, joints, **beside):

@@ -1,19 +1,17 @@
 """`--person all`: a run of each person in a folder of its own, all of it or none, and an index over them."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
 
-from golden.detections import AS_COCO
+from commands import pcnet3d, recipe_of
+from golden.detections import AS_COCO, detected, scored
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import InputError, cli
-from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.pipeline.files.atomic import SUMMARY
-from pcnet3d.pipeline.files.detections import Detections
 from pcnet3d.pipeline.files.viewer import find_recording
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
@@ -135,11 +133,6 @@ def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(done, mmpose, r
     assert (output / "1" / "notes.txt").exists()
 
 
-def test_a_stature_is_one_persons(mmpose, recipe, tmp_path):
-    with pytest.raises(InputError, match="one person"):
-        run_people(RunOptions(poses=mmpose(), fps=30, stature=1.7), tmp_path / "out", recipe)
-
-
 def test_what_is_told_reaches_a_run_by_a_given_recipe(mmpose, recipe, tmp_path):
     options = RunOptions(poses=mmpose(), fps=30, person="0", stature=1.7, camera="moving", no_frames=True)
     take = run_files(options, tmp_path / "out", recipe)
@@ -151,9 +144,9 @@ def test_what_is_told_reaches_a_run_by_a_given_recipe(mmpose, recipe, tmp_path):
         run_files(options.with_(also=("mp4",)), tmp_path / "out", recipe)
 
 
-def test_the_options_are_those_of_the_command(mmpose, tmp_path, monkeypatch):
+def test_the_options_are_those_of_the_command(mmpose, tmp_path):
     """A stature, a filter, a rectifier, a file more and stages less reach both, and what one person has is refused."""
-    (tmp_path / "short.toml").write_text("\n".join(f'[[stages]]\nuse = "{name}"' for name in STAGES))
+    recipe_of(tmp_path / "short.toml", *STAGES)
     options = RunOptions(
         poses=mmpose(), fps=30, recipe=tmp_path / "short.toml", person="0", stature=1.7,
         also=("csv",), pitch=25, roll=8, settings={"rectify.rectifier": "geometric", **SAVGOL},
@@ -163,9 +156,7 @@ def test_the_options_are_those_of_the_command(mmpose, tmp_path, monkeypatch):
     words += "".join(f"--set {place}={value} " for place, value in SAVGOL.items())
     words += "--also csv --set read.pitch=25 --set read.roll=8 --set rectify.rectifier=geometric "
     words += f"-o {tmp_path / 'command'}"
-    monkeypatch.setattr(sys, "argv", ["pcnet3d", "run", *words.split()])
-    with pytest.raises(SystemExit):
-        cli.main()
+    pcnet3d("run", *words.split())
     own, command = (json.loads((tmp_path / name / SUMMARY).read_text()) for name in ("python", "command"))
     assert own == command
     assert own["poses"]["unit"] == "m"
@@ -204,24 +195,10 @@ def test_people_of_two_scenes_share_no_level(recipe, tmp_path, cut):
     cameras = [
         aimed(walk.root.mean(axis=0), 6, heading_deg=90, pitch_deg=5, roll_deg=roll) for roll in (10, -10)
     ]
-    points = np.concatenate([camera.project(walk.world) for camera in cameras])[:, AS_COCO].astype(np.float32)
+    points = np.concatenate([camera.project(walk.world) for camera in cameras])[:, AS_COCO]
     frames, each = np.arange(len(points)), len(walk)
-    Detections(
-        frame_index=frames,
-        time_s=frames / 30,
-        person=frames // each,
-        joints=points,
-        confidence=np.full(points.shape[:2], 0.9, np.float32),
-        box=np.concatenate([points.min(axis=1), points.max(axis=1)], axis=1),
-        cuts=np.array([each] if cut else [], np.int64),
-        thumbnail=np.zeros((0, 0), np.uint8),
-        frames=len(frames),
-        frames_seen=len(frames),
-        layout=COCO17.name,
-        method="movenet@0",
-        source="",
-        damaged=np.zeros(0, np.int64),
-    ).save(tmp_path / "keypoints.npz")
+    found = detected(frames, scored(points), frames // each, [each] if cut else [])
+    found.save(tmp_path / "keypoints.npz")
     options = RunOptions(keypoints=tmp_path / "keypoints.npz", image_size=(640, 360))
     lifting = Recipe(stages=(StageEntry(use="lift"), *recipe.stages))
     lifting = lifting.with_options("rectify", rectifier="pcnet")
@@ -238,28 +215,16 @@ def test_people_of_two_scenes_share_no_level(recipe, tmp_path, cut):
         assert all(angle_deg(up, camera.up) < 6 for up, camera in zip(ups, cameras, strict=True))
 
 
-def test_the_command(mmpose, tmp_path, monkeypatch, capsys):
+def test_the_command(mmpose, tmp_path):
     output = tmp_path / "out"
-    stages = "\n".join(f'[[stages]]\nuse = "{name}"' for name in STAGES)
-    (tmp_path / "short.toml").write_text(stages)
-    command = ["pcnet3d", "run", "--poses", str(mmpose(ghost=3)), "--fps", "30", "--person", "all"]
-    command += [
-        "--set",
-        "rectify.rectifier=geometric",
-        "--recipe",
-        str(tmp_path / "short.toml"),
-        "-o",
-        str(output),
-    ]
-    monkeypatch.setattr(sys, "argv", command)
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    assert ended.value.code == 0
-    said = capsys.readouterr()
-    assert "person 2 was left out: seen in 3 frames" in said.err
-    assert "note: person 0: " in said.err
-    assert f"{output}: 0, 1, summary.json" in said.out
-    ends = [line.partition(": ")[0] for line in said.out.splitlines()[-4:]]
+    recipe = recipe_of(tmp_path / "short.toml", *STAGES)
+    words = ("--person", "all", "--set", "rectify.rectifier=geometric", "--recipe", recipe, "-o", output)
+    said = pcnet3d("run", "--poses", mmpose(ghost=3), "--fps", 30, *words)
+    assert said.returncode == 0
+    assert "person 2 was left out: seen in 3 frames" in said.stderr
+    assert "note: person 0: " in said.stderr
+    assert f"{output}: 0, 1, summary.json" in said.stdout
+    ends = [line.partition(": ")[0] for line in said.stdout.splitlines()[-4:]]
     assert ends == ["person 0", "person 0", "person 1", "person 1"]
     (output / "0" / "take.rrd").write_bytes(b"")
     with refused("choose-entry"):

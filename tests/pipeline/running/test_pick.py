@@ -1,37 +1,23 @@
 """`pcnet3d run --person pick`: a sheet of everybody, under the names that --person takes."""
 
-import sys
-
 import numpy as np
 import pytest
 
+from commands import pcnet3d
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.inspect.contact_sheet import MOST, Shown, draw_people
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 
 
 @pytest.fixture
-def pick(tmp_path, monkeypatch, capsys):
+def pick(tmp_path):
     """pick(*words): exit code, lines of stdout, stderr, and what is in the output's folder."""
 
     def call(*words):
         (tmp_path / "here").mkdir(exist_ok=True)
-        command = [
-            "pcnet3d",
-            "run",
-            *map(str, words),
-            "--person",
-            "pick",
-            "-o",
-            str(tmp_path / "here" / "out"),
-        ]
-        monkeypatch.setattr(sys, "argv", command)
-        with pytest.raises(SystemExit) as ended:
-            main()
-        said = capsys.readouterr()
-        return ended.value.code or 0, said.out.splitlines(), said.err, list((tmp_path / "here").iterdir())
+        done = pcnet3d("run", *words, "--person", "pick", "-o", tmp_path / "here" / "out")
+        return done.returncode, done.stdout.splitlines(), done.stderr, list((tmp_path / "here").iterdir())
 
     return call
 

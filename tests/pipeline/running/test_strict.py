@@ -1,14 +1,13 @@
 """`pcnet3d run --strict`: an exit code that says how far a run can be trusted."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
 
+from commands import pcnet3d, recipe_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline.cli import main
 
 
 @pytest.fixture(scope="module")
@@ -40,23 +39,17 @@ def _short(joints):
 
 
 @pytest.fixture
-def run(joints, tmp_path, monkeypatch, capsys):
+def run(joints, tmp_path):
     """run(change, *words): exit code, the line about trust and the folder."""
 
     def call(change, *words: str):
         np.save(tmp_path / "poses.npy", change(joints.copy()))
-        recipe = tmp_path / "quick.toml"
-        recipe.write_text(
-            '[[stages]]\nuse = "rectify"\n[[stages]]\nuse = "trajectories"\n[[stages]]\nuse = "export"\n'
-        )
+        recipe = recipe_of(tmp_path / "quick.toml", "rectify", "trajectories", "export")
         out = tmp_path / "out"
         given = ["--poses", tmp_path / "poses.npy", "--adapter", "videopose3d", "--fps", 30, "-o", out]
-        monkeypatch.setattr(sys, "argv", ["pcnet3d", "run", *map(str, given), f"--recipe={recipe}", *words])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        said = capsys.readouterr()
-        assert out.is_dir(), said.err
-        return ended.value.code or 0, said.out.splitlines()[-2], out
+        done = pcnet3d("run", *given, f"--recipe={recipe}", *words)
+        assert out.is_dir(), done.stderr
+        return done.returncode, done.stdout.splitlines()[-2], out
 
     return call
 
@@ -64,7 +57,7 @@ def run(joints, tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("change", "code"), [(_as_it_is, 0), (_repeated, 3), (_flat, 4), (_lying, 3), (_short, 4)]
 )
-def test_strict_tells_by_the_exit_code_and_without_it_the_result_does(run, change, code, monkeypatch):
+def test_strict_tells_by_the_exit_code_and_without_it_the_result_does(run, change, code):
     ended, last, out = run(change, "--strict", "--set=read.handedness=ignore")
     assert ended == code
     assert code == 0 or last.endswith(f"(exit code {code}, as --strict asks)")
@@ -78,10 +71,7 @@ def test_strict_tells_by_the_exit_code_and_without_it_the_result_does(run, chang
 
 
 @pytest.mark.parametrize("change", [_as_it_is, _repeated, _flat])
-def test_the_code_is_the_one_of_inspect(run, change, monkeypatch, tmp_path):
+def test_the_code_is_the_one_of_inspect(run, change, tmp_path):
     ended, _, _ = run(change, "--strict", "--set=read.handedness=ignore")
-    file = str(tmp_path / "poses.npy")
-    monkeypatch.setattr(sys, "argv", ["pcnet3d", "inspect", file, "--adapter", "videopose3d"])
-    with pytest.raises(SystemExit) as inspected:
-        main()
-    assert inspected.value.code == ended
+    inspected = pcnet3d("inspect", tmp_path / "poses.npy", "--adapter", "videopose3d")
+    assert inspected.returncode == ended

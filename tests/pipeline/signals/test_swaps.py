@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from commands import pcnet3d
+from commands import pcnet3d, recipe_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
@@ -280,9 +280,7 @@ def test_keypoints_are_put_right_before_they_are_lifted(tmp_path):
 
 def test_the_command_line_repairs_counts_and_refuses_other_words(tmp_path, poses):
     file = saved(tmp_path / "poses.npz", spoilt(poses, "legs exchanged", first=60, last=69))
-    recipe = tmp_path / "recipe.toml"
-    stages = ("clean", "rectify", "trajectories", "export")
-    recipe.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages))
+    recipe = recipe_of(tmp_path / "recipe.toml", "clean", "rectify", "trajectories", "export")
     options = ("--poses", file, *OPTIONS, "--recipe", recipe, "-o", tmp_path / "out")
     result = pcnet3d("run", *options, "--set", "read.swaps=repair")
     assert result.returncode == 0, result.stderr

@@ -18,12 +18,16 @@ from pcnet3d.stages.trajectories import Trajectories
 
 
 @pytest.fixture
+def ezc3d():
+    return pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+
+
+@pytest.fixture
 def take(facing_camera) -> Take:
     return made(facing_camera)
 
 
-def test_c3d_round_trip(take, tmp_path):
-    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+def test_c3d_round_trip(ezc3d, take, tmp_path):
     file = ezc3d.c3d(str(exported(take, tmp_path, "c3d") / "markers.c3d"))
     point = file["parameters"]["POINT"]
     assert point["LABELS"]["value"] == list(H36M17.joints)
@@ -38,8 +42,7 @@ def test_c3d_round_trip(take, tmp_path):
 
 
 @pytest.mark.parametrize("begin_s", [0.0, 0.4, 7.0])
-def test_c3d_read_again_is_on_the_clock_of_the_take(facing_camera, tmp_path, begin_s):
-    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+def test_c3d_read_again_is_on_the_clock_of_the_take(ezc3d, facing_camera, tmp_path, begin_s):
     take = made(facing_camera, time_s=np.arange(ROWS) / FPS + begin_s)
     path = exported(take, tmp_path, "c3d") / "markers.c3d"
     assert ezc3d.c3d(str(path))["header"]["points"]["first_frame"] == round(begin_s * FPS)
@@ -47,8 +50,7 @@ def test_c3d_read_again_is_on_the_clock_of_the_take(facing_camera, tmp_path, beg
     np.testing.assert_allclose(poses.times, take.poses.times, atol=1e-5)
 
 
-def test_c3d_has_the_events_of_a_walk(take, tmp_path):
-    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+def test_c3d_has_the_events_of_a_walk(ezc3d, take, tmp_path):
     write_c3d(take.with_(measures=rows_of(WALK)), tmp_path / "markers.c3d")
     event = {name: of["value"] for name, of in ezc3d.c3d(str(tmp_path / "markers.c3d"))["parameters"]["EVENT"].items()
              if name != "__METADATA__"}  # fmt: skip
@@ -58,15 +60,13 @@ def test_c3d_has_the_events_of_a_walk(take, tmp_path):
     np.testing.assert_allclose(event["TIMES"], [[0, 0, 0, 0, 1], [0.5, 1.0, 1.1, 1.5, 2.5]], atol=1e-6)
 
 
-def test_c3d_of_a_take_without_a_walk_has_no_events(take, tmp_path):
-    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+def test_c3d_of_a_take_without_a_walk_has_no_events(ezc3d, take, tmp_path):
     write_c3d(take, tmp_path / "markers.c3d")
     assert "EVENT" not in ezc3d.c3d(str(tmp_path / "markers.c3d"))["parameters"]
 
 
 @pytest.mark.parametrize("begin_s", [-1.0, 3000.0])
-def test_c3d_that_cannot_number_its_first_frame_says_when_it_is(facing_camera, tmp_path, begin_s):
-    pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+def test_c3d_that_cannot_number_its_first_frame_says_when_it_is(ezc3d, facing_camera, tmp_path, begin_s):
     take = made(facing_camera, time_s=np.arange(ROWS) / FPS + begin_s)
     path = exported(take, tmp_path, "c3d") / "markers.c3d"
     notices = json.loads((tmp_path / "summary.json").read_text())["notices"]
@@ -76,9 +76,8 @@ def test_c3d_that_cannot_number_its_first_frame_says_when_it_is(facing_camera, t
     assert poses.times[0] == 0
 
 
-def test_more_frames_than_c3d_counts_cost_that_file_alone(take, tmp_path):
+def test_more_frames_than_c3d_counts_cost_that_file_alone(ezc3d, take, tmp_path):
     """They ended the run at its end, and everything else was lost."""
-    pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
     rows = 65_536
     joints = np.broadcast_to(take.filtered.joints[0], (rows, 17, 3))
     long = PoseSequence(joints, H36M17, take.filtered.frame, time_s=np.arange(rows) / FPS)
@@ -88,9 +87,8 @@ def test_more_frames_than_c3d_counts_cost_that_file_alone(take, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_single_frame_costs_c3d_alone(facing_camera, tmp_path):
+def test_a_single_frame_costs_c3d_alone(ezc3d, facing_camera, tmp_path):
     """Its rate was written as no number, and no program opened the file."""
-    pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
     poses = PoseSequence(facing_camera[None], H36M17, CAMERA.with_(unit="m"), time_s=np.array([1.0]))
     take = Angles()(Trajectories()(Rectify("geometric")(Take("photo", poses=poses))))
     folder = exported(take, tmp_path, "c3d", "trc")
@@ -100,9 +98,8 @@ def test_a_single_frame_costs_c3d_alone(facing_camera, tmp_path):
     assert "c3d-single-frame" in [said["code"] for said in notices]
 
 
-def test_c3d_takes_texts_of_any_length_and_script(take, tmp_path):
+def test_c3d_takes_texts_of_any_length_and_script(ezc3d, take, tmp_path):
     """A text of more than 255 characters makes a file that nothing opens."""
-    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
     said = [own_notice("test.said", text) for text in ("word " * 300, "x" * 400, "čeština")]
     folder = exported(take.saying(*said).with_(name="Übung"), tmp_path, "c3d")
     file = ezc3d.c3d(str(folder / "markers.c3d"))

@@ -178,11 +178,3 @@ def test_no_figure_of_up_is_null_not_nan(take, tmp_path):
     Export(tmp_path / "out")(take.with_(rectified=unknown))
     found = rectification(tmp_path / "out")
     assert found["up_error_deg"] is found["up_bound_deg"] is found["vote_deviation_deg_mean"] is None
-
-
-def test_no_partial_file_is_left(folder):
-    assert sorted(path.name for path in folder.iterdir()) == [
-        "kinematics.parquet",
-        "poses.npz",
-        "summary.json",
-    ]

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from commands import pcnet3d
+from commands import pcnet3d, recipe_of
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take, Told
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.angles import Angles
@@ -29,11 +29,8 @@ def run(tmp_path, facing_camera):
     jitter = np.random.default_rng(0).normal(scale=0.002, size=(60, 17, 3))
     jitter[0, 0] = 0
     np.save(tmp_path / "X3D.npy", (facing_camera * 0.8 + [0.1, 0.1, 0] + jitter).astype(np.float32))
-    recipe = "".join(
-        f'[[stages]]\nuse = "{stage}"\n'
-        for stage in ("scale", "rectify", "trajectories", "angles", "measures", "export")
-    )
-    (tmp_path / "recipe.toml").write_text(recipe)
+    stages = ("scale", "rectify", "trajectories", "angles", "measures", "export")
+    recipe_of(tmp_path / "recipe.toml", *stages)
 
     def run(*arguments) -> tuple[subprocess.CompletedProcess, Path]:
         given = ["run", "--poses", tmp_path / "X3D.npy", "--fps", 30, "--set", "rectify.rectifier=geometric"]

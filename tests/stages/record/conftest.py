@@ -1,12 +1,13 @@
 """A take of a simple moving person whose rotations are known, its videos, and a reader of recordings."""
 
 from collections.abc import Callable, Iterator
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from golden.films import film_of
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, LEVEL, PoseSequence, Rectified, Take, Video, rotate
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.record.stage import record
@@ -34,11 +35,9 @@ def make_take() -> Callable[..., Take]:
             float
         )
         body[:, H36M17.index("r_wrist"), 2] += 0.3 * np.sin(2 * np.pi * time_s)
-        lean = np.radians(np.linspace(0, 30, rows))
-        R_level_from_body = np.zeros((rows, 3, 3))  # about y, by the lean
-        R_level_from_body[:, 1, 1] = 1
-        R_level_from_body[:, 0, 0] = R_level_from_body[:, 2, 2] = np.cos(lean)
-        R_level_from_body[:, 0, 2], R_level_from_body[:, 2, 0] = np.sin(lean), -np.sin(lean)
+        R_level_from_body = Rotation.from_euler(
+            "y", np.linspace(0, 30, rows)[:, None], degrees=True
+        ).as_matrix()
         clock = {"time_s": time_s, "frame_index": FIRST + np.arange(rows)}
         R_source_from_body = UPRIGHT @ R_level_from_body
         pixels = 40 + 20 * np.random.default_rng(0).random((rows, len(COCO17), 2))
@@ -69,7 +68,6 @@ def film(tmp_path: Path) -> Callable[..., Video]:
     """film(codec="libx264", name="film.mp4", size=(64, 48), time_ms=..., bf=0, group=12, **options of the codec): a
     bright spot that moves right, 8 pixels a frame, in the upper half of the image; key frames are `group` frames
     apart."""
-    import av
 
     def make(
         codec: str = "libx264",
@@ -80,21 +78,12 @@ def film(tmp_path: Path) -> Callable[..., Video]:
         group: int = 12,
         **options: str,
     ) -> Video:
-        path, tick = tmp_path / name, Fraction(1, 1000)
-        width, height = size
-        with av.open(path, "w") as container:
-            stream = container.add_stream(codec, rate=FPS, options=options)
-            stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
-            stream.codec_context.time_base = tick
-            stream.codec_context.max_b_frames = bf
-            stream.codec_context.gop_size = group
-            for i, stamp in enumerate(time_ms):
-                image = np.zeros((height, width, 3), np.uint8)
-                image[2:10, 8 * i % width :][:, :8] = 255
-                frame = av.VideoFrame.from_ndarray(image, "rgb24")
-                frame.pts, frame.time_base = stamp, tick
-                container.mux(stream.encode(frame))
-            container.mux(stream.encode())
+        path, (width, height), images = tmp_path / name, size, []
+        for i in range(len(time_ms)):
+            image = np.zeros((height, width, 3), np.uint8)
+            image[2:10, 8 * i % width :][:, :8] = 255
+            images.append(image)
+        film_of(path, images, time_ms, codec, bf=bf, g=group, **options)
         name = {"libx264": "h264", "libx265": "hevc", "libvpx-vp9": "vp9"}.get(codec, codec)
         return Video(path, width, height, np.array(time_ms) / 1000, name)
 

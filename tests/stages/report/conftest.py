@@ -7,13 +7,13 @@ import select
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from golden.films import film_of
 from pcnet3d.adapters.video import read
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
@@ -93,6 +93,10 @@ class Browser:
         assert "exceptionDetails" not in answer, answer
         return answer["result"].get("value")
 
+    def press(self, key: str) -> None:
+        for kind in ("rawKeyDown", "keyUp"):
+            self.ask("Input.dispatchKeyEvent", type=kind, key=key)
+
     @property
     def complaints(self) -> list[str]:
         """What the page's console and log say."""
@@ -163,24 +167,15 @@ def walk_take() -> Take:
 def film(tmp_path: Path) -> Callable[..., Video]:
     """film(frames=60, size=(640, 360), name="film.mp4"): H.264 with B-frames, one key frame and uneven time stamps; a
     white square stands at column 10 x frame number (modulo the width less the square's)."""
-    import av
 
     def make(frames: int = 60, size: tuple[int, int] = (640, 360), name: str = "film.mp4") -> Video:
-        path, (width, height) = tmp_path / name, size
+        (width, height), images = size, []
+        for i in range(frames):
+            image = np.full((height, width, 3), 40, np.uint8)
+            image[:16, 10 * i % (width - 16) :][:, :16] = 255
+            images.append(image)
         stamps = np.cumsum(np.where(np.arange(frames) % 3, 33, 34)) - 34
-        with av.open(path, "w") as container:
-            stream = container.add_stream(
-                "libx264", rate=30, options={"g": "999", "bf": "2", "preset": "ultrafast"}
-            )
-            stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
-            stream.codec_context.time_base = Fraction(1, 1000)
-            for i, stamp in enumerate(stamps):
-                image = np.full((height, width, 3), 40, np.uint8)
-                image[:16, 10 * i % (width - 16) :][:, :16] = 255
-                frame = av.VideoFrame.from_ndarray(image, "rgb24")
-                frame.pts, frame.time_base = int(stamp), Fraction(1, 1000)
-                container.mux(stream.encode(frame))
-            container.mux(stream.encode())
+        path = film_of(tmp_path / name, images, stamps, g=999, bf=2, preset="ultrafast")
         return read(path)[0]
 
     return make

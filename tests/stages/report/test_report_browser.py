@@ -109,17 +109,13 @@ def test_arrow_keys_move_the_cursor_and_enter_shows_the_key_frame(content, opene
     )
     at = "document.querySelector('.leads').closest('.chart').querySelector('.at').textContent"
 
-    def press(key: str) -> None:
-        for kind in ("rawKeyDown", "keyUp"):
-            browser.ask("Input.dispatchKeyEvent", type=kind, key=key)
-
     for key, row in (("ArrowRight", 0), ("ArrowRight", 1), ("ArrowRight", 2), ("ArrowLeft", 1)):
-        press(key)
+        browser.press(key)
         assert browser.value(at) == f"{rows[row][0]} s"
-    press("ArrowLeft")
-    press("ArrowLeft")
+    browser.press("ArrowLeft")
+    browser.press("ArrowLeft")
     assert browser.value(at) == f"{rows[0][0]} s"
-    press("Enter")
+    browser.press("Enter")
     assert browser.value("document.querySelector('dialog').open")
     browser.value("document.activeElement.blur()")
     assert browser.value(at) == ""
@@ -133,8 +129,7 @@ def test_arrow_keys_pass_every_frame_of_a_fast_camera(opened):
     browser.value("document.querySelector('.chart svg').focus()")
     said = []
     for _ in range(6):
-        for kind in ("rawKeyDown", "keyUp"):
-            browser.ask("Input.dispatchKeyEvent", type=kind, key="ArrowRight")
+        browser.press("ArrowRight")
         said.append(browser.value("document.querySelector('.at').textContent"))
     assert [float(words.split()[0]) for words in said] == pytest.approx(x[:6], abs=0.0005)
 

@@ -13,12 +13,11 @@ from .....pipeline.core.layouts import H36M17
 from .....pipeline.reading.mocap.clip import Clip
 from ....common.vectors import across, length, picked, unit
 from ...mocap.clips import OWN_SKELETON, person
-from ..bodies import BodyRange, bone_tree, drawn_factors, mirror, resize, vector
+from ..bodies import CHILDREN, PARENTS, BodyRange, drawn_factors, mirror, resize, vector
 from .draw import Draw
 
-_CHILD, _PARENT = bone_tree()
 _PARENT_OF = list(range(len(H36M17)))  # of each joint, the pelvis's being itself
-for _child, _parent in zip(_CHILD, _PARENT, strict=True):
+for _child, _parent in zip(CHILDREN, PARENTS, strict=True):
     _PARENT_OF[_child] = _parent
 _LOWER = ("pelvis", *(f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")))
 _UPPER = [joint not in _LOWER for joint in H36M17.joints]

@@ -36,7 +36,7 @@ SLOW_S = 3.0  # MoveNet's and OpenPose's errors stay for seconds where a person 
 
 @dataclass(frozen=True)
 class Spoilt:
-    """noise: the formula's constants. The others are shares of the windows.
+    """What spoils keypoints besides the formula, as shares of the windows.
 
     quality: spread (of the logarithm) of a window's noise, for detectors are not alike. good: a good detector's, with
     the errors, outliers, exchanges and gaps of GOOD. slow: standard deviation, as a share of the body's size, of an
@@ -45,7 +45,6 @@ class Spoilt:
     all, each by its own share.
     """
 
-    noise: Noise = field(default_factory=Noise)
     quality: float = 0.0
     good: float = 0.0
     slow: float = 0.0
@@ -55,14 +54,14 @@ class Spoilt:
 
 
 def detect(
-    pixels: Tensor, joints_camera: Tensor, draw: Draw, spoilt: Spoilt, fps: float
+    pixels: Tensor, joints_camera: Tensor, draw: Draw, spoilt: Spoilt, fps: float, noise: Noise | None = None
 ) -> tuple[Tensor, Tensor]:
-    """What a detector would answer.
+    """What a detector would answer. noise: the formula's constants.
 
     pixels: (B, T, 17, 2) exact projections of joints_camera (B, T, 17, 3), H36M17, metres, origin at the camera.
     -> keypoints (B, T, 17, 2) pixels, NaN where missing, and confidence (B, T, 17) in [0, 1].
     """
-    noise = spoilt.noise
+    noise = noise or Noise()
     count, frames, joints = pixels.shape[:3]
     size = (pixels.amax(2) - pixels.amin(2)).amax(-1)[..., None, None]
     hidden = hidden_joints(joints_camera)

@@ -15,6 +15,7 @@ from torch import Tensor
 from .....pipeline.core.layouts import H36M17
 from ....common.vectors import across, length, picked, rotate, transpose, unit
 from ...common.toml_config import check_shares
+from ..bodies import vector
 from .draw import Draw
 
 _LIMBS = {
@@ -176,12 +177,8 @@ def _turned(joints: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
 
 
 def _frame(joints: Tensor, leftward: tuple[str, str], upward: tuple[str, str]) -> Tensor:
-    left, up = (
-        joints[..., H36M17.index(end), :] - joints[..., H36M17.index(start), :]
-        for start, end in (leftward, upward)
-    )
-    left = unit(left)
-    up = across(up, left)
+    left = unit(vector(joints, *leftward))
+    up = across(vector(joints, *upward), left)
     return torch.stack([torch.cross(left, up, dim=-1), left, up], dim=-1)
 
 

@@ -7,6 +7,7 @@ from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
 from ....common.vectors import rotate, transpose, unit
+from ..bodies import vector
 from ..views import Targets, view_rotation
 from .draw import Draw
 
@@ -14,7 +15,7 @@ _LEAST_LEVEL = 0.1  # of the two unit axes' sum: hips and shoulders nearer to th
 
 
 def paper_angles(draw: Draw, count: int) -> tuple[Tensor, Tensor, Tensor]:
-    """Roll, pitch, yaw (count,) in degrees of the published mixture (pcnet_views.paper_angles)."""
+    """Roll, pitch, yaw (count,) in degrees of the published mixture (models/lab/synthetic/views.py)."""
     kind = draw.uniform((0.0, 1.0), count)
     front, side = kind < 0.75, (kind >= 0.75) & (kind < 0.90)
 
@@ -48,11 +49,8 @@ def views(draw: Draw, count: int, wide: float) -> Tensor:
 def R_world_from_body(joints_world: Tensor) -> Tensor:
     """(B, 3, 3) of joints (B, 17, 3), +Z up, by pipeline/core/canonical.py's definition; NaN for a body whose hips and
     shoulders tell no heading, or almost none."""
-    left = sum(
-        unit(joints_world[:, H36M17.index(f"l_{part}")] - joints_world[:, H36M17.index(f"r_{part}")])
-        for part in ("hip", "shoulder")
-    )
-    assert isinstance(left, Tensor)
+    hips, shoulders = (unit(vector(joints_world, f"r_{part}", f"l_{part}")) for part in ("hip", "shoulder"))
+    left = hips + shoulders
     left = torch.cat([left[:, :2], torch.zeros_like(left[:, :1])], dim=-1)
     left = torch.where(left.norm(dim=-1, keepdim=True) > _LEAST_LEVEL, unit(left), torch.nan)
     up = torch.zeros_like(left)
@@ -61,7 +59,7 @@ def R_world_from_body(joints_world: Tensor) -> Tensor:
 
 
 def seen(joints_world: Tensor, R_camera_from_body: Tensor, targets: Targets) -> tuple[Tensor, Tensor]:
-    """As pcnet_views.seen: joints (B, 17, 3), +Z up -> (B, 17, 3) in CAMERA axes relative to the pelvis, and (B,) which
+    """As the truth's: joints (B, 17, 3), +Z up -> (B, 17, 3) in CAMERA axes relative to the pelvis, and (B,) which
     of them have a heading."""
     R = R_camera_from_body
     if targets == "body":

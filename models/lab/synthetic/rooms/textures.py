@@ -25,10 +25,6 @@ def fractal(
     return noise / noise.std()
 
 
-def _gain(noise: np.ndarray) -> np.ndarray:
-    return np.clip(128 * (1 + noise), 0, 255).astype(np.uint8)
-
-
 def _bricks() -> np.ndarray:
     """Eight courses a side, every second one moved by half a brick; each brick has its own grey."""
     rng = np.random.default_rng(5)
@@ -55,7 +51,7 @@ def texture(name: str) -> tuple[list[np.ndarray], float]:
         "grass": lambda: (0.12 * fractal(11, 1.6) + 0.22 * fractal(12, 0.5), 1.5),
         "cloth": lambda: (0.07 * fractal(13, 2.6), 0.8),
     }[name]()
-    levels = [_gain(noise)]
+    levels = [np.clip(128 * (1 + noise), 0, 255).astype(np.uint8)]
     while levels[-1].shape[0] > 16:
         levels.append(cv2.resize(levels[-1], None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA))
     return levels, metres

@@ -11,13 +11,12 @@ from torch import Tensor, nn
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from ....lifter.features import CHANNELS
-from ...synthetic.bodies import bone_tree
+from ...synthetic.bodies import CHILDREN, PARENTS
 
 _PELVIS = H36M17.index("pelvis")
 _JOINTS = len(H36M17)
 _TOKENS = _JOINTS + 1
-_CHILDREN, _PARENTS = bone_tree()
-_BONE_OF = [0 if joint == _PELVIS else 1 + _CHILDREN.index(joint) for joint in range(_JOINTS)]
+_BONE_OF = [0 if joint == _PELVIS else 1 + CHILDREN.index(joint) for joint in range(_JOINTS)]
 _LOG_SD = (-7.0, 1.0)  # of metres: 1 mm to 2.7 m
 
 # Metres of bones of a standard body, by their child joint: means over the 33 people of the training data.
@@ -120,9 +119,9 @@ class LifterNet(nn.Module):
             nn.init.zeros_(layer.weight)
             nn.init.zeros_(layer.bias)
         nn.init.constant_(self.leave_sd.bias, -3.0)  # 5 cm
-        lengths = torch.tensor([_BONES_M[H36M17.joints[child]] for child in _CHILDREN])
-        chains = torch.zeros(_JOINTS, len(_CHILDREN))  # 1 for the bones between the pelvis and the joint
-        for bone, (child, parent) in enumerate(zip(_CHILDREN, _PARENTS, strict=True)):
+        lengths = torch.tensor([_BONES_M[H36M17.joints[child]] for child in CHILDREN])
+        chains = torch.zeros(_JOINTS, len(CHILDREN))  # 1 for the bones between the pelvis and the joint
+        for bone, (child, parent) in enumerate(zip(CHILDREN, PARENTS, strict=True)):
             chains[child] = chains[parent]
             chains[child, bone] = 1
         self.register_buffer("lengths", lengths, persistent=False)
@@ -131,10 +130,6 @@ class LifterNet(nn.Module):
     def matrices(self) -> list[nn.Parameter]:
         """Those that Muon is for."""
         return [p for p in self.blocks.parameters() if p.ndim == 2]
-
-    def compile_hidden(self) -> None:
-        """From now on `hidden` is one graph (torch.compile), made anew for every length of windows."""
-        self.hidden = torch.compile(self.hidden, dynamic=False)  # type: ignore[method-assign]
 
     def forward(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         return self.answer(self.hidden(self.tokens(features)), features)
@@ -167,7 +162,7 @@ class LifterNet(nn.Module):
         free = self.leave(x)
         distance = _DISTANCE * self.leave_distance(frame).clamp(-1, 1).exp()  # (B, T, 1)
         shown, there = _bones(features)
-        share, longer = self.leave_bone(x[..., _CHILDREN, :]).unbind(-1)
+        share, longer = self.leave_bone(x[..., CHILDREN, :]).unbind(-1)
         bones = _depth(self.lengths * (longer.tanh() / 2).exp(), distance * shown) * there
         depth = free[..., 2] + (share * bones) @ self.chains.T
         depth = depth - depth[..., [_PELVIS]]
@@ -194,8 +189,8 @@ def _present(features: Tensor) -> Tensor:
 def _bones(features: Tensor) -> tuple[Tensor, Tensor]:
     """(B, T, 16) every bone's length in the image, and 1 where both its ends were seen, else 0."""
     image, present = _image(features), _present(features)
-    line = image[..., _CHILDREN, :] - image[..., _PARENTS, :]
-    return (line.square().sum(-1) + 1e-8).sqrt(), present[..., _CHILDREN] * present[..., _PARENTS]
+    line = image[..., CHILDREN, :] - image[..., PARENTS, :]
+    return (line.square().sum(-1) + 1e-8).sqrt(), present[..., CHILDREN] * present[..., PARENTS]
 
 
 def _depth(length: Tensor, shown: Tensor) -> Tensor:

@@ -125,7 +125,7 @@ def run(
         flush=True,
     )
     if on.type == "cuda":  # one graph instead of thousands of small operations; on a CPU it gains nothing
-        net.compile_hidden()
+        net.hidden = torch.compile(net.hidden, dynamic=False)  # type: ignore[method-assign]
     windows = Windows(train, config.material, on)
     takes = whole_takes([clip for part in val.values() for clip in part])
 

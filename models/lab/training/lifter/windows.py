@@ -4,7 +4,7 @@ detector; made in torch on the device that trains."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
@@ -35,17 +35,17 @@ _FOCAL_SPREAD = 0.2  # of the logarithm of a focal length that was estimated
 
 
 @dataclass(frozen=True)
-class Material(MotionRange):
-    """What windows are made of, besides the fields of MotionRange; shares are of the windows.
+class Material(MotionRange, Spoilt):
+    """What windows are made of, besides the fields of MotionRange and Spoilt; shares are of the windows.
 
     limbs, trunk: spread of lengths, mirrored: share of mirrored bodies, of bodies.BodyRange. typical: share before
     cameras as people use them, the others before any. placed: share, of either, with the person where people are in
     real videos and as large (synthetic.places). pans: share whose camera slowly follows the person. derived: share with
-    pelvis, spine, thorax and head made as for COCO keypoints. quality, good, slow, truncated, occluded, absent: of
-    on_device.keypoint_noise.Spoilt. other_rates: share of batches at another frame rate than 30, between 20 and 60.
-    focal_known, focal_estimated: share of windows whose focal length is told, exactly or with an error; the others have
-    the assumed one. up_known: share that is told which way is up, with an error (_UP_DEG). lying: share from clips
-    drawn by how many of their frames show somebody who lies, crawls or bends deeply (mocap.clips.lying): they are few.
+    pelvis, spine, thorax and head made as for COCO keypoints. other_rates: share of batches at another frame rate than
+    30, between 20 and 60. focal_known, focal_estimated: share of windows whose focal length is told, exactly or with an
+    error; the others have the assumed one. up_known: share that is told which way is up, with an error (_UP_DEG).
+    lying: share from clips drawn by how many of their frames show somebody who lies, crawls or bends deeply
+    (mocap.clips.lying): they are few.
     """
 
     limbs: float = 0.05
@@ -56,12 +56,6 @@ class Material(MotionRange):
     placed: float = 0.0
     pans: float = 0.0
     derived: float = 0.0
-    quality: float = 0.0
-    good: float = 0.0
-    slow: float = 0.0
-    truncated: float = 0.0
-    occluded: float = 0.0
-    absent: dict[str, float] = field(default_factory=dict)
     other_rates: float = 0.3
     focal_known: float = 0.3
     focal_estimated: float = 0.0
@@ -119,31 +113,16 @@ class Windows:
         ) * lengths / lengths.sum() + material.lying * lies / lies.sum().clamp_min(1)
         self.share = self.share.to(self.device)
         self.people = proportions(clips).to(self.device)
-        self.bodies = BodyRange(
-            limbs=material.limbs,
-            trunk=material.trunk,
-            unchanged=material.unchanged,
-            mirrored=material.mirrored,
-        )
-        self.spoilt = Spoilt(
-            Noise(derived=material.derived),
-            quality=material.quality,
-            good=material.good,
-            slow=material.slow,
-            truncated=material.truncated,
-            occluded=material.occluded,
-            absent=material.absent,
-        )
+        bodies = ("limbs", "trunk", "unchanged", "mirrored")
+        self.bodies = BodyRange(**{name: getattr(material, name) for name in bodies})
+        self.noise = Noise(derived=material.derived)
 
     @torch.no_grad()
     def batch(self, draw: Draw, count: int, frames: int) -> Batch:
         """count windows of so many frames. InputError when no clip is as long."""
         material = self.material
-        fps = (
-            float(draw.log_uniform(_FPS, 1))
-            if float(draw.uniform((0.0, 1.0), 1)) < material.other_rates
-            else 30.0
-        )
+        other = draw.number((0.0, 1.0)) < material.other_rates
+        fps = float(draw.log_uniform(_FPS, 1)) if other else _CAPTURED_FPS
         captured = partial(self._motion, draw, frames, fps)
         world = varied(captured, count, draw, material, self.bodies, self.people, fps)
         views = TYPICAL, ViewRange(pans=material.pans)
@@ -152,7 +131,7 @@ class Windows:
         shown = joints
         if material.redefined:
             shown = redefined(joints, draw, material.redefined_m, material.redefined)
-        keypoints, confidence = detect(cameras.project(shown), shown, draw, self.spoilt, fps)
+        keypoints, confidence = detect(cameras.project(shown), shown, draw, material, fps, self.noise)
         focal_px = self._told_focal(draw, cameras.focal_px, cameras.image_size)
         up = self._told_up(draw, cameras.R_camera_from_world[..., 2])
         x, _ = features(keypoints, _other_scores(confidence, draw), cameras.image_size, focal_px, up)

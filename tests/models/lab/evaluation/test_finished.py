@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.walk import walker
+from golden.virtual import walked
 from pcnet3d.models.lab.errors.report import SOURCES
 from pcnet3d.models.lab.evaluation import finished as module
 from pcnet3d.models.lab.evaluation import sets
@@ -15,13 +15,11 @@ from pcnet3d.pipeline import H36M17, PoseSequence, angle_deg
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.take import Video
-from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 
 @pytest.fixture
 def clip(monkeypatch):
-    walk = walker(seconds=3)
-    clip = Clip("03_01", "03", "asfamc", walk.fps, walk.world.astype(np.float32))
+    clip = walked(seconds=3)
     monkeypatch.setattr(sets, "read_clips", lambda subjects: (clip,))
     return clip
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.walk import walker
+from golden.virtual import walked
 from pcnet3d.models.angle_error.joint_noise import read_noise
 from pcnet3d.models.common.metrics import scaled
 from pcnet3d.models.lab.errors import report
@@ -17,15 +17,13 @@ from pcnet3d.models.lab.evaluation.foreign import KINDS, Answers, Simulated
 from pcnet3d.models.lab.evaluation.testbed import see, write_takes
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.reading.mocap.clip import Clip
 from pcnet3d.pipeline.signals.angles import ANGLES
 from refusals import refused
 
 
 @pytest.fixture
 def clip(monkeypatch):
-    walk = walker(seconds=3)
-    clip = Clip("03_01", "03", "asfamc", walk.fps, walk.world.astype(np.float32))
+    clip = walked(seconds=3)
     monkeypatch.setattr(sets, "read_clips", lambda subjects: (clip,))
     monkeypatch.setattr(module, "read_clips", lambda subjects: (clip,))
     return clip

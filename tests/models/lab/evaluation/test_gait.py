@@ -3,25 +3,25 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.walk import walker
+from golden.virtual import exact, walked
 from pcnet3d.models.lab.errors.fit import STRANGERS
 from pcnet3d.models.lab.evaluation.gait import PAGE, JudgedGait, judge, one_kind
 from pcnet3d.models.lab.evaluation.gait_means import Difference, Mean
 from pcnet3d.models.lab.evaluation.tables import written
-from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.lab.fits.gait_errors import fit_differences, fit_errors
 from pcnet3d.models.rectifier.geometric import Geometric
-from pcnet3d.pipeline import CAMERA
-from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 
 @pytest.fixture(scope="module")
 def judged():
     """The walker with its true joints in the place of a lift."""
-    walk = walker(seconds=8, turn_deg=0)
-    seen = see(Clip("walker", "w", "own", 30.0, walk.world.astype(np.float32)), 0)
-    lifted = seen.keypoints.with_(joints=seen.truth, frame=CAMERA.with_(unit="arbitrary"))
-    return judge(Geometric(), LiftedTake(lifted, seen))
+    return judge(Geometric(), exact(walked("walker", seconds=8, turn_deg=0), scale=1))
+
+
+def of_person(person, means, differences):
+    """A walk that is judged by these means and differences alone."""
+    path = "true path"
+    return JudgedGait(person, "walking", (1, 1), np.zeros((0, 2)), {}, {path: means}, {path: differences})
 
 
 def test_true_joints_have_true_steps(judged):
@@ -56,14 +56,7 @@ def test_fitted_errors_hold_nine_in_ten():
     count, scatters = rng.integers(3, 40, 600), rng.uniform(0, 0.2, 600)
     errors = rng.normal(0, np.hypot(0.01, 2.0 * scatters / count))
     takes = [
-        JudgedGait(
-            f"person {i % 7}",
-            "walking",
-            (1, 1),
-            np.zeros((0, 2)),
-            {},
-            {"true path": {"step_time_s": Mean(e, 0.0, int(n), scatter, "walking", 0.9, {})}},
-        )
+        of_person(f"person {i % 7}", {"step_time_s": Mean(e, 0.0, int(n), scatter, "walking", 0.9, {})}, {})
         for i, (e, n, scatter) in enumerate(zip(errors, count, scatters, strict=True))
     ]
     parts = fit_errors(takes)["walking"]["step_time_s"]
@@ -81,9 +74,7 @@ def test_gaits_far_from_the_usual_err_by_more_and_every_person_counts_the_same()
 
     def take(person: str, error: float, share: float) -> JudgedGait:
         mean = Mean(error, 0.0, 10, 0.0, "walking", 0.9, {"stance_percent": share})
-        return JudgedGait(
-            person, "walking", (1, 1), np.zeros((0, 2)), {}, {"true path": {"stance_percent": mean}}
-        )
+        return of_person(person, {"stance_percent": mean}, {})
 
     takes = [take(f"person {i % 20}", e, at) for i, (e, at) in enumerate(zip(errors, stance, strict=True))]
     parts = fit_errors(takes)["walking"]["stance_percent"]
@@ -99,14 +90,7 @@ def test_people_with_few_walks_do_not_narrow_the_errors_of_all_others():
     people = [*(f"person {i % 4}" for i in range(8)), *["often filmed"] * 100]
     errors = [*rng.normal(0, 0.002, 8), *rng.normal(0, 0.02, 100)]
     takes = [
-        JudgedGait(
-            person,
-            "walking",
-            (1, 1),
-            np.zeros((0, 2)),
-            {},
-            {"true path": {"stance_time_s": Mean(error, 0.0, 5, 0.0, "walking", 0.9, {})}},
-        )
+        of_person(person, {"stance_time_s": Mean(error, 0.0, 5, 0.0, "walking", 0.9, {})}, {})
         for person, error in zip(people, errors, strict=True)
     ]
     parts = fit_errors(takes)["walking"]["stance_time_s"]
@@ -122,14 +106,10 @@ def test_fitted_errors_of_differences_hold_nine_in_ten_from_every_side():
     sd = np.sqrt((0.1 * depth) ** 2 + 0.04**2 * (1 / counts).sum(axis=1))
     errors = rng.normal(0, sd)
     takes = [
-        JudgedGait(
+        of_person(
             f"person {i % 7}",
-            "walking",
-            (1, 1),
-            np.zeros((0, 2)),
             {},
-            {},
-            {"true path": {"step_length": Difference(0.9 * e, 0.0, 0.7, tuple(n), "walking", 0.9, far)}},
+            {"step_length": Difference(0.9 * e, 0.0, 0.7, tuple(n), "walking", 0.9, far)},
         )
         for i, (e, n, far) in enumerate(zip(errors, counts, depth, strict=True))
     ]

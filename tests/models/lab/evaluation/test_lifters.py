@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.walk import walker
+from golden.virtual import walked
 from pcnet3d.models.lab.evaluation import evaluate as reports
 from pcnet3d.models.lab.evaluation import lifter_takes, lifters
 from pcnet3d.models.lab.evaluation.lifter_takes import EXACT, FIGURES, PUBLISHED, judge, virtual_takes
@@ -17,19 +17,13 @@ from pcnet3d.pipeline import CAMERA, H36M17, InputError
 from pcnet3d.pipeline.core.layouts import remap
 from pcnet3d.pipeline.core.lifted import Lifted
 from pcnet3d.pipeline.core.rotations import unit
-from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 _KEY = (PUBLISHED, "upright", "wild", "a@1")
 
 
-def clip_of(walk, name="07_01", subject="07", frames=60):
-    return Clip(name, subject, "asfamc", walk.fps, walk.world[:frames].astype(np.float32))
-
-
 @pytest.fixture(scope="module")
 def clips():
-    walk = walker(seconds=3)
-    return [clip_of(walk), clip_of(walk, "07_02", "07", 40), clip_of(walk, "43_01", "43", 50)]
+    return [walked("07_01", seconds=2), walked("07_02", seconds=4 / 3), walked("43_01", seconds=5 / 3)]
 
 
 class Wrong:

@@ -12,10 +12,9 @@ FPS = 30.0
 
 
 @pytest.fixture
-def standing(facing_camera):
+def standing(standing):
     """(60, 17, 3) an upright person who stands still, +Z up."""
-    pose = rotate(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), facing_camera) + np.array([0, 0, 0.9])
-    return np.tile(pose, (60, 1, 1))
+    return np.tile(standing, (60, 1, 1))
 
 
 def of(joints, fps=FPS):
@@ -37,13 +36,10 @@ def turned(joints, axis, degrees):
     return rotate(Rotation.from_rotvec(vectors).as_matrix(), joints - pelvis) + pelvis
 
 
-def test_who_stands_still_stands(standing):
-    assert of(standing) == {"standing"}
-
-
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 @pytest.mark.parametrize(
-    ("speed", "name"), [(0.1, "standing"), (1.2, "walking"), (1.9, "walking"), (2.1, "running")]
+    ("speed", "name"),
+    [(0.0, "standing"), (0.1, "standing"), (1.2, "walking"), (1.9, "walking"), (2.1, "running")],
 )
 def test_speed_over_the_floor(standing, speed, name, fps):
     assert of(moving(standing, speed, fps), fps) == {name}

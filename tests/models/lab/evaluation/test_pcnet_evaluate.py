@@ -9,7 +9,6 @@ from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, equivariance, judge, tables, view_of
 from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.rectifier.geometric import Geometric
-from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 
@@ -28,9 +27,8 @@ class Fixed:
 
 
 @pytest.fixture
-def clip(facing_camera):
+def clip(standing):
     rng = np.random.default_rng(0)
-    standing = rotate(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), facing_camera) + np.array([0, 0, 0.9])
     poses = (standing + rng.normal(0, 0.02, (40, 17, 3))).astype(np.float32)
     return Clip("03_01", "03", "asfamc", 30.0, poses)
 

@@ -3,19 +3,17 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.walk import walker
+from golden.virtual import walked
 from pcnet3d.models.lab.evaluation import rectifiers as module
 from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation.motion_class import CLASSES, motion_classes
 from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.rectifier.geometric import Geometric
-from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 
 @pytest.fixture
 def clip():
-    walk = walker(seconds=12)
-    return Clip("03_01", "03", "asfamc", walk.fps, walk.world.astype(np.float32))
+    return walked(seconds=12)
 
 
 @pytest.fixture
@@ -59,7 +57,7 @@ def test_a_lifted_take_has_the_classes_of_its_clip(clip, monkeypatch):
     """They are taken from the camera's truth turned upright; its origin does not matter."""
     from pcnet3d.models.lab.evaluation import testbed
 
-    monkeypatch.setattr(testbed, "read_clips", lambda subjects, folder: (clip,))
+    monkeypatch.setattr(testbed, "read_clips", lambda subjects: (clip,))
     take = module.lifted(question := evaluation_sets.Question(people="test"), question.sets[0])[0]
     expected = motion_classes(clip.joints, clip.fps)
     for name in CLASSES:

@@ -64,19 +64,15 @@ def knows_up(R_extra: np.ndarray) -> SimpleNamespace:
     return SimpleNamespace(method="told", rotation=rotation)
 
 
-def test_a_camera_without_distortion_is_a_pinhole():
-    camera = RealCamera(
-        "", np.array([0, -1, 0]), np.array([1000.0, 900.0]), np.array([500.0, 400.0]), np.zeros(4),
-        np.eye(3), np.array([0.0, 0.0, 1.0]),
-    )  # fmt: skip
-    np.testing.assert_allclose(camera.project(np.array([[0.5, -1.0, 1.0]])), [[500 + 250, 400 - 450]])
+def camera_of(R: np.ndarray, distortion: np.ndarray) -> RealCamera:
+    """Four metres from the world's origin."""
+    lens = np.full(2, 1000.0), np.full(2, 500.0), distortion
+    return RealCamera("", R[:, 2], *lens, R, np.array([0.0, 0, 4]))
 
 
 def test_a_barrel_lens_draws_points_towards_its_centre_by_the_first_coefficient():
-    camera = RealCamera(
-        "", np.array([0, -1, 0]), np.array([1000.0, 900.0]), np.array([500.0, 400.0]), np.array([-0.2, 0, 0, 0]),
-        np.eye(3), np.array([0.0, 0.0, 2.0]),
-    )  # fmt: skip
+    lens = np.array([1000.0, 900.0]), np.array([500.0, 400.0]), np.array([-0.2, 0, 0, 0])
+    camera = RealCamera("", np.array([0, -1, 0]), *lens, np.eye(3), np.array([0.0, 0.0, 2.0]))
     drawn_in = 1 - 0.2 * 0.5**2  # of a ray half as far aside as away
     points = np.tile(np.array([0.6, -0.8, 0.0]), (2, 3, 1))
     seen = camera.project(points)
@@ -132,15 +128,7 @@ def test_exact_keypoints_keep_the_face_and_a_score_of_0_is_missing(world):
     found = np.random.default_rng(0).uniform(100, 500, (60, 17, 3))
     found[..., 2] = 0.5
     found[3, COCO17.index("nose"), 2] = 0
-    camera = RealCamera(
-        "",
-        _UP,
-        np.full(2, 1000.0),
-        np.full(2, 500.0),
-        np.zeros(4),
-        _R_CAMERA_FROM_WORLD,
-        np.array([0.0, 0, 4]),
-    )
+    camera = camera_of(_R_CAMERA_FROM_WORLD, np.zeros(4))
     given = openpose_keypoints(found, _TIME_S)
     assert np.isnan(given.joints[3, COCO17.index("nose")]).all()
     exact = exact_keypoints(camera, world[:, _ROWS], given)
@@ -173,15 +161,7 @@ def test_keypoints_of_several_cameras_meet_in_the_joints(world):
     limbs, cameras, seen = world[:, _ROWS], {}, {}
     for name, turn in (("one", 0), ("two", 70), ("three", 150)):
         R = _R_CAMERA_FROM_WORLD @ Rotation.from_euler("z", turn, degrees=True).as_matrix()
-        cameras[name] = RealCamera(
-            "",
-            R[:, 2],
-            np.full(2, 1000.0),
-            np.full(2, 500.0),
-            np.array([-0.1, 0.02, 0, 0]),
-            R,
-            np.array([0.0, 0, 4]),
-        )
+        cameras[name] = camera_of(R, np.array([-0.1, 0.02, 0, 0]))
         seen[name] = np.ones((len(limbs), len(COCO17), 3))
         seen[name][:, COCO17.indices(LIMBS), :2] = cameras[name].project(limbs)
     seen["one"][:, COCO17.index("l_knee"), 2] = 0

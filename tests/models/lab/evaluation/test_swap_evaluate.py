@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.walk import walker
+from golden.virtual import walked
 from pcnet3d.models.lab.evaluation import evaluate as evaluate_module
 from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation import swaps as swap_evaluate
@@ -21,7 +21,7 @@ from pcnet3d.pipeline.signals.swaps import Swap, kinds
 
 @pytest.fixture(scope="module")
 def clip() -> Clip:
-    return Clip("09_01", "09", "asfamc", 30.0, walker().world.astype(np.float32))
+    return walked("09_01")
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden.virtual import exact
 from pcnet3d.models.lab.evaluation import evaluate as evaluate_module
 from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation import takes as takes_module
@@ -16,7 +17,6 @@ from pcnet3d.models.lab.evaluation.take_acceleration import over_takes, take_sco
 from pcnet3d.models.lab.evaluation.take_answers import (
     Answer,
     answers,
-    camera_axes,
     constant,
     named,
     simulated_look,
@@ -27,6 +27,7 @@ from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.rectifier.geometric import Geometric
 from pcnet3d.pipeline import CAMERA, H36M17, rotate
 from pcnet3d.pipeline.core.canonical import R_world_from_body
+from pcnet3d.pipeline.core.frames import R_CAMERA_FROM_UPRIGHT
 from pcnet3d.pipeline.core.rotations import angle_deg, transpose
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 
@@ -34,26 +35,11 @@ FPS = 30.0
 LIMBS = H36M17.indices(("l_wrist", "r_wrist", "l_ankle", "r_ankle"))
 
 
-@pytest.fixture
-def standing(facing_camera):
-    """(17, 3) metres, +Z up, facing the world's -X."""
-    return rotate(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), facing_camera) + np.array([0, 0, 0.9])
-
-
 def clip_of(standing, frames=75, name="03_01", swing=(0, 0, 0.1)):
     """Somebody whose wrists and ankles swing once a second, and nothing else."""
     joints = np.repeat(standing[None], frames, axis=0)
     joints[:, LIMBS] += np.sin(2 * np.pi * np.arange(frames) / FPS)[:, None, None] * np.array(swing)
     return Clip(name, name[:2], "asfamc", FPS, joints.astype(np.float32))
-
-
-def taken(clip, scale=0.7, error=0.0):
-    """A take whose "lift" is the truth at another scale, with a known error."""
-    seen = see(clip, 0)
-    poses = seen.keypoints.with_(
-        joints=seen.truth * scale + error, frame=CAMERA.with_(unit="arbitrary", origin="pelvis")
-    )
-    return LiftedTake(poses, seen)
 
 
 class Oracle:
@@ -80,7 +66,7 @@ def scored(seen, methods, joints=None):
 
 
 def test_a_perfect_rectifier_has_no_error(standing):
-    take = taken(clip_of(standing))
+    take = exact(clip_of(standing))
     both = answers([Oracle(take.seen)], take.seen.truth, take.seen.keypoints.times)["oracle"]
     for answer in both.values():
         judged = judge(take, take.seen.truth, answer)
@@ -94,7 +80,7 @@ def test_a_perfect_rectifier_has_no_error(standing):
 @pytest.fixture
 def levelled(standing):
     """Judges a take that is levelled by an oracle with a known error in BODY's axes."""
-    take = taken(clip_of(standing))
+    take = exact(clip_of(standing))
 
     def run(error, per="a take"):
         both = answers([Oracle(take.seen, error)], take.seen.truth, take.seen.keypoints.times)
@@ -131,7 +117,7 @@ def test_accelerations_of_a_swing():
 
 
 def test_a_perfect_rotation_has_the_truths_accelerations(standing):
-    take = taken(clip_of(standing))
+    take = exact(clip_of(standing))
     both = named(answers([Oracle(take.seen)], take.seen.truth, take.seen.keypoints.times))
     scores = scored(take.seen, both)
     assert "lift" not in scores
@@ -190,7 +176,7 @@ def test_headings_are_turned_and_ups_are_not():
 
 
 def test_what_the_rotation_adds_is_told_from_the_lift(standing):
-    take = taken(clip_of(standing))
+    take = exact(clip_of(standing))
     noise = np.random.default_rng(0).normal(0, 0.02, take.seen.truth.shape)
     scores = scored(
         take.seen, named(answers([Oracle(take.seen)], take.seen.truth, take.seen.keypoints.times)),
@@ -214,7 +200,7 @@ def test_an_answer_about_another_lift_has_that_lifts_accelerations(standing):
 
 
 def test_a_straight_camera_in_front_of_a_person_needs_no_rotation(facing_camera):
-    upright = rotate(transpose(camera_axes(1).R_camera_from_body[0]), facing_camera)
+    upright = rotate(transpose(R_CAMERA_FROM_UPRIGHT), facing_camera)
     assert upright[H36M17.index("head"), 2] > 0.7
     np.testing.assert_allclose(R_world_from_body(upright[None])[0], np.eye(3), atol=0.05)
 
@@ -228,11 +214,11 @@ def test_takes_are_grouped_by_posture_and_length(standing):
         joints = np.repeat(standing[None], frames, axis=0)
         joints[:lying] = down
         clip = Clip("03_01", "03", "asfamc", FPS, joints.astype(np.float32))
-        assert group_of(taken(clip)) == group
+        assert group_of(exact(clip)) == group
 
 
 def test_a_take_with_gaps_has_errors_but_no_acceleration(standing):
-    take = taken(clip_of(standing))
+    take = exact(clip_of(standing))
     joints = take.lifted.joints.copy()
     joints[10:30] = np.nan
     gaps = LiftedTake(take.lifted.with_(joints=joints), take.seen)
@@ -249,7 +235,7 @@ def tiny(standing, monkeypatch):
     """Two takes as all the data there is."""
     clips = (clip_of(standing), clip_of(standing, 45, "03_02"))
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: clips)
-    monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda subjects, seed, **_: map(taken, clips))
+    monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda subjects, seed, **_: map(exact, clips))
     monkeypatch.setattr(evaluation_sets, "lift", lambda keypoints, *_, **__: keypoints.with_(
         joints=(clips[0].joints - clips[0].joints[:, :1])[: len(keypoints)], frame=CAMERA.with_(unit="arbitrary")
     ))  # fmt: skip

@@ -3,21 +3,13 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.walk import walker
+from golden.virtual import exact, walked
 from pcnet3d.models.lab.evaluation.sets import EvaluationSet, Question
-from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.lab.evaluation.verdicts import error_mm, tables, worse
-from pcnet3d.pipeline import CAMERA
-from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 
 def taken():
-    walk = walker(seconds=4.0)
-    seen = see(Clip("09_01", "09", "asfamc", 30.0, walk.world.astype(np.float32)), 0)
-    poses = seen.keypoints.with_(
-        joints=0.7 * seen.truth, frame=CAMERA.with_(unit="arbitrary"), confidence=None
-    )
-    return LiftedTake(poses, seen)
+    return exact(walked(seconds=4.0), confidence=None)
 
 
 def test_the_scale_is_no_error_and_what_is_worse_is():

@@ -2,18 +2,15 @@
 
 import numpy as np
 
-from pcnet3d.examples.walker.walk import walker
+from golden.virtual import walked
 from pcnet3d.models.gait.contact import shipped_net
 from pcnet3d.models.lab.fits.contact import examples, floor_speed, scores
 from pcnet3d.models.lab.mocap.restyle import restyled_walks
 from pcnet3d.pipeline.core.layouts import H36M17
-from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 
 def test_examples_are_of_both_feet_lifted_and_captured():
-    walk = walker(seconds=8)
-    clip = Clip("01_walk", "01", "walker", 30.0, walk.world.astype(np.float32))
-    walks = list(restyled_walks([clip], 2, 0))
+    walks = list(restyled_walks([walked("01_walk", seconds=8)], 2, 0))
     features, contact, weight = examples(walks, 0, "typical")
     frames = sum(len(made) for made, _ in walks)
     assert len(features) == len(contact) == len(weight) == 4 * frames  # 2 feet, lifted and captured

@@ -98,13 +98,6 @@ def mixamo():
 
 
 @pytest.fixture
-def standing(facing_camera):
-    """(17, 3) metres, Z-up, facing -x, the feet near the floor."""
-    away_left_up = facing_camera[:, [2, 0, 1]] * np.array([1, -1, -1])
-    return away_left_up + np.array([0, 0, 0.9])
-
-
-@pytest.fixture
 def clip_of(standing):
     """A clip of somebody who stands, leans and sways a little, by name."""
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.walk import walker
+from golden.virtual import walked
 from pcnet3d.models.gait.contact import SIDES
 from pcnet3d.models.lab.mocap.restyle import (
     NAMED,
@@ -16,15 +16,13 @@ from pcnet3d.models.lab.mocap.restyle import (
     walked_pieces,
 )
 from pcnet3d.pipeline.core.layouts import H36M17
-from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 LONG = Style(stance=0.75, tempo=1.4, even=1.0, step=0.5, lift=0.3)
 
 
 @pytest.fixture(scope="module")
 def piece():
-    walk = walker(seconds=8)
-    (found, *_) = walked_pieces(Clip("01_walk", "01", "walker", 30.0, walk.world.astype(np.float32)))
+    (found, *_) = walked_pieces(walked("01_walk", seconds=8))
     return found
 
 
@@ -113,8 +111,7 @@ def test_a_style_by_name_lies_where_it_says(name):
     drawn = [draw_named(NAMED[name], rng) for _ in range(50)]
     for value, (low, high) in NAMED[name].items():
         assert all(low <= getattr(style, value) <= high for style in drawn)
-    walk = walker(seconds=8)
-    clip = Clip("01_walk", "01", "walker", 30.0, walk.world.astype(np.float32))
+    clip = walked("01_walk", seconds=8)
     ((made, on),) = restyled_walks([clip], 1, 0, name)
     low, high = NAMED[name].get("stance", (0.6, 0.7))
     time_s = np.arange(len(made)) / clip.fps

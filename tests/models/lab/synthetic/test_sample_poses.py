@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from golden.bodies import bone_lengths
+from pcnet3d.models import load_rectifier
 from pcnet3d.models.lab.synthetic.sample_poses import redefined, sample_poses, swing
 from pcnet3d.models.lab.synthetic.views import seen, views
 from pcnet3d.pipeline import H36M17
@@ -22,6 +23,12 @@ def test_the_same_seed_gives_the_same_poses_of_people():
     assert 0.001 < np.isnan(poses[..., 0]).mean() < 0.03
     assert np.isfinite(poses[:, H36M17.indices(("pelvis", "thorax", "l_hip", "r_shoulder"))]).all()
     assert 0.3 < np.nanmedian(bone_lengths(poses)[:, H36M17.bones.index(("l_knee", "l_ankle"))]) < 0.5
+    height = np.linalg.norm(poses[:, H36M17.indices(("l_ankle", "r_ankle"))], axis=-1)
+    assert np.nanmax(height) < 1.2
+    assert np.nanstd(height) > 0.05  # some stand, some squat
+    R, _ = load_rectifier("geometric").rotation(poses)
+    left = poses[:, H36M17.index("l_shoulder")] - poses[:, H36M17.index("r_shoulder")]
+    assert (np.einsum("ti,ti->t", R[:, :, 1], left) < 0).all()  # the left is at -y
 
 
 def test_a_swing_bends_no_knee_and_stretches_no_limb(world):

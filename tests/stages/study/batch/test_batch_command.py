@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
+from commands import recipe_of
 from golden.studies import write_pair, write_study
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_keypoints
@@ -272,7 +273,7 @@ def test_a_subject_filmed_at_two_frame_rates_is_warned_of(pcnet3d, tmp_path):
     walk = walker(seconds=1.5)
     camera = side_camera(walk)
     write_keypoints(tmp_path / "walk.json", walk, camera, np.arange(len(walk)), 0.5, np.random.default_rng(0))
-    (tmp_path / "quick.toml").write_text("".join(f'[[stages]]\nuse = "{use}"\n' for use in _LIFTED))
+    recipe_of(tmp_path / "quick.toml", *_LIFTED)
     size = f"{camera.width}x{camera.height}"
     lines = [f"{rate},s,{rate},walk.json,{rate},{size},quick.toml" for rate in (30, 60)]
     (tmp_path / "manifest.csv").write_text(

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from commands import recipe_of
 from pcnet3d.pipeline import InputError
 from pcnet3d.stages.study.batch.manifest import read_entries
 from refusals import refused
@@ -18,8 +19,7 @@ def study(tmp_path) -> Path:
     (tmp_path / "study").mkdir()
     for name in ("study/a.npy", "study/b.npy", "study/quick.toml", "outside.npy"):
         (tmp_path / name).write_bytes(b"")
-    recipe = '[[stages]]\nuse = "rectify"\n[[stages]]\nuse = "scale"\n[[stages]]\nuse = "export"\n'
-    (tmp_path / "study/quick.toml").write_text(recipe)
+    recipe_of(tmp_path / "study/quick.toml", "rectify", "scale", "export")
     return tmp_path / "study"
 
 

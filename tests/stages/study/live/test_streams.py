@@ -17,7 +17,7 @@ from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.stages import LivePose, live_frames
 from pcnet3d.stages.study.live import frames, streams
 from pcnet3d.stages.study.live.command import live
-from pcnet3d.stages.study.live.source import Incoming, Shot, Source, open_source
+from pcnet3d.stages.study.live.source import Incoming, open_source
 from refusals import refused
 
 QUICK = ["rectify.rectifier=geometric", "report=off"]  # no test opens the report
@@ -248,21 +248,6 @@ def test_networks_are_loaded_before_the_first_image(monkeypatch, numbered_film, 
     monkeypatch.setattr(frames, "Incoming", incoming)
     next(live_frames(numbered_film, toy_detector, rectifier="geometric"))
     assert order[:2] == ["networks", "images"]
-
-
-def test_a_slow_worker_gets_the_newest_image():
-    """Lag stays under two frames: the one that is worked on, and the newest."""
-
-    def camera():
-        for number in range(40):
-            time.sleep(0.01)
-            yield Shot(number, number / 100, np.zeros((2, 2, 3), np.uint8))
-
-    waited = []
-    for shot in Incoming(Source("pipe", camera(), None, waits=False)).until(lambda: False):
-        waited.append(time.perf_counter() - shot.came_s)
-        time.sleep(0.05)
-    assert np.median(waited) < 0.05  # less than the work on one
 
 
 def test_real_time_is_of_files(tmp_path):

@@ -22,7 +22,6 @@ module = pytest.importorskip("pcnet3d.models.lab.training.lifter.train")
 from golden.checkpoints import read_checkpoint, same  # noqa: E402
 from pcnet3d.models.lab.synthetic.keypoint_noise import Noise  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
-from pcnet3d.models.lab.synthetic.on_device.keypoint_noise import Spoilt  # noqa: E402
 from pcnet3d.models.lab.training.lifter.exported import weights_of  # noqa: E402
 from pcnet3d.models.lab.training.lifter.net import LifterNet, NetConfig, _depth  # noqa: E402
 from pcnet3d.models.lab.training.lifter.windows import Batch, Material, Windows  # noqa: E402
@@ -206,7 +205,7 @@ def windows_of(clips):
     """Features of exact keypoints, (6, 10, CHANNELS), and what they show."""
     silent = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
     windows = Windows(clips, Material(unchanged=1.0, mirrored=0.0, other_rates=0.0, focal_known=1.0))
-    windows.spoilt = Spoilt(silent)
+    windows.noise = silent
     return windows.batch(Draw(3, 0), 6, 10)
 
 
@@ -356,9 +355,3 @@ def test_a_wrong_config_is_refused_by_its_key(tmp_path):
         (tmp_path / "c.toml").write_text(tiny((before, after), text=LIFTER))
         with pytest.raises(InputError, match=words):
             module.train_lifter(tmp_path / "c.toml", tmp_path / "out")
-
-
-def test_the_recipe_can_be_read():
-    config = module.read_config(RECIPE)
-    assert config.subjects == "train"
-    assert config.material.poses.turned > 0

@@ -26,6 +26,18 @@ def upright_world(facing_camera):
     return (facing_camera[:, [0, 2, 1]] * [1, 1, -1]).astype(np.float32)
 
 
+def filmed(facing_camera, frames):
+    """400 times somebody who stands still 4 m away: (400, T, 17, 3), and their pixels."""
+    away = (facing_camera + np.array([0, 0, 4.0])).astype(np.float32)
+    joints = torch.from_numpy(np.tile(away, (400, frames, 1, 1)))
+    return joints[..., :2] / joints[..., 2:] * 1000 + 500, joints
+
+
+def standing_still(clips, facing_camera):
+    still = np.tile(upright_world(facing_camera), (150, 1, 1))
+    return tuple(replace(clip, joints=still) for clip in clips)
+
+
 def batch(clips, material, count, frames, step=0):
     return Batch(*(part.numpy() for part in Windows(clips, material).batch(Draw(3, step), count, frames)))
 
@@ -78,10 +90,7 @@ def test_combined_windows_have_other_upper_bodies(clips):
 
 
 def test_a_truncated_image_loses_the_legs_first_and_absent_joints_are_never_seen(facing_camera):
-    joints = torch.from_numpy(
-        np.tile(facing_camera + np.array([0, 0, 4.0]), (400, 5, 1, 1)).astype(np.float32)
-    )
-    pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
+    pixels, joints = filmed(facing_camera, 5)
 
     def lost(**spoilt):
         keypoints, confidence = detect(pixels, joints, Draw(0, 0), Spoilt(**spoilt), 30.0)
@@ -100,14 +109,11 @@ def test_a_truncated_image_loses_the_legs_first_and_absent_joints_are_never_seen
 
 
 def test_a_slow_error_lasts_for_seconds_and_the_confidence_does_not_know_of_it(facing_camera):
-    joints = torch.from_numpy(
-        np.tile(facing_camera + np.array([0, 0, 4.0]), (400, 91, 1, 1)).astype(np.float32)
-    )
-    pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
+    pixels, joints = filmed(facing_camera, 91)
     silent = Noise(std=1e-6, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
     hips = H36M17.indices(("l_hip", "r_hip"))
     (plain, sure), (slow, as_sure) = (
-        detect(pixels, joints, Draw(0, 0), Spoilt(silent, slow=share), 30.0) for share in (0.0, 0.02)
+        detect(pixels, joints, Draw(0, 0), Spoilt(slow=share), 30.0, silent) for share in (0.0, 0.02)
     )
     body = np.ptp(pixels[0, 0].numpy(), axis=0).max()
     off = (slow - plain)[:, :, hips].numpy() / body
@@ -121,9 +127,7 @@ def test_a_slow_error_lasts_for_seconds_and_the_confidence_does_not_know_of_it(f
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_clips_of_people_who_lie_are_drawn_as_often_as_asked(clips, facing_camera, share):
     """Of four clips as long as each other one lies."""
-    upright = tuple(
-        replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips
-    )
+    upright = standing_still(clips, facing_camera)
     lies = replace(upright[0], joints=upright[0].joints[..., [0, 2, 1]] * np.float32([1, -1, 1]))
     windows = Windows((*upright, lies), Material(lying=share))
     drawn = windows._motion(Draw(3, 0), 20, 30.0, 400).numpy()
@@ -131,9 +135,7 @@ def test_clips_of_people_who_lie_are_drawn_as_often_as_asked(clips, facing_camer
 
 
 def test_a_material_that_wants_people_who_lie_is_refused_without_any(clips, facing_camera):
-    upright = tuple(
-        replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips
-    )
+    upright = standing_still(clips, facing_camera)
     with pytest.raises(InputError, match="clips in which somebody lies"):
         Windows(upright, Material(lying=0.1))
 

@@ -8,9 +8,9 @@ import sys
 import numpy as np
 import pytest
 
+from commands import pcnet3d
+from golden.pickles import Trap
 from golden.trainings import tiny
-from pcnet3d.pipeline import rotate
-from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
@@ -29,13 +29,11 @@ OTHERS = {"accad_mocap": {}, "tennis_mocap": {"test": ["tennis-a"]}}  # of the s
 
 
 @pytest.fixture
-def folder(tmp_path, facing_camera, monkeypatch):
+def folder(tmp_path, standing, monkeypatch):
     """A data folder with one subject for every part, and a config beside it."""
-    standing = rotate(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), facing_camera)
     joints = standing + np.random.default_rng(0).normal(0, 0.03, (40, 17, 3))
     data = tmp_path / "data"
     data.mkdir()
-    joints += np.array([0, 0, 0.9]) - joints[:, :1]
     for file, names in {
         "cmu_mocap": ["01", "07", "03"], "hdm05_subset": ["bd"], "accad_mocap": ["accad-f1"],
         "tennis_mocap": ["tennis-a", "tennis-b"],
@@ -52,21 +50,13 @@ def folder(tmp_path, facing_camera, monkeypatch):
     return tmp_path
 
 
-def command(monkeypatch, *words):
-    """Exit code of `pcnet3d WORDS`."""
-    monkeypatch.setattr(sys, "argv", ["pcnet3d", *words])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    return ended.value.code
-
-
 @pytest.fixture
-def train(folder, monkeypatch, capsys):
+def train(folder):
     """Runs `pcnet3d train` in the folder -> exit code and stderr."""
 
     def run(config="tiny.toml", output="out", extra=()):
-        code = command(monkeypatch, "train", config, "-o", output, "--device", "cpu", *extra)
-        return code, capsys.readouterr().err
+        done = pcnet3d("train", config, "-o", output, "--device", "cpu", *extra)
+        return done.returncode, done.stderr
 
     return run
 
@@ -107,15 +97,6 @@ def test_a_checkpoint_of_another_shape(folder, train):
     refused(train(), "out/best.pt", "No such file")
 
 
-class Pickled:
-    """Runs a command when it is unpickled."""
-
-    def __reduce__(self):
-        import os
-
-        return os.system, ("touch was-here",)
-
-
 @pytest.mark.parametrize("what", ["cut", "missing", "list", "elsewhere", "pickled", "pickled by torch"])
 @pytest.mark.filterwarnings("ignore")
 def test_a_damaged_checkpoint_and_a_strangers_pickle(folder, train, what):
@@ -133,9 +114,9 @@ def test_a_damaged_checkpoint_and_a_strangers_pickle(folder, train, what):
         part.rename(folder / "checkpoint-3.0")
         listing.write_text(listing.read_text().replace("checkpoint-3.0", "../checkpoint-3.0"))
     elif what == "pickled":
-        replace_checkpoint(folder / "out", pickle.dumps(Pickled()))
+        replace_checkpoint(folder / "out", pickle.dumps(Trap(folder / "was-here")))
     else:
-        replace_checkpoint(folder / "out", saved({"net": Pickled()}))
+        replace_checkpoint(folder / "out", saved({"net": Trap(folder / "was-here")}))
     refused(
         train(), "out/checkpoint", *(() if what in ("missing", "elsewhere") else ("is damaged", "remove it"))
     )
