@@ -320,8 +320,7 @@ def _turn(takes: Sequence[Stated], known: tuple[float, float, float]) -> tuple[f
 
 
 def _rate(takes: Sequence[Stated]) -> tuple[float, float, float]:
-    # Rates err quickly, in a take more than between people: those of strangers are as those of the fit.
-    share, of_rate, least = np.sqrt(fitted(takes, _of_rate, judge.COVERED))
+    share, of_rate, least = np.sqrt(fitted(takes, _of_rate))
     return round(float(share), 3), round(float(of_rate), 3), round(float(least), 2)
 
 
@@ -359,7 +358,7 @@ def of_strangers(cases: Cases) -> dict[str, dict[str, float]]:
         if statement in OF_BOTH:
             squares = _of_angle([*chain.from_iterable(by_group.values())], statement)[1]
         elif statement.removeprefix("rate of ") in OF_BOTH:
-            squares, covered = _of_rate, judge.COVERED
+            squares = _of_rate
         elif statement in ("joints in depth", "joints across"):
             squares = _of_turn
         elif statement == "BODY's rotation" and (takes := _with_spread(by_group.get("image", ()))):
