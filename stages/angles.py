@@ -18,7 +18,7 @@ from ..models.angle_error.rates import angle_rates
 from ..models.angle_error.take_angles import AngleSeries, angle_series, in_reference
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
-from ..pipeline.core.pose import MadeBy, PoseSequence, Rectified
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.core.take import AngleErrors, Take, Told, in_single
 from ..pipeline.files.finished import read_run
 from ..pipeline.files.video_frames import image_size
@@ -40,10 +40,14 @@ _SIZE = "the size of the video's images too (--set read.image_size=WIDTHxHEIGHT)
 
 @dataclass(frozen=True)
 class Angles:
-    """The stage. It takes the joints that `trajectories` has filtered, and states their error where the lifter
-    does (models/angle_error/joint_covariance.py). smoother: as in `trajectories`; with a
-    classical filter rates are derivatives of the filtered angles. errors: a file with the errors of the lifter that
-    made the poses (pcnet3d evaluate errors --fit); it replaces what is known of that lifter."""
+    """The stage. It takes the joints that `trajectories` has filtered, and states their error where the lifter does
+    (models/angle_error/joint_covariance.py).
+
+    Columns (T,) for every angle of signals.angles.ANGLES, and of signals.foot_angles.FOOT_ANGLES for poses with feet,
+    whose errors are unknown: `<angle>_deg`, `_sd_deg`, `_degps`, its error `_sd_degps`, and `_reason` (int8,
+    signals.angles.REASONS); where that is not 0 the others are NaN. smoother: as in `trajectories`; with a classical
+    filter rates are derivatives of the filtered angles. errors: a file with the errors of the lifter that made the
+    poses (pcnet3d evaluate errors --fit); it replaces what is known of that lifter."""
 
     smoother: Smoother = "auto"
     errors: Path | None = None
@@ -130,29 +134,6 @@ def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None
     if not poses.lifted:
         return notice("angle-errors-of-world", by=_by(poses.made_by))
     return notice("angle-errors-unjudged", by=_by(poses.made_by), more=more)
-
-
-def joint_angles(
-    poses: PoseSequence,
-    rectified: Rectified,
-    filtered: PoseSequence,
-    rates_by_error: bool = True,
-    noise: JointNoise | None = None,
-) -> dict[str, np.ndarray]:
-    """Columns (T,) for every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles.FOOT_ANGLES
-    for
-    poses with feet, whose errors are unknown: `<angle>_deg`, `<angle>_sd_deg`, `<angle>_degps`
-    with its standard deviation `<angle>_sd_degps`, and `<angle>_reason` (int8, pipeline.signals.angles.REASONS); where
-    that is not 0 the others are NaN.
-
-    poses: what was rectified; rectified: the answer; filtered: its `level` through the low-pass
-    (stages.trajectories.smooth). noise: the errors of the lifter that made the poses. Without it the built-in lifter's
-    errors are used for its own poses; angles of other poses have no error. Rates are smoothed by the angles' errors
-    (models/angle_error/rates.py); without rates_by_error they are derivatives. InputError for another layout or frame.
-    """
-    noise = errors_of(poses) if noise is None else noise
-    series, times = angle_series(poses, rectified, filtered, noise)
-    return _columns(series, times, breaks(poses), rates_by_error, noise)
 
 
 class _Standing(NamedTuple):

@@ -163,7 +163,7 @@ def measures(
     group has a `reason`.
 
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
-    the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the poses that
+    the angles (stages.angles.Angles) and paths (stages.trajectories.trajectory); source: the poses that
     were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
     in_image: signals.reprojection.straight_in_image; doubt: of outcomes.turned.
 

@@ -22,7 +22,7 @@ from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate, transpose
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.signals.angles import ANGLES, angles, near
-from pcnet3d.stages.angles import Angles, joint_angles
+from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import rectify
 from pcnet3d.stages.trajectories import smooth
@@ -217,9 +217,13 @@ def test_an_arm_along_its_axis_has_a_reason(seen):
     assert (found["r_shoulder_abduction"].reason == 0).all()
 
 
+def _angles(poses, rectified, filtered):
+    return Angles()(Take("t", poses=poses, rectified=rectified, filtered=filtered)).kinematics
+
+
 def test_walker_through_the_stages_in_its_own_gravity(walk):
     rectified = rectify(walk.poses)
-    columns = joint_angles(walk.poses, rectified, smooth(rectified.level)[0])
+    columns = _angles(walk.poses, rectified, smooth(rectified.level)[0])
     inner = slice(10, -10)
     for name in ("r_knee_flexion", "l_elbow_flexion", "r_thigh_trunk_flexion", "l_shoulder_flexion"):
         true = walk.angles_deg[f"{name}_deg"]
@@ -258,14 +262,14 @@ def test_rates_are_not_taken_where_an_angle_steps_around_or_a_clip_boundary_is(c
     level = rectified.level
     jumped = level.joints.copy()
     jumped[100:] = jumped[60]
-    columns = joint_angles(poses, rectified, level.with_(joints=jumped))
+    columns = _angles(poses, rectified, level.with_(joints=jumped))
     assert np.abs(columns["r_knee_flexion_degps"][100:]).max() < 1e-3
 
 
 def test_another_frame_is_refused(camera_poses):
     rectified = rectify(camera_poses, "geometric", gravity=(0, 1, 0))
     with pytest.raises(InputError):
-        joint_angles(camera_poses, rectified, rectified.body)
+        _angles(camera_poses, rectified, rectified.body)
 
 
 def test_angles_from_a_neutral_are_0_in_it_and_every_file_says_so(walk, camera_poses):

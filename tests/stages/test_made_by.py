@@ -18,7 +18,7 @@ from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.pipeline.running.conclusion import trust
 from pcnet3d.pipeline.signals.rates import fall_doubts
-from pcnet3d.stages.angles import ANGLE_ERRORS, Angles, errors_unknown, joint_angles
+from pcnet3d.stages.angles import ANGLE_ERRORS, Angles, errors_unknown
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.drawing.words import errors_of_angles
 from pcnet3d.stages.export.stage import summary
@@ -174,7 +174,8 @@ def test_a_python_users_lift_says_who_made_it_and_has_errors(keypoints, camera):
     poses = lift(keypoints, (camera.width, camera.height))
     assert poses.made_by == MadeBy("estimated", shipped_noise().lifter)
     rectified = rectify(poses, "geometric")
-    columns = joint_angles(poses, rectified, smooth(rectified.level)[0])
+    take = Take("t", poses=poses, rectified=rectified, filtered=smooth(rectified.level)[0])
+    columns = Angles()(take).kinematics
     assert np.isfinite(columns["r_knee_flexion_sd_deg"]).any()
 
 
