@@ -63,6 +63,11 @@ _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "accelerati
 _UNITS = {unit.ending.removeprefix("_"): unit.table for unit in UNITS.values() if unit.ending} | {"sd": "{}"}
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
+_LEAPING = (
+    "leaps",
+    "swaps",
+)  # findings of poses whose limbs are fast for another reason than a wrong frame rate
+
 # Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`: there is a value; the
 # joint is missing, and too long for a value in between; the standard deviation is larger than all that the take has.
 FINE, MISSING, UNCERTAIN = range(3)
@@ -118,8 +123,12 @@ class Trajectories:
         elif smoothed:
             unjudged = "" if judged else "; that error was not checked, so they have no standard deviation"
             notices.append(notice("smoothed-by-stated-error", unjudged=unjudged))
+        leaping = any(finding.code in _LEAPING for finding in take.findings or ())
+        paced = fall_doubts(level) or [
+            each for each in pace_doubts(path) if not leaping or each.code != "moves-fast"
+        ]
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
-            *notices, *filtered, *(fall_doubts(level) or pace_doubts(path))
+            *notices, *filtered, *paced
         )
 
     def check_rate(self, fps: float) -> None:

@@ -34,7 +34,7 @@ _TIMES = ("never", "once", "twice")
 _Told = tuple[int, str]  # how often it was done, and the words
 _JOINTS = {  # each joint once: its other angles move along
     "knee_flexion": "knees", "thigh_trunk_flexion": "thighs against trunk", "elbow_flexion": "elbows",
-    "shoulder_elevation": "arms raised", "trunk_lean_sagittal": "trunk leaned",
+    "shoulder_elevation": "upper arms from the trunk", "trunk_lean_sagittal": "trunk leaned",
     "trunk_lean_frontal": "trunk leaned", "thorax_pelvis_rotation": "chest turned",
 }  # fmt: skip
 _WAYS = {  # below and above 0
@@ -87,7 +87,7 @@ def _not_seen(measures: Group, seconds: float) -> list[str]:
     )
     return [
         f"no {_and(none, 'or')} in {seconds:.1f} s" if none else "",
-        f"{said} (why: see What happened in the report)" if said else "",
+        f"{said} (why: under What happened)" if said else "",
     ]
 
 
@@ -114,7 +114,11 @@ def _bent(bends: Group, limbs: Group) -> list[_Told]:
     did = "squatted" if squats == count else "bent the knees"
     legs = [subgroup(limbs, leg) for leg in ("r_leg", "l_leg")]
     return [
-        *([(count, f"{did} {_counted([(bends, legs)])}{among}")] if count else []),
+        *(
+            [(count, f"{did} {_counted([(bends, legs)], ', the straighter knee to')}{among}")]
+            if count
+            else []
+        ),
         *_held("held the knees bent", bends),
     ]
 
@@ -174,13 +178,13 @@ def _struck(measures: Group, movement: str, did: str) -> list[_Told]:
 _Moved = tuple[Group, Sequence[Group]]
 
 
-def _counted(moved: Sequence[_Moved]) -> str:
+def _counted(moved: Sequence[_Moved], to: str = " to") -> str:
     """Such as "3 times to 102 ± 7 degrees"; and when there may have been more that nobody saw. moved: of one count."""
     often, unseen = _often(_count(moved[0][0])), text(moved[0][0], "count_reason")
-    return f"{f'at least {often} ({unseen})' if unseen else often}{_peaks(moved)}"
+    return f"{f'at least {often} ({unseen})' if unseen else often}{_peaks(moved, to)}"
 
 
-def _peaks(moved: Sequence[_Moved]) -> str:
+def _peaks(moved: Sequence[_Moved], to: str) -> str:
     """Such as " to 102 degrees (± 7)", " to between 98 and 104 degrees (± 7)"; of both arms each side's own, and the
     largest error. Without peaks whose limbs contradict their keypoints, which are counted behind."""
     parts, errors, left_out = [], [], 0
@@ -198,7 +202,7 @@ def _peaks(moved: Sequence[_Moved]) -> str:
     against = f" ({how_many(left_out, 'angle')} left out: off the keypoints)" if left_out else ""
     if not parts:
         return against
-    return f" to {' and '.join(parts)} degrees{f' (± {max(errors):.0f})' if errors else ''}{against}"
+    return f"{to} {' and '.join(parts)} degrees{f' (± {max(errors):.0f})' if errors else ''}{against}"
 
 
 def _agree(of: Group, limbs: Sequence[Group]) -> list[bool]:
@@ -234,7 +238,7 @@ def _ranges(ranges: Group) -> str:
     if not moving and len(told) == len(_JOINTS) and all(stated):
         return "no joint moves by more than its error"
     joints = [words for _, words in sorted(moving or told, key=lambda each: -each[0])[:_JOINTS_TOLD]]
-    of_ends = " (± for each end)" * any(stated)
+    of_ends = " (± for each end)" if any(stated) else " (errors not known)"
     return f"in nine of ten frames, in degrees{of_ends}: {'; '.join(joints)}" if joints else ""
 
 

@@ -71,8 +71,9 @@ def repeats(
     unseen = "count_reason" if found else "reason"
     said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
     # Of a part nobody knows how far it went: it may be of another like them, if it is none of theirs.
+    first_s = float(take.times[np.flatnonzero(np.isfinite(driver))[0]])
     parts = [
-        (one.start_s, one.stop_s)
+        one.start_s if one.start_s == first_s else one.stop_s
         for one in held
         if one.held_s <= _HOLD_S
         and counts(one)
@@ -80,7 +81,9 @@ def repeats(
     ]
     if parts and not gaps and (found or not holds):
         which = "another" if found else "one"
-        said = [Remark(unseen, f"only part of {which} was seen, from {spans_in_words(parts)}")]
+        said = [
+            Remark(unseen, f"only part of {which} was seen, at {' and '.join(f'{at:.2f}' for at in parts)} s")
+        ]
     result: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
     if not found:
         return result

@@ -224,7 +224,7 @@ def _told(
     unseen = "count_reason" if found else "reason"
     hides = [f"not seen from {spans_in_words(gaps)}"] if gaps else []
     if near and not found:
-        hides.append(f"a foot rises to about the {_KICK_RISES:g} leg lengths that count")
+        hides.append(f"it is uncertain whether a foot rises by {_KICK_RISES:g} leg lengths")
     if limb.image is not None:
         hides.append(HIDES_PUNCHES)
     said = [Remark(unseen, "; ".join(hides))] if hides else []

@@ -114,6 +114,11 @@ def walking(
     values = time_values(gait)
     said = _Means(gait.kind, errors, leg_length(body), root_sd, depth, style_of(values))
     phases = (*_PHASES, "flight_time_s" if gait.kind == "running" else "double_support_percent")
+    timed: tuple[Sequence[str], Sequence[str]] = ("step_time_s", "stance_time_s", *phases), (*_TIMES, *phases)
+    fewest, why_untimed = _STRIDES[gait.kind], list[Row]()
+    if errors is None and len(gait.strides) < fewest:  # nobody knows how far single ones of them are off
+        timed = (), ()
+        why_untimed = [Remark("phases_reason", f"fewer than {fewest} strides, whose errors are not known")]
     lengths, over_floor, belt_share = _lengths(
         gait, filtered, rectified, belt_speed, _BELT_SHARE if lifted and errors else float("nan")
     )
@@ -129,7 +134,7 @@ def walking(
         return [
             Measure("steps", sum(step.side == side for step in gait.steps)),
             Measure("strides", len(spans[side])),
-            *said(values, ("step_time_s", "stance_time_s", *phases), side),
+            *said(values, timed[0], side),
             *said(lengths, ("step_length",), side, share),
             *peaks(
                 columns, filtered.times, [s for s in strides if s.side == side], breaks(filtered), unknown
@@ -153,8 +158,9 @@ def walking(
         *([Remark("count_reason", why)] if (why := goes_on(gait, seen, filtered.times, jumped)) else []),
         *over_floor,
         *said(lengths, _OF_BOTH, share=share),
-        _cadence(said, values, len(strides), _STRIDES[gait.kind]),
-        *said(values, (*_TIMES, *phases)),
+        _cadence(said, values, len(strides), fewest),
+        *said(values, timed[1]),
+        *why_untimed,
         *_symmetries(said, {**values, **lengths}),
         *basis(apart),
         *within("right", of_side("r"), "right"),

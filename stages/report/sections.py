@@ -43,7 +43,7 @@ def session_words(take: Take, facts: Facts) -> Markup:
         take.session.date,
         take.name if take.name != take.title else "",
         f"{_frames(take, facts)}, {facts.duration_s:.1f} s{rate_in_words(facts.poses.fps, ' at ')}",
-        facts.camera_motion and f"camera {facts.camera_motion}",
+        f"camera {facts.camera_motion}" if facts.camera_motion and len(facts.poses) > 1 else "",
     ]
     return small(" · ".join(words for words in told if words))
 
@@ -53,8 +53,9 @@ def _frames(take: Take, facts: Facts) -> str:
     own, video = len(facts.poses), take.video
     if video is None or own >= (looked_at := video.span[1] + 1 - video.span[0]):
         return how_many(own, "frame")
-    part = "this part of " * (looked_at < len(video.time_s))
-    return f"{own} of the {looked_at} frames of {part}the video"
+    part, (first_s, last_s) = "this part of " * (looked_at < len(video.time_s)), facts.poses.times[[0, -1]]
+    whom = f"person {facts.poses.person}, seen from {first_s:.1f} to {last_s:.1f} s"
+    return f"{own} of the {looked_at} frames of {part}the video ({whom})"
 
 
 def files_beside(names: Sequence[str]) -> Markup:

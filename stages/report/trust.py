@@ -66,7 +66,8 @@ def _poses(take: Take, facts: Facts) -> list[Check]:
         level = "care"
         doubts.append("Less than half a second does not show faults that come and go.")
     doubts += [each.text for each in take.notices if each.about == "poses" and each.weight == "warning"]
-    return [(f"The poses are {facts.verdict}", level, doubts)]
+    unjudged = [doubt.code for doubt in facts.doubts] == ["too-few-frames"]
+    return [("The poses cannot be judged" if unjudged else f"The poses are {facts.verdict}", level, doubts)]
 
 
 def _undoubted(poses: PoseSequence) -> str:
@@ -113,7 +114,7 @@ def _angles(take: Take) -> list[Check]:
     least, most = (f"{SD_90 * of(known):.0f}" for of in (min, max))
     each = least if least == most else f"{least} to {most}"
     how = f", {ERRORS_OF_ANGLES[take.angle_errors]}" if take.angle_errors else ""
-    words = f"Known to within {each}° (90 %), depending on the angle{how}."
+    words = f"Mostly known to within {each}° (90 %), depending on the angle{how}."
     if within <= _TOLD:
         return [("Joint angles", "good", [words, *basis])]
     return [

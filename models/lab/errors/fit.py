@@ -15,7 +15,9 @@ import numpy as np
 from .judge import Stated, tenths
 
 _CASES = 250  # of a take
-STRANGERS = 0.915  # covered of the people of the fit, that judge.COVERED of strangers before other cameras are
+STRANGERS = (
+    0.915  # covered of the people of the fit, that judge.COVERED of strangers before other cameras are
+)
 _SOFT = 0.02  # of the loss's corner, in logarithms
 _TINY = 1e-12
 _NOTHING = 9.0  # in logarithms, by which a part that is none is smaller than usual squares of errors

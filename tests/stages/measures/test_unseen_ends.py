@@ -70,7 +70,7 @@ def test_beside_whole_ones_a_part_at_an_end_is_told(backwards):
     x = 10 + whole + 80 * np.clip(TIME - 11, 0, 1)
     found = bends(x[::-1] if backwards else x)
     assert found["count"] == 1
-    assert found["count_reason"].startswith("only part of another was seen, from ")
+    assert found["count_reason"].startswith("only part of another was seen, at ")
     assert "count_reason" not in bends(10 + whole)
     small = 10 + whole + 0.3 * (x - 10 - whole)  # at the end it changes by less than what counts
     assert "count_reason" not in bends(small)

@@ -15,6 +15,7 @@ from pcnet3d.models.gait.of_take import body_joints, gait_of, least_step
 from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.core.frames import CAMERA, PC_CAMERA, change_frame
 from pcnet3d.pipeline.core.measures import Measure, nested
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.measures.floor import floor
 from pcnet3d.stages.measures.stage import Measures
@@ -147,6 +148,21 @@ def test_no_cadence_from_fewer_than_three_strides(walk):
     assert walking["right"]["strides"] + walking["left"]["strides"] == 2
     assert walking["cadence_reason"] == "fewer than 3 strides"
     assert "cadence_spm" not in walking
+    assert "mean_stance_percent" in walking["right"]
+
+
+def test_a_stranger_lifters_few_strides_have_no_phases(walk):
+    """A woman walked two strides, lifted by a network whose contacts nobody judged: her double support was told as
+    37 %, and was 25."""
+    strikes = np.sort(np.concatenate(list(walk.heel_strikes_s.values())))
+    seen = seen_from(walk, 90.0)
+    few = seen.rows(round(30 * (strikes[1] - 0.1)), round(30 * (strikes[4] + 0.25)))
+    for poses in (few, seen):
+        walking = nested(measured(poses.with_(made_by=MadeBy("estimated", "another"))).measures)["walking"]
+        told = poses is seen
+        assert ("mean_double_support_percent" in walking) == told
+        assert ("mean_stance_percent" in walking["right"]) == told
+        assert ("phases_reason" in walking) != told
 
 
 def test_lengths_of_motion_capture_have_no_errors_of_a_lifter(walk, take):
