@@ -18,8 +18,6 @@ from ..pipeline.signals.checks import NEAR_S, grid_rows, strays_of
 from ..pipeline.signals.filters import BRIDGED_S, holes
 from ..pipeline.signals.visibility import not_seen, size_doubted, unseen
 
-_LISTED = 3  # gaps named in a sentence
-
 
 @dataclass(frozen=True)
 class Clean:
@@ -75,7 +73,7 @@ def _lacking(time_s: np.ndarray) -> list[Notice]:
 
 def _when(rows: np.ndarray, time_s: np.ndarray) -> str:
     """Of holes before these rows (N,)."""
-    return f"from {spans_in_words(time_s[np.c_[rows - 1, rows]].tolist(), _LISTED)}"
+    return f"from {spans_in_words(time_s[np.c_[rows - 1, rows]].tolist())}"
 
 
 def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:

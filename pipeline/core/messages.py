@@ -30,7 +30,7 @@ def rate_in_words(fps: float, before: str) -> str:
     return f"{before}{fps:.4g} a second" if math.isfinite(fps) else ""
 
 
-def spans_in_words(spans: Sequence[tuple[float, float]], most: int = 1) -> str:
+def spans_in_words(spans: Sequence[tuple[float, float]], most: int = 3) -> str:
     """Times from one second to another, such as "0.50 to 1.00 s, 2.00 to 3.00 s and 2 more times", of which so many are
     told."""
     told = ", ".join(f"{begin:.2f} to {end:.2f} s" for begin, end in spans[:most])

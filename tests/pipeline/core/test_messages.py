@@ -44,9 +44,9 @@ def test_a_count_of_one_is_singular():
 def test_spans_of_time_in_a_sentence():
     spans = [(0.5, 1), (2, 3), (4, 5.125)]
     assert messages.spans_in_words(spans[:1]) == "0.50 to 1.00 s"
-    assert messages.spans_in_words(spans) == "0.50 to 1.00 s and 2 more times"
+    assert messages.spans_in_words(spans, 1) == "0.50 to 1.00 s and 2 more times"
     assert messages.spans_in_words(spans, 2) == "0.50 to 1.00 s, 2.00 to 3.00 s and 1 more time"
-    assert messages.spans_in_words(spans, 3) == "0.50 to 1.00 s, 2.00 to 3.00 s, 4.00 to 5.12 s"
+    assert messages.spans_in_words(spans) == "0.50 to 1.00 s, 2.00 to 3.00 s, 4.00 to 5.12 s"
 
 
 def test_one_frame_has_no_rate():
