@@ -63,10 +63,8 @@ _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "accelerati
 _UNITS = {unit.ending.removeprefix("_"): unit.table for unit in UNITS.values() if unit.ending} | {"sd": "{}"}
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
-_LEAPING = (
-    "leaps",
-    "swaps",
-)  # findings of poses whose limbs are fast for another reason than a wrong frame rate
+# Findings of poses whose limbs are fast for another reason than a wrong frame rate.
+_LEAPING = ("leaps", "swaps")
 
 # Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`: there is a value; the
 # joint is missing, and too long for a value in between; the standard deviation is larger than all that the take has.
