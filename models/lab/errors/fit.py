@@ -15,8 +15,8 @@ import numpy as np
 from .judge import Stated, tenths
 
 _CASES = 250  # of a take
-# Covered of the people of the fit, that judge.COVERED of strangers before other cameras are: by folds of people 0.91 of
-# strangers before the same cameras, which cost another hundredth.
+# Covered of the people of the fit, that judge.COVERED of strangers before other cameras are. By folds of people about
+# 0.91 lie inside before the same cameras; other cameras cost about a hundredth.
 STRANGERS = 0.915
 _SOFT = 0.02  # of the loss's corner, in logarithms
 _TINY = 1e-12
