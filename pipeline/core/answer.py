@@ -73,21 +73,18 @@ def answer(take: Take) -> list[str]:
 
 
 def _not_seen(measures: Group, seconds: float) -> list[str]:
-    """A sentence on what was not there, and one on what cannot be told or was not looked for, where there is any. The
+    """A sentence each on what was not there, what cannot be told, and what was not looked for, where there is any. The
     reasons are in the measures."""
     outcomes = {words: text(subgroup(measures, name), "outcome") for name, words in _MOVEMENTS.items()}
-    none, *untold = (
+    none, untold, passed = (
         [words for words, code in outcomes.items() if code == which]
         for which in (NONE, CANNOT_BE_TOLD, NOT_LOOKED_FOR)
     )
-    said = "; ".join(
-        f"{how}: {_and(words)}"
-        for how, words in zip(("cannot be told", "not looked for"), untold, strict=True)
-        if words
-    )
+    why = "(why: in the report, under What happened)"
     return [
         f"no {_and(none, 'or')} in {seconds:.1f} s" if none else "",
-        f"{said} (why: under What happened)" if said else "",
+        f"cannot be told: {_and(untold)}{f' {why}' * (not passed)}" if untold else "",
+        f"not looked for: {_and(passed)} {why}" if passed else "",
     ]
 
 

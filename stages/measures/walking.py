@@ -118,7 +118,7 @@ def walking(
     fewest, why_untimed = _STRIDES[gait.kind], list[Row]()
     if errors is None and len(gait.strides) < fewest:  # nobody knows how far single ones of them are off
         timed = (), ()
-        why_untimed = [Remark("phases_reason", f"fewer than {fewest} strides, whose errors are not known")]
+        why_untimed = [Remark("timing_reason", f"fewer than {fewest} strides, whose errors are not known")]
     lengths, over_floor, belt_share = _lengths(
         gait, filtered, rectified, belt_speed, _BELT_SHARE if lifted and errors else float("nan")
     )

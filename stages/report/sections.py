@@ -54,7 +54,7 @@ def _frames(take: Take, facts: Facts) -> str:
     if video is None or own >= (looked_at := video.span[1] + 1 - video.span[0]):
         return how_many(own, "frame")
     part, (first_s, last_s) = "this part of " * (looked_at < len(video.time_s)), facts.poses.times[[0, -1]]
-    whom = f"person {facts.poses.person}, seen from {first_s:.1f} to {last_s:.1f} s"
+    whom = f"person {facts.poses.person}, from {first_s:.1f} to {last_s:.1f} s"
     return f"{own} of the {looked_at} frames of {part}the video ({whom})"
 
 

@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take, rotate
-from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.filters import derivative
 from pcnet3d.stages import rectify
@@ -255,26 +254,6 @@ def test_a_notebook_is_told_too_that_nothing_was_filtered(facing_camera):
     level = PoseSequence(np.tile(facing_camera, (40, 1, 1)), H36M17, LEVEL, time_s=np.arange(40) / 10)
     assert smooth(level)[0].history[-1].options["unfiltered"]
     assert "unfiltered" not in smooth(level, filter="none")[0].history[-1].options
-
-
-def test_slow_motion_is_told(facing_camera):
-    """A hand that takes half a minute from the hip to overhead."""
-    joints = np.tile(facing_camera, (400, 1, 1))
-    joints[:, H36M17.index("r_wrist"), 1] -= np.linspace(0, 1, 400)
-    body = PoseSequence(joints, H36M17, CAMERA.with_(origin="pelvis"), time_s=np.arange(400) / 12.5)
-    take = Trajectories()(Take("t", poses=body, rectified=rectify(body)))
-    assert "moves-slowly" in codes(take)
-
-
-def test_poses_that_leap_do_not_say_that_the_frame_rate_is_wrong(facing_camera):
-    """Of mirrored frames hands were said to be faster than people's, "if the rate is wrong"."""
-    joints = np.tile(facing_camera, (400, 1, 1))
-    joints[:, H36M17.index("r_wrist"), 1] -= 2 * np.sin(np.arange(400) / 5)
-    body = PoseSequence(joints, H36M17, CAMERA.with_(origin="pelvis"), time_s=np.arange(400) / 100)
-    take = Take("t", poses=body, rectified=rectify(body))
-    assert "moves-fast" in codes(Trajectories()(take))
-    leaps = (notice("leaps", count=3, first=1),)
-    assert "moves-fast" not in codes(Trajectories()(take.with_(findings=leaps)))
 
 
 def test_nothing_is_taken_across_a_refused_frame(facing_camera):

@@ -115,9 +115,10 @@ def test_where_nothing_is_recognised_the_main_joints_are_told_and_what_cannot_be
         "knee_bends": {"outcome": NONE, "count": 0},
         "jumps": {"outcome": NOT_LOOKED_FOR, "reason": "the camera moves"},
     }
-    none, untold, joints = answer(take(range_of_motion=RANGES | beyond, **groups))
+    none, untold, not_looked_for, joints = answer(take(range_of_motion=RANGES | beyond, **groups))
     assert none == "No bends of both knees in 3.1 s."
-    assert untold == ("Cannot be told: walking; not looked for: jumps (why: under What happened).")
+    assert untold == "Cannot be told: walking."
+    assert not_looked_for == "Not looked for: jumps (why: in the report, under What happened)."
     assert joints.startswith("In nine of ten frames, in degrees (± for each end): knees 8 to 68")
     assert joints.endswith("; trunk leaned 1 back to 9 forward.")
     assert "elbow" not in joints  # beyond what joints reach

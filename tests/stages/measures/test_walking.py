@@ -162,7 +162,7 @@ def test_a_stranger_lifters_few_strides_have_no_phases(walk):
         told = poses is seen
         assert ("mean_double_support_percent" in walking) == told
         assert ("mean_stance_percent" in walking["right"]) == told
-        assert ("phases_reason" in walking) != told
+        assert ("timing_reason" in walking) != told
 
 
 def test_lengths_of_motion_capture_have_no_errors_of_a_lifter(walk, take):

@@ -330,7 +330,8 @@ def test_why_no_figures_are_made_is_the_first_thing_said(walk_take):
 
 def test_the_head_says_of_how_many_frames_the_person_was_followed_in_some(walk_take, film):
     """157 of 230 frames were called "157 frames"."""
-    assert "60 of the 75 frames of the video" in report(walk_take.with_(video=film(75)).telling(images=False))
+    head = report(walk_take.with_(video=film(75)).telling(images=False))
+    assert "60 of the 75 frames of the video (person walker, from 0.0 to 2.0 s)" in head
     assert "60 frames, 2.0 s" in report(walk_take.with_(video=film(60)).telling(images=False))
     part = replace(film(75), part=(5, 69))
     assert "60 of the 65 frames of this part of" in report(walk_take.with_(video=part).telling(images=False))
