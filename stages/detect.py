@@ -21,7 +21,7 @@ from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.reading.choose import choose_person
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
 from ..pipeline.signals.swap_repair import treated
-from ..pipeline.signals.tracker import REACH
+from ..pipeline.signals.tracker import REACH, SIZE_STEP
 
 _LISTED = 5  # people named in a note
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
@@ -120,8 +120,8 @@ def _notices(found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSe
 
 
 def _may_be(found: Detections, one: PoseSequence, other: PoseSequence) -> bool:
-    """Whether two tracks may be of one person: never in one image, and within reach wherever one goes on for the other.
-    In another scene anything is within reach."""
+    """Whether two tracks may be of one person: never in one image, and as large and within reach wherever one goes on
+    for the other. In another scene anything is within reach."""
     rows = np.isin(found.person, [int(one.person), int(other.person)])
     corners = found.box[rows].reshape(-1, 2, 2)
     turns = np.flatnonzero(np.diff(found.person[rows]))
@@ -130,4 +130,5 @@ def _may_be(found: Detections, one: PoseSequence, other: PoseSequence) -> bool:
     size = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
     way = np.linalg.norm(np.diff(corners.mean(axis=1), axis=0), axis=1)[turns]
     reach = (REACH + _FASTEST * np.diff(found.time_s[rows])[turns]) * np.maximum(size[turns], size[turns + 1])
-    return bool((np.diff(frames) > 0).all() and (cut | (way <= reach)).all())
+    alike = np.abs(np.log(size[turns + 1] / size[turns])) <= SIZE_STEP
+    return bool((np.diff(frames) > 0).all() and (cut | (alike & (way <= reach))).all())

@@ -16,7 +16,7 @@ from ...pipeline.core.layouts import Layout
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.signals.tracker import REACH, Tracker, sighted
+from ...pipeline.signals.tracker import FRAME_S, REACH, Tracker, exchanges, sighted, steps
 from .json import numbers
 
 # Joints of one side that lie near each other in every pose: the bones of limbs, trunk, feet and face.
@@ -28,7 +28,6 @@ _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd,
 _WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
 _PIECE = 10_000  # frames whose steps are looked at together
 _SURE = 0.5  # of a joint's usual score
-_FEWEST = 3  # joints that tell how far a body has moved
 
 
 @dataclass(frozen=True, eq=False)
@@ -259,11 +258,14 @@ def linked(detections: Iterable[Detection]) -> list[Detection]:
 
 
 def _sure_leap(poses: PoseSequence) -> list[Notice]:
-    """`leap` among the rows whose joints score half as much as usual, or are not scored: a detector that is lost for a
-    frame puts a body anywhere."""
+    """`leap`, or a size that becomes another one, among the rows whose joints score half as much as usual, or are not
+    scored: a detector that is lost for a frame puts a body anywhere."""
     score = np.nan_to_num(poses.confidence)
     sure = score.sum(axis=1) >= _SURE * (np.isfinite(poses.confidence) @ np.median(score, axis=0))
-    return leap(poses.frame_index[sure], poses.joints[sure])
+    frames, points = poses.frame_index[sure], poses.joints[sure]
+    time_s = frames * FRAME_S if poses.time_s is None else poses.time_s[sure]
+    others = exchanges(time_s, points)
+    return leap(frames, points) or [notice("another-size", frame=int(frames[row])) for row in others[:1]]
 
 
 def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
@@ -276,7 +278,7 @@ def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
     if len(frames) < 2:
         return []
     starts = range(0, len(frames) - 1, _PIECE)  # hours of video at once would double the memory
-    far = np.concatenate([_steps(points[start : start + _PIECE + 1]) for start in starts])
+    far = np.concatenate([steps(points[start : start + _PIECE + 1]) for start in starts])
     unseen = np.diff(frames) - 1
     far = np.where(far < REACH + _WANDER * unseen, 0, far)
     row = int(far.argmax())
@@ -286,15 +288,3 @@ def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
     if unseen[row]:
         return [notice("leap-after-gap", **where, unseen=int(unseen[row]))]
     return [notice("leap-between-people", **where)]
-
-
-def _steps(points: np.ndarray) -> np.ndarray:
-    """(T - 1,) mean distance over the body's size from each row of points (T, J, 2) to the next, 0 where fewer than
-    three joints are seen in both: of who comes into the picture a hand is the whole body at first, and its error as
-    large."""
-    apart = np.linalg.norm(np.diff(points, axis=0), axis=-1)
-    size = np.linalg.norm(np.fmax.reduce(points, axis=1) - np.fmin.reduce(points, axis=1), axis=-1)
-    both = np.isfinite(apart).sum(axis=1)
-    sizes = both * np.fmax(size[1:], size[:-1])
-    enough = (sizes > 0) & (both >= _FEWEST)
-    return np.divide(np.nansum(apart, axis=1), sizes, out=np.zeros(len(apart)), where=enough)

@@ -11,6 +11,13 @@ REACH = 0.5  # of the body's size: how far a person's joints may have moved, on 
 _MEMORY = 30  # frames after which somebody who was lost counts as a new person
 _PACE = 10  # frames over which it is seen how people move on
 _NEVER = 1e6
+# Somebody else goes on where joints move by so much of the body's size from one frame to the next, or farther by so
+# much a second that nobody is seen, and the size in the image stays another one: its natural logarithm's step, of
+# medians over so long before and after. That of one person does in one of 332 captured takes.
+_STEP, _A_SECOND = 0.12, 2.5
+FRAME_S = 1 / 30  # from frame to frame, where nobody knows
+SIZE_STEP, _SIZE_S = 0.25, 0.2
+_FEWEST = 3  # joints that tell how far a body has moved
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +81,37 @@ class Tracker:
     def cut(self) -> None:
         """What follows shows something else: nobody is who was there before."""
         self._tracks = {}
+
+
+def steps(points: np.ndarray) -> np.ndarray:
+    """(T - 1,) mean distance over the body's size from each row of points (T, J, 2) to the next, 0 where fewer than
+    three joints are seen in both: of who comes into the picture a hand is the whole body at first, and its error as
+    large."""
+    apart = np.linalg.norm(np.diff(points, axis=0), axis=-1)
+    size = _size(points)
+    both = np.isfinite(apart).sum(axis=1)
+    sizes = both * np.fmax(size[1:], size[:-1])
+    enough = (sizes > 0) & (both >= _FEWEST)
+    return np.divide(np.nansum(apart, axis=1), sizes, out=np.zeros(len(apart)), where=enough)
+
+
+def exchanges(time_s: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Rows (N,) of one track at which somebody else of another size in the image goes on: of people who cross, a
+    detector may follow the other one. time_s: (T,) increasing. points: (T, J, 2), NaN where missing."""
+    gap = np.maximum(np.diff(time_s) - FRAME_S, 0)
+    rows = np.flatnonzero(steps(points) > _STEP + _A_SECOND * gap) + 1
+    size = _size(points)
+    before, after = np.searchsorted(time_s, (time_s[rows - 1] - _SIZE_S, time_s[rows] + _SIZE_S))
+    changes = [
+        abs(np.log(np.median(size[row:stop]) / np.median(size[start:row])))
+        for start, row, stop in zip(before, rows, after, strict=True)
+    ]
+    return rows[np.array(changes, dtype=np.float64) > SIZE_STEP]
+
+
+def _size(points: np.ndarray) -> np.ndarray:
+    """(T,) of the body in the image, corner to corner; NaN of nobody."""
+    return np.linalg.norm(np.fmax.reduce(points, axis=1) - np.fmin.reduce(points, axis=1), axis=-1)
 
 
 def _gone_on(track: Sequence[Sighting], frame: int) -> Sighting:

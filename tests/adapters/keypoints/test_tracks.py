@@ -137,3 +137,11 @@ def test_two_who_are_never_seen_together_are_doubted(write, moving, gap, bodies,
         (each.code, each.values["frame"], round(float(each.values["sizes"]), 1)) for each in poses.notices
     ]
     assert said == [(code, frames[5], bodies)] * warned
+
+
+def test_a_track_that_goes_on_with_somebody_of_another_size_is_doubted(write, moving):
+    """Nearer than half a body's size, so no leap."""
+    _, points = moving(17, [0] * 10)
+    points[5:, :, :2] = 1.5 * points[5:, :, :2]
+    (poses,) = _people(write, "coco_tracks", (np.arange(10), points)).values()
+    assert [(said.code, said.values["frame"]) for said in poses.notices] == [("another-size", 5)]

@@ -245,9 +245,10 @@ def test_who_is_lost_and_found_again_is_not_counted_as_somebody_else(walk_film, 
         def people(self, image, before=()):
             frame = self._frame + 1
             self._frame = 4
-            far, near = super().people(image, before)
+            far, _ = super().people(image, before)
             self._frame = frame
-            return (far,) if frame < 2 else (near,) * (frame >= found_in)
+            there = replace(far, xy=far.xy + 100, box=far.box + 100)
+            return (far,) if frame < 2 else (there,) * (frame >= found_in)
 
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Lost())
     video = Take("walk", video=walk_film)
@@ -256,6 +257,20 @@ def test_who_is_lost_and_found_again_is_not_counted_as_somebody_else(walk_film, 
     assert bool(chosen.values["unsure"]) == again
     found = detect(walk_film, Lost())
     assert _may_be(replace(found, cuts=np.array([2])), *found.people())  # another scene
+
+
+def test_a_detector_that_goes_on_with_somebody_else_gives_two_people(walk_film, monkeypatch):
+    """A man went behind a woman, and his track went on with her: an arm was raised that was hers."""
+
+    class Crossing(_Two):
+        def people(self, image, before=()):
+            self._frame = max(self._frame, 4)
+            man = super().people(image, before)[-1]
+            return (man,) if self._frame < 15 else (replace(man, xy=20 + 0.6 * man.xy, box=20 + 0.6 * man.box),)
+
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Crossing())
+    chosen = Detect()(Take("walk", video=walk_film)).notices[1]
+    assert (chosen.values["listed"], chosen.values["unsure"]) == ("1 (30), 0 (10)", "")
 
 
 def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, monkeypatch):

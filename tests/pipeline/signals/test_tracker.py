@@ -1,8 +1,9 @@
 """Names of people: the same from frame to frame, through short gaps and past each other, never over a cut."""
 
 import numpy as np
+import pytest
 
-from pcnet3d.pipeline.signals.tracker import Sighting, Tracker
+from pcnet3d.pipeline.signals.tracker import Sighting, Tracker, exchanges
 
 
 def person(frame: int, x: float, y: float = 100, size: float = 50) -> Sighting:
@@ -68,3 +69,16 @@ def test_a_tracker_goes_on_from_what_is_known():
     # The first one has gone on to 280 meanwhile, nearer to where the other was than to where they were seen last.
     frame = [person(18, 281), person(18, 401), person(18, 900)]
     assert whole.names(frame) == later.names(frame) == [0, 1, 2]
+
+
+@pytest.mark.parametrize(("aside", "size", "told"), [(0.2, 1.4, True), (0.2, 1, False), (0, 1.4, False)])
+@pytest.mark.parametrize("lasts", [1, 20])
+def test_who_goes_on_elsewhere_and_of_another_size_is_somebody_else(aside, size, told, lasts):
+    """Of two who cross a detector followed now one and now the other, and the page spoke of one. A frame in which it is
+    lost is no other person, nor is who jumps aside or is taken for larger on the spot."""
+    points = np.stack([person(frame, 100 + frame).points for frame in range(40)])
+    there = slice(20, 20 + lasts)
+    middle = points[there].mean(axis=1, keepdims=True)
+    points[there] = middle + size * (points[there] - middle) + (aside * np.linalg.norm(np.ptp(points[0], axis=0)), 0)
+    points[:, 3] = np.nan
+    assert exchanges(np.arange(40) / 30, points).tolist() == [20] * (told and lasts > 1)
