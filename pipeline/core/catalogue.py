@@ -158,14 +158,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "sides-doubtful": ("warning", "left and right",
         "Left and right are doubtful: {evidence}."),
     "swaps-found": ("warning", "left and right",
-        "The {what} look wrong: {swaps} ({wrong} of {of:~row}). --set read.swaps=repair corrects this, --set "
+        "The {what} look wrong: {swaps} ({wrong} of {of:~frame}). --set read.swaps=repair corrects this, --set "
         "read.swaps=mask removes it."),
     "swaps-doubtful": ("warning", "left and right",
         "The {what} look wrong: {doubt}."),
     "swaps-repaired": ("repair", "left and right",
-        "The {what} were corrected as asked: {swaps} ({wrong} of {of:~row})."),
+        "The {what} were corrected as asked: {swaps} ({wrong} of {of:~frame})."),
     "swaps-masked": ("repair", "left and right",
-        "The {what} were masked as asked: {swaps} ({wrong} of {of:~row})."),
+        "The {what} were masked as asked: {swaps} ({wrong} of {of:~frame})."),
     "swapped-keypoints": ("warning", "left and right",
         "If the poses were lifted from these keypoints, {wrong:~pose is/poses are} wrong. Leave --poses out and give "
         "--set read.swaps=repair: then the keypoints are lifted again."),

@@ -267,7 +267,7 @@ def _rows(members: Mapping[str, Any], length: str) -> Markup:
         name
         for member in members.values()
         for name in member
-        if name not in FOR_FILES and (name != "nan_share" or value(member, name))
+        if name not in FOR_FILES and (name != "nan_share" or value(member, name)) and not _of_one(members, name)
     )
     columns = [_whole([_cell_of(member, name) for member in members.values()]) for name in order]
     if not order:
@@ -283,6 +283,12 @@ def _rows(members: Mapping[str, Any], length: str) -> Markup:
         return table(("", *map(worded, members)), rows)
     rows = [[worded(name), *cells] for name, *cells in zip(members, *columns, strict=True)]
     return table(("", *names), rows)
+
+
+def _of_one(members: Mapping[str, Any], name: str) -> bool:
+    """Whether a figure is the mean of one figure that stands beside it, in each member that has it."""
+    single = [member.get(name.removeprefix("mean_")) for member in members.values() if name in member]
+    return name.startswith("mean_") and all(isinstance(leaf, list) and len(leaf) == 1 for leaf in single)
 
 
 def _without(members: Mapping[str, Any], names: Sequence[str]) -> Group:

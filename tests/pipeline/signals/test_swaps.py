@@ -290,6 +290,6 @@ def test_the_command_line_repairs_counts_and_refuses_other_words(tmp_path, poses
     ]
     assert (
         said
-        == "The poses were corrected as asked: legs exchanged in frames 60-69 at 2.00 s (10 of 240 rows)."
+        == "The poses were corrected as asked: legs exchanged in frames 60-69 at 2.00 s (10 of 240 frames)."
     )
     assert pcnet3d("run", *options, "--set", "read.swaps=fix").returncode == 2

@@ -230,6 +230,19 @@ def test_few_members_with_many_figures_are_columns():
     assert cells(said)[-3:] == ["initial contacts (s)", "0.50, 1.00", "0.50, 1.00"]
 
 
+def test_the_mean_of_one_stride_does_not_stand_beside_it():
+    def page(strides):
+        sides = [
+            within(side, [*(Measure("swing_peak", 60.0 + i, "deg", number=i) for i in range(strides)),
+                          Measure("mean_swing_peak", 60.0, "deg")])
+            for side in ("right", "left")
+        ]  # fmt: skip
+        return measure_tables(grouped([one for side in sides for one in side]), level=3)
+
+    assert "mean swing peak" not in page(1)
+    assert "mean swing peak" in page(2)
+
+
 def test_a_difference_within_its_error_is_said_where_it_stands_alone():
     index = {"step_time_symmetry_index_percent": 6.0, "step_time_symmetry_index_error_percent": 3.7}
     for inside, said in ((True, "6 ± 6.1 %, within its error"), (False, "6 ± 6.1 %")):
