@@ -34,8 +34,8 @@ def floor(
     if filtered.root is None:
         return [Remark("reason", no_place(rectified))]
     walked = grouped(walking)
-    if why := text(walked, "reason"):
-        return [Remark("reason", why)]
+    if text(walked, "reason"):
+        return [Remark("reason", "when the feet stand cannot be told")]
     ankles = {side: filtered.joint(f"{side}_ankle").astype(np.float64) for side in SIDES}
     flat = [
         (side, rows)
