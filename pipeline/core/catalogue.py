@@ -55,8 +55,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "leap-after-gap": ("warning", "files",
         "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} unseen: it may be "
         "another person from then on."),
-    "another-size": ("warning", "files",
-        "The person is somewhere else and of another size at frame {frame}: it may be another person from then on."),
     "no-joint-centres": ("warning", "files",
         "People left out, because their points are not joint centres: {people}."),
     "no-track-number": ("warning", "files",

@@ -12,11 +12,11 @@ _MEMORY = 30  # frames after which somebody who was lost counts as a new person
 _PACE = 10  # frames over which it is seen how people move on
 _NEVER = 1e6
 # Somebody else goes on where joints move by so much of the body's size from one frame to the next, or farther by so
-# much a second that nobody is seen, and the size in the image stays another one: its natural logarithm's step, of
-# medians over so long before and after. That of one person does in one of 332 captured takes.
-_STEP, _A_SECOND = 0.12, 2.5
-FRAME_S = 1 / 30  # from frame to frame, where nobody knows
-SIZE_STEP, _SIZE_S = 0.25, 0.2
+# much a second that nobody is seen, and then stay: so far from where they were going, or of another size (its natural
+# logarithm's step), by medians over so long before and after.
+_STEP, _A_SECOND, _FRAME_S = 0.12, 2.5, 1 / 30
+_APART, SIZE_STEP, _NEAR_S = 0.15, 0.25, 0.25
+_PATH = 4  # frames that show where somebody was going
 _FEWEST = 3  # joints that tell how far a body has moved
 
 
@@ -96,17 +96,33 @@ def steps(points: np.ndarray) -> np.ndarray:
 
 
 def exchanges(time_s: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Rows (N,) of one track at which somebody else of another size in the image goes on: of people who cross, a
-    detector may follow the other one. time_s: (T,) increasing. points: (T, J, 2), NaN where missing."""
-    gap = np.maximum(np.diff(time_s) - FRAME_S, 0)
-    rows = np.flatnonzero(steps(points) > _STEP + _A_SECOND * gap) + 1
+    """Rows (N,) of one track at which somebody else goes on: of people who cross, a detector may follow the other one.
+    time_s: (T,) increasing. points: (T, J, 2), NaN where missing. A cut within a scene is the same to it."""
+    wander = _A_SECOND * np.maximum(np.diff(time_s) - _FRAME_S, 0)
+    rows = np.flatnonzero(steps(points) > _STEP + wander) + 1
     size = _size(points)
-    before, after = np.searchsorted(time_s, (time_s[rows - 1] - _SIZE_S, time_s[rows] + _SIZE_S))
-    changes = [
-        abs(np.log(np.median(size[row:stop]) / np.median(size[start:row])))
-        for start, row, stop in zip(before, rows, after, strict=True)
-    ]
-    return rows[np.array(changes, dtype=np.float64) > SIZE_STEP]
+    bounds = np.searchsorted(time_s, (time_s[rows - 1] - _NEAR_S, time_s[rows] + _NEAR_S))
+    found = []
+    for row, start, stop in zip(rows, *bounds, strict=True):
+        sizes = [float(np.nanmedian(size[part])) for part in (slice(start, row), slice(row, stop))]
+        off = 0.0
+        if min(row - start, stop - row) >= _PATH:
+            at_s, middle = (time_s[row - 1] + time_s[row]) / 2, np.nanmean(points[start:stop], axis=1)
+            was, goes_on = (
+                _on_path(time_s[part], middle[part.start - start : part.stop - start], at_s)
+                for part in (slice(start, row), slice(row, stop))
+            )
+            off = float(np.linalg.norm(goes_on - was)) / max(sizes)
+        if abs(np.log(sizes[1] / sizes[0])) > SIZE_STEP or off > _APART + wander[row - 1]:
+            found.append(row)
+    return np.array(found, dtype=int)
+
+
+def _on_path(time_s: np.ndarray, points: np.ndarray, at_s: float) -> np.ndarray:
+    """(2,) where points (T, 2) are at a moment by the line through them, of medians (Theil 1950)."""
+    first, last = np.triu_indices(len(points), 1)
+    speed = np.nanmedian((points[last] - points[first]) / (time_s[last] - time_s[first])[:, None], axis=0)
+    return np.nanmedian(points + speed * (at_s - time_s)[:, None], axis=0)
 
 
 def _size(points: np.ndarray) -> np.ndarray:
