@@ -267,7 +267,9 @@ def _sure_leap(poses: PoseSequence) -> list[Notice]:
     if said or poses.time_s is None:
         return said
     return [
-        notice("leap-between-people", sizes=float(steps(points[row - 1 : row + 1])[0]), frame=int(frames[row]))
+        notice(
+            "leap-between-people", sizes=float(steps(points[row - 1 : row + 1])[0]), frame=int(frames[row])
+        )
         for row in exchanges(poses.time_s[sure], points)[:1]
     ]
 

@@ -157,10 +157,10 @@ def detect(
     """Everybody in the video's span. source: what a later run compares before it goes on with these. keep: called with
     what was found so far, about every minute and at the end, once there is anybody.
 
-    Ctrl-C ends it early: what was found so far comes back, with `frames_seen` less than `frames`. resume: what was kept,
-    to go on from; the result is the same as in one go. Who is exchanged with somebody of another size is told apart in
-    the answer alone. Memory grows by what was found alone. InputError when the video cannot be decoded, or not one
-    image of it, or `resume` is of something else.
+    Ctrl-C ends it early: what was found so far comes back, with `frames_seen` less than `frames`. resume: what was
+    kept, to go on from; the result is the same as in one go. Who is exchanged with somebody else is told apart in the
+    answer alone. Memory grows by what was found alone. InputError when the video cannot be decoded, or not one image of
+    it, or `resume` is of something else.
     """
     first, total = video.span[0], video.span[1] + 1
     search = Search(detector)

@@ -267,7 +267,9 @@ def _rows(members: Mapping[str, Any], length: str) -> Markup:
         name
         for member in members.values()
         for name in member
-        if name not in FOR_FILES and (name != "nan_share" or value(member, name)) and not _of_one(members, name)
+        if name not in FOR_FILES
+        and (name != "nan_share" or value(member, name))
+        and not _of_one(members, name)
     )
     columns = [_whole([_cell_of(member, name) for member in members.values()]) for name in order]
     if not order:

@@ -266,7 +266,9 @@ def test_a_detector_that_goes_on_with_somebody_else_gives_two_people(walk_film, 
         def people(self, image, before=()):
             self._frame = max(self._frame, 4)
             man = super().people(image, before)[-1]
-            return (man,) if self._frame < 15 else (replace(man, xy=20 + 0.6 * man.xy, box=20 + 0.6 * man.box),)
+            return (
+                (man,) if self._frame < 15 else (replace(man, xy=20 + 0.6 * man.xy, box=20 + 0.6 * man.box),)
+            )
 
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Crossing())
     chosen = Detect()(Take("walk", video=walk_film)).notices[1]
