@@ -203,7 +203,12 @@ def _trimmed(limb: _Limb, times: np.ndarray, one: Repetition) -> Repetition:
     near = _rows(at_s, one.peak_s - _AT_ONCE_S, one.peak_s + _AT_ONCE_S)
     peak = near.start + int(np.argmax(reach[rows][near]))
     out, back = moves[: peak + 1], -moves[peak:]
-    fastest, returns = int(np.argmax(out)), int(np.argmax(back))
+    # Where it rises and returns about the peak: keypoints that tremble are fast elsewhere too.
+    low = np.flatnonzero(reach[rows] < reach[rows][peak] - _IMAGE_RISES / 2)
+    rises, falls = low[low < peak].max(initial=0), low[low > peak].min(initial=len(moves) - 1) - peak
+    apart = max(round(_AT_ONCE_S * rate(times)), 1)
+    fastest = max(rises - apart, 0) + int(np.argmax(out[max(rises - apart, 0) : rises + apart + 1]))
+    returns = max(falls - apart, 0) + int(np.argmax(back[max(falls - apart, 0) : falls + apart + 1]))
     before = np.flatnonzero(out[:fastest] <= _SLOW * out[fastest])
     behind = np.flatnonzero(back[returns:] <= _SLOW * back[returns])
     start_s = float(at_s[before[-1]]) if len(before) else one.start_s

@@ -1,5 +1,6 @@
 """Punches and kicks, holds, and where a repetition begins: known answers of made-up limbs and signals."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -145,6 +146,16 @@ def test_a_guard_that_rises_slowly_is_no_part_of_the_punch():
     limb = _Limb(reach, *(np.zeros_like(TIMES) for _ in range(4)), driver=reach)
     punch = _trimmed(limb, TIMES, one)
     assert 5.6 < punch.start_s < 6 < punch.stop_s < 6.4
+
+
+def test_keypoints_that_tremble_before_a_lifted_punch_are_no_part_of_it():
+    """It began 0.6 s early, at the fastest frame of all."""
+    reach = 0.5 + 0.45 * np.exp(-((TIMES - 2) ** 2) / 0.01)
+    image = reach + np.where(np.abs(TIMES - 1.3) < 0.02, 0.3, 0.0)
+    (one,) = repetitions(reach, TIMES, 0.3)
+    limb = _Limb(reach, *([np.zeros_like(reach)] * 4), driver=reach, image=image)
+    punch = _trimmed(limb, TIMES, replace(one, start_s=1.0, stop_s=2.9))
+    assert (punch.start_s, punch.stop_s) == pytest.approx((1.8, 2.2), abs=0.07)
 
 
 def test_punches_and_kicks_are_told_by_side():
