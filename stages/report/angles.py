@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.angle_error.repeatability import difference_chance, differing
-from ...pipeline.core.measures import CANNOT_BE_TOLD, Group, measure, subgroup, text
+from ...pipeline.core.measures import CANNOT_BE_TOLD, Group, half_bar, measure, subgroup, text
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
@@ -117,8 +117,8 @@ def angle_charts(take: Take) -> Markup:
         return Markup("")
     return (
         small(
-            "Orange: right. Blue, dashed: left. The band holds the true angle in nine of ten frames, if the stated "
-            f"standard deviation is right. Where a curve breaks off there is no value.{_thinned(take)}"
+            "Orange: right. Blue, dashed: left. The band is the ±: it holds the true angle in nine of ten frames. "
+            f"Where a curve breaks off there is no value.{_thinned(take)}"
         )
         + charts(figures)
         + details("How well each angle is known, and where it is not", angle_table(columns))
@@ -151,17 +151,11 @@ def angle_table(columns: Mapping[str, np.ndarray]) -> Markup:
         error = columns.get(f"{name}_sd_deg", np.full(1, np.nan))
         error = error[np.isfinite(error)]
         share = f"{100 * len(fine) / len(values):.0f} %"
-        median = float(np.median(fine)) if len(fine) else None
-        stated = float(np.median(error)) if len(error) else None
-        rows.append([spoken(name), share, median, stated, why or "–"])
+        median = f"{np.median(fine):z.0f}" if len(fine) else None
+        bar = f"{half_bar(float(np.median(error))):.0f}" if len(error) else None
+        rows.append([spoken(name), share, median, bar, why or "–"])
     if not rows:
         return Markup("")
     reasons = "; ".join(f"{code}: {REASONS[code]}" for code in sorted(used & REASONS.keys()))
-    head = (
-        "angle",
-        "frames with a value",
-        "median (°)",
-        "stated standard deviation (°)",
-        "frames without, by reason",
-    )
+    head = ("angle", "frames with a value", "median (°)", "usual ± (°)", "frames without, by reason")
     return table(head, rows) + (small(f"Reasons: {reasons}.") if reasons else "")

@@ -40,8 +40,8 @@ def motion_charts(take: Take) -> Markup:
         return Markup("")
     return (
         small(
-            "Relative to the pelvis, from the smoothed paths. Orange: right. Blue, dashed: left. The band holds the "
-            "true value in nine of ten frames, if the stated standard deviation is right."
+            "Relative to the pelvis, from the smoothed paths. Orange: right. Blue, dashed: left. The band is the "
+            "±: it holds the true value in nine of ten frames."
         )
         + (
             small(f"Not shown, because the error is larger than the values: {words}.")

@@ -210,7 +210,7 @@ def test_the_angle_table_counts_and_gives_reasons():
         "r_knee_flexion_reason": np.where(np.isfinite(value), 0, 1).astype(np.int8),
     }
     cells = re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", angle_table(columns))
-    assert cells[5:] == ["right knee flexion", "80 %", "45.0", "2.50", "1: 2"]
+    assert cells[5:] == ["right knee flexion", "80 %", "45", "4", "1: 2"]
     assert "1: a joint is missing" in angle_table(columns)
     assert angle_table({}) == ""
 
