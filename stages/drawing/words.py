@@ -15,6 +15,7 @@ ERRORS_OF_ANGLES: dict[AngleErrors, str] = {
 
 
 _PLAINLY = {
+    "root": "pelvis",  # whose path it is
     "thorax_pelvis_rotation": "turn of the chest against the pelvis",
     "thigh_trunk_flexion": "thigh against trunk",
     "trunk_lean_sagittal": "trunk lean forward",
