@@ -62,13 +62,10 @@ def read(
     rows = np.arange(len(joints))
     names = _names(path, held, joints.shape[1])
     found = Markers(names, joints.astype(np.float64), rows / rate, unit, "z", rows)
-    says = MadeBy("measured", "motion capture (AMASS)") if _is_mocap(held) else UNSAID
+    # By AMASS's own words; who saves an estimator's joints in its form has no rate of motion capture.
+    captured = set(held) >= _PARAMETERS and bool(set(held) & set(_MOCAP_RATES))
+    says = MadeBy("measured", "motion capture (AMASS)") if captured else UNSAID
     return people_of(found, str(path), None, up, maker(made_by, says))
-
-
-def _is_mocap(held: tuple[str, ...]) -> bool:
-    """By AMASS's own words; who saves an estimator's joints in its form has no rate of motion capture."""
-    return set(held) >= _PARAMETERS and bool(set(held) & set(_MOCAP_RATES))
 
 
 def _names(path: Path, held: tuple[str, ...], count: int) -> list[str]:

@@ -258,7 +258,7 @@ def log_notices(recording: rr.RecordingStream, notices: Sequence[Notice], clock:
         "events",
         indexes=time_columns(clock.frame_index[rows], clock.times[rows]),
         columns=rr.TextLog.columns(
-            text=[f"{_word(each)}: {each.text}" for each in ordered],
+            text=[f"{each.code if each.weight == 'mark' else each.weight}: {each.text}" for each in ordered],
             level=[_LEVELS.get(each.weight, "WARN") for each in ordered],
         ),
     )
@@ -266,7 +266,3 @@ def log_notices(recording: rr.RecordingStream, notices: Sequence[Notice], clock:
 
 def _first_row(said: Notice) -> int:
     return said.rows[0] if said.rows else 0
-
-
-def _word(said: Notice) -> str:
-    return said.code if said.weight == "mark" else said.weight

@@ -115,7 +115,8 @@ def train_own_lifter(
         return None
     shipped, own = load_rectifier("pcnet"), PCNetRectifier(network)
     figures = judged(of["test"], shipped, own)
-    figures |= {"name": config.name, "steps": steps, "all": len(people), "chose": _people(of["val"])}
+    chose = len({subject_of(pair.clip.name) for pair in of["val"]})
+    figures |= {"name": config.name, "steps": steps, "all": len(people), "chose": chose}
     write_text(output / "judged.md", written(figures, _PAGE))
     write_json(output / "judged.json", plain(figures))
     return figures
@@ -176,10 +177,6 @@ def judged(pairs: Sequence[Pair], shipped: Rectifier, own: Rectifier) -> dict[st
         if sure
         else "So few people do not tell which is better; bring more, or keep the shipped one.",
     }  # fmt: skip
-
-
-def _people(pairs: Sequence[Pair]) -> int:
-    return len({subject_of(pair.clip.name) for pair in pairs})
 
 
 def _pair(answered: Path, known: Path, folder: Path) -> Pair:
