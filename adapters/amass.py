@@ -16,10 +16,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import UNSAID, MadeBy, PoseSequence
-from ..pipeline.files.arrays import keys, load, load_all
+from ..pipeline.files.arrays import arrays_in, keys, load, load_all
 from ..pipeline.files.markers import Markers, Up
 from ..pipeline.files.skeletons import SMPL
-from .kit.numpy import arrays_in
 from .kit.world import Maker, maker, people_of
 
 name = "amass"

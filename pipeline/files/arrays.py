@@ -39,6 +39,14 @@ def keys(path: Path) -> tuple[str, ...]:
             return tuple(name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy"))
 
 
+def arrays_in(path: Path) -> set[str]:
+    """The names of the arrays in an .npz; none for any other file. Never raises."""
+    try:
+        return set(keys(path))
+    except InputError:
+        return set()
+
+
 def load(path: Path, *shapes: Shape, key: str | None = None, limit: int | None = None) -> np.ndarray:
     """The array of an .npy file, or the one named `key` of an .npz archive, in its own numeric dtype; (...,).
 

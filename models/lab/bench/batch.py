@@ -25,7 +25,7 @@ from ....stages.study.batch.command import batch as run_batch
 from ...rectifier.load import load_rectifier
 from ...rectifier.onnx import PCNetRectifier
 from ..common.modules import in_own_process
-from .run import cpu_s, gemm_gflops, peak_mb
+from .run import cpu_s, gemm_gflops, peak_mb, took_s
 
 
 @dataclass(frozen=True)
@@ -112,9 +112,4 @@ def _network_s(joints: np.ndarray) -> float:
     network = load_rectifier("pcnet")
     assert isinstance(network, PCNetRectifier)
     network = PCNetRectifier(network.path, threads=1)
-    taken = []
-    for _ in range(3):
-        start = time.perf_counter()
-        network.rotation(joints)
-        taken.append(time.perf_counter() - start)
-    return min(taken)
+    return min(took_s(lambda: network.rotation(joints)) for _ in range(3))

@@ -245,19 +245,15 @@ def refitted(cases: Cases, noise: JointNoise | None = None) -> JointNoise:
     """The noise with each angle's factors, its part by the found angle, and the same of its rate, and what joints err
     by, that hold in these configurations together."""
     noise = shipped_noise() if noise is None else noise
-    factors, tilts, more, rates = {}, {}, {}, {}
-    for name in ANGLES:
-        both = of_both(name)
-        if both not in factors:
-            factors[both], tilts[both], more[both] = _angle(_pooled(cases, both), both)
-            rates[both] = _rate(_pooled(cases, f"rate of {both}"))
-    of_each = {name: of_both(name) for name in ANGLES}
+    parts = {both: _angle(_pooled(cases, both), both) for both in OF_BOTH}
+    rates = {both: _rate(_pooled(cases, f"rate of {both}")) for both in OF_BOTH}
+    factors, tilts, more = ({name: parts[of_both(name)][i] for name in ANGLES} for i in range(3))
     return replace(
         noise,
-        factors={name: factors[both] for name, both in of_each.items()},
-        tilts={name: tilts[both] for name, both in of_each.items()},
-        more={name: more[both] for name, both in of_each.items()},
-        rates={name: rates[both] for name, both in of_each.items()},
+        factors=factors,
+        tilts=tilts,
+        more=more,
+        rates={name: rates[of_both(name)] for name in ANGLES},
         turn=_turn([*_pooled(cases, "joints in depth"), *_pooled(cases, "joints across")], noise.turn),
     )
 
