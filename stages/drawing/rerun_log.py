@@ -13,6 +13,7 @@ from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import Layout
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite
 from .bodies import FACES, along, normals, surface
 from .palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT, YELLOW, Colour, side_colour
 from .rerun_video import Part
@@ -25,6 +26,12 @@ _AXES = {"back": PURPLE, "right": GREEN, "up": YELLOW}  # of BODY: x, y, z
 _LEVELS = {"warning": "WARN", "repair": "INFO", "mark": "INFO", "note": "DEBUG"}
 _ROWS = 1 << 13  # of a skeleton that are sent at a time, four minutes at 30 frames a second
 _LETTERS = {"away": "F", "toward": "B", "north": "F", "south": "B", "west": "L", "east": "R"}
+
+
+def half_height(joints: np.ndarray) -> float:
+    """About half a person's height, in the unit of joints (T, J, 3) from the pelvis."""
+    distance = np.linalg.norm(joints[is_finite(joints)], axis=-1)
+    return float(np.percentile(distance, 98)) if len(distance) else 1.0
 
 
 def time_columns(frame: np.ndarray, time_s: np.ndarray) -> list[rr.TimeColumn]:

@@ -19,12 +19,13 @@ from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, write_text
 from ...pipeline.files.video_frames import images_at
+from ...pipeline.inspect.image import from_the_front
 from ..drawing.charts import LEFT, RIGHT, SOFT, Curve, over_time, path, sides
 from ..drawing.facts import Facts, facts_of, length_unit, shared_up, tilt, voted, ways_of_level
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import answer, charts, details, figure, page, picture, small
 from .angles import angle_charts, ranges, sides_compared
-from .key_frames import key_figures, lines_jpeg, seen_by_camera
+from .key_frames import key_figures, lines_jpeg
 from .measures import happened, measure_tables
 from .motion import motion_charts
 from .player import skeleton_player
@@ -147,7 +148,7 @@ def _ways(take: Take) -> Iterator[Markup]:
         seen, words = "looking north", "the world's east is to the right"
     front, right = ways_of_level(rectified.level_heading)
     views = {
-        f"Before: {seen}": (seen_by_camera(before, source.frame), words),
+        f"Before: {seen}": (from_the_front(before, source.frame) * (1, -1), words),
         f"After: from {right}": (level[..., [0, 2]] * (-1, 1), f"{front} is to the right"),
         "After: from above": (level[..., [1, 0]] * (1, -1), f"{front} is up, {right} to the right"),
     }

@@ -245,8 +245,9 @@ def refitted(cases: Cases, noise: JointNoise | None = None) -> JointNoise:
     """The noise with each angle's factors, its part by the found angle, and the same of its rate, and what joints err
     by, that hold in these configurations together."""
     noise = shipped_noise() if noise is None else noise
-    parts = {both: _angle(_pooled(cases, both), both) for both in OF_BOTH}
-    rates = {both: _rate(_pooled(cases, f"rate of {both}")) for both in OF_BOTH}
+    every = dict.fromkeys(map(of_both, ANGLES))
+    parts = {both: _angle(_pooled(cases, both), both) for both in every}
+    rates = {both: _rate(_pooled(cases, f"rate of {both}")) for both in every}
     factors, tilts, more = ({name: parts[of_both(name)][i] for name in ANGLES} for i in range(3))
     return replace(
         noise,

@@ -45,7 +45,7 @@ from ...angle_error.repeatability import (
 from ...common.metrics import SD_90
 from ..common.modules import run_command
 from ..evaluation.finished import Configuration, given, recipe_of
-from ..evaluation.sets import EvaluationSet, Question, evaluation_sets
+from ..evaluation.sets import EvaluationSet, evaluation_sets
 from ..evaluation.testbed import BEDS, see
 from ..mocap.clips import lying
 from ..synthetic.cameras import Cameras, ViewRange, place
@@ -161,7 +161,7 @@ def _run(
 ) -> tuple[Take, dict[str, np.ndarray]]:
     """As a run leaves it, and its true angles."""
     seen = see(clip, seed, cameras=cameras)
-    recipe = recipe_of(Question(), configuration).with_options("measures", repeated=[*ANGLES])
+    recipe = recipe_of(configuration).with_options("measures", repeated=[*ANGLES])
     take = recipe.build()(given(seen, seed, configuration))
     return take, true_angles(seen, take.need("poses").frame_index)
 

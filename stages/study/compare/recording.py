@@ -9,7 +9,7 @@ import numpy as np
 from ....pipeline.files.atomic import whole_file
 from ...drawing.palette import GREEN, PURPLE, YELLOW
 from ...drawing.rerun_file import recording_file
-from ...drawing.rerun_log import log_curves, log_skeleton
+from ...drawing.rerun_log import half_height, log_curves, log_skeleton
 from .comparison import Comparison, Pair
 from .side import as_poses
 
@@ -37,7 +37,9 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
         rrb.TimeSeriesView(origin=f"angles/{name}", name=f"{name} (deg)")
         for name in [*_SHOWN, *(name for name in angles if name not in _SHOWN)]
     ]
-    eye = _size(reference.level) * np.array([-2.2, 1.1, 0.5])  # in front, to the right and a little above
+    eye = half_height(reference.level) * np.array(
+        [-2.2, 1.1, 0.5]
+    )  # in front, to the right and a little above
     blueprint = rrb.Blueprint(
         rrb.Horizontal(
             rrb.Spatial3DView(
@@ -61,7 +63,7 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
             times = clock.time_s + clock_shift - shift
             poses = as_poses(side, side.joints_at(times, joints), clock.time_s, clock.frame_index)
             entity = f"level/{i}"
-            log_skeleton(recording, entity, poses, radius=0.024 * _size(joints))
+            log_skeleton(recording, entity, poses, radius=0.024 * half_height(joints))
             recording.log(f"{entity}/bones", rr.LineStrips3D.from_fields(colors=[colour]), static=True)
             for name in angles:
                 values = side.at(name, times)
@@ -78,8 +80,3 @@ def _shift(pair: Pair) -> float:
         if pair.alignment is None
         else pair.alignment.shift_s
     )
-
-
-def _size(joints: np.ndarray) -> float:
-    distance = np.linalg.norm(joints, axis=-1)
-    return float(np.nanpercentile(distance, 98)) if np.isfinite(distance).any() else 1.0
