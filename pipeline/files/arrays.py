@@ -1,4 +1,5 @@
-"""Arrays out of strangers' .npy and .npz files: never unpickled, and checked before memory is taken for them."""
+"""Arrays out of strangers' .npy and .npz files: never unpickled, and checked before memory is taken for them; and into
+files of our own."""
 
 from __future__ import annotations
 
@@ -17,6 +18,7 @@ from typing import IO
 import numpy as np
 
 from ..core.errors import InputError
+from .atomic import whole_file
 from .unpacked import check_size
 
 Shape = tuple[int | str, ...]  # a free axis has a name instead of a length
@@ -98,6 +100,12 @@ def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
                 _check_kind(dtype, "fiubU", where)
                 found[name] = _data(stream, size, shape, fortran_order, dtype, where)
         return found
+
+
+def write_arrays(path: Path, **arrays: np.ndarray) -> None:
+    """Arrays by name as a whole .npz file, compressed, whatever its name ends with."""
+    with whole_file(path) as partial, open(partial, "wb") as file:
+        np.savez_compressed(file, **arrays)
 
 
 def header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dtype]:

@@ -67,8 +67,9 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     facts, measures = facts_of(take), grouped(take.measures or ())
     give_memory_back()
     said = [*seen(take), *sides_compared(measures)]
+    withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
     bars = small(_ERRORS) if any("±" in sentence for sentence in said) else Markup("")
-    head = session_words(take, facts) + answer(said or _withheld(take)) + bars
+    head = session_words(take, facts) + answer(said or withheld) + bars
     head += trust(take, facts) + told_of(take)
     several = len(take.poses) > 1  # charts over time of one frame are empty
     sections = [
@@ -83,11 +84,6 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         ("Where this comes from", provenance(facts, take)),
     ]
     return page(take.title, head, sections)
-
-
-def _withheld(take: Take) -> list[str]:
-    """Why there is nothing to be said of the movements."""
-    return [each.text for each in take.notices if each.code == "figures-withheld"]
 
 
 def _motion(take: Take, measures: Group) -> Markup:

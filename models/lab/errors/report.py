@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.files.atomic import whole_file, write_json
+from ....pipeline.files.atomic import write_json, write_text
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.signals.angles import ANGLES, MIRRORED_SIGN, OF_BOTH, of_both, sides_of
 from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
@@ -171,14 +171,12 @@ def tables(
         results["sizes"].setdefault(angle, {})[size] = figures
     if output is not None:
         output.mkdir(parents=True, exist_ok=True)
-        with whole_file(output / _ROWS) as partial:
-            partial.write_text(as_json(rows), encoding="utf-8")
+        write_text(output / _ROWS, as_json(rows))
         if fit:
             own = {name: of for name, of in cases.items() if name in fitting}
             of = load_lifter(str(question.lifter)).method if foreign is None else foreign.name
             noise = replace(refitted(own, read_noise(begun or NOISE_FILE)), lifter=of)
-            with whole_file(output / "joint_noise.json") as partial:
-                partial.write_text(noise.as_json(), encoding="utf-8")
+            write_text(output / "joint_noise.json", noise.as_json())
             if takes := _with_spread(own.get("image", {}).get("BODY's rotation", ())):
                 write_json(output / "heading.json", heading(takes))
             results["strangers"] = {

@@ -25,7 +25,7 @@ from ....pipeline.core.camera import pitch_roll_deg, view_rotation
 from ....pipeline.core.measures import Measure, grouped, subgroup, text
 from ....pipeline.core.rotations import rotate
 from ....pipeline.core.take import Take
-from ....pipeline.files.atomic import whole_file
+from ....pipeline.files.atomic import write_text
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.signals.angles import ANGLES, OF_BOTH, continuous, of_both
@@ -388,8 +388,7 @@ def main(
 ) -> None:
     """Fit the errors of differences."""
     content = fit(collected(evaluation_sets("val"), range(draws)))
-    with whole_file(output) as partial:
-        partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_text(output, json.dumps(content, indent=1) + "\n")
 
 
 if __name__ == "__main__":

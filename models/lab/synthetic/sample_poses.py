@@ -38,7 +38,7 @@ def sample_poses(count: int) -> np.ndarray:
         direction = np.asarray(_DIRECTION[child] if child in _DIRECTION else below[child[2:]], dtype=float)
         length = (SEGMENTS | _ROUGH)[(parent, child)] * _STATURE_M
         world[:, H36M17.index(child)] = world[:, H36M17.index(parent)] + length * unit(direction)
-    world = swing(world, rng)
+    world = swing(world, rng, 0.8)
     joints, _ = seen(world, views("wide", rng, count))
     joints = redefined(joints, rng, _NOISE_M) + _NOISE_M * rng.standard_normal(joints.shape)
     joints -= joints[:, [H36M17.index("pelvis")]]
@@ -50,8 +50,8 @@ def sample_poses(count: int) -> np.ndarray:
     return joints.astype(np.float32)
 
 
-def swing(joints_world: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """joints (B, 17, 3), +Z up, with four in five of the bodies leaning and swinging whole limbs further.
+def swing(joints_world: np.ndarray, rng: np.random.Generator, share: float) -> np.ndarray:
+    """joints (B, 17, 3), +Z up, with a share of the bodies leaning further and swinging whole limbs further.
 
     The upper body turns about the spine by about 10 degrees, arms about the shoulders by 20, legs about the hips
     by 10; knees and elbows keep their angles, so no joint bends the wrong way.
@@ -59,7 +59,7 @@ def swing(joints_world: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     from scipy.spatial.transform import Rotation
 
     out = joints_world.copy()
-    use = (rng.uniform(size=len(out)) < 0.8)[:, None]
+    use = (rng.uniform(size=len(out)) < share)[:, None]
 
     def turn(about: str, moved: Iterable[str], std_deg: float) -> None:
         vector = np.radians(std_deg) * rng.standard_normal((len(out), 3)).clip(-2, 2) * use

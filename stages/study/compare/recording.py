@@ -10,7 +10,7 @@ from ....pipeline.files.atomic import whole_file
 from ...drawing.palette import GREEN, PURPLE, YELLOW
 from ...drawing.rerun_file import recording_file
 from ...drawing.rerun_log import half_height, log_curves, log_skeleton
-from .comparison import Comparison, Pair
+from .comparison import Comparison
 from .side import as_poses
 
 # In the runs' order; none is the colour of a body's side.
@@ -27,19 +27,19 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
 
     reference = comparison.reference
     sides = [(reference, reference.level, 0.0, _REFERENCE)]
-    sides += [
-        (pair.side, pair.level, _shift(pair), colour)
-        for pair, colour in zip(comparison.pairs, COLOURS, strict=False)
-    ]
+    for pair, colour in zip(comparison.pairs, COLOURS, strict=False):
+        begins_s = float(
+            reference.time_s[0] - pair.side.time_s[0]
+        )  # takes of different motions begin together
+        shift_s = pair.alignment.shift_s if pair.alignment else begins_s
+        sides.append((pair.side, pair.level, shift_s, colour))
     clock, _, clock_shift, _ = sides[0] if reference.run else sides[1]
     angles = list(dict.fromkeys([*(name for pair in comparison.pairs for name in pair.agreement), *_SHOWN]))
     views = [
         rrb.TimeSeriesView(origin=f"angles/{name}", name=f"{name} (deg)")
         for name in [*_SHOWN, *(name for name in angles if name not in _SHOWN)]
     ]
-    eye = half_height(reference.level) * np.array(
-        [-2.2, 1.1, 0.5]
-    )  # in front, to the right and a little above
+    eye = half_height(reference.level) * np.array([-2.2, 1.1, 0.5])  # in front, right, a little above
     blueprint = rrb.Blueprint(
         rrb.Horizontal(
             rrb.Spatial3DView(
@@ -71,12 +71,3 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
         recording.log(
             "summary", rr.TextDocument(f"```\n{words}\n```", media_type=rr.MediaType.MARKDOWN), static=True
         )
-
-
-def _shift(pair: Pair) -> float:
-    """What is added to the side's time: takes of different motions begin together."""
-    return (
-        float(pair.reference.time_s[0] - pair.side.time_s[0])
-        if pair.alignment is None
-        else pair.alignment.shift_s
-    )

@@ -16,8 +16,8 @@ import numpy as np
 from .....pipeline.core.canonical import R_world_from_body
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.rotations import geodesic_deg, is_finite, kabsch, rotate
-from .....pipeline.files.arrays import load
-from .....pipeline.files.atomic import refuse_unwritable, whole_file, write_json, write_text
+from .....pipeline.files.arrays import load, write_arrays
+from .....pipeline.files.atomic import refuse_unwritable, write_json, write_text
 from .....pipeline.plugins.protocols import Rectifier
 from .....pipeline.reading.mocap import joints as joint_files
 from .....pipeline.reading.mocap.clip import Clip, write_mocap
@@ -212,16 +212,15 @@ def _parts_of(people: Sequence[str]) -> dict[str, list[str]]:
 
 def _write_takes(path: Path, pairs: Sequence[Pair]) -> None:
     """As common.testbed_file reads them."""
-    with whole_file(path) as partial, open(partial, "wb") as file:
-        np.savez_compressed(
-            file,
-            lifted=np.concatenate([pair.lifted for pair in pairs]).astype(np.float32),
-            truth=np.concatenate([pair.truth for pair in pairs]).astype(np.float32),
-            R_camera_from_body=np.concatenate([pair.R_camera_from_body for pair in pairs]),
-            lying=np.concatenate([lying(pair.clip.joints) for pair in pairs]),
-            take_start=np.cumsum([0, *(len(pair.clip) for pair in pairs)]),
-            clip=np.array([pair.clip.name for pair in pairs]),
-        )
+    write_arrays(
+        path,
+        lifted=np.concatenate([pair.lifted for pair in pairs]).astype(np.float32),
+        truth=np.concatenate([pair.truth for pair in pairs]).astype(np.float32),
+        R_camera_from_body=np.concatenate([pair.R_camera_from_body for pair in pairs]),
+        lying=np.concatenate([lying(pair.clip.joints) for pair in pairs]),
+        take_start=np.cumsum([0, *(len(pair.clip) for pair in pairs)]),
+        clip=np.array([pair.clip.name for pair in pairs]),
+    )
 
 
 def _config(name: str, output: Path, split: Path, trained: Sequence[Pair], steps: int) -> TrainConfig:
