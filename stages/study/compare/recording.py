@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ....pipeline.files.atomic import whole_file
-from ...drawing.palette import GREEN, PURPLE, YELLOW
+from ...drawing.palette import GREEN, PURPLE, YELLOW, Colour
 from ...drawing.rerun_file import recording_file
 from ...drawing.rerun_log import half_height, log_curves, log_skeleton
 from .comparison import Comparison
@@ -15,7 +15,7 @@ from .side import as_poses
 
 # In the runs' order; none is the colour of a body's side.
 COLOURS = (GREEN, PURPLE, YELLOW, (150, 75, 60), (120, 90, 200))
-_REFERENCE = (200, 200, 200)  # on the viewer's dark ground
+_REFERENCE: Colour = (200, 200, 200)  # on the viewer's dark ground
 _SHOWN = ("r_knee_flexion", "l_knee_flexion", "r_elbow_flexion", "l_elbow_flexion", "trunk_lean_sagittal")
 
 
@@ -28,10 +28,9 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
     reference = comparison.reference
     sides = [(reference, reference.level, 0.0, _REFERENCE)]
     for pair, colour in zip(comparison.pairs, COLOURS, strict=False):
-        begins_s = float(
-            reference.time_s[0] - pair.side.time_s[0]
-        )  # takes of different motions begin together
-        shift_s = pair.alignment.shift_s if pair.alignment else begins_s
+        # Takes of different motions begin together.
+        begins_s = float(reference.time_s[0] - pair.side.time_s[0])
+        shift_s = begins_s if pair.alignment is None else pair.alignment.shift_s
         sides.append((pair.side, pair.level, shift_s, colour))
     clock, _, clock_shift, _ = sides[0] if reference.run else sides[1]
     angles = list(dict.fromkeys([*(name for pair in comparison.pairs for name in pair.agreement), *_SHOWN]))
