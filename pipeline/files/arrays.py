@@ -13,7 +13,7 @@ import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 
@@ -102,8 +102,8 @@ def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
         return found
 
 
-def write_arrays(path: Path, **arrays: np.ndarray) -> None:
-    """Arrays by name as a whole .npz file, compressed, whatever its name ends with."""
+def write_arrays(path: Path, **arrays: Any) -> None:
+    """Arrays (...,) by name as a whole .npz file, compressed, whatever its name ends with."""
     with whole_file(path) as partial, open(partial, "wb") as file:
         np.savez_compressed(file, **arrays)
 
