@@ -16,10 +16,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import UNSAID, MadeBy, PoseSequence
-from ..pipeline.files.arrays import keys, load, load_all
+from ..pipeline.files.arrays import arrays_in, keys, load, load_all
 from ..pipeline.files.markers import Markers, Up
 from ..pipeline.files.skeletons import SMPL
-from .kit.numpy import arrays_in
 from .kit.world import Maker, maker, people_of
 
 name = "amass"
@@ -62,13 +61,10 @@ def read(
     rows = np.arange(len(joints))
     names = _names(path, held, joints.shape[1])
     found = Markers(names, joints.astype(np.float64), rows / rate, unit, "z", rows)
-    says = MadeBy("measured", "motion capture (AMASS)") if _is_mocap(held) else UNSAID
+    # By AMASS's own words; who saves an estimator's joints in its form has no rate of motion capture.
+    captured = set(held) >= _PARAMETERS and bool(set(held) & set(_MOCAP_RATES))
+    says = MadeBy("measured", "motion capture (AMASS)") if captured else UNSAID
     return people_of(found, str(path), None, up, maker(made_by, says))
-
-
-def _is_mocap(held: tuple[str, ...]) -> bool:
-    """By AMASS's own words; who saves an estimator's joints in its form has no rate of motion capture."""
-    return set(held) >= _PARAMETERS and bool(set(held) & set(_MOCAP_RATES))
 
 
 def _names(path: Path, held: tuple[str, ...], count: int) -> list[str]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..pipeline.core.pose import PoseSequence
+from ..pipeline.files.arrays import arrays_in
 from ..pipeline.files.detections import load_detections
-from .kit.numpy import arrays_in
 
 name = "keypoints"
 gives = "keypoints"

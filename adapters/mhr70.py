@@ -22,9 +22,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import MHR70
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from ..pipeline.files.arrays import keys, load
+from ..pipeline.files.arrays import arrays_in, keys, load
 from .kit.json import beginning, each, frame_number, numbers
-from .kit.numpy import arrays_in, begins, load_objects
+from .kit.numpy import begins, load_objects
 from .kit.people import Bodies
 
 name = "mhr70"

@@ -51,8 +51,8 @@ def screenshot(
     cv2.imwrite(str(picture), np.asarray(shot)[TOP_BAR:])
 
 
-def _taken(client: ViewerClient, tries: int = 5) -> bytes:
-    for _ in range(tries):
+def _taken(client: ViewerClient) -> bytes:
+    for _ in range(5):
         with suppress(TimeoutError):
             return client.take_screenshot()
     raise SystemExit("The viewer draws too slowly here.")

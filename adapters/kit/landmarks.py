@@ -124,7 +124,8 @@ def _columns(cells: list[str]) -> _Columns | None:
     names = [re.sub(r"[^a-z0-9]+", "_", cell.lower()).strip("_") for cell in cells]
     frame = next((names.index(name) for name in _FRAME if name in names), None)
     time = next(((i, _SECONDS[name]) for i, name in enumerate(names) if name in _SECONDS), None)
-    short = [_shortened(name) for name in names]
+    left_out = ("world", "pose", "m")  # metres
+    short = ["_".join(part for part in name.split("_") if part not in left_out) for name in names]
     if any("world" in name for name in names):  # a file may hold the image's landmarks beside these
         short = [
             part if "world" in name or name in _LANDMARK else name if _AXES.get(name) == 3 else ""
@@ -146,11 +147,6 @@ def _without_header(width: int) -> _Columns | None:
                 frame,
             )
     return None
-
-
-def _shortened(name: str) -> str:
-    """A column's name without the words world, pose and m (metres)."""
-    return "_".join(part for part in name.split("_") if part not in ("world", "pose", "m"))
 
 
 def _wide_columns(names: list[str], frame: int | None, time: tuple[int, float] | None) -> _Columns | None:

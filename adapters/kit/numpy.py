@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.files.arrays import Shape, damage_reported, header, keys, load, opened
+from ...pipeline.files.arrays import Shape, arrays_in, damage_reported, header, load, opened
 from .pickles import loads
 
 _PEEK_BYTES = 1 << 22
@@ -32,14 +32,6 @@ def load_objects(path: Path, key: str) -> Any:
             )
         content = stream.read()
     return loads(content, where)
-
-
-def arrays_in(path: Path) -> set[str]:
-    """The names of the arrays in an .npz; none for any other file. Never raises."""
-    try:
-        return set(keys(path))
-    except InputError:
-        return set()
 
 
 def begins(path: Path, key: str) -> tuple[tuple[int, ...], bytes]:

@@ -113,14 +113,6 @@ class _Wrapped:
         return array.reshape(said["shape"], order="F" if said["order"] == "F" else "C")
 
 
-def _encoded(text: str, _: str) -> bytes:
-    return text.encode("latin1")
-
-
-def _default_dict(*_: Any) -> dict[Any, Any]:
-    return {}
-
-
 _NAMES = {
     ("numpy", "ndarray"): _Array,
     ("numpy", "dtype"): _Dtype,
@@ -128,9 +120,9 @@ _NAMES = {
     **{(f"numpy.{core}.multiarray", "scalar"): _Scalar for core in ("core", "_core")},
     ("joblib.numpy_pickle", "NumpyArrayWrapper"): _Wrapped,
     **{(f"numpy.{core}.numeric", "_frombuffer"): _Buffer for core in ("core", "_core")},
-    ("_codecs", "encode"): _encoded,  # how old protocols write bytes
+    ("_codecs", "encode"): lambda text, _: text.encode("latin1"),  # how old protocols write bytes
     ("collections", "OrderedDict"): dict,
-    ("collections", "defaultdict"): _default_dict,
+    ("collections", "defaultdict"): lambda *_: {},
     **{(module, "dict"): dict for module in ("builtins", "__builtin__")},  # what defaultdict would make
 }
 

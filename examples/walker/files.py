@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.files.atomic import whole_file
+from ...pipeline.files.atomic import whole_file, write_text
 from .camera import Camera, camera_poses
 from .image import images
 from .landmarks import halpe26
@@ -66,8 +66,7 @@ def write_keypoints(
         }
         for row, joints, score, box in zip(rows, points, scores, boxes, strict=True)
     ]
-    with whole_file(path) as partial:
-        partial.write_text(json.dumps(detections), encoding="utf-8")
+    write_text(path, json.dumps(detections))
 
 
 def write_poses(

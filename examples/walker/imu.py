@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import from_columns, rotate, transpose, unit
-from ...pipeline.files.atomic import whole_file
 from ...pipeline.signals.imu import GRAVITY_MPS2, Imu, point_on
 from .skeleton import UP
 from .walk import Walk, walker
@@ -69,15 +67,3 @@ def segment_axes(walk: Walk, segment: str) -> np.ndarray:
     hips = walk.world[:, H36M17.index("l_hip")] - walk.world[:, H36M17.index("r_hip")]
     across = unit(hips - (hips * along).sum(-1, keepdims=True) * along)
     return from_columns(np.cross(across, along), across, along)
-
-
-def write_csv(path: Path, imu: Imu) -> None:
-    """The table that adapter imu_csv reads: m/s^2, quaternion w x y z, which is left out where the sensor has none."""
-    from scipy.spatial.transform import Rotation
-
-    header, columns = "time_s,ax,ay,az", [imu.time_s, imu.force_mps2]
-    if imu.R_world_from_sensor is not None:
-        header += ",qw,qx,qy,qz"
-        columns.append(np.roll(Rotation.from_matrix(imu.R_world_from_sensor).as_quat(), 1, axis=-1))
-    with whole_file(path) as partial:
-        np.savetxt(partial, np.column_stack(columns), fmt="%.6f", delimiter=",", header=header, comments="")

@@ -63,9 +63,7 @@ def shipped_net() -> ContactNet:
     return ContactNet(centre, scale, hidden, hidden_bias, out, content["out_bias"])
 
 
-def contacts(
-    body: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...] = (), net: ContactNet | None = None
-) -> dict[str, np.ndarray]:
+def contacts(body: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...] = ()) -> dict[str, np.ndarray]:
     """{"r", "l": (T,) probability that this foot is on the floor}; NaN where a leg is missing.
 
     body: (T, 17, 3) H36M17 in BODY axes, relative to the pelvis, in any unit, through the usual 6 Hz low-pass; time_s:
@@ -76,7 +74,7 @@ def contacts(
             "wrong-content",
             f"Expected joints (T, 17, 3) of H36M17, got {body.shape}; map them to that layout.",
         )
-    net = net or shipped_net()
+    net = shipped_net()
     result = {side: np.full(len(body), np.nan) for side in SIDES}
     for side in SIDES:
         for rows, features in _windows(body, time_s, side, seams):

@@ -1,4 +1,5 @@
-"""Arrays out of strangers' .npy and .npz files: never unpickled, and checked before memory is taken for them."""
+"""Arrays out of strangers' .npy and .npz files: never unpickled, and checked before memory is taken for them; and into
+files of our own."""
 
 from __future__ import annotations
 
@@ -12,11 +13,12 @@ import zlib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 
 from ..core.errors import InputError
+from .atomic import whole_file
 from .unpacked import check_size
 
 Shape = tuple[int | str, ...]  # a free axis has a name instead of a length
@@ -37,6 +39,14 @@ def keys(path: Path) -> tuple[str, ...]:
             return ()
         with zipfile.ZipFile(path) as archive:
             return tuple(name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy"))
+
+
+def arrays_in(path: Path) -> set[str]:
+    """The names of the arrays in an .npz; none for any other file. Never raises."""
+    try:
+        return set(keys(path))
+    except InputError:
+        return set()
 
 
 def load(path: Path, *shapes: Shape, key: str | None = None, limit: int | None = None) -> np.ndarray:
@@ -90,6 +100,12 @@ def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
                 _check_kind(dtype, "fiubU", where)
                 found[name] = _data(stream, size, shape, fortran_order, dtype, where)
         return found
+
+
+def write_arrays(path: Path, **arrays: Any) -> None:
+    """Arrays (...,) by name as a whole .npz file, compressed, whatever its name ends with."""
+    with whole_file(path) as partial, open(partial, "wb") as file:
+        np.savez_compressed(file, **arrays)
 
 
 def header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dtype]:

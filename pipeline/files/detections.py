@@ -13,8 +13,7 @@ from ..core.layouts import Layout, layout_named
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..signals.tracker import exchanges
-from .arrays import load_all
-from .atomic import whole_file
+from .arrays import load_all, write_arrays
 from .names import KEYPOINTS
 
 _NUMBERS = {  # dimensions, kind of dtype
@@ -126,8 +125,7 @@ class Detections:
 
     def save(self, path: Path) -> None:
         """Write them as plain arrays; all of the file or none."""
-        with whole_file(path) as partial:
-            np.savez_compressed(partial, **{field.name: getattr(self, field.name) for field in fields(self)})
+        write_arrays(path, **{field.name: getattr(self, field.name) for field in fields(self)})
 
 
 def load_detections(path: Path) -> Detections:

@@ -23,27 +23,35 @@ from .atomic import SUMMARY, read_object
 from .measures import read_measures
 from .names import KINEMATICS, POSES
 
+# Arrays that a Rectified has by the same names.
+_OF_RECTIFIED = (
+    "R_source_from_body", "R_source_from_level", "error_deg", "up_error_deg", "up_bound_deg", "up_votes",
+)  # fmt: skip
 
-class _Poses(BaseModel):
-    """steps: of the take's history, so many are of the poses."""
 
-    frame: Frame
+class _Sequence(BaseModel):
+    """Fields of a PoseSequence by their names there."""
+
     person: str
     frames_known: bool
     seams: tuple[int, ...]
     made_by: MadeBy
     derived: frozenset[str]
+
+    def fields(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in _Sequence.model_fields}
+
+
+class _Poses(_Sequence):
+    """steps: of the take's history, so many are of the poses."""
+
+    frame: Frame
     root_shared: tuple[float, float] | None
     steps: int
 
 
-class _Keypoints(BaseModel):
+class _Keypoints(_Sequence):
     layout: str
-    person: str
-    frames_known: bool
-    seams: tuple[int, ...]
-    made_by: MadeBy
-    derived: frozenset[str]
 
 
 class _Source(BaseModel):
@@ -190,13 +198,9 @@ def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
         of.frame,
         time_s=arrays["time_s"],
         frame_index=arrays["frame_index"],
-        frames_known=of.frames_known,
-        seams=of.seams,
-        person=of.person,
         history=tuple(step for step in summary.history if step.name != "rectify")[: of.steps],
-        made_by=of.made_by,
-        derived=of.derived,
         root_shared=of.root_shared,
+        **of.fields(),
     )
 
 
@@ -213,9 +217,6 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
             root_covariance=None if sd is None else sd[:, None] ** 2 * np.eye(3),
             feet=_where_known(arrays["feet"]),
         ),
-        R_source_from_body=arrays["R_source_from_body"],
-        R_source_from_level=arrays["R_source_from_level"],
-        error_deg=arrays["error_deg"],
         method=of.method,
         level_heading=of.level_heading,
         level_ok=of.level_ok,
@@ -223,9 +224,6 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
         source=poses.frame,
         camera=of.camera,
         window_s=of.window_s,
-        up_error_deg=arrays["up_error_deg"],
-        up_bound_deg=arrays["up_bound_deg"],
-        up_votes=arrays["up_votes"],
         up_shares=of.up_shares,
         up_pulls={name: source.pull_deg for name, source in sources if source.pull_deg is not None},
         up_own={
@@ -233,6 +231,7 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
             for name, source in sources
             if source.pitch_deg is not None and source.roll_deg is not None
         },
+        **{name: arrays[name] for name in _OF_RECTIFIED},
     )
 
 
@@ -255,11 +254,7 @@ def _keypoints(of: _Keypoints, arrays: dict[str, np.ndarray]) -> PoseSequence:
         confidence=arrays["keypoints_confidence"],
         time_s=arrays.get("keypoints_time_s"),
         frame_index=arrays["keypoints_frame_index"],
-        frames_known=of.frames_known,
-        seams=of.seams,
-        person=of.person,
-        made_by=of.made_by,
-        derived=of.derived,
+        **of.fields(),
     )
 
 

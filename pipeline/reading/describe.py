@@ -13,7 +13,7 @@ from typing import IO
 import numpy as np
 
 from ..core.errors import InputError
-from ..files.arrays import DAMAGE, keys, load
+from ..files.arrays import DAMAGE, arrays_in, load
 from ..files.atomic import read_summary
 from ..files.names import KEYPOINTS, RECORDING
 
@@ -87,7 +87,7 @@ def why_no_input(path: Path, gives: str | None) -> str:
     """A sentence on a folder of results of ours, or a file in it, that no adapter reads, or on a file of many takes for
     training, and what to give instead; "" for anything else. gives: what was expected, as an adapter says it. Never
     raises."""
-    if of := next((command for command, arrays in _OF_TRAINING.items() if arrays <= _arrays(path)), ""):
+    if of := next((command for command, arrays in _OF_TRAINING.items() if arrays <= arrays_in(path)), ""):
         return f"{path} is a file of many takes for training (pcnet3d {of}); give a file of one take."
     folder = path if path.is_dir() else path.parent
     summary, keypoints = read_summary(folder), folder / KEYPOINTS
@@ -100,13 +100,6 @@ def why_no_input(path: Path, gives: str | None) -> str:
     flag = "" if gives in (None, "keypoints") else "--keypoints "
     also = f", or its 2D keypoints: {flag}{keypoints}" if keypoints.is_file() else ""
     return f"{path} is a result of pcnet3d{shown}; give the file that it was made from{also}."
-
-
-def _arrays(path: Path) -> set[str]:
-    try:
-        return set(keys(path))
-    except InputError:
-        return set()
 
 
 def _folder(path: Path) -> str:

@@ -52,10 +52,10 @@ def each(items: Iterable[Item], what: str, total: int) -> Iterator[Item]:
 
 
 @contextmanager
-def counted(what: str, total: int) -> Iterator[Done]:
-    """A callback (how many of the total are done, more words): a bar with rate and time left on a terminal, elsewhere a
-    line now and then."""
-    if is_quiet() or not on_terminal():
+def counted(what: str, total: int | None) -> Iterator[Done]:
+    """A callback (how many of the total are done, more words): a bar with rate and time left on a terminal, elsewhere,
+    and where nobody knows the total, a line now and then."""
+    if total is None or is_quiet() or not on_terminal():
         yield _lines(what, total)
         return
     from rich.console import Console
@@ -97,16 +97,6 @@ def _lines(what: str, total: int | None) -> Done:
         say(what, words + more)
 
     return done
-
-
-@contextmanager
-def now_and_then(what: str, total: int | None) -> Iterator[Done]:
-    """As `counted`; where nobody knows the total, a line now and then."""
-    if total is not None:
-        with counted(what, total) as done:
-            yield done
-        return
-    yield _lines(what, None)
 
 
 @contextmanager

@@ -102,14 +102,10 @@ def _run(
     for stage, path in kept.items():
         recipe = recipe.with_options(stage, checkpoint=path)
     with whole_folder(output, how.get("force", False), inputs_of(options, recipe)) as folder:
-        runs = run_into(folder, options, recipe, how.get("done", _silent), everybody)
+        runs = run_into(folder, options, recipe, how.get("done", lambda stage, seconds: None), everybody)
     for path in kept.values():
         path.unlink(missing_ok=True)
     return runs
-
-
-def _silent(stage: str, seconds: float) -> None:
-    pass
 
 
 def check_plan(recipe: Recipe, told: Told, *given: str) -> None:

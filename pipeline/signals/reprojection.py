@@ -42,12 +42,10 @@ class Residuals:
 
     px: (T, 17, 2) of H36M17, from the keypoint to the joint's image, pixels of an ideal lens, x right and y down.
     statures: (T, 17, 2) the same at the joint's distance from the camera, in shares of the person's stature.
-    trust: (T, 17) in the keypoints, relative.
     """
 
     px: np.ndarray
     statures: np.ndarray
-    trust: np.ndarray
 
     def whole(self) -> np.ndarray:
         """(T,) root mean square over JOINTS, in statures; NaN where none is known."""
@@ -85,7 +83,7 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
         depth = np.where(before[..., 2:] > _NEAREST, before[..., 2:], np.nan)
         off = before[..., :2] / depth - rays[rows]
         px[rows], statures[rows] = off * camera.focal_px, off * depth
-    return Residuals(px, statures, np.where(is_finite(rays), trust, 0.0))
+    return Residuals(px, statures)
 
 
 def residuals_of(take: Take) -> Residuals | None:

@@ -14,11 +14,12 @@ DARK: Colour = (28, 30, 34)  # ground of skeletons
 GREEN: Colour = (0, 158, 115)
 PURPLE: Colour = (204, 121, 167)
 YELLOW: Colour = (240, 228, 66)
+_GREY = 105  # that faint colours fade to
 
 
-def faint(colour: Colour, share: float, towards: int = 105) -> Colour:
+def faint(colour: Colour, share: float) -> Colour:
     """The colour with that share of its difference from a grey, which shows on dark and on white ground."""
-    red, green, blue = (round(towards + share * (part - towards)) for part in colour)
+    red, green, blue = (round(_GREY + share * (part - _GREY)) for part in colour)
     return red, green, blue
 
 

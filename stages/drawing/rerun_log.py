@@ -13,6 +13,7 @@ from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import Layout
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite
 from .bodies import FACES, along, normals, surface
 from .palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT, YELLOW, Colour, side_colour
 from .rerun_video import Part
@@ -25,6 +26,12 @@ _AXES = {"back": PURPLE, "right": GREEN, "up": YELLOW}  # of BODY: x, y, z
 _LEVELS = {"warning": "WARN", "repair": "INFO", "mark": "INFO", "note": "DEBUG"}
 _ROWS = 1 << 13  # of a skeleton that are sent at a time, four minutes at 30 frames a second
 _LETTERS = {"away": "F", "toward": "B", "north": "F", "south": "B", "west": "L", "east": "R"}
+
+
+def half_height(joints: np.ndarray) -> float:
+    """About half a person's height, in the unit of joints (T, J, 3) from the pelvis."""
+    distance = np.linalg.norm(joints[is_finite(joints)], axis=-1)
+    return float(np.percentile(distance, 98)) if len(distance) else 1.0
 
 
 def time_columns(frame: np.ndarray, time_s: np.ndarray) -> list[rr.TimeColumn]:
@@ -258,7 +265,7 @@ def log_notices(recording: rr.RecordingStream, notices: Sequence[Notice], clock:
         "events",
         indexes=time_columns(clock.frame_index[rows], clock.times[rows]),
         columns=rr.TextLog.columns(
-            text=[f"{_word(each)}: {each.text}" for each in ordered],
+            text=[f"{each.code if each.weight == 'mark' else each.weight}: {each.text}" for each in ordered],
             level=[_LEVELS.get(each.weight, "WARN") for each in ordered],
         ),
     )
@@ -266,7 +273,3 @@ def log_notices(recording: rr.RecordingStream, notices: Sequence[Notice], clock:
 
 def _first_row(said: Notice) -> int:
     return said.rows[0] if said.rows else 0
-
-
-def _word(said: Notice) -> str:
-    return said.code if said.weight == "mark" else said.weight

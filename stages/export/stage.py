@@ -15,7 +15,8 @@ from ...pipeline.core.layouts import FEET
 from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import PoseSequence, Rectified, package_version
 from ...pipeline.core.take import Take, Told
-from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file, write_json
+from ...pipeline.files.arrays import write_arrays
+from ...pipeline.files.atomic import REPORT, SUMMARY, write_json
 from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
@@ -109,28 +110,27 @@ def write_poses(take: Take, path: Path) -> None:
     more = {} if take.keypoints is None else _keypoints(take.keypoints)
     if take.filtered is not None:
         more["filtered"] = take.filtered.joints
-    with whole_file(path) as partial, open(partial, "wb") as file:
-        np.savez_compressed(
-            file,
-            source=poses.joints,
-            level=rectified.level.joints,
-            body=rectified.body.joints,
-            root=np.broadcast_to(np.nan, (len(poses), 3)) if root is None else root,
-            root_sd=np.broadcast_to(np.nan, (len(poses), 3)) if sd is None else sd,
-            feet=np.broadcast_to(np.nan, (len(poses), len(FEET), 3)) if feet is None else feet,
-            R_source_from_body=rectified.R_source_from_body,
-            R_source_from_level=rectified.R_source_from_level,
-            error_deg=rectified.error_deg,
-            up_error_deg=rectified.up_error_deg,
-            up_bound_deg=rectified.up_bound_deg,
-            up_votes=rectified.up_votes,
-            time_s=poses.times,
-            frame_index=poses.frame_index,
-            joint_names=np.array(poses.layout.joints),
-            feet_names=np.array(FEET.joints),
-            unit=np.array(poses.frame.unit),
-            **more,
-        )
+    write_arrays(
+        path,
+        source=poses.joints,
+        level=rectified.level.joints,
+        body=rectified.body.joints,
+        root=np.broadcast_to(np.nan, (len(poses), 3)) if root is None else root,
+        root_sd=np.broadcast_to(np.nan, (len(poses), 3)) if sd is None else sd,
+        feet=np.broadcast_to(np.nan, (len(poses), len(FEET), 3)) if feet is None else feet,
+        R_source_from_body=rectified.R_source_from_body,
+        R_source_from_level=rectified.R_source_from_level,
+        error_deg=rectified.error_deg,
+        up_error_deg=rectified.up_error_deg,
+        up_bound_deg=rectified.up_bound_deg,
+        up_votes=rectified.up_votes,
+        time_s=poses.times,
+        frame_index=poses.frame_index,
+        joint_names=np.array(poses.layout.joints),
+        feet_names=np.array(FEET.joints),
+        unit=np.array(poses.frame.unit),
+        **more,
+    )
 
 
 def _keypoints(keypoints: PoseSequence) -> dict[str, Any]:

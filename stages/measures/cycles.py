@@ -330,7 +330,8 @@ def _movement(
     share = _SETTLED if settles else _STARTS
     slow = np.flatnonzero((values <= values[0] + _LOW * rise) & (speed <= share * speed.max()))
     start = float(times[slow[-1]] if len(slow) else times[0])
-    left = _left(values, times, values[0] + _EDGE * rise)
+    edge = values[0] + _EDGE * rise
+    left = _crossing(values, times, int(np.flatnonzero(values <= edge)[-1]), edge)  # for the last time
     start = max(start, left) if settles or start > left + _RESTS_S else min(start, left)
     below = int(np.flatnonzero(values <= values[0] + _OUTER * rise)[-1])
     high = below + int(np.argmax(values[below:] >= values[-1] - _OUTER * rise))
@@ -357,11 +358,6 @@ def _valley(values: np.ndarray) -> int:
         row -= 1
         lowest = row if values[row] <= values[lowest] else lowest
     return lowest
-
-
-def _left(values: np.ndarray, times: np.ndarray, level: float) -> float:
-    """When values leave a level for the last time."""
-    return _crossing(values, times, int(np.flatnonzero(values <= level)[-1]), level)
 
 
 def _crossing(values: np.ndarray, times: np.ndarray, row: int, level: float) -> float:

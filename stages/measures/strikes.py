@@ -238,7 +238,9 @@ def _told(
         return rows
     rows += [Remark("error_reason", UNJUDGED), moments("start", (one.start_s for one in found))]
     rows.append(moments("stop", (one.stop_s for one in found)))
-    rows += _numbered("reach", [_largest(limb.reach, level.times, one) for one in found])
+    rows += _numbered(
+        "reach", [float(np.nanmax(limb.reach[_rows(level.times, one.start_s, one.stop_s)])) for one in found]
+    )
     if movement == "kicks":
         rows += _numbered("height", [one.peak for one in found])
     return rows
@@ -323,10 +325,6 @@ def _kicks(limb: _Limb, times: np.ndarray, one: Repetition, short: float = 0.0) 
     )
     fast = np.nanmax(limb.speed[rows], initial=0.0) >= _KICK_SPEED
     return bool(fast and one.peak >= _KICK_HEIGHT - short and reach >= _KICK_REACH and out >= _KICK_OUT)
-
-
-def _largest(values: np.ndarray, times: np.ndarray, one: Repetition) -> float:
-    return float(np.nanmax(values[_rows(times, one.start_s, one.stop_s)]))
 
 
 def _rows(times: np.ndarray, start_s: float, stop_s: float) -> slice:

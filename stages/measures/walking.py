@@ -4,6 +4,7 @@ had."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -217,22 +218,18 @@ def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
     return words
 
 
+@dataclass(frozen=True)
 class _Means:
     """Means of gait figures with their errors. gait: "walking" or "running". errors: those of the poses' source; None
     states none. leg: length of a leg, root_sd: of the pelvis path, in the poses' unit, NaN where unknown. depth:
     errors.depth_of_steps. style: errors.style_of the values."""
 
-    def __init__(
-        self,
-        gait: str,
-        errors: GaitErrors | None,
-        leg: float,
-        root_sd: float,
-        depth: float,
-        style: dict[str, float],
-    ) -> None:
-        self.gait, self.errors, self.leg, self.root_sd, self.depth = gait, errors, leg, root_sd, depth
-        self.style = style
+    gait: str
+    errors: GaitErrors | None
+    leg: float
+    root_sd: float
+    depth: float
+    style: dict[str, float]
 
     def error(self, name: str, count: int, both: np.ndarray, of_side: bool = False) -> float:
         """Of the mean of `count` values, of both sides or of one; NaN where none is stated. both: (N,) both sides'."""

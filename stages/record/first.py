@@ -128,11 +128,8 @@ def _log_floor(recording: rr.RecordingStream, over_floor: np.ndarray, size: floa
     low, high = np.percentile(over_floor[:, :2], (1, 99), axis=0) + _AROUND * size * np.array([[-1], [1]])
     step = max(size / 2, float((high - low).max()) / _MOST_LINES)
     low, high = np.floor(low / step) * step, np.ceil(high / step) * step
-    strips = []
-    for x in np.arange(low[0], high[0] + step / 2, step):
-        strips.append([(x, low[1]), (x, high[1])])
-    for y in np.arange(low[1], high[1] + step / 2, step):
-        strips.append([(low[0], y), (high[0], y)])
+    strips = [[(x, low[1]), (x, high[1])] for x in np.arange(low[0], high[0] + step / 2, step)]
+    strips += [[(low[0], y), (high[0], y)] for y in np.arange(low[1], high[1] + step / 2, step)]
     lines = np.array(strips)
     lines = np.concatenate([lines, np.full((*lines.shape[:2], 1), over_floor[0, 2])], axis=-1)
     recording.log("walk/floor", rr.LineStrips3D(lines, colors=[_FLOOR], radii=[-0.7]), static=True)

@@ -11,8 +11,7 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import with_feet
 from ...pipeline.core.notices import Notice
-from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import angle_deg, is_finite
+from ...pipeline.core.rotations import angle_deg
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
@@ -22,6 +21,7 @@ from ..drawing.facts import length_unit, shared_up, voted
 from ..drawing.palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT
 from ..drawing.rerun_file import recording_file
 from ..drawing.rerun_log import (
+    half_height,
     log_axes,
     log_body,
     log_curves,
@@ -92,7 +92,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
         )
     parts, notices = viewable(take.video) if take.told.images and take.video else (None, ())
     take = take.saying(*notices).with_(video=take.video if parts else None)
-    size, prints = _size(poses), foot_prints(take)
+    size, prints = half_height(poses.joints), foot_prints(take)
 
     path = Path(path)
     needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.span_bytes if take.video else 0)
@@ -124,12 +124,6 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
             document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
             recording.log(entity, document, static=True)
     return notices
-
-
-def _size(poses: PoseSequence) -> float:
-    """About half the person's height, in the poses' unit."""
-    distance = np.linalg.norm(poses.joints[is_finite(poses.joints)], axis=-1)
-    return float(np.percentile(distance, 98)) if len(distance) else 1.0
 
 
 def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:

@@ -7,12 +7,12 @@ from collections.abc import Iterable
 import numpy as np
 from markupsafe import Markup
 
-from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import Layout, with_feet
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import is_finite, rotate
+from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
+from ...pipeline.inspect.image import from_the_front
 from ...pipeline.signals.visibility import certain
 from ..drawing import palette
 from ..drawing.page import figure, picture
@@ -65,7 +65,7 @@ def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray 
         before = skeletons({"2D keypoints": flat * (1, -1)}, layout, f"2D keypoints of frame {frame}")
     else:
         # Not from the pelvis, which may be missing: a drawing has its own middle.
-        source = seen_by_camera(poses.joints[row].astype(np.float64), poses.frame)
+        source = from_the_front(poses.joints[row].astype(np.float64), poses.frame) * (1, -1)
         seen = "as the camera sees it" if poses.frame.family == "camera" else "as seen by one who looks north"
         words = f"Skeleton of frame {frame} before rectification, {seen}"
         before = skeletons({"before": source}, poses.layout, words)
@@ -92,13 +92,6 @@ def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
     row = np.flatnonzero(keypoints.frame_index == frame)
     missing = np.full((len(keypoints.layout), 2), np.nan)
     return (certain(keypoints, None).joints[row[0]] if len(row) else missing), keypoints.layout
-
-
-def seen_by_camera(points: np.ndarray, frame: Frame) -> np.ndarray:
-    """(..., 2) of points (..., 3), to the right and up, as the camera sees them; as one who looks north does for a
-    source with a world of its own."""
-    turned = rotate(frame.basis.T, points)
-    return turned[..., [0, 1]] * (1, -1) if frame.family == "camera" else turned[..., [1, 2]] * (-1, 1)
 
 
 def jpeg(

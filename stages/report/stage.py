@@ -19,12 +19,13 @@ from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, write_text
 from ...pipeline.files.video_frames import images_at
+from ...pipeline.inspect.image import from_the_front
 from ..drawing.charts import LEFT, RIGHT, SOFT, Curve, over_time, path, sides
 from ..drawing.facts import Facts, facts_of, length_unit, shared_up, tilt, voted, ways_of_level
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import answer, charts, details, figure, page, picture, small
 from .angles import angle_charts, ranges, sides_compared
-from .key_frames import key_figures, lines_jpeg, seen_by_camera
+from .key_frames import key_figures, lines_jpeg
 from .measures import happened, measure_tables
 from .motion import motion_charts
 from .player import skeleton_player
@@ -66,8 +67,9 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     facts, measures = facts_of(take), grouped(take.measures or ())
     give_memory_back()
     said = [*seen(take), *sides_compared(measures)]
+    withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
     bars = small(_ERRORS) if any("±" in sentence for sentence in said) else Markup("")
-    head = session_words(take, facts) + answer(said or _withheld(take)) + bars
+    head = session_words(take, facts) + answer(said or withheld) + bars
     head += trust(take, facts) + told_of(take)
     several = len(take.poses) > 1  # charts over time of one frame are empty
     sections = [
@@ -82,11 +84,6 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         ("Where this comes from", provenance(facts, take)),
     ]
     return page(take.title, head, sections)
-
-
-def _withheld(take: Take) -> list[str]:
-    """Why there is nothing to be said of the movements."""
-    return [each.text for each in take.notices if each.code == "figures-withheld"]
 
 
 def _motion(take: Take, measures: Group) -> Markup:
@@ -147,7 +144,7 @@ def _ways(take: Take) -> Iterator[Markup]:
         seen, words = "looking north", "the world's east is to the right"
     front, right = ways_of_level(rectified.level_heading)
     views = {
-        f"Before: {seen}": (seen_by_camera(before, source.frame), words),
+        f"Before: {seen}": (from_the_front(before, source.frame) * (1, -1), words),
         f"After: from {right}": (level[..., [0, 2]] * (-1, 1), f"{front} is to the right"),
         "After: from above": (level[..., [1, 0]] * (1, -1), f"{front} is up, {right} to the right"),
     }

@@ -13,7 +13,7 @@ import numpy as np
 
 from golden import detections, estimators, films, landmarks, lifters, phalp, sensors, worlds
 from golden.bodies import Person
-from pcnet3d.examples.walker.imu import strapped, write_csv
+from pcnet3d.examples.walker.imu import strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, Layout
@@ -223,7 +223,7 @@ def _film(person: Person, folder: Path) -> Path:
 
 
 def _imu_csv(person: Person, folder: Path) -> Path:
-    write_csv(folder / "wrist.csv", strapped(walker(fps=60, seconds=3), "r_forearm"))
+    sensors.write_csv(folder / "wrist.csv", strapped(walker(fps=60, seconds=3), "r_forearm"))
     return folder / "wrist.csv"
 
 

@@ -2,10 +2,12 @@
 
 from pathlib import Path
 
+import numpy as np
 from scipy.spatial.transform import Rotation
 
 from golden.worlds import R_Y_UP_FROM_Z_UP
 from pcnet3d.examples.walker.imu import Faults, strapped
+from pcnet3d.pipeline.signals.imu import Imu
 
 PERFECT = Faults(0.0, (0.0, 0.0, 0.0), 0.0, 1.0, 0.0, 0.0, (30.0, -50.0, 110.0))
 
@@ -37,3 +39,12 @@ def write_sensors(folder: Path, walk, extra: int = 0) -> Path:
         calibration.append(f"{name} {x:.8f} {y:.8f} {z:.8f} {w:.8f}")
     (folder / "s1_acting1_calib_imu_ref.txt").write_text("\n".join(calibration) + "\n")
     return path
+
+
+def write_csv(path: Path, imu: Imu) -> None:
+    """The table that adapter imu_csv reads: m/s^2, quaternion w x y z, which is left out where the sensor has none."""
+    header, columns = "time_s,ax,ay,az", [imu.time_s, imu.force_mps2]
+    if imu.R_world_from_sensor is not None:
+        header += ",qw,qx,qy,qz"
+        columns.append(np.roll(Rotation.from_matrix(imu.R_world_from_sensor).as_quat(), 1, axis=-1))
+    np.savetxt(path, np.column_stack(columns), fmt="%.6f", delimiter=",", header=header, comments="")

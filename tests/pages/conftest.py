@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from golden import lifters, numbered, worlds
+from golden import lifters, numbered, sensors, worlds
 from golden.trainings import tiny
 from pages.blocks import text_of
 from pcnet3d.examples.demo import demo
 from pcnet3d.examples.walker.camera import Camera, camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints, write_poses
-from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
+from pcnet3d.examples.walker.imu import Faults, strapped
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
@@ -84,4 +84,4 @@ def _finished(folder: Path) -> None:
     points = walk.world[:, H36M17.indices(list(worlds.POSE2SIM.values()))]
     worlds.trc(folder / "trial.trc", worlds.POSE2SIM, worlds.y_up(points))
     for name, segment in {"wrist": "r_forearm", "r_forearm": "r_forearm", "pelvis": "pelvis"}.items():
-        write_csv(folder / f"{name}.csv", strapped(walk, segment, Faults()))
+        sensors.write_csv(folder / f"{name}.csv", strapped(walk, segment, Faults()))

@@ -6,7 +6,6 @@ Every size of study is run in a process of its own, so that the peak of memory i
 from __future__ import annotations
 
 import contextlib
-import csv
 import io
 import tempfile
 import time
@@ -20,12 +19,13 @@ import typer
 from ....examples.walker.camera import camera_poses, side_camera
 from ....examples.walker.walk import walker
 from ....pipeline.core.device import AUTO, Device, computing_on
+from ....pipeline.files.atomic import write_rows
 from ....pipeline.reading.settings import OnDevice
 from ....stages.study.batch.command import batch as run_batch
 from ...rectifier.load import load_rectifier
 from ...rectifier.onnx import PCNetRectifier
 from ..common.modules import in_own_process
-from .run import cpu_s, gemm_gflops, peak_mb
+from .run import cpu_s, gemm_gflops, peak_mb, took_s
 
 
 @dataclass(frozen=True)
@@ -100,10 +100,8 @@ def write_takes(folder: Path, takes: int, seconds: float) -> Path:
         noise = np.random.default_rng(number).normal(scale=0.003, size=joints.shape)
         np.save(folder / f"{name}.npy", (joints + noise).astype(np.float32))
     manifest = folder / "manifest.csv"
-    with open(manifest, "w", encoding="utf-8", newline="") as file:
-        rows = csv.writer(file)
-        rows.writerow(("name", "poses", "fps", "stature"))
-        rows.writerows((name, f"{name}.npy", f"{walk.fps:g}", f"{walk.stature_m:.2f}") for name in names)
+    rows = ((name, f"{name}.npy", f"{walk.fps:g}", f"{walk.stature_m:.2f}") for name in names)
+    write_rows(manifest, ("name", "poses", "fps", "stature"), rows)
     return manifest
 
 
@@ -112,9 +110,4 @@ def _network_s(joints: np.ndarray) -> float:
     network = load_rectifier("pcnet")
     assert isinstance(network, PCNetRectifier)
     network = PCNetRectifier(network.path, threads=1)
-    taken = []
-    for _ in range(3):
-        start = time.perf_counter()
-        network.rotation(joints)
-        taken.append(time.perf_counter() - start)
-    return min(taken)
+    return min(took_s(lambda: network.rotation(joints)) for _ in range(3))

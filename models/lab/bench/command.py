@@ -13,9 +13,5 @@ from .rectify import rectify
 from .training import training
 
 bench = typer.Typer(help="Measure speed and memory on this machine.", no_args_is_help=True)
-bench.command()(rectify)
-bench.command()(files)
-bench.command()(pipeline)
-bench.command()(live)
-bench.command()(batch)
-bench.command()(training)
+for _command in (rectify, files, pipeline, live, batch, training):
+    bench.command()(_command)

@@ -6,8 +6,8 @@ import json
 import subprocess
 import sys
 import tempfile
-import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +18,7 @@ from ....examples.walker import side_camera, walker
 from ....examples.walker.files import write_keypoints, write_poses
 from ....pipeline.reading.settings import OnDevice, RunOptions
 from ..common.modules import in_own_process
-from .run import Measured, gemm_gflops, measured_run
+from .run import Measured, gemm_gflops, measured_run, took_s
 
 # H36M17, camera axes, metres: somebody who stands upright and faces the camera.
 _BODY = np.array(
@@ -54,7 +54,8 @@ def files(
             print(in_own_process(_run, options))
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
     for what, code in _START.items():
-        print(f"{what}: {_start_s(code):.2f} s")
+        start = partial(subprocess.run, [sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
+        print(f"{what}: {took_s(start):.2f} s")
 
 
 def write_inputs(folder: Path, frames: int) -> RunOptions:
@@ -87,9 +88,3 @@ def write_walk(folder: Path, frames: int) -> RunOptions:
 
 def _run(options: RunOptions) -> Measured:
     return measured_run(options)[1]
-
-
-def _start_s(code: str) -> float:
-    start = time.perf_counter()
-    subprocess.run([sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)
-    return time.perf_counter() - start

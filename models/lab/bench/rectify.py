@@ -8,8 +8,8 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,7 +27,7 @@ from ...rectifier.load import load_rectifier
 from ...rectifier.onnx import PCNetRectifier
 from ..synthetic.sample_poses import sample_poses
 from ..training.rectifier.quantise import quantise, rotation_change
-from .run import gemm_gflops
+from .run import gemm_gflops, took_s
 
 _SINGLES = 300
 _STARTS = 3
@@ -101,7 +101,7 @@ def measure(names: list[str], count: int, rounds: int, threads: int | None = Non
         for turn in range(rounds):
             _tell(f"{count:,} poses, round {turn + 1} of {rounds}")
             for name, network in opened.items():
-                speeds[name].append(_poses_per_s(network, poses))
+                speeds[name].append(len(poses) / took_s(partial(network.rotation, poses)))
     for name, values in speeds.items():
         result, rate = results[name], np.array(values)
         result["poses_per_s"] = float(np.median(rate))
@@ -143,30 +143,17 @@ def _open(name: str, threads: int | None) -> PCNetRectifier:
     return PCNetRectifier(network.path, threads)
 
 
-def _poses_per_s(network: PCNetRectifier, poses: np.ndarray) -> float:
-    start = time.perf_counter()
-    network.rotation(poses)
-    return len(poses) / (time.perf_counter() - start)
-
-
 def _frame_ms(answer: Callable[[np.ndarray, float], object], poses: np.ndarray) -> dict[str, float]:
     """Of answer(pose (17, 3), its time in seconds), at 30 frames a second."""
-    taken = []
-    for number in range(_SINGLES):
-        start = time.perf_counter()
-        answer(poses[number % len(poses)], number / 30)
-        taken.append(1000 * (time.perf_counter() - start))
+    frames = (partial(answer, poses[number % len(poses)], number / 30) for number in range(_SINGLES))
+    taken = [1000 * took_s(frame) for frame in frames]
     return {"p50": float(np.median(taken)), "p95": float(np.quantile(taken, 0.95))}
 
 
 def _start_s(path: Path, device: str) -> float:
     """A fresh interpreter's imports, loading and first pose; the median of a few."""
-    taken = []
-    for _ in range(_STARTS):
-        start = time.perf_counter()
-        subprocess.run([sys.executable, "-c", _FIRST_POSE, str(path), device], check=True)
-        taken.append(time.perf_counter() - start)
-    return float(np.median(taken))
+    start = partial(subprocess.run, [sys.executable, "-c", _FIRST_POSE, str(path), device], check=True)
+    return float(np.median([took_s(start) for _ in range(_STARTS)]))
 
 
 def _tell(text: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -72,10 +73,15 @@ def gemm_gflops() -> float:
     rng = np.random.default_rng(0)
     a, b = (rng.standard_normal((_GEMM, _GEMM), dtype=np.float32) for _ in range(2))
     np.matmul(a, b)
+    seconds = sum(took_s(lambda: np.matmul(a, b)) for _ in range(_GEMM_RUNS))
+    return 2 * _GEMM**3 * _GEMM_RUNS / seconds / 1e9
+
+
+def took_s(action: Callable[[], object]) -> float:
+    """Seconds of wall time that it takes."""
     start = time.perf_counter()
-    for _ in range(_GEMM_RUNS):
-        np.matmul(a, b)
-    return 2 * _GEMM**3 * _GEMM_RUNS / (time.perf_counter() - start) / 1e9
+    action()
+    return time.perf_counter() - start
 
 
 def cpu_s() -> float:

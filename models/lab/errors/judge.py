@@ -71,8 +71,11 @@ def bins(takes: Sequence[Stated], name: str) -> list[tuple[float, float, float, 
     out = []
     for low, high, use in tenths(takes, name):
         ends = np.cumsum([len(take.error) for take in takes])[:-1]
-        part = [_where(take, of) for take, of in zip(takes, np.split(use, ends), strict=True)]
-        part = [take for take in part if len(take.error)]
+        part = [
+            Stated(take.statement, take.person, take.error[of], take.half[of])
+            for take, of in zip(takes, np.split(use, ends), strict=True)
+            if of.any()
+        ]
         out.append((low, high, mean(part, lambda take: take.error), inside(part)))
     return out
 
@@ -128,7 +131,3 @@ def joined(parts: Sequence[Stated]) -> Stated:
         half=np.concatenate([part.half for part in parts]),
         known={name: np.concatenate([part.known[name] for part in parts]) for name in first.known},
     )
-
-
-def _where(take: Stated, use: np.ndarray) -> Stated:
-    return Stated(take.statement, take.person, take.error[use], take.half[use])

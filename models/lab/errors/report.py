@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.files.atomic import whole_file, write_json
+from ....pipeline.files.atomic import write_json, write_text
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.signals.angles import ANGLES, MIRRORED_SIGN, OF_BOTH, of_both, sides_of
 from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
@@ -171,14 +171,12 @@ def tables(
         results["sizes"].setdefault(angle, {})[size] = figures
     if output is not None:
         output.mkdir(parents=True, exist_ok=True)
-        with whole_file(output / _ROWS) as partial:
-            partial.write_text(as_json(rows), encoding="utf-8")
+        write_text(output / _ROWS, as_json(rows))
         if fit:
             own = {name: of for name, of in cases.items() if name in fitting}
             of = load_lifter(str(question.lifter)).method if foreign is None else foreign.name
             noise = replace(refitted(own, read_noise(begun or NOISE_FILE)), lifter=of)
-            with whole_file(output / "joint_noise.json") as partial:
-                partial.write_text(noise.as_json(), encoding="utf-8")
+            write_text(output / "joint_noise.json", noise.as_json())
             if takes := _with_spread(own.get("image", {}).get("BODY's rotation", ())):
                 write_json(output / "heading.json", heading(takes))
             results["strangers"] = {
@@ -245,19 +243,16 @@ def refitted(cases: Cases, noise: JointNoise | None = None) -> JointNoise:
     """The noise with each angle's factors, its part by the found angle, and the same of its rate, and what joints err
     by, that hold in these configurations together."""
     noise = shipped_noise() if noise is None else noise
-    factors, tilts, more, rates = {}, {}, {}, {}
-    for name in ANGLES:
-        both = of_both(name)
-        if both not in factors:
-            factors[both], tilts[both], more[both] = _angle(_pooled(cases, both), both)
-            rates[both] = _rate(_pooled(cases, f"rate of {both}"))
-    of_each = {name: of_both(name) for name in ANGLES}
+    every = dict.fromkeys(map(of_both, ANGLES))
+    parts = {both: _angle(_pooled(cases, both), both) for both in every}
+    rates = {both: _rate(_pooled(cases, f"rate of {both}")) for both in every}
+    factors, tilts, more = ({name: parts[of_both(name)][i] for name in ANGLES} for i in range(3))
     return replace(
         noise,
-        factors={name: factors[both] for name, both in of_each.items()},
-        tilts={name: tilts[both] for name, both in of_each.items()},
-        more={name: more[both] for name, both in of_each.items()},
-        rates={name: rates[both] for name, both in of_each.items()},
+        factors=factors,
+        tilts=tilts,
+        more=more,
+        rates={name: rates[of_both(name)] for name in ANGLES},
         turn=_turn([*_pooled(cases, "joints in depth"), *_pooled(cases, "joints across")], noise.turn),
     )
 

@@ -25,7 +25,7 @@ from ....pipeline.core.camera import pitch_roll_deg, view_rotation
 from ....pipeline.core.measures import Measure, grouped, subgroup, text
 from ....pipeline.core.rotations import rotate
 from ....pipeline.core.take import Take
-from ....pipeline.files.atomic import whole_file
+from ....pipeline.files.atomic import write_text
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.signals.angles import ANGLES, OF_BOTH, continuous, of_both
@@ -45,7 +45,7 @@ from ...angle_error.repeatability import (
 from ...common.metrics import SD_90
 from ..common.modules import run_command
 from ..evaluation.finished import Configuration, given, recipe_of
-from ..evaluation.sets import EvaluationSet, Question, evaluation_sets
+from ..evaluation.sets import EvaluationSet, evaluation_sets
 from ..evaluation.testbed import BEDS, see
 from ..mocap.clips import lying
 from ..synthetic.cameras import Cameras, ViewRange, place
@@ -161,7 +161,7 @@ def _run(
 ) -> tuple[Take, dict[str, np.ndarray]]:
     """As a run leaves it, and its true angles."""
     seen = see(clip, seed, cameras=cameras)
-    recipe = recipe_of(Question(), configuration).with_options("measures", repeated=[*ANGLES])
+    recipe = recipe_of(configuration).with_options("measures", repeated=[*ANGLES])
     take = recipe.build()(given(seen, seed, configuration))
     return take, true_angles(seen, take.need("poses").frame_index)
 
@@ -388,8 +388,7 @@ def main(
 ) -> None:
     """Fit the errors of differences."""
     content = fit(collected(evaluation_sets("val"), range(draws)))
-    with whole_file(output) as partial:
-        partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_text(output, json.dumps(content, indent=1) + "\n")
 
 
 if __name__ == "__main__":

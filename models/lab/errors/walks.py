@@ -9,13 +9,12 @@ import numpy as np
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import grouped, measure, moments, subgroup
 from ....pipeline.core.rotations import rotate
-from ...common.metrics import SD_90, relative
-from ...gait.contact import SIDES
-from ...gait.gait import Gait, Values, length_values, time_values
+from ...common.metrics import SD_90
+from ...gait.gait import Gait
 from ..evaluation.acceleration import filtered
 from ..evaluation.finished import Finished
-from ..evaluation.gait import true_gait
-from ..evaluation.testbed import SeenTake
+from ..evaluation.gait import step_values, true_gait
+from ..evaluation.people import mean
 from .judge import Stated
 
 _NEAR_S = 0.25  # of what was found, within which a true step is the same
@@ -44,16 +43,20 @@ def walks(finished: Finished) -> Iterator[Stated]:
     part = _within(true_gait(truth, finished.spells), min(lands) - _NEAR_S, max(lands) + _NEAR_S)
     if not part.walks:
         return
-    values = _true_values(part, truth)
+    time_s = truth.keypoints.times
+    world = rotate(truth.R_camera_from_world.T, truth.joints_camera)
+    root = world[:, H36M17.index("pelvis")]
+    values = step_values(part, root, filtered(world, time_s), time_s)
+    means = {name: mean(np.concatenate([*of.values()])) for name, of in values.items()}
     stance = measure(found, "mean_stance")
     known = {} if stance is None else {"stance": np.array([stance.value])}
     for statement, (name, of) in _FIGURES.items():
-        one, true_mean = measure(found, name), _mean(values, of)
+        one, true_mean = measure(found, name), means[of]
         if one is not None and one.error is not None and np.isfinite(true_mean):
             yield _stated(statement, finished, one.value - true_mean, one.error, known)
     cadence = measure(found, "cadence")
     if cadence is not None and cadence.error is not None:
-        error = cadence.value - 60 / _mean(values, "step_time_s")
+        error = cadence.value - 60 / means["step_time_s"]
         yield _stated(_CADENCE, finished, error, cadence.error, known)
 
 
@@ -70,18 +73,3 @@ def _within(gait: Gait, first_s: float, last_s: float) -> Gait:
         [step for step in walk if first_s <= step.start_s and step.stop_s <= last_s] for walk in gait.walks
     ]
     return Gait(gait.feet, [part for part in parts if part])
-
-
-def _true_values(gait: Gait, truth: SeenTake) -> Values:
-    time_s = truth.keypoints.times
-    world = rotate(truth.R_camera_from_world.T, truth.joints_camera)
-    legs = relative(filtered(world, time_s))
-    ankles = {side: legs[:, H36M17.index(f"{side}_ankle"), :2] for side in SIDES}
-    root = world[:, H36M17.index("pelvis"), :2]
-    return {**time_values(gait), **length_values(gait, root, ankles, time_s)}
-
-
-def _mean(values: Values, name: str) -> float:
-    both = np.concatenate([values[name][side] for side in SIDES])
-    both = both[np.isfinite(both)]
-    return float(both.mean()) if len(both) else float("nan")

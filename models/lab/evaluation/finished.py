@@ -18,7 +18,7 @@ from ....pipeline.core.camera import Look
 from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
-from ....pipeline.core.layouts import H36M17, LIMBS
+from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.pose import MadeBy
 from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.files.video_frames import shown_size
@@ -31,7 +31,7 @@ from ...lifter.features import body_rays
 from ..mocap.clips import data_set, lying
 from ..mocap.restyle import Spells, restyled_walks
 from .foreign import Foreign
-from .real_data import MOVING, found_keypoints, read_moving, whole_body
+from .real_data import MOVING, found_keypoints, mid_hips, read_moving, whole_body
 from .sets import EvaluationSet, Question
 from .take_answers import simulated_look
 from .testbed import BEDS, MIN_FRAMES, Bed, SeenTake, see
@@ -99,7 +99,7 @@ class Finished:
         """The captured joints after the same stages, up told: what the take's figures are in truth. InputError for a
         camera that moves, whose up nobody can tell."""
         true = replace(self.configuration, lifter="", up_told=True, image=False, foreign=None, errors=None)
-        return recipe_of(Question(), true).build()(given(self.truth, 0, true))
+        return recipe_of(true).build()(given(self.truth, 0, true))
 
 
 def finished(
@@ -112,7 +112,7 @@ def finished(
     configuration; only: which of them. The cameras and the detector depend on the seed and the clip only. InputError
     where the data is not, and for a lifter that cannot be opened; a take that a run refuses is given with the reason.
     """
-    pipeline = recipe_of(question, configuration).build()
+    pipeline = recipe_of(configuration).build()
     sets = question.sets if sets is None else sets
     takes = (
         _real(question, configuration)
@@ -152,8 +152,7 @@ def _real(
     """By the keypoints that a run finds. The truth has the limbs alone, pelvis and thorax between them; other joints
     are NaN."""
     cameras, true = read_moving()
-    hips = true.limbs[:, [LIMBS.index("r_hip"), LIMBS.index("l_hip")]].mean(axis=1, keepdims=True)
-    world = whole_body(true.limbs) + hips
+    world = whole_body(true.limbs) + mid_hips(true.limbs)
     for name, camera in each(cameras.items(), str(configuration), len(cameras)):
         assert camera.R_camera_from_world is not None
         video = read_video(camera.video)
@@ -191,7 +190,7 @@ def at_rate(clip: Clip, fps: float) -> Clip:
     return replace(clip, fps=fps, joints=joints.astype(np.float32))
 
 
-def recipe_of(question: Question, configuration: Configuration) -> Recipe:
+def recipe_of(configuration: Configuration) -> Recipe:
     """The default recipe as that configuration has it, from keypoints on or from poses, without files."""
     recipe = load_recipe()
     for stage in _FILES:

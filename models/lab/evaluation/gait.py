@@ -165,12 +165,12 @@ def judge(
         return judged
     R_level_from_camera = level.R_camera_from_level.T
     true_places = rotate(seen.R_camera_from_world.T, true_smooth)
-    true_values = {**time_values(same[1]), **_lengths(same[1], world[:, 0], true_places, time_s)}
+    true_values = step_values(same[1], world[:, 0], true_places, time_s)
 
     depth = depth_of_steps(level.R_camera_from_body, time_s, same[0].walks)
 
     def keep(path: str, root: np.ndarray, places: np.ndarray, *errors: float) -> None:
-        values = {**time_values(same[0]), **_lengths(same[0], root, places, time_s)}
+        values = step_values(same[0], root, places, time_s)
         about = values, true_values, same[0].kind, leg_length(places)
         judged.means[path] = means_of(*about, *errors)
         judged.differences[path] = differences_of(*about, depth)
@@ -239,9 +239,10 @@ def _sliding(root: np.ndarray, ankles: dict[str, np.ndarray], gait: Gait, time_s
     return np.array(found, dtype=np.float64)
 
 
-def _lengths(gait: Gait, root: np.ndarray, level: np.ndarray, time_s: np.ndarray) -> Values:
+def step_values(gait: Gait, root: np.ndarray, level: np.ndarray, time_s: np.ndarray) -> Values:
+    """Times and lengths of a gait's steps: root (T, 3) the pelvis's place, level (T, 17, 3) joints, z up."""
     ankles = {side: ankle[:, :2] for side, ankle in _ankles(level).items()}
-    return length_values(gait, root[:, :2], ankles, time_s)
+    return {**time_values(gait), **length_values(gait, root[:, :2], ankles, time_s)}
 
 
 def _inside(feet: Sequence[Stance], time_s: np.ndarray) -> np.ndarray:

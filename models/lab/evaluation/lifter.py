@@ -121,9 +121,9 @@ def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[st
     }
 
 
-def speed(lifter: str | Path = "pcnet3d", frames: int = 6000) -> float:
+def speed(lifter: str | Path) -> float:
     """Frames lifted per second of wall time on this machine, features included."""
-    rng = np.random.default_rng(0)
+    rng, frames = np.random.default_rng(0), 6000
     walk = np.cumsum(rng.normal(0, 0.3, (frames, 17, 2)), axis=0) + rng.uniform(300, 700, (17, 2))
     keypoints = PoseSequence(walk, H36M17, IMAGE)
     lift(keypoints, (1920, 1080), model=lifter)

@@ -24,7 +24,7 @@ from ...common.metrics import joint_error, procrustes_error, scaled
 from ...lifter.features import ray_rotation
 from ..synthetic.keypoint_noise import EXACT_KEYPOINTS
 from .people import mean
-from .real_data import exact_keypoints, found_keypoints, openpose_keypoints, read_moving
+from .real_data import exact_keypoints, found_keypoints, mid_hips, openpose_keypoints, read_moving
 from .real_take import whole_body
 from .sets import evaluation_sets
 from .testbed import BEDS, MIN_FRAMES, Bed, see
@@ -126,7 +126,7 @@ def real_takes() -> Iterator[JudgedTake]:
     """The real take, a camera at a time; noisy keypoints as the detector finds them in the video, exact ones the true
     limbs with OpenPose's face. Twelve joints are known, which count from the middle of the hips; nobody lies."""
     cameras, truth = read_moving()
-    hips = truth.limbs[:, [LIMBS.index("r_hip"), LIMBS.index("l_hip")]].mean(axis=1)
+    hips = mid_hips(truth.limbs)[:, 0]
     for name, camera in cameras.items():
         assert camera.R_camera_from_world is not None
         video = read_video(camera.video)

@@ -177,5 +177,9 @@ def whole_body(limbs: np.ndarray) -> np.ndarray:
 
 def about_hips(limbs: np.ndarray) -> np.ndarray:
     """Joints LIMBS (..., 12, 3) relative to the middle of the hips."""
-    hips = [LIMBS.index("r_hip"), LIMBS.index("l_hip")]
-    return limbs - limbs[..., hips, :].mean(axis=-2, keepdims=True)
+    return limbs - mid_hips(limbs)
+
+
+def mid_hips(limbs: np.ndarray) -> np.ndarray:
+    """(..., 1, 3) of joints LIMBS (..., 12, 3)."""
+    return limbs[..., [LIMBS.index("r_hip"), LIMBS.index("l_hip")], :].mean(axis=-2, keepdims=True)

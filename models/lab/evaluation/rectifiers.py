@@ -277,11 +277,11 @@ def view_of(R_camera_from_body: np.ndarray) -> dict[str, np.ndarray]:
     }  # fmt: skip
 
 
-def equivariance(rectifier: Rectifier, clips: Sequence[Clip], count: int = 2000, seed: int = 0) -> Figure:
+def equivariance(rectifier: Rectifier, clips: Sequence[Clip], count: int = 2000) -> Figure:
     """Degrees between rotation(Q x) and Q rotation(x), Q uniform over all rotations, x from the paper's views."""
     from scipy.spatial.transform import Rotation
 
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     world = np.concatenate([clip.joints for clip in clips])
     joints, fine = seen(world[rng.integers(len(world), size=count)], views("paper", rng, count))
     joints = joints[fine]

@@ -21,10 +21,11 @@ from ....pipeline.running.progress import each
 from ....pipeline.signals.filters import stretches
 from ....pipeline.signals.swap_repair import repair_swaps, settled
 from ....pipeline.signals.swaps import Kind, Swap, find_swaps, kinds
-from ...common.metrics import Figure, joint_error, scaled
+from ...common.metrics import Figure, joint_error
 from ..synthetic.keypoint_noise import Noise
 from .sets import Question
 from .tables import Page, Table
+from .take_answers import joints_of
 from .testbed import MIN_FRAMES, SeenTake, see
 
 _LENGTHS = ((1, 1), (3, 10), (11, 30), (31, 60))
@@ -222,8 +223,7 @@ def _profile(
     ):
         lifts[name] = question.lift(keypoints, right.image_size)
     return {
-        name: 1000
-        * joint_error(scaled(poses.joints.astype(np.float64), right.truth, "take"), right.truth)[spoilt]
+        name: 1000 * joint_error(joints_of(poses, right.truth), right.truth)[spoilt]
         for name, poses in lifts.items()
     }
 

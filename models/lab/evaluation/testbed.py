@@ -26,7 +26,8 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
-from ....pipeline.files.atomic import refuse_unwritable, refuse_unwritable_file, whole_file
+from ....pipeline.files.arrays import write_arrays
+from ....pipeline.files.atomic import refuse_unwritable, refuse_unwritable_file
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.reading.settings import OnDevice
 from ....pipeline.running.progress import each
@@ -201,20 +202,16 @@ def write_keypoints(subjects: Subjects, folder: Path, bed: Bed = "wild", seed: i
     clips = [clip for clip in read_clips(subjects) if len(clip) >= MIN_FRAMES]
     for clip in each(iter(clips), "takes", len(clips)):
         take = see(clip, seed, views=BEDS[bed])
-        with (
-            whole_file(folder / f"{file_name(clip.name, bed, seed)}.npz") as partial,
-            open(partial, "wb") as file,
-        ):
-            np.savez_compressed(
-                file,
-                keypoints=take.keypoints.joints,
-                confidence=take.keypoints.confidence,
-                image_size=np.array(take.image_size),
-                fps=np.array(clip.fps),
-                joint_names=np.array(take.keypoints.layout.joints),
-                joints=clip.joints,
-                R_camera_from_world=take.R_camera_from_world,
-            )
+        write_arrays(
+            folder / f"{file_name(clip.name, bed, seed)}.npz",
+            keypoints=take.keypoints.joints,
+            confidence=take.keypoints.confidence,
+            image_size=np.array(take.image_size),
+            fps=np.array(clip.fps),
+            joint_names=np.array(take.keypoints.layout.joints),
+            joints=clip.joints,
+            R_camera_from_world=take.R_camera_from_world,
+        )
     return len(clips)
 
 
@@ -287,19 +284,18 @@ def write_takes(
     frames = [len(take.lifted) for take in takes]
     seen = [take.seen for take in takes]
     output.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(output) as partial, open(partial, "wb") as file:
-        np.savez_compressed(
-            file,
-            lifted=np.concatenate([take.lifted.joints for take in takes]),
-            truth=np.concatenate([take.truth for take in seen]).astype(np.float32),
-            R_camera_from_body=np.concatenate([take.R_camera_from_body for take in seen]),
-            up=np.concatenate([np.tile(take.up, (len(take.lying), 1)) for take in seen]),
-            lying=np.concatenate([take.lying for take in seen]),
-            spread=np.concatenate([stated_spread(take.lifted) for take in takes]).astype(np.float32),
-            take_start=np.cumsum([0, *frames]),
-            clip=np.array([take.clip for take in seen]),
-            subject=np.array([take.subject for take in seen]),
-            source=np.array([take.source for take in seen]),
-            device=np.array(", ".join(sorted({*where.used.values()}))),
-        )
+    write_arrays(
+        output,
+        lifted=np.concatenate([take.lifted.joints for take in takes]),
+        truth=np.concatenate([take.truth for take in seen]).astype(np.float32),
+        R_camera_from_body=np.concatenate([take.R_camera_from_body for take in seen]),
+        up=np.concatenate([np.tile(take.up, (len(take.lying), 1)) for take in seen]),
+        lying=np.concatenate([take.lying for take in seen]),
+        spread=np.concatenate([stated_spread(take.lifted) for take in takes]).astype(np.float32),
+        take_start=np.cumsum([0, *frames]),
+        clip=np.array([take.clip for take in seen]),
+        subject=np.array([take.subject for take in seen]),
+        source=np.array([take.source for take in seen]),
+        device=np.array(", ".join(sorted({*where.used.values()}))),
+    )
     print(f"{output}: {how_many(len(takes), 'take')}, {sum(frames):,} frames")

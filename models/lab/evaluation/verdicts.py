@@ -13,9 +13,10 @@ import numpy as np
 from ....pipeline.core.notices import verdict
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.signals.findings import findings_of
-from ...common.metrics import joint_error, relative, scaled
+from ...common.metrics import joint_error, relative
 from .sets import Question
 from .tables import Page, Table
+from .take_answers import joints_of
 
 _LIMIT_MM = 100.0
 _DEPTH = (0.3, 1.0)  # times its size
@@ -47,9 +48,7 @@ def worse(poses: PoseSequence, rng: np.random.Generator) -> PoseSequence:
 
 def error_mm(poses: PoseSequence, truth: np.ndarray) -> float:
     """Mean over the frames that have all joints. truth: (T, 17, 3) metres, relative to the pelvis."""
-    return float(
-        1000 * np.nanmean(joint_error(scaled(poses.joints.astype(np.float64), truth, "take"), truth))
-    )
+    return float(1000 * np.nanmean(joint_error(joints_of(poses, truth), truth)))
 
 
 def tables(question: Question) -> dict[str, Any]:

@@ -130,15 +130,14 @@ def network() -> Any:
     return Net()
 
 
-def trained(of: list[Take], steps: int, seed: int, net: Any = None) -> Any:
-    """The network after so many steps, each of windows drawn from the takes by the root of their length; net: to go on
-    from."""
+def trained(of: list[Take], steps: int, seed: int) -> Any:
+    """The network after so many steps, each of windows drawn from the takes by the root of their length."""
     with needed_for("Training"):
         import torch
         from torch.nn import functional
 
     torch.manual_seed(seed)
-    rng, net = np.random.default_rng(seed), net or network()
+    rng, net = np.random.default_rng(seed), network()
     share = np.sqrt([len(points) for points, _ in of])
     share /= share.sum()
     optimiser = torch.optim.AdamW(net.parameters(), lr=_RATE, weight_decay=_DECAY)

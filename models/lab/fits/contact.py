@@ -160,15 +160,14 @@ def main(
         "seed": seed,
         "validation": said,
         "joints": f"{H36M17.name}, see contact.window_features",
-        **{name: _short(getattr(net, name)) for name in ("centre", "scale", "hidden", "hidden_bias", "out")},
+        **{
+            name: np.round(getattr(net, name), 5).tolist()
+            for name in ("centre", "scale", "hidden", "hidden_bias", "out")
+        },
         "out_bias": round(net.out_bias, 5),
     }
     write_text(output, json.dumps(content) + "\n")
     print(f"{output}: validation {said}")
-
-
-def _short(values: np.ndarray) -> list[Any]:
-    return np.round(values, 5).tolist()
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ import numpy as np
 import typer
 
 from ....pipeline.core.frames import CAMERA
-from ....pipeline.files.atomic import whole_file
+from ....pipeline.files.atomic import write_text
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ...common.metrics import SD_90
@@ -233,8 +233,7 @@ def main(
         "validation subjects, as they are and in drawn styles",
         **{source: fit_all(takes, source == "lifted") for source, takes in of_source.items()},
     }
-    with whole_file(output) as partial:
-        partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    write_text(output, json.dumps(content, indent=1) + "\n")
     print(json.dumps(content, indent=1))
 
 

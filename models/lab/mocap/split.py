@@ -49,6 +49,11 @@ def read_parts(data: Path, split: Path, needed: Sequence[str] = _PARTS) -> Parts
     return Parts({part: tuple(c for c in clips if key[c.name] in names) for part, names in lists.items()}, by)
 
 
+def trained_on(config: Any) -> str:
+    """Whom a network trains on, as its file says it. config: with `data`, `split`, None without, and `subjects`."""
+    return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects
+
+
 def _read_split(path: Path) -> tuple[dict[str, set[str]], Literal["subject", "clip"]]:
     try:
         content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))

@@ -18,16 +18,16 @@ _SQUAT_DEG = 90.0  # thighs and, behind them, shins turn by up to this
 # Directions of an upright body that faces -x, +Z up; the bones without a length of their own get a rough one.
 _DIRECTION = {"r_hip": (0, 1, 0), "l_hip": (0, -1, 0), "r_shoulder": (0, 1, 0), "l_shoulder": (0, -1, 0)}
 _DIRECTION |= {joint: (0, 0, 1) for joint in ("spine", "thorax", "head")} | {"nose": (-0.6, 0, 0.8)}
-_UPPER = ("thorax", "nose", "head", *(f"{s}_{p}" for s in "lr" for p in ("shoulder", "elbow", "wrist")))
+ABOVE_SPINE = ("thorax", "nose", "head", *(f"{s}_{p}" for s in "lr" for p in ("shoulder", "elbow", "wrist")))
 _SWUNG = {"hip": (("knee", "ankle"), 10), "shoulder": (("elbow", "wrist"), 20)}  # what moves, and degrees
 _ROUGH = {("thorax", "nose"): 0.07, ("nose", "head"): 0.07}
 
 
-def sample_poses(count: int, seed: int = 0) -> np.ndarray:
+def sample_poses(count: int) -> np.ndarray:
     """joints (count, 17, 3) float32 metres, CAMERA axes, relative to the pelvis: bodies of standard proportions
     (pipeline/core/anthropometry.py) that squat, lean and swing arms and legs, seen from `wide` views, with 2 cm of
     noise and one joint in 50, never the torso's, NaN."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     bend = np.radians(rng.uniform(0, _SQUAT_DEG, count))
     forward, down = -np.sin(bend), -np.cos(bend)
     thigh = np.stack([forward, 0 * bend, down], axis=-1)
@@ -67,7 +67,7 @@ def swing(joints_world: np.ndarray, rng: np.random.Generator, share: float) -> n
         centre, rows = out[:, [H36M17.index(about)]], H36M17.indices(list(moved))
         out[:, rows] = centre + rotate(R, out[:, rows] - centre)
 
-    turn("spine", _UPPER, 10)
+    turn("spine", ABOVE_SPINE, 10)
     for side in "lr":
         for part, (below, std_deg) in _SWUNG.items():
             turn(f"{side}_{part}", [f"{side}_{joint}" for joint in below], std_deg)

@@ -10,8 +10,7 @@ import numpy as np
 
 from ...core.errors import InputError
 from ...core.layouts import H36M17
-from ...files.arrays import load_all
-from ...files.atomic import whole_file
+from ...files.arrays import load_all, write_arrays
 
 _ARRAYS = ("joints", "root", "clip_start", "clip_name", "subject", "source", "fps", "joint_names")
 
@@ -93,18 +92,17 @@ def write_mocap(path: Path, clips: Sequence[Clip]) -> None:
     world = np.concatenate([clip.joints for clip in clips]).astype(np.float64)
     root = world[:, H36M17.index("pelvis")]
     try:
-        with whole_file(path) as partial, open(partial, "wb") as file:
-            np.savez_compressed(
-                file,
-                joints=(world - root[:, None]).round(4).astype(np.float32),
-                root=root.round(4).astype(np.float32),
-                clip_start=np.cumsum([0, *map(len, clips)]),
-                clip_name=np.array([clip.name for clip in clips]),
-                subject=np.array([clip.subject for clip in clips]),
-                source=np.array([clip.source for clip in clips]),
-                fps=np.array(clips[0].fps),
-                joint_names=np.array(H36M17.joints),
-            )
+        write_arrays(
+            path,
+            joints=(world - root[:, None]).round(4).astype(np.float32),
+            root=root.round(4).astype(np.float32),
+            clip_start=np.cumsum([0, *map(len, clips)]),
+            clip_name=np.array([clip.name for clip in clips]),
+            subject=np.array([clip.subject for clip in clips]),
+            source=np.array([clip.source for clip in clips]),
+            fps=np.array(clips[0].fps),
+            joint_names=np.array(H36M17.joints),
+        )
     except OSError as error:
         raise InputError(
             "cannot-write", f"Cannot write {path}: {error.strerror}; choose another -o FILE."

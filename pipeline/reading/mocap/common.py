@@ -102,7 +102,7 @@ def require_a_person(joints: np.ndarray) -> None:
             "wrong-axes", f"expected metres, got legs {leg:.4g} long; give the unit with --unit."
         )
     for start, end in _LIMBS:
-        length = _distance(joints, H36M17.index(start), H36M17.index(end))
+        length = np.linalg.norm(joints[:, H36M17.index(start)] - joints[:, H36M17.index(end)], axis=-1)
         length = length[np.isfinite(length)]
         if len(length) and length.std() > _LIMB_SPREAD * length.mean():
             raise InputError(
@@ -140,7 +140,3 @@ def read_text(path: Path) -> str:
         return path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise InputError("cannot-open", f"{error.strerror or error}.") from None
-
-
-def _distance(joints: np.ndarray, a: int, b: int) -> np.ndarray:
-    return np.linalg.norm(joints[:, a] - joints[:, b], axis=-1)

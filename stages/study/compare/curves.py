@@ -27,7 +27,8 @@ _WIDE = 2.6  # the reference's line, so that it is seen where both run together
 
 def thumbnails(pair: Pair) -> Markup:
     """Both skeletons at the same moments, one over the other, each turned to face the reader."""
-    mine, other = (_facing(joints) for joints in (pair.level, pair.reference.joints_at(pair.times)))
+    both = (pair.level, pair.reference.joints_at(pair.times))  # LEVEL
+    mine, other = (rotate(transpose(R_world_from_body(joints)), joints) for joints in both)
     there = is_finite(other)
     known = there.mean(axis=1, keepdims=True) > 0.5 * there.any(axis=0).mean()  # of what it has in any frame
     shown = []
@@ -143,11 +144,6 @@ def _two(
 def _colour(name: str) -> str:
     """Of an angle's or a joint's side."""
     return MIDDLE if name in MIDLINE else RIGHT if name.startswith("r_") else LEFT
-
-
-def _facing(joints: np.ndarray) -> np.ndarray:
-    """Joints (T, 17, 3) of LEVEL in BODY."""
-    return rotate(transpose(R_world_from_body(joints)), joints)
 
 
 def _wrists(joints: np.ndarray) -> dict[str, np.ndarray]:

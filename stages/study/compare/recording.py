@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from ....pipeline.files.atomic import whole_file
-from ...drawing.palette import GREEN, PURPLE, YELLOW
+from ...drawing.palette import GREEN, PURPLE, YELLOW, Colour
 from ...drawing.rerun_file import recording_file
-from ...drawing.rerun_log import log_curves, log_skeleton
-from .comparison import Comparison, Pair
+from ...drawing.rerun_log import half_height, log_curves, log_skeleton
+from .comparison import Comparison
 from .side import as_poses
 
 # In the runs' order; none is the colour of a body's side.
 COLOURS = (GREEN, PURPLE, YELLOW, (150, 75, 60), (120, 90, 200))
-_REFERENCE = (200, 200, 200)  # on the viewer's dark ground
+_REFERENCE: Colour = (200, 200, 200)  # on the viewer's dark ground
 _SHOWN = ("r_knee_flexion", "l_knee_flexion", "r_elbow_flexion", "l_elbow_flexion", "trunk_lean_sagittal")
 
 
@@ -27,17 +27,18 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
 
     reference = comparison.reference
     sides = [(reference, reference.level, 0.0, _REFERENCE)]
-    sides += [
-        (pair.side, pair.level, _shift(pair), colour)
-        for pair, colour in zip(comparison.pairs, COLOURS, strict=False)
-    ]
+    for pair, colour in zip(comparison.pairs, COLOURS, strict=False):
+        # Takes of different motions begin together.
+        begins_s = float(reference.time_s[0] - pair.side.time_s[0])
+        shift_s = begins_s if pair.alignment is None else pair.alignment.shift_s
+        sides.append((pair.side, pair.level, shift_s, colour))
     clock, _, clock_shift, _ = sides[0] if reference.run else sides[1]
     angles = list(dict.fromkeys([*(name for pair in comparison.pairs for name in pair.agreement), *_SHOWN]))
     views = [
         rrb.TimeSeriesView(origin=f"angles/{name}", name=f"{name} (deg)")
         for name in [*_SHOWN, *(name for name in angles if name not in _SHOWN)]
     ]
-    eye = _size(reference.level) * np.array([-2.2, 1.1, 0.5])  # in front, to the right and a little above
+    eye = half_height(reference.level) * np.array([-2.2, 1.1, 0.5])  # in front, right, a little above
     blueprint = rrb.Blueprint(
         rrb.Horizontal(
             rrb.Spatial3DView(
@@ -61,7 +62,7 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
             times = clock.time_s + clock_shift - shift
             poses = as_poses(side, side.joints_at(times, joints), clock.time_s, clock.frame_index)
             entity = f"level/{i}"
-            log_skeleton(recording, entity, poses, radius=0.024 * _size(joints))
+            log_skeleton(recording, entity, poses, radius=0.024 * half_height(joints))
             recording.log(f"{entity}/bones", rr.LineStrips3D.from_fields(colors=[colour]), static=True)
             for name in angles:
                 values = side.at(name, times)
@@ -69,17 +70,3 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
         recording.log(
             "summary", rr.TextDocument(f"```\n{words}\n```", media_type=rr.MediaType.MARKDOWN), static=True
         )
-
-
-def _shift(pair: Pair) -> float:
-    """What is added to the side's time: takes of different motions begin together."""
-    return (
-        float(pair.reference.time_s[0] - pair.side.time_s[0])
-        if pair.alignment is None
-        else pair.alignment.shift_s
-    )
-
-
-def _size(joints: np.ndarray) -> float:
-    distance = np.linalg.norm(joints, axis=-1)
-    return float(np.nanpercentile(distance, 98)) if np.isfinite(distance).any() else 1.0

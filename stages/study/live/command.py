@@ -27,7 +27,7 @@ from ....pipeline.reading.settings import RunOptions
 from ....pipeline.running.conclusion import conclude, point_to, show_files
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
-from ....pipeline.running.progress import now_and_then, stages, tell
+from ....pipeline.running.progress import counted, stages, tell
 from ....pipeline.running.recipe import Recipe
 from ....pipeline.running.run import check_plan, inputs_of, run_into
 from ...detect import Detect
@@ -219,7 +219,7 @@ def _watch(shown: Source, networks: Networks, folder: Path, frames: bool, send: 
     with (
         live_recording(folder / LIVE, networks.detector.layout, own_video, frames) as recording,
         interruptible() as asked,
-        now_and_then("live", total) as count,
+        counted("live", total) as count,
     ):
         for shot in incoming.until(asked):
             moment = watch.see(shot, incoming.dropped)

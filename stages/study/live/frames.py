@@ -131,9 +131,8 @@ class Networks:
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """One image and all that is known about it. joints: (17, 3) in CAMERA from the pelvis."""
+    """All that is known about one image. joints: (17, 3) in CAMERA from the pelvis."""
 
-    shot: Shot
     found: Found | None
     joints: np.ndarray
     live: LiveFrame
@@ -194,7 +193,7 @@ class Watch:
             latency_p95_ms=p95,
             dropped=dropped,
         )
-        return Moment(shot, found, joints, live, pose)
+        return Moment(found, joints, live, pose)
 
 
 @dataclass

@@ -69,7 +69,7 @@ def vary(joints: Tensor, draw: Draw, bodies: BodyRange, people: Tensor, real: fl
     if real and len(people):
         now = bone_lengths(joints).mean(1)
         wanted = people[draw.integers(len(people), count)]
-        wanted = (wanted + wanted[:, H36M17.mirror.tolist()]) / 2 * _spread(draw, 0.03, count)
+        wanted = (wanted + wanted[:, H36M17.mirror.tolist()]) / 2 * _spread(draw, count)
         theirs = torch.where(now > 1e-3, wanted / now.clamp_min(1e-3), 1.0)
         factors = torch.where(draw.share(real, count, 1), theirs, factors)
     factors = torch.where(draw.share(bodies.unchanged, count, 1), 1.0, factors)
@@ -77,9 +77,9 @@ def vary(joints: Tensor, draw: Draw, bodies: BodyRange, people: Tensor, real: fl
     return torch.where(draw.share(bodies.mirrored, count)[:, None, None, None], mirror(out), out)
 
 
-def _spread(draw: Draw, std: float, count: int) -> Tensor:
+def _spread(draw: Draw, count: int) -> Tensor:
     """(B, 17) factors of the bones, left and right alike."""
-    factors = (std * draw.normal(count, len(H36M17), most=2)).exp()
+    factors = (0.03 * draw.normal(count, len(H36M17), most=2)).exp()
     for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"):
         factors[:, H36M17.index(f"r_{part}")] = factors[:, H36M17.index(f"l_{part}")]
     return factors

@@ -31,7 +31,7 @@ from ...common.training import (
     reading,
 )
 from ...mocap.clips import data_set, read_clips
-from ...mocap.split import read_parts
+from ...mocap.split import read_parts, trained_on
 from ...synthetic.on_device.draw import Draw
 from .exported import export, weights_of
 from .net import LifterNet, NetConfig
@@ -217,8 +217,3 @@ def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Cli
     for clip in read_clips("val"):
         val[data_set(clip)] = (*val.get(data_set(clip), ()), clip)
     return read_clips(config.subjects), val
-
-
-def trained_on(config: TrainConfig) -> str:
-    """Whom it trains on, as a network's file says it."""
-    return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects

@@ -16,8 +16,8 @@ import numpy as np
 from .....pipeline.core.canonical import R_world_from_body
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.rotations import geodesic_deg, is_finite, kabsch, rotate
-from .....pipeline.files.arrays import load
-from .....pipeline.files.atomic import refuse_unwritable, whole_file, write_json, write_text
+from .....pipeline.files.arrays import load, write_arrays
+from .....pipeline.files.atomic import refuse_unwritable, write_json, write_text
 from .....pipeline.plugins.protocols import Rectifier
 from .....pipeline.reading.mocap import joints as joint_files
 from .....pipeline.reading.mocap.clip import Clip, write_mocap
@@ -115,7 +115,8 @@ def train_own_lifter(
         return None
     shipped, own = load_rectifier("pcnet"), PCNetRectifier(network)
     figures = judged(of["test"], shipped, own)
-    figures |= {"name": config.name, "steps": steps, "all": len(people), "chose": _people(of["val"])}
+    chose = len({subject_of(pair.clip.name) for pair in of["val"]})
+    figures |= {"name": config.name, "steps": steps, "all": len(people), "chose": chose}
     write_text(output / "judged.md", written(figures, _PAGE))
     write_json(output / "judged.json", plain(figures))
     return figures
@@ -178,10 +179,6 @@ def judged(pairs: Sequence[Pair], shipped: Rectifier, own: Rectifier) -> dict[st
     }  # fmt: skip
 
 
-def _people(pairs: Sequence[Pair]) -> int:
-    return len({subject_of(pair.clip.name) for pair in pairs})
-
-
 def _pair(answered: Path, known: Path, folder: Path) -> Pair:
     clip = joint_files.read(known, folder, How()).clip
     R = load(known, (3, 3), (len(clip), 3, 3), key="R_camera_from_world").astype(np.float64)
@@ -215,16 +212,15 @@ def _parts_of(people: Sequence[str]) -> dict[str, list[str]]:
 
 def _write_takes(path: Path, pairs: Sequence[Pair]) -> None:
     """As common.testbed_file reads them."""
-    with whole_file(path) as partial, open(partial, "wb") as file:
-        np.savez_compressed(
-            file,
-            lifted=np.concatenate([pair.lifted for pair in pairs]).astype(np.float32),
-            truth=np.concatenate([pair.truth for pair in pairs]).astype(np.float32),
-            R_camera_from_body=np.concatenate([pair.R_camera_from_body for pair in pairs]),
-            lying=np.concatenate([lying(pair.clip.joints) for pair in pairs]),
-            take_start=np.cumsum([0, *(len(pair.clip) for pair in pairs)]),
-            clip=np.array([pair.clip.name for pair in pairs]),
-        )
+    write_arrays(
+        path,
+        lifted=np.concatenate([pair.lifted for pair in pairs]).astype(np.float32),
+        truth=np.concatenate([pair.truth for pair in pairs]).astype(np.float32),
+        R_camera_from_body=np.concatenate([pair.R_camera_from_body for pair in pairs]),
+        lying=np.concatenate([lying(pair.clip.joints) for pair in pairs]),
+        take_start=np.cumsum([0, *(len(pair.clip) for pair in pairs)]),
+        clip=np.array([pair.clip.name for pair in pairs]),
+    )
 
 
 def _config(name: str, output: Path, split: Path, trained: Sequence[Pair], steps: int) -> TrainConfig:

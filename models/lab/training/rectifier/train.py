@@ -21,7 +21,7 @@ from ....shipped import PCNET
 from ...common.toml_config import read_toml
 from ...common.training import Schedule, State, device_of, fingerprint, fit, load_weights, optimisers_of
 from ...mocap.clips import Subjects, lying, read_clips
-from ...mocap.split import Parts, read_parts
+from ...mocap.split import Parts, read_parts, trained_on
 from ...synthetic.on_device.draw import Draw
 from ...synthetic.views import Lifted, Targets, View, read_lifted, refuse_shared_subjects, seen, views
 from .export import Deployed, export, started
@@ -111,7 +111,7 @@ def train(
         deployed = Deployed(best_of(config, output), config.symmetric).to(on)
         calibrate(deployed, checks.get("lifted", checks["paper"]))
         print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
-        said = {"trained_on": _trained_on(config), "targets": config.targets, "network": config.net.net}
+        said = {"trained_on": trained_on(config), "targets": config.targets, "network": config.net.net}
         export(deployed, output / f"{config.name}.onnx", **said, name=config.name)
 
 
@@ -169,10 +169,6 @@ def parts_of(config: TrainConfig) -> Parts:
             'With `data`, expected subjects = "train", and lifted takes only where the split lists subjects.',
         )
     return parts
-
-
-def _trained_on(config: TrainConfig) -> str:
-    return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects
 
 
 def validation(clips: Sequence[Clip], lifted: Lifted | None, targets: Targets) -> dict[str, Frames]:

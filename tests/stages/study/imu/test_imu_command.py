@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from golden.sensors import write_csv
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
-from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
+from pcnet3d.examples.walker.imu import Faults, strapped
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.finished import read_run
