@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from ...pipeline.files.detections import Detections
 from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
-from ...pipeline.signals.tracker import Sighting, Tracker
+from ...pipeline.signals.tracker import Sighting, Tracker, exchanges
 from .protocols import Detector, Found
 from .scene_cuts import Glance
 
@@ -198,4 +199,18 @@ def detect(
     found = search.detections(total, seen, source)
     if search.people:
         keep(found)
-    return found.told_apart()
+    return _told_apart(found)
+
+
+def _told_apart(found: Detections) -> Detections:
+    """The same, with who goes on as somebody else in the middle of a track under a name of their own."""
+    tracks = [np.flatnonzero(found.person == person) for person in np.unique(found.person)]
+    pieces = [
+        piece
+        for rows in tracks
+        for piece in np.split(rows, exchanges(found.time_s[rows], found.joints[rows].astype(np.float64)))
+    ]
+    person = np.empty_like(found.person)
+    for name, rows in enumerate(sorted(pieces, key=lambda rows: int(rows[0]))):
+        person[rows] = name
+    return replace(found, person=person)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,6 @@ from ..core.frames import IMAGE
 from ..core.layouts import Layout, layout_named
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..signals.tracker import exchanges
 from .arrays import load_all, write_arrays
 from .names import KEYPOINTS
 
@@ -78,19 +77,6 @@ class Detections:
         if not sure < _SURE:
             return []
         return [notice("hardly-a-person", person=person.person, score=sure)]
-
-    def told_apart(self) -> Detections:
-        """The same, with who goes on as somebody else in the middle of a track under a name of their own."""
-        tracks = [np.flatnonzero(self.person == person) for person in np.unique(self.person)]
-        pieces = [
-            piece
-            for rows in tracks
-            for piece in np.split(rows, exchanges(self.time_s[rows], self.joints[rows].astype(np.float64)))
-        ]
-        person = np.empty_like(self.person)
-        for name, rows in enumerate(sorted(pieces, key=lambda rows: int(rows[0]))):
-            person[rows] = name
-        return replace(self, person=person)
 
     def people(self) -> tuple[PoseSequence, ...]:
         """One sequence a person in IMAGE, in order of appearance."""
