@@ -107,7 +107,7 @@ def exchanges(time_s: np.ndarray, points: np.ndarray) -> np.ndarray:
         sizes = [float(np.nanmedian(size[part])) for part in (slice(start, row), slice(row, stop))]
         off = 0.0
         if min(row - start, stop - row) >= _PATH:
-            at_s, middle = (time_s[row - 1] + time_s[row]) / 2, np.nanmean(points[start:stop], axis=1)
+            at_s, middle = float(time_s[row - 1] + time_s[row]) / 2, np.nanmean(points[start:stop], axis=1)
             was, goes_on = (
                 _on_path(time_s[part], middle[part.start - start : part.stop - start], at_s)
                 for part in (slice(start, row), slice(row, stop))
