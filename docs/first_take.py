@@ -127,6 +127,6 @@ chart(
 )
 
 # %% [markdown]
-# What the angles mean and how good they are: [angles.md](angles.md#how-good-they-are). How paths are smoothed, and what
+# What the angles mean and how good they are: [angles.md](angles.md#errors). How paths are smoothed, and what
 # accelerations are worth: [movements.md](movements.md#paths-velocities-and-accelerations). The same from the command
 # line, with a report: [start.md](start.md).
