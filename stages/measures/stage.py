@@ -195,8 +195,10 @@ def measures(
     steps_told = lasts_s >= BRIEFEST_S["walking"] and "steps" in grouped(walk)
     blind = source.lifted and in_image is None  # to punches
     struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd)
+    bends, landings = _knee_bends(take, gait, jumped, flights.ankle, apart, steps_told)
+    leaps = jumps(flights, jumped, cut, brief, rectified, landings)
     movements = {
-        "knee_bends": _knee_bends(take, gait, jumped, flights.ankle, apart, steps_told),
+        "knee_bends": bends,
         "arm_raises": _arm_raises(take, grouped(struck["punches"]), filtered if source.lifted else None),
         **struck,
         "walking": walk,
@@ -211,12 +213,7 @@ def measures(
         ),
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
-        *within(
-            "jumps",
-            with_outcome(
-                "jumps", jumps(flights, jumped, cut, brief, rectified), lasts_s, flights.looked, doubt
-            ),
-        ),
+        *within("jumps", with_outcome("jumps", leaps, lasts_s, flights.looked, doubt)),
         *within("paths", _paths(take, rectified)),
     )
 
@@ -228,10 +225,10 @@ def _knee_bends(
     ankle: np.ndarray | None,
     apart: np.ndarray,
     steps_told: bool = True,
-) -> list[Row]:
-    """ankle: (T,) of Airborne: a bend behind a fall of it may be a landing. apart: (T,) how far the ankles are apart,
-    in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which the feet seem to move may be
-    one in place then."""
+) -> tuple[list[Row], Spans]:
+    """Rows, and the (begin, end) of bends that may be landings: behind a fall of ankle, (T,) of Airborne. apart: (T,)
+    how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which
+    the feet seem to move may be one in place then."""
     feet_move, may_land = list[tuple[float, float]](), set[tuple[float, float]]()
     flights = [(flight.off_s, flight.land_s) for flight in jumped]
 
@@ -280,7 +277,7 @@ def _knee_bends(
         bends.append(
             Remark("reason", f"it is not seen whether the feet stay while the knees bend from {when}")
         )
-    return bends
+    return bends, sorted(may_land)
 
 
 def _arm_raises(take: Columns, punches: Group, lifted: PoseSequence | None) -> list[Row]:

@@ -13,7 +13,7 @@ from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, 
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
-from pcnet3d.stages.measures.jumps import cut_jumps, goes_on, without_leaps
+from pcnet3d.stages.measures.jumps import cut_jumps, goes_on, jumps, without_leaps
 from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
 from pcnet3d.stages.measures.stage import Measures, _knee_bends
 
@@ -28,11 +28,8 @@ def test_landing_is_no_squat(lowest_s, count):
     knee = sum(90 * np.exp(-(((TIMES - low_s) / 0.25) ** 2)) for low_s in lowest_s)
     columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
     still = np.zeros(len(TIMES))
-    bends = nested(
-        _knee_bends(
-            Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, []), [jump], None, still
-        )
-    )
+    of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
+    bends = nested(_knee_bends(of, gait, [jump], None, still)[0])
     assert (bends["count"], bends.get("squats", 0)) == (count, count)
 
 
@@ -47,7 +44,7 @@ def test_a_dip_too_small_to_count_leaves_no_doubt_about_others():
     columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
     columns |= {f"{side}_knee_flexion_sd_deg": np.full(len(TIMES), 6.0) for side in "rl"}
     of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
-    bends = nested(_knee_bends(of, gait, [], hopped(0.08), np.zeros(len(TIMES))))
+    bends = nested(_knee_bends(of, gait, [], hopped(0.08), np.zeros(len(TIMES)))[0])
     assert bends["count"] == 1
     assert "count_reason" not in bends
 
@@ -68,9 +65,12 @@ def test_a_bend_that_may_be_a_landing_is_not_counted_and_not_denied(lowest_s, st
     columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
     of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
     ankle = np.where((TIMES > 1.2) & (TIMES < 1.3), np.nan, hopped(statures))
-    bends = nested(_knee_bends(of, gait, [], ankle, np.zeros(len(TIMES))))
+    rows, landings = _knee_bends(of, gait, [], ankle, np.zeros(len(TIMES)))
+    bends = nested(rows)
     assert bends["count"] == count
     assert {"reason", "count_reason"} & bends.keys() == doubt
+    jumped = nested(with_outcome("jumps", jumps(Airborne(), [], [], [], None, landings), 6.0))
+    assert jumped["outcome"] == (CANNOT_BE_TOLD if doubt else NONE)
 
 
 @pytest.mark.parametrize(("steps_told", "outcome"), [(True, NONE), (False, CANNOT_BE_TOLD)])
@@ -78,9 +78,8 @@ def test_a_bend_with_feet_that_seem_to_move_is_none_only_where_steps_are_seen(st
     """Somebody faces the camera, so that how far the feet are apart is depth, as in steps that cannot be counted."""
     columns = {f"{side}_knee_flexion_deg": 70 * np.exp(-(((TIMES - 3) / 0.4) ** 2)) for side in "rl"}
     apart = np.where(TIMES < 3, 0.0, 0.5)
-    bends = _knee_bends(
-        Columns(columns, TIMES, (), False), Gait({"r": [], "l": []}, []), [], None, apart, steps_told
-    )
+    of, gait = Columns(columns, TIMES, (), False), Gait({"r": [], "l": []}, [])
+    bends, _ = _knee_bends(of, gait, [], None, apart, steps_told)
     assert nested(with_outcome("knee_bends", bends, 6.0))["outcome"] == outcome
 
 
