@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from ...pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, SEEN, Measure, Remark, Row
 from ...pipeline.core.notices import Notice, grave
+from ...pipeline.signals.rates import against_rate
 
 # Seconds of the briefest movement that the program recognises: of knee bends, raised arms, punches and kicks the
 # briefest of the labelled takes (models/lab/evaluation/movements.json), three steps at 120 a minute (Perry & Burnfield
@@ -22,24 +23,37 @@ _TURNED = {
 }
 
 
-def turned(judged: Iterable[Notice]) -> str:
-    """In words what makes it doubtful which way the body of suspicious or unusable poses is turned, or ""."""
-    return next((_TURNED[each.code] for each in grave(judged) if each.code in _TURNED), "")
+_BY_HEIGHT = ("punches", "kicks")  # how high a hand or foot is makes them
+_BY_TIME = ("walking", "jumps", *_BY_HEIGHT)  # how long it takes, how fast
+
+
+def doubts_of(said: Iterable[Notice]) -> tuple[str, str]:
+    """In words what makes it doubtful which way the body of suspicious or unusable poses is turned, and how fast it
+    moves; "" for what is not doubtful."""
+    said = tuple(said)
+    turned = next((_TURNED[each.code] for each in grave(said) if each.code in _TURNED), "")
+    return turned, "the frame rate may be wrong" * bool(against_rate(said))
 
 
 def with_outcome(
-    movement: str, rows: Sequence[Row], lasts_s: float, looked: bool = True, doubt: str = ""
+    movement: str,
+    rows: Sequence[Row],
+    lasts_s: float,
+    looked: bool = True,
+    doubts: tuple[str, str] = ("", ""),
 ) -> list[Row]:
     """The rows of a movement with the remark `outcome` in front of them, a code of pipeline/core/measures.py. lasts_s:
     the take's length, in one shorter than the movement a count of 0 does not say that there was none. looked: False
-    where something is lacking without which nobody can look for it. doubt: of `turned`, with which a count of 0 says
-    as little.
+    where something is lacking without which nobody can look for it. doubts: of `doubts_of`, with which a count of 0
+    says as little, and one of movements that heights make says nothing of a body that may be turned.
 
     A count of 0 says that there was none, unless its `reason` says where one may be hidden. A hold is seen too.
     """
     rows = list(rows)
     counts = [row for row in rows if isinstance(row, Measure) and row.name in ("count", "steps")]
-    seen = any(row.value for row in counts)
+    turned, paced = doubts
+    doubt = turned or paced * (movement in _BY_TIME)
+    seen = any(row.value for row in counts) and not (turned and movement in _BY_HEIGHT)
     too_short = lasts_s < BRIEFEST_S[movement]
     looked = looked or not lasts_s  # of a single frame that is reason enough
     if looked and not seen and (too_short or doubt):

@@ -54,7 +54,7 @@ from .figures import (
 from .floor import floor
 from .jumps import absorbs, brief_hops, cut_jumps, jumping, jumps, lands, without_leaps
 from .off_keypoints import exchanged, off_keypoints
-from .outcomes import BRIEFEST_S, turned, with_outcome
+from .outcomes import BRIEFEST_S, doubts_of, with_outcome
 from .repeats import doubted, repeats
 from .smoothness import path_length
 from .strikes import Spans, may_punch, strikes
@@ -118,7 +118,7 @@ class Measures:
             return take.with_(measures=()).saying(notice("figures-withheld"))
         gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
         source = take.need("poses")
-        asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), turned(take.judged)
+        asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), doubts_of(take.said)
         found = measures(filtered, rectified, kinematics, source, gait, *asked)
         residuals = residuals_of(take)
         found += tuple(within("off_keypoints", off_keypoints(residuals, source.times)))
@@ -157,7 +157,7 @@ def measures(
     repeated: Sequence[str] = (),
     belt_speed: float | None = None,
     in_image: Mapping[str, np.ndarray] | None = None,
-    doubt: str = "",
+    doubts: tuple[str, str] = ("", ""),
 ) -> tuple[Row, ...]:
     """Rows, named below as in summary.json (`pipeline.core.measures.nested`). What cannot be had is absent, and its
     group has a `reason`.
@@ -165,7 +165,7 @@ def measures(
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.Angles) and paths (stages.trajectories.trajectory); source: the poses that
     were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
-    in_image: signals.reprojection.straight_in_image; doubt: of outcomes.turned.
+    in_image: signals.reprojection.straight_in_image; doubts: of outcomes.doubts_of.
 
     Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
     of angles by what they are stated with; of ranges, of right less left and from repetition to repetition (peak_mdc90)
@@ -209,11 +209,11 @@ def measures(
         *(
             row
             for name, of in movements.items()
-            for row in within(name, with_outcome(name, of, lasts_s, name != "punches" or not blind, doubt))
+            for row in within(name, with_outcome(name, of, lasts_s, name != "punches" or not blind, doubts))
         ),
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
-        *within("jumps", with_outcome("jumps", leaps, lasts_s, flights.looked, doubt)),
+        *within("jumps", with_outcome("jumps", leaps, lasts_s, flights.looked, doubts)),
         *within("paths", _paths(take, rectified)),
     )
 

@@ -12,6 +12,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES
 from ...pipeline.signals.filters import stretches
+from ...pipeline.signals.rates import against_rate
 from ..angles import ANGLE_ERRORS
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
@@ -54,6 +55,8 @@ def trust(take: Take, facts: Facts) -> Markup:
     verdict, words = _WORDS[level]
     if level == "care" and take.angle_errors == "none":
         words = "the errors of the angles are not known; read what is marked below."
+    elif level == "care" and against_rate(take.said):
+        words = "times and speeds hold only if the frame rate is right; read what is marked below."
     return gauge(level, f"{verdict}:", words, checks)
 
 
@@ -66,6 +69,9 @@ def _poses(take: Take, facts: Facts) -> list[Check]:
         level = "care"
         doubts.append("Less than half a second does not show faults that come and go.")
     doubts += [each.text for each in take.notices if each.about == "poses" and each.weight == "warning"]
+    if against := [each.text for each in against_rate(take.notices) if each.weight == "warning"]:
+        level = "care" if level == "good" else level
+        doubts += against
     unjudged = [doubt.code for doubt in facts.doubts] == ["too-few-frames"]
     return [("The poses cannot be judged" if unjudged else f"The poses are {facts.verdict}", level, doubts)]
 

@@ -113,7 +113,7 @@ def test_a_take_that_is_too_short_is_not_said_to_last_another_time_than_the_page
 @pytest.mark.parametrize("code", ["nobody-upright", "picture-upside-down", "upside-down"])
 @pytest.mark.parametrize(("weight", "none_is"), [("suspicious", CANNOT_BE_TOLD), ("warning", NONE)])
 def test_in_an_image_that_may_be_turned_nothing_is_said_to_be_absent(take, code, weight, none_is):
-    """A woman walked in a video on its side, and the page said that there was no walking."""
+    """A woman walked in a video on its side, and the page said that there was no walking, or that she had kicked."""
     said = notice(code, weight=weight, off_deg=60, share_percent=100)
     before, after = (nested(Measures()(one).measures) for one in (take, take.saying(said)))
     groups = [name for name in BRIEFEST_S if name in before]
@@ -121,7 +121,31 @@ def test_in_an_image_that_may_be_turned_nothing_is_said_to_be_absent(take, code,
     assert {SEEN, NONE} <= codes
     for name in groups:
         outcome = before[name]["outcome"]
-        assert after[name]["outcome"] == (none_is if outcome == NONE else outcome)
+        told = outcome == SEEN and (weight == "warning" or name not in ("punches", "kicks"))
+        assert after[name]["outcome"] == (outcome if told else none_is)
+
+
+def test_how_high_a_foot_is_in_an_image_that_may_be_turned_makes_no_kick():
+    kicked = [Measure("count", 1, group=("right",)), Measure("count", 0, group=("left",))]
+    for turned, outcome in (("the image may be turned", CANNOT_BE_TOLD), ("", SEEN)):
+        assert nested(with_outcome("kicks", kicked, 3.0, doubts=(turned, "")))["outcome"] == outcome
+
+
+@pytest.mark.parametrize(
+    "code", ["slow-motion-stated", "moves-slowly", "gait-against-rate", "fps-contradicts"]
+)
+def test_at_a_frame_rate_that_may_be_wrong_nothing_that_takes_its_time_is_said_to_be_absent(take, code):
+    """Jumping jacks in slow motion fall at a quarter of gravity, and the page said that there were no jumps."""
+    values = {f"{name}_fps": 30 for name in ("captured", "shown", "used")}
+    said = notice(
+        code, **values, fps=30, found="", gait="walk", step_s=1, times=2, fits=60, way="slowly", source="file"
+    )
+    before, after = (nested(Measures()(one).measures) for one in (take, take.saying(said)))
+    doubted = code != "fps-contradicts"  # the user has said it
+    for name in filter(before.get, BRIEFEST_S):
+        outcome, by_time = before[name]["outcome"], name not in ("knee_bends", "arm_raises")
+        hides = doubted and by_time and outcome == NONE
+        assert after[name]["outcome"] == (CANNOT_BE_TOLD if hides else outcome)
 
 
 def run(*later: float) -> Gait:
