@@ -54,7 +54,7 @@ from .figures import (
 from .floor import floor
 from .jumps import absorbs, brief_hops, cut_jumps, jumping, jumps, lands, without_leaps
 from .off_keypoints import exchanged, off_keypoints
-from .outcomes import BRIEFEST_S, doubts_of, with_outcome
+from .outcomes import BRIEFEST_S, NO_DOUBTS, Doubts, doubts_of, with_outcome
 from .repeats import doubted, repeats
 from .smoothness import path_length
 from .strikes import Spans, may_punch, strikes
@@ -157,7 +157,7 @@ def measures(
     repeated: Sequence[str] = (),
     belt_speed: float | None = None,
     in_image: Mapping[str, np.ndarray] | None = None,
-    doubts: tuple[str, str] = ("", ""),
+    doubt: Doubts = NO_DOUBTS,
 ) -> tuple[Row, ...]:
     """Rows, named below as in summary.json (`pipeline.core.measures.nested`). What cannot be had is absent, and its
     group has a `reason`.
@@ -165,7 +165,7 @@ def measures(
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.Angles) and paths (stages.trajectories.trajectory); source: the poses that
     were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
-    in_image: signals.reprojection.straight_in_image; doubts: of outcomes.doubts_of.
+    in_image: signals.reprojection.straight_in_image; doubt: of outcomes.doubts_of.
 
     Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
     of angles by what they are stated with; of ranges, of right less left and from repetition to repetition (peak_mdc90)
@@ -209,11 +209,11 @@ def measures(
         *(
             row
             for name, of in movements.items()
-            for row in within(name, with_outcome(name, of, lasts_s, name != "punches" or not blind, doubts))
+            for row in within(name, with_outcome(name, of, lasts_s, name != "punches" or not blind, doubt))
         ),
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
-        *within("jumps", with_outcome("jumps", leaps, lasts_s, flights.looked, doubts)),
+        *within("jumps", with_outcome("jumps", leaps, lasts_s, flights.looked, doubt)),
         *within("paths", _paths(take, rectified)),
     )
 

@@ -14,7 +14,7 @@ from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.jumps import cut_jumps, goes_on, jumps, without_leaps
-from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
+from pcnet3d.stages.measures.outcomes import BRIEFEST_S, Doubts, with_outcome
 from pcnet3d.stages.measures.stage import Measures, _knee_bends
 
 TIMES = np.arange(0, 6, 1 / 30)
@@ -128,7 +128,7 @@ def test_in_an_image_that_may_be_turned_nothing_is_said_to_be_absent(take, code,
 def test_how_high_a_foot_is_in_an_image_that_may_be_turned_makes_no_kick():
     kicked = [Measure("count", 1, group=("right",)), Measure("count", 0, group=("left",))]
     for turned, outcome in (("the image may be turned", CANNOT_BE_TOLD), ("", SEEN)):
-        assert nested(with_outcome("kicks", kicked, 3.0, doubts=(turned, "")))["outcome"] == outcome
+        assert nested(with_outcome("kicks", kicked, 3.0, doubt=Doubts(turned)))["outcome"] == outcome
 
 
 @pytest.mark.parametrize(
