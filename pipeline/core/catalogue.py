@@ -177,7 +177,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because all keypoints jump to another place "
         "there."),
     "joints-on-a-line": ("repair", "",
-        "{joints} missing keypoints were interpolated linearly between the frames around them."),
+        "{joints:~missing keypoint was/missing keypoints were} interpolated linearly between the frames around them."),
     "lifted": ("note", "",
         "The built-in lifter made the poses from the 2D keypoints (network {model})."),
     "lifted-by": ("note", "",
@@ -292,8 +292,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The cut-off is {cutoff_hz:g} Hz instead of {asked_hz:.3g} Hz: a Savitzky-Golay filter allows no higher "
         "one at {fps:.4g} frames per second."),
     "pieces-too-short": ("warning", "motion",
-        "{values} joint positions were seen for too short a time between gaps to be smoothed at {cutoff_hz:g} Hz; "
-        "their {missing} are missing."),
+        "{values:~joint position was/joint positions were} seen for too short a time between gaps to be smoothed at "
+        "{cutoff_hz:g} Hz; {values:?its/their} {missing} are missing."),
     "times-uneven": ("note", "motion",
         "The time stamps of {frames:~frame} are not evenly spaced; they are resampled evenly for the filter."),
     "angles-left-out": ("note", "motion",
