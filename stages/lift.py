@@ -25,7 +25,7 @@ from ..pipeline.core.take import Handedness, Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.reading.handedness import guarded
-from ..pipeline.signals.checks import strays_of
+from ..pipeline.signals.checks import elsewhere, strays_of
 from ..pipeline.signals.findings import findings_of
 from ..pipeline.signals.visibility import seen_only
 
@@ -73,7 +73,11 @@ class Lift:
             take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))
         found = findings_of(poses)
         if not take.moving:  # changes were learned before cameras that stand still
-            found = (*found, *change_doubts(take.need("keypoints"), asked.image_size))
+            found = (
+                *found,
+                *change_doubts(take.need("keypoints"), asked.image_size),
+                *_elsewhere(asked.keypoints),
+            )
         if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
             found = (*found, *sides_doubts(asked, lifted.poses, self.lifter))
         take = take.with_(poses=poses, findings=found)
@@ -161,6 +165,18 @@ def _without_strays(seen: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSe
     return seen.with_(joints=joints, confidence=np.where(strays[:, None], 0.0, seen.confidence)), int(
         strays.sum()
     )
+
+
+def _elsewhere(keypoints: PoseSequence) -> list[Notice]:
+    """Where one person of a camera that stands still is suddenly somewhere else: a tracker has gone on to another."""
+    body = remap(keypoints, H36M17)
+    if keypoints.time_s is None or not len(rows := elsewhere(body)):
+        return []
+    two = body.joints[rows[0] - 1 : rows[0] + 1]
+    size = float(np.linalg.norm(np.nanmax(two, axis=1) - np.nanmin(two, axis=1), axis=-1).max())
+    sizes = float(np.linalg.norm(np.diff(body.joint("pelvis"), axis=0)[rows[0] - 1])) / size
+    frame = int(keypoints.frame_index[rows[0]])
+    return [notice("leap-between-people", weight="suspicious", sizes=sizes, frame=frame)]
 
 
 def _who(lifted: Lifted) -> Notice:

@@ -51,7 +51,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The poses differ from the keypoints by {off_percent:.1f} % of the stature{how}. They belong to different "
         "recordings or frames, or the poses were changed."),
     "leap-between-people": ("warning", "files",
-        "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from then on."),
+        "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from then on, or frames "
+        "are missing."),
     "leap-after-gap": ("warning", "files",
         "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} unseen: it may be "
         "another person from then on."),

@@ -295,6 +295,14 @@ def leaps(poses: PoseSequence) -> np.ndarray:
     return np.flatnonzero(leapt & (np.diff(poses.frame_index) == 1)) + 1
 
 
+def elsewhere(keypoints: PoseSequence) -> np.ndarray:
+    """Rows (N,) at which the pelvis is further from where it was in the image one video frame before than people
+    go. keypoints: H36M17 in pixels, with times, of a camera that stands still."""
+    went = np.linalg.norm(np.diff(keypoints.joint("pelvis"), axis=0), axis=-1)
+    most = _FASTEST * _trunk(keypoints) * np.maximum(np.diff(keypoints.times), _SHORTEST_S)
+    return np.flatnonzero((went > most) & (np.diff(keypoints.frame_index) == 1)) + 1
+
+
 def strays_of(poses: PoseSequence) -> np.ndarray:
     """(T,) True in pieces between leaps of the whole pose, or between one and a clip's end, that are so short; nowhere
     when they are many, for then nobody knows who is the person."""
