@@ -27,6 +27,7 @@ from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.reading.handedness import guarded
 from ..pipeline.signals.checks import strays_of
 from ..pipeline.signals.findings import findings_of
+from ..pipeline.signals.tracker import exchanges
 from ..pipeline.signals.visibility import seen_only
 
 _SIDES = ("mirrored", "legs-against-arms", "left-and-right")  # doubts of handedness
@@ -73,7 +74,11 @@ class Lift:
             take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))
         found = findings_of(poses)
         if not take.moving:  # changes were learned before cameras that stand still
-            found = (*found, *change_doubts(take.need("keypoints"), asked.image_size))
+            found = (
+                *found,
+                *change_doubts(take.need("keypoints"), asked.image_size),
+                *_elsewhere(asked.keypoints),
+            )
         if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
             found = (*found, *sides_doubts(asked, lifted.poses, self.lifter))
         take = take.with_(poses=poses, findings=found)
@@ -161,6 +166,16 @@ def _without_strays(seen: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSe
     return seen.with_(joints=joints, confidence=np.where(strays[:, None], 0.0, seen.confidence)), int(
         strays.sum()
     )
+
+
+def _elsewhere(keypoints: PoseSequence) -> list[Notice]:
+    """Where somebody else goes on, before a camera that stands still: a tracker has gone on to another."""
+    if keypoints.time_s is None or any(each.code.startswith("leap-") for each in keypoints.notices):
+        return []
+    return [
+        notice("leap-between-people", weight="suspicious", sizes=sizes, frame=int(keypoints.frame_index[row]))
+        for row, sizes in exchanges(keypoints.time_s, keypoints.joints.astype(np.float64))[:1]
+    ]
 
 
 def _who(lifted: Lifted) -> Notice:

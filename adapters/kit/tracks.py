@@ -16,7 +16,7 @@ from ...pipeline.core.layouts import Layout
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.signals.tracker import REACH, Tracker, exchanges, sighted, steps
+from ...pipeline.signals.tracker import REACH, Tracker, sighted, steps
 from .json import numbers
 
 # Joints of one side that lie near each other in every pose: the bones of limbs, trunk, feet and face.
@@ -258,20 +258,11 @@ def linked(detections: Iterable[Detection]) -> list[Detection]:
 
 
 def _sure_leap(poses: PoseSequence) -> list[Notice]:
-    """`leap` among the rows whose joints score half as much as usual, or are not scored, for a detector that is lost
-    for a frame puts a body anywhere; where times are known, also of a shorter one to somebody else (`exchanges`)."""
+    """`leap` among the rows whose joints score half as much as usual, or are not scored: a detector that is lost for a
+    frame puts a body anywhere."""
     score = np.nan_to_num(poses.confidence)
     sure = score.sum(axis=1) >= _SURE * (np.isfinite(poses.confidence) @ np.median(score, axis=0))
-    frames, points = poses.frame_index[sure], poses.joints[sure]
-    said = leap(frames, points)
-    if said or poses.time_s is None:
-        return said
-    return [
-        notice(
-            "leap-between-people", sizes=float(steps(points[row - 1 : row + 1])[0]), frame=int(frames[row])
-        )
-        for row in exchanges(poses.time_s[sure], points)[:1]
-    ]
+    return leap(poses.frame_index[sure], poses.joints[sure])
 
 
 def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:

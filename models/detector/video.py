@@ -204,12 +204,11 @@ def detect(
 
 def _told_apart(found: Detections) -> Detections:
     """The same, with who goes on as somebody else in the middle of a track under a name of their own."""
-    tracks = [np.flatnonzero(found.person == person) for person in np.unique(found.person)]
-    pieces = [
-        piece
-        for rows in tracks
-        for piece in np.split(rows, exchanges(found.time_s[rows], found.joints[rows].astype(np.float64)))
-    ]
+    pieces = []
+    for name in np.unique(found.person):
+        rows = np.flatnonzero(found.person == name)
+        others = [row for row, _ in exchanges(found.time_s[rows], found.joints[rows].astype(np.float64))]
+        pieces += np.split(rows, others)
     person = np.empty_like(found.person)
     for name, rows in enumerate(sorted(pieces, key=lambda rows: int(rows[0]))):
         person[rows] = name

@@ -17,6 +17,7 @@ from ...pipeline.core.layouts import COCO17, Layout
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
+from ...pipeline.signals.visibility import certain
 from ..common.onnx import session_of
 from . import CHANGES
 
@@ -28,16 +29,18 @@ CHANNELS = 5 * len(LIMBS) + 5
 # Logarithms of how many times too fast it plays, too wide the image is, and growth of the image in a frame of 1/30 s.
 RATES, WIDTHS, ZOOMS = np.linspace(-1, 1, 11), np.linspace(-0.5, 0.5, 11), np.linspace(-0.02, 0.02, 9)
 _WINDOWS = 40  # at most, evenly spread
-_FEWEST = 20  # rows
+# Rows. Training saw fewer only of what was played fast: 43 of 53 seconds of videos as they were filmed, and 9 of 32
+# times 1.5 s, were "too quickly for a person", as were nearly all sound validation takes of 30 rows.
+_FEWEST = 60
 _SPARSE_S = 1.0  # a row; nothing is made of hours with a few
 _SEEN = 0.8  # share of the joints that are seen
 _GAP_S = 0.15
 # Down to which probability that nothing was changed nothing is said, and up to which change. Of 298 validation takes
 # four are beyond these limits: one before two cameras for its rate, a jump for a zoom, steps sideways for backwards.
 _DOUBT = {"rate": 0.1, "width": 0.1, "zoom": 0.1}
-# Of widths in takes shorter than a window: a woman who walked past was "1.4 times too wide" with 0.04 in 65 rows, with
-# 0.015 in 30 of them.
-_DOUBT_BRIEF = 0.01
+# The same of takes shorter than a window: a woman who walked past was "1.4 times too wide" with 0.04 in 65 rows; a man
+# who jumped moved "2 times too quickly" with 0.06 in 60.
+_DOUBT_BRIEF = {"rate": 0.03, "width": 0.01, "zoom": 0.1}
 _FAR = {"rate": 0.5, "width": 0.2, "zoom": 0.005}
 _BACKWARDS = 3.0
 
@@ -85,10 +88,13 @@ def changes_of(keypoints: PoseSequence, image_size: tuple[int, int]) -> Changes 
         return None
     if np.ptp(keypoints.times) > _SPARSE_S * len(keypoints):
         return None
-    points = keypoints.joints[:, keypoints.layout.indices(LIMBS.joints)].astype(np.float64)
+    limbs = keypoints.layout.indices(LIMBS.joints)
+    points = keypoints.joints[:, limbs].astype(np.float64)
     seen = is_finite(points)
     if keypoints.confidence is not None:
-        seen &= ~(keypoints.confidence[:, keypoints.layout.indices(LIMBS.joints)] <= 0)
+        if is_finite(certain(keypoints, image_size).joints[:, limbs]).mean() < _SEEN:
+            return None  # limbs that nobody saw move as the detector guesses
+        seen &= ~(keypoints.confidence[:, limbs] <= 0)
     points, seen = _even(points - np.array(image_size) / 2, seen, keypoints.times)
     if len(points) < _FEWEST or seen.mean() < _SEEN:
         return None
@@ -105,19 +111,19 @@ def change_doubts(keypoints: PoseSequence, image_size: tuple[int, int] | None) -
     if found is None or not _stands(keypoints):
         return []
     said = []
+    doubt = _DOUBT if round(FPS * keypoints.duration_s) >= ROWS else _DOUBT_BRIEF
     rate, width, zoom = (
         float(of @ values) for of, values in ((found.rate, RATES), (found.width, WIDTHS), (found.zoom, ZOOMS))
     )
-    if _unchanged(found.rate) < _DOUBT["rate"] and abs(rate) > _FAR["rate"]:
+    if _unchanged(found.rate) < doubt["rate"] and abs(rate) > _FAR["rate"]:
         values: dict[str, Any] = {"fps": keypoints.fps, "times": float(np.exp(abs(rate)))}
         values |= {"fits": keypoints.fps * float(np.exp(-rate)), "way": "quickly" if rate > 0 else "slowly"}
         said.append(notice("movement-against-rate", **values))
-    whole = round(FPS * keypoints.duration_s) >= ROWS
-    if _unchanged(found.width) < (_DOUBT["width"] if whole else _DOUBT_BRIEF) and abs(width) > _FAR["width"]:
+    if _unchanged(found.width) < doubt["width"] and abs(width) > _FAR["width"]:
         said.append(
             notice("image-stretched", times=float(np.exp(abs(width))), way="wide" if width > 0 else "high")
         )
-    if _unchanged(found.zoom) < _DOUBT["zoom"] and abs(zoom) > _FAR["zoom"]:
+    if _unchanged(found.zoom) < doubt["zoom"] and abs(zoom) > _FAR["zoom"]:
         said.append(notice("camera-zooms", percent=100 * zoom))
     if found.backwards > _BACKWARDS:
         said.append(notice("played-backwards"))

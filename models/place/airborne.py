@@ -11,20 +11,24 @@ import numpy as np
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
-from ...pipeline.signals.filters import on_lines
+from ...pipeline.signals.filters import on_lines, rate
 from ...pipeline.signals.flights import (
     BRIEF,
+    BRIEF_S,
     GRAVITY,
     LIFTED,
     MEASURED,
     NEEDED,
     SCALE_SD,
     Flight,
+    Rule,
     cut_off,
     flights,
+    hidden,
     uncertain,
 )
 from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
@@ -47,7 +51,8 @@ class Airborne:
     still: that the camera is known to stand still. looked: False where nothing could be looked at. uncertain: (begin,
     end) in seconds, beside flights that were found, of when the feet may have left the floor too. brief: likewise,
     without flights, of hops that are too brief to be sure of. cut: of flights of which only the begin or the end was
-    seen. ankle: (T,) statures, how high the lower ankle is in each frame by itself; None where that is not known."""
+    seen. hides: in words, what may hide others. ankle: (T,) statures, how high the lower ankle is in each frame by
+    itself; None where that is not known."""
 
     flights: tuple[Flight, ...] = ()
     reason: str = ""
@@ -58,6 +63,7 @@ class Airborne:
     uncertain: tuple[tuple[float, float], ...] = ()
     brief: tuple[tuple[float, float], ...] = ()
     cut: tuple[tuple[float, float], ...] = ()
+    hides: tuple[str, ...] = ()
     ankle: np.ndarray | None = None
 
 
@@ -79,7 +85,9 @@ def airborne(take: Take) -> Airborne:
         return Airborne(reason=f"fewer than {_FEWEST} frames have the trunk, both arms and both legs")
     if level.measured_root is not None:
         found, cut = flights(level, MEASURED), cut_off(level, MEASURED)
-        return Airborne(tuple(found), cut=tuple(cut), ankle=_lower_ankle(level))
+        return Airborne(
+            tuple(found), cut=tuple(cut), hides=_hides(level, MEASURED), ankle=_lower_ankle(level)
+        )
     if take.keypoints is None or take.camera is None or rectified.in_world:
         return Airborne(reason="without 2D keypoints heights are too uncertain for flights", looked=False)
     rays, trust = keypoint_rays(poses, take.keypoints, take.camera)
@@ -109,8 +117,16 @@ def airborne(take: Take) -> Airborne:
         uncertain=tuple(others),
         brief=tuple((hop.off_s, hop.land_s) for hop in brief),
         cut=tuple(cut_off(level, LIFTED, stature_m)),
+        hides=_hides(level, LIFTED),
         ankle=_lower_ankle(level),
     )
+
+
+def _hides(level: PoseSequence, rule: Rule) -> tuple[str, ...]:
+    fps, spans = rate(level.times), hidden(level, rule)
+    few = f"at {fps:.3g} frames per second a flight of {BRIEF_S:g} s has {BRIEF_S * fps:.2g} frames"
+    unseen = f"not seen from {spans_in_words(spans)}"
+    return (*[few] * (round(BRIEF_S * fps) < rule.fewest), *[unseen] * bool(spans))
 
 
 def _lower_ankle(level: PoseSequence) -> np.ndarray:

@@ -51,7 +51,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The poses differ from the keypoints by {off_percent:.1f} % of the stature{how}. They belong to different "
         "recordings or frames, or the poses were changed."),
     "leap-between-people": ("warning", "files",
-        "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from then on."),
+        "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from then on, or frames "
+        "are missing."),
     "leap-after-gap": ("warning", "files",
         "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} unseen: it may be "
         "another person from then on."),
@@ -177,13 +178,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because all keypoints jump to another place "
         "there."),
     "joints-on-a-line": ("repair", "",
-        "{joints} missing keypoints were interpolated linearly between the frames around them."),
+        "{joints:~missing keypoint was/missing keypoints were} interpolated linearly between the frames around them."),
     "lifted": ("note", "",
         "The built-in lifter made the poses from the 2D keypoints (network {model})."),
     "lifted-by": ("note", "",
         "The poses were lifted by {model}, a network of the kind {kind}{licence}."),
     "focal-guessed": ("note", "camera",
-        "The focal length is unknown; it was assumed to be {focal_px:.0f} pixels (--focal)."),
+        "The focal length is unknown; it was assumed to be {focal_px:.0f} pixels (--focal), and the video not to be "
+        "cropped off-centre."),
     "lifters-own-path": ("note", "place",
         "The path of the pelvis is the lifter's own{at}; it has no stated error."),
     "focal-of-the-network": ("note", "place",
@@ -292,8 +294,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The cut-off is {cutoff_hz:g} Hz instead of {asked_hz:.3g} Hz: a Savitzky-Golay filter allows no higher "
         "one at {fps:.4g} frames per second."),
     "pieces-too-short": ("warning", "motion",
-        "{values} joint positions were seen for too short a time between gaps to be smoothed at {cutoff_hz:g} Hz; "
-        "their {missing} are missing."),
+        "{values:~joint position was/joint positions were} seen for too short a time between gaps to be smoothed at "
+        "{cutoff_hz:g} Hz; {values:?its/their} {missing} are missing."),
     "times-uneven": ("note", "motion",
         "The time stamps of {frames:~frame} are not evenly spaced; they are resampled evenly for the filter."),
     "angles-left-out": ("note", "motion",

@@ -19,6 +19,7 @@ from .checks import (
     empty_rows,
     leaps,
     movement,
+    moves,
     upside_down,
     whole_rows,
 )
@@ -182,7 +183,7 @@ def _depth(poses: PoseSequence) -> list[Notice]:
     still = np.flatnonzero(movement < _STILL)
     if len(still) and movement.max() > _MOVING:
         return [notice("axis-invented", axis=_AXES[still[0]])]
-    factor = depth_factor(poses)
+    factor = depth_factor(poses) if moves(poses) else np.nan
     if factor > _DEPTH:
         return [notice("flattened-depth", factor=factor)]
     if factor < _STRETCHED:

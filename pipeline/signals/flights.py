@@ -15,7 +15,7 @@ import numpy as np
 from ..core.anthropometry import implied_stature
 from ..core.layouts import H36M17
 from ..core.pose import PoseSequence
-from .filters import on_lines, rate, stretches
+from .filters import on_lines, rate, runs, stretches
 
 # Segment masses as shares of the body's, with the centre of mass at a share of the way from the first joint to the
 # second: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, table 4.1 (after Dempster). Feet go
@@ -43,6 +43,7 @@ _FLOOR = 20  # per cent of the time in which an ankle that stands is lower
 _TRIMMED = 0.1  # of the frames at either end, in which a foot may still push
 GRAVITY = 9.81  # m / s2
 PEOPLE_M = (1.0, 2.2)  # statures of those who jump
+BRIEF_S = 0.2  # a flight 5 cm high; what hides no longer one hides no jump
 _OVER_FEET = 0.2  # statures from the feet to the centre of mass; who hops on the hands does not jump
 # Statures that a part of a flight may be off a fall of gravity: of 3372 begins and ends of captured takes on the floor
 # one has such a part, with and without noise, and of those over 0.2 s into a flight or before its end nine in ten.
@@ -161,6 +162,23 @@ def cut_off(level: PoseSequence, rule: Rule, stature_m: float | None = None) -> 
     ]
 
 
+def hidden(level: PoseSequence, rule: Rule) -> list[tuple[float, float]]:
+    """(begin, end) in seconds of when somebody may fly for BRIEF_S unseen: neither is where both ankles and the body
+    are known, nor that one ankle is on its floor. level, rule: as those of `flights`."""
+    path = _path(level, rule)
+    if path is None:
+        return []
+    known = np.isfinite(path.lowest) & np.isfinite(path.centre[:, 2])
+    for start, stop in pairwise([0, *level.seams, len(known)]):
+        ankle, time_s = path.lowest[start:stop], path.time_s[start:stop]
+        if np.isfinite(ankle).any():
+            known[start:stop] |= path.either[start:stop] <= _floor(ankle, time_s, rule.floor_s) + _UP
+    pieces = runs(known, path.time_s, level.seams)
+    last_s = [path.time_s[0], *(path.time_s[piece.stop - 1] for piece in pieces)]
+    first_s = [*(path.time_s[piece.start] for piece in pieces), path.time_s[-1]]
+    return [(float(a), float(b)) for a, b in zip(last_s, first_s, strict=True) if b - a > BRIEF_S + 1e-9]
+
+
 def _path(level: PoseSequence, rule: Rule) -> _Path | None:
     stature = implied_stature(level.joints) if len(level) else np.nan
     if level.root is None or not stature > 0:
@@ -173,18 +191,21 @@ def _path(level: PoseSequence, rule: Rule) -> _Path | None:
     ]
     ankles, knees = (world[:, H36M17.indices((f"r_{at}", f"l_{at}")), 2] for at in ("ankle", "knee"))
     legs = (1 - rule.knees) * ankles + rule.knees * knees
-    return _Path(level.times, np.sum(parts, axis=0), ankles.min(axis=1), ankles.max(axis=1), legs, rule)
+    centre, either = np.sum(parts, axis=0), np.fmin(*ankles.T)
+    return _Path(level.times, centre, ankles.min(axis=1), ankles.max(axis=1), either, legs, rule)
 
 
 @dataclass(frozen=True)
 class _Path:
-    """time_s (T,); in statures the centre of mass (T, 3), and the heights of the lower and the higher ankle (T,), and
-    those of both legs (T, 2), by which is told when the feet leave the floor."""
+    """time_s (T,); in statures the centre of mass (T, 3), and the heights of the lower and the higher ankle (T,), of
+    the one that is known where one is missing (T,), and of both legs (T, 2), by which is told when the feet leave the
+    floor."""
 
     time_s: np.ndarray
     centre: np.ndarray
     lowest: np.ndarray
     highest: np.ndarray
+    either: np.ndarray
     legs: np.ndarray
     rule: Rule
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -37,6 +38,12 @@ _EVEN, _ALIKE = (
     1.35,
     0.2,
 )  # of the times from passing to passing, and the spread of how far the ankles come apart
+
+
+# Notices that leave the rate open, but for what a user says against the file.
+_AGAINST = frozenset(
+    ("slow-motion-stated", "clocks-contradict", "falls-slowly", "falls-fast", "moves-slowly", "moves-fast")
+) | {"gait-against-rate", "movement-against-rate"}
 
 
 class _Limit(NamedTuple):
@@ -86,6 +93,11 @@ def rate_doubts(given: float | None, video: Video | None, stated: float | None =
         return []
     source = "file" if video is None else "video"
     return [notice("fps-contradicts", used_fps=used, source=source, shown_fps=shown, times=used / shown)]
+
+
+def against_rate(said: Iterable[Notice]) -> list[Notice]:
+    """Those by which the frame rate may be wrong, and with it all times and speeds."""
+    return [each for each in said if each.code in _AGAINST]
 
 
 def timed(poses: PoseSequence, fps: float) -> PoseSequence:

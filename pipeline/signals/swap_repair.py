@@ -199,10 +199,11 @@ def _treated(
     """Poses after treatment, the swaps that were treated or should be, all that were found, and what to say."""
     found = find_swaps(poses)
     swaps, doubts = settled(poses, found)
-    notices = [notice("swaps-doubtful", what=what, doubt=doubt) for doubt in doubts]
+    values: dict[str, Any] = {"what": what, "kinds": sorted({swap.kind for swap in found})}
+    notices = [notice("swaps-doubtful", doubt=doubt, **values) for doubt in doubts]
     if swaps:
         wrong = int(wrong_rows(poses, swaps).sum())
-        values: dict[str, Any] = {"what": what, "swaps": told(poses, swaps), "wrong": wrong, "of": len(poses)}
+        values |= {"swaps": told(poses, swaps), "wrong": wrong, "of": len(poses)}
         notices.insert(0, notice(_CODES[how], **values))
     if how == "report":
         poses = poses.noted("swaps", found=as_frames(poses, found)) if found else poses

@@ -95,27 +95,26 @@ def steps(points: np.ndarray) -> np.ndarray:
     return np.divide(np.nansum(apart, axis=1), sizes, out=np.zeros(len(apart)), where=enough)
 
 
-def exchanges(time_s: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Rows (N,) of one track at which somebody else goes on: of people who cross, a detector may follow the other one.
-    time_s: (T,) increasing. points: (T, J, 2), NaN where missing. A cut within a scene is the same to it."""
+def exchanges(time_s: np.ndarray, points: np.ndarray) -> list[tuple[int, float]]:
+    """Rows of one track at which somebody else goes on, and how far away in body sizes: of people who cross, a detector
+    may follow the other one. time_s: (T,) increasing. points: (T, J, 2), NaN where missing. A cut within a scene is the
+    same to it."""
+    went, size = steps(points), _size(points)
     wander = _A_SECOND * np.maximum(np.diff(time_s) - _FRAME_S, 0)
-    rows = np.flatnonzero(steps(points) > _STEP + wander) + 1
-    size = _size(points)
+    rows = np.flatnonzero(went > _STEP + wander) + 1
     bounds = np.searchsorted(time_s, (time_s[rows - 1] - _NEAR_S, time_s[rows] + _NEAR_S))
     found = []
-    for row, start, stop in zip(rows, *bounds, strict=True):
-        sizes = [float(np.nanmedian(size[part])) for part in (slice(start, row), slice(row, stop))]
+    for row, start, stop in zip(rows.tolist(), *bounds.tolist(), strict=True):
+        parts = slice(start, row), slice(row, stop)
+        before, after = (float(np.nanmedian(size[part])) for part in parts)
         off = 0.0
         if min(row - start, stop - row) >= _PATH:
-            at_s, middle = float(time_s[row - 1] + time_s[row]) / 2, np.nanmean(points[start:stop], axis=1)
-            was, goes_on = (
-                _on_path(time_s[part], middle[part.start - start : part.stop - start], at_s)
-                for part in (slice(start, row), slice(row, stop))
-            )
-            off = float(np.linalg.norm(goes_on - was)) / max(sizes)
-        if abs(np.log(sizes[1] / sizes[0])) > SIZE_STEP or off > _APART + wander[row - 1]:
-            found.append(row)
-    return np.array(found, dtype=int)
+            at_s = float(time_s[row - 1] + time_s[row]) / 2
+            was, goes_on = (_on_path(time_s[part], np.nanmean(points[part], axis=1), at_s) for part in parts)
+            off = float(np.linalg.norm(goes_on - was)) / max(before, after)
+        if abs(np.log(after / before)) > SIZE_STEP or off > _APART + wander[row - 1]:
+            found.append((row, float(went[row - 1])))
+    return found
 
 
 def _on_path(time_s: np.ndarray, points: np.ndarray, at_s: float) -> np.ndarray:

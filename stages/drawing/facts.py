@@ -88,13 +88,14 @@ class Facts:
             return f"{self.camera_motion}, and up moves with it"
         if self.standing_deg is None:
             return self.camera_motion
-        pitch, roll = self.standing_deg
         digits = 1 if self.up_bound_deg and "." in bound_in_words(self.up_bound_deg[1]) else 0
-        turned = f"turned {'counter-' if roll >= 0 else ''}clockwise by {abs(roll):.{digits}f} degrees (roll)"
-        return (
-            f"{self.camera_motion}; it looks {'down' if pitch >= 0 else 'up'} by {abs(pitch):.{digits}f} degrees "
-            f"(pitch), and its image is {turned if round(roll, digits) else 'not turned (roll)'}"
+        pitch, roll = tilts = [round(of, digits) for of in self.standing_deg]
+        by_pitch, by_roll = (
+            f"by {of:.{digits}f} degree{'s' * bool(digits or of != 1)}" for of in map(abs, tilts)
         )
+        looks = f"{'down' if pitch > 0 else 'up'} {by_pitch}" if pitch else "level"
+        turned = f"turned {'counter-' * (roll > 0)}clockwise {by_roll}" if roll else "not turned"
+        return f"{self.camera_motion}; it looks {looks} (pitch), and its image is {turned} (roll)"
 
     @property
     def bound_words(self) -> str | None:

@@ -39,6 +39,7 @@ _LEAST = 0.1  # of what a repetition rises by: less is no candidate, however lar
 _LONG_S = 60.0  # a hole in the time stamps may last for days
 _FINE = 1001  # moments of a repetition: a duration of seconds to milliseconds
 _PADDED = 4  # rows of rest beside the rows that were seen
+_NONE = (np.nan, np.nan)  # no smoothness
 _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut movements so)
 
 
@@ -122,8 +123,8 @@ def _as_seen(one: Repetition, gaps: Sequence[slice], time_s: np.ndarray) -> Repe
     return replace(
         one,
         peak=np.nan if lacks(peak_s, peak_s) else one.peak,
-        up=(np.nan, np.nan) if lacks(start_s, peak_s) else one.up,
-        down=(np.nan, np.nan) if lacks(peak_s, stop_s) else one.down,
+        up=_NONE if lacks(start_s, peak_s) else one.up,
+        down=_NONE if lacks(peak_s, stop_s) else one.down,
         whole=one.whole and not any(lacks(at_s, at_s) for at_s in (start_s, peak_s, stop_s)),
     )
 
@@ -221,8 +222,8 @@ def hiding(
     """The gaps of x (T,), (begin, end) in seconds of the rows beside each, that may have kept `repetitions` from
     finding one: with x at its highest in all gaps there is one across it, which lasts briefest_s or longer, and counts.
     x that has not risen by `least` may be so much higher there. The time before x is first seen and that after it is
-    last seen are gaps too, if they last for half of briefest_s: in less nothing rises or returns. In one of more than
-    a minute there may be any.
+    last seen are gaps too, if they last for half of briefest_s: in less nothing rises or returns. A gap that lasts for
+    all of it may have one of its own, whatever was seen beside it. In one of more than a minute there may be any.
     """
     known, step = np.isfinite(x), 1 / rate(time_s)
     if not known.any():
@@ -251,7 +252,15 @@ def hiding(
     values = np.concatenate([x[known], np.full(len(inside), highest), np.full(len(outer), lowest)])
     order = np.argsort(times, kind="stable")
     cuts = np.searchsorted(times[order], time_s[list(seams)])
-    found = [one for one in repetitions(values[order], times[order], least, cuts.tolist()) if counts(one)]
+    own = [
+        Repetition(
+            begin + step / 2, (begin + end) / 2, end - step / 2, np.nan, np.nan, _NONE, _NONE, whole=False
+        )
+        for begin, end in short
+        if 0 < briefest_s <= end - begin - step
+    ]
+    each = [*repetitions(values[order], times[order], least, cuts.tolist()), *own]
+    found = [one for one in each if counts(one)]
     across = [(one.start_s, one.stop_s) for one in found if one.stop_s - one.start_s >= briefest_s]
     within = [(one.start_s, one.stop_s) for one in repetitions(x, time_s, least, seams)]
     return [

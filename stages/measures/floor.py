@@ -64,7 +64,7 @@ def floor(
     if text(walked, "belt"):
         rise = [Remark("slope_reason", "the feet are carried by a belt")]
     elif not value(walked, "steps"):  # the places of one who stands lie beside one another too
-        rise = [Remark("slope_reason", "there is no walk")]
+        rise = [Remark("slope_reason", "no walk was found")]
     return [
         with_error("floor_height", "length", height, height_sd),
         *rise,

@@ -135,17 +135,20 @@ def jumps(
     cut: Sequence[tuple[float, float]],
     brief: Sequence[tuple[float, float]],
     rectified: Rectified,
+    landings: Sequence[tuple[float, float]] = (),
 ) -> list[Row]:
     """The group `jumps`: how many of `jumping`, when the feet leave the floor, on how many they take off and land,
     flight times, heights by these, and by how much the centre of mass rises (pipeline/signals/flights.py); the time on
     the floor before a rebound. `count_reason`: where there may be more. No count where jumps
-    cannot be told, and why. found: of `jumping`; cut: of `cut_jumps`; brief: of `brief_hops`."""
+    cannot be told, and why. found: of `jumping`; cut: of `cut_jumps`; brief: of `brief_hops`; landings: (begin, end)
+    in seconds of knee bends that may take up one."""
     if not found and airborne.reason:
         return [Remark("reason", airborne.reason)]
+    may_land = [f"what is seen from {spans_in_words(landings)} may be a landing"] * bool(landings)
     if not found:
-        why = f"only part of one was seen, from {spans_in_words(cut)}" if cut else ""
-        if brief and not cut:
-            why = f"{_UNSURE} {spans_in_words(brief)}"
+        part = [f"only part of one was seen, from {spans_in_words(cut)}"] * bool(cut)
+        unsure = [f"{_UNSURE} {spans_in_words(brief)}"] * bool(brief)
+        why = "; ".join([*(part or unsure), *airborne.hides] or may_land)
         return [Measure("count", 0), *([Remark("reason", why)] if why else [])]
     stature = float(implied_stature(rectified.level.joints))
     up_deg = float(np.nanmedian(rectified.up_error_deg)) if airborne.lifted else 0.0
@@ -158,10 +161,11 @@ def jumps(
     heights = [
         (i, GRAVITY / 8 * times(flight) ** 2, error.height_m(times(flight))) for i, (flight, error) in each
     ]
-    unsure = spans_in_words(airborne.uncertain)
+    unsure = [f"{_UNSURE} {spans_in_words(airborne.uncertain)}"] * bool(airborne.uncertain)
+    why = "; ".join([*unsure, *airborne.hides] or may_land)
     return [
         Measure("count", len(found)),
-        *([Remark("count_reason", f"{_UNSURE} {unsure}")] if unsure else []),
+        *([Remark("count_reason", why)] if why else []),
         moments("start", (flight.off_s for flight in found)),
         *(Measure("take_off_feet", flight.off_feet, number=i) for i, flight in enumerate(found)),
         *(Measure("landing_feet", flight.land_feet, number=i) for i, flight in enumerate(found)),

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 from ...pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, SEEN, Measure, Remark, Row
 from ...pipeline.core.notices import Notice, grave
+from ...pipeline.signals.rates import against_rate
 
 # Seconds of the briefest movement that the program recognises: of knee bends, raised arms, punches and kicks the
 # briefest of the labelled takes (models/lab/evaluation/movements.json), three steps at 120 a minute (Perry & Burnfield
@@ -22,35 +24,64 @@ _TURNED = {
 }
 
 
-def turned(judged: Iterable[Notice]) -> str:
-    """In words what makes it doubtful which way the body of suspicious or unusable poses is turned, or ""."""
-    return next((_TURNED[each.code] for each in grave(judged) if each.code in _TURNED), "")
+_EXCHANGED = ("swaps-found", "swaps-doubtful")  # and left so
+_BASIS = ("frames", "nan_share")  # stages/measures/figures.py
+_BY_HEIGHT = ("punches", "kicks")  # how high a hand or foot is makes them
+_BY_TIME = ("walking", "jumps", *_BY_HEIGHT)  # how long it takes, how fast
+
+
+@dataclass(frozen=True)
+class Doubts:
+    """In words, "" where there is no doubt: which way the body is turned, how fast it moves, which leg is which."""
+
+    turned: str = ""
+    paced: str = ""
+    legs: str = ""
+
+
+NO_DOUBTS = Doubts()
+
+
+def doubts_of(said: Iterable[Notice]) -> Doubts:
+    """What notices leave open. Of turned bodies those of suspicious or unusable poses count."""
+    said = tuple(said)
+    exchanged = any(
+        each.code in _EXCHANGED and "legs exchanged" in each.values.get("kinds", ()) for each in said
+    )
+    return Doubts(
+        next((_TURNED[each.code] for each in grave(said) if each.code in _TURNED), ""),
+        "the frame rate may be wrong" * bool(against_rate(said)),
+        "the legs look exchanged at times" * exchanged,
+    )
 
 
 def with_outcome(
-    movement: str, rows: Sequence[Row], lasts_s: float, looked: bool = True, doubt: str = ""
+    movement: str,
+    rows: Sequence[Row],
+    lasts_s: float,
+    looked: bool = True,
+    doubt: Doubts = NO_DOUBTS,
 ) -> list[Row]:
     """The rows of a movement with the remark `outcome` in front of them, a code of pipeline/core/measures.py. lasts_s:
     the take's length, in one shorter than the movement a count of 0 does not say that there was none. looked: False
-    where something is lacking without which nobody can look for it. doubt: of `turned`, with which a count of 0 says
-    as little.
+    where something is lacking without which nobody can look for it. doubt: of `doubts_of`, with which a count of 0
+    says as little, and one of movements that heights make says nothing of a body that may be turned.
 
     A count of 0 says that there was none, unless its `reason` says where one may be hidden. A hold is seen too.
     """
     rows = list(rows)
     counts = [row for row in rows if isinstance(row, Measure) and row.name in ("count", "steps")]
-    seen = any(row.value for row in counts)
+    hidden = any(isinstance(row, Remark) and row.name == "reason" for row in rows)
+    of_pace, of_legs = doubt.paced * (movement in _BY_TIME), doubt.legs * (movement == "walking")
+    why = doubt.turned or (of_pace or of_legs) * (not hidden)
+    seen = any(row.value for row in counts) and not (doubt.turned and movement in _BY_HEIGHT)
     too_short = lasts_s < BRIEFEST_S[movement]
     looked = looked or not lasts_s  # of a single frame that is reason enough
-    if looked and not seen and (too_short or doubt):
-        rows = [
-            row
-            for row in rows
-            if row not in counts and not (isinstance(row, Remark) and row.name == "reason")
-        ]
+    if looked and not seen and (too_short or why):
         short = "the take is too short" if lasts_s else "a single frame shows no movement"
-        rows.append(Remark("reason", short if too_short else doubt))
-    hidden = any(isinstance(row, Remark) and row.name == "reason" for row in rows)
+        rows = [row for row in rows if isinstance(row, Measure) and row.name in _BASIS]
+        rows = [*rows, Remark("reason", short if too_short else why)]
+        hidden = True
     if seen:
         code = SEEN
     elif not looked:

@@ -54,7 +54,7 @@ from .figures import (
 from .floor import floor
 from .jumps import absorbs, brief_hops, cut_jumps, jumping, jumps, lands, without_leaps
 from .off_keypoints import exchanged, off_keypoints
-from .outcomes import BRIEFEST_S, turned, with_outcome
+from .outcomes import BRIEFEST_S, NO_DOUBTS, Doubts, doubts_of, with_outcome
 from .repeats import doubted, repeats
 from .smoothness import path_length
 from .strikes import Spans, may_punch, strikes
@@ -118,7 +118,7 @@ class Measures:
             return take.with_(measures=()).saying(notice("figures-withheld"))
         gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
         source = take.need("poses")
-        asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), turned(take.judged)
+        asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), doubts_of(take.said)
         found = measures(filtered, rectified, kinematics, source, gait, *asked)
         residuals = residuals_of(take)
         found += tuple(within("off_keypoints", off_keypoints(residuals, source.times)))
@@ -157,7 +157,7 @@ def measures(
     repeated: Sequence[str] = (),
     belt_speed: float | None = None,
     in_image: Mapping[str, np.ndarray] | None = None,
-    doubt: str = "",
+    doubt: Doubts = NO_DOUBTS,
 ) -> tuple[Row, ...]:
     """Rows, named below as in summary.json (`pipeline.core.measures.nested`). What cannot be had is absent, and its
     group has a `reason`.
@@ -165,7 +165,7 @@ def measures(
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.Angles) and paths (stages.trajectories.trajectory); source: the poses that
     were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
-    in_image: signals.reprojection.straight_in_image; doubt: of outcomes.turned.
+    in_image: signals.reprojection.straight_in_image; doubt: of outcomes.doubts_of.
 
     Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
     of angles by what they are stated with; of ranges, of right less left and from repetition to repetition (peak_mdc90)
@@ -195,8 +195,10 @@ def measures(
     steps_told = lasts_s >= BRIEFEST_S["walking"] and "steps" in grouped(walk)
     blind = source.lifted and in_image is None  # to punches
     struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd)
+    bends, landings = _knee_bends(take, gait, jumped, flights.ankle, apart, steps_told)
+    leaps = jumps(flights, jumped, cut, brief, rectified, landings)
     movements = {
-        "knee_bends": _knee_bends(take, gait, jumped, flights.ankle, apart, steps_told),
+        "knee_bends": bends,
         "arm_raises": _arm_raises(take, grouped(struck["punches"]), filtered if source.lifted else None),
         **struck,
         "walking": walk,
@@ -211,12 +213,7 @@ def measures(
         ),
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
-        *within(
-            "jumps",
-            with_outcome(
-                "jumps", jumps(flights, jumped, cut, brief, rectified), lasts_s, flights.looked, doubt
-            ),
-        ),
+        *within("jumps", with_outcome("jumps", leaps, lasts_s, flights.looked, doubt)),
         *within("paths", _paths(take, rectified)),
     )
 
@@ -228,10 +225,10 @@ def _knee_bends(
     ankle: np.ndarray | None,
     apart: np.ndarray,
     steps_told: bool = True,
-) -> list[Row]:
-    """ankle: (T,) of Airborne: a bend behind a fall of it may be a landing. apart: (T,) how far the ankles are apart,
-    in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which the feet seem to move may be
-    one in place then."""
+) -> tuple[list[Row], Spans]:
+    """Rows, and the (begin, end) of bends that may be landings: behind a fall of ankle, (T,) of Airborne. apart: (T,)
+    how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which
+    the feet seem to move may be one in place then."""
     feet_move, may_land = list[tuple[float, float]](), set[tuple[float, float]]()
     flights = [(flight.off_s, flight.land_s) for flight in jumped]
 
@@ -280,7 +277,7 @@ def _knee_bends(
         bends.append(
             Remark("reason", f"it is not seen whether the feet stay while the knees bend from {when}")
         )
-    return bends
+    return bends, sorted(may_land)
 
 
 def _arm_raises(take: Columns, punches: Group, lifted: PoseSequence | None) -> list[Row]:

@@ -11,7 +11,9 @@ from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES
+from ...pipeline.signals.checks import moves
 from ...pipeline.signals.filters import stretches
+from ...pipeline.signals.rates import against_rate
 from ..angles import ANGLE_ERRORS
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
@@ -30,9 +32,6 @@ _ONE = 0.15
 _MOST = 5  # stretches that are told
 _LIMBS = {f"{side[0]}_{limb}": f"{side} {limb}" for side in ("right", "left") for limb in ("leg", "arm")}
 _SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
-# Trunk lengths, about a quarter of a metre, that some joint goes in a take that shows how somebody moves. The joints of
-# lifts wander by 0.2 to 0.3 in a video of one photo, or of a person who stands still.
-_MOVES = 0.5
 _SHOWS_FAULTS_S = 0.5  # of the take, in which an arm that is lost comes back
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
 _WORDS = {
@@ -54,6 +53,8 @@ def trust(take: Take, facts: Facts) -> Markup:
     verdict, words = _WORDS[level]
     if level == "care" and take.angle_errors == "none":
         words = "the errors of the angles are not known; read what is marked below."
+    elif level == "care" and against_rate(take.said):
+        words = "times and speeds hold only if the frame rate is right; read what is marked below."
     return gauge(level, f"{verdict}:", words, checks)
 
 
@@ -66,19 +67,18 @@ def _poses(take: Take, facts: Facts) -> list[Check]:
         level = "care"
         doubts.append("Less than half a second does not show faults that come and go.")
     doubts += [each.text for each in take.notices if each.about == "poses" and each.weight == "warning"]
+    if against := [each.text for each in against_rate(take.notices) if each.weight == "warning"]:
+        level = "care" if level == "good" else level
+        doubts += against
     unjudged = [doubt.code for doubt in facts.doubts] == ["too-few-frames"]
     return [("The poses cannot be judged" if unjudged else f"The poses are {facts.verdict}", level, doubts)]
 
 
 def _undoubted(poses: PoseSequence) -> str:
     """What poses without doubts are, in a sentence, as far as they show it."""
-    joints = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))]
-    if len(joints) < 2:
+    if np.isfinite(poses.joints).all(axis=(1, 2)).sum() < 2:
         return "No fault was found."
-    thorax, pelvis = (joints[:, poses.layout.index(name)] for name in ("thorax", "pelvis"))
-    trunk = float(np.median(np.linalg.norm(thorax - pelvis, axis=-1)))
-    goes = float(np.linalg.norm(np.ptp(joints, axis=0), axis=-1).max())
-    return f"The body has steady bones{' and moves as people do' if goes > _MOVES * trunk else ''}."
+    return f"The body has steady bones{' and moves as people do' * moves(poses)}."
 
 
 def _up(facts: Facts) -> Check:

@@ -163,6 +163,16 @@ def test_a_frame_of_somebody_else_is_left_out_of_the_lift(take):
     assert trunk[-1] @ trunk[-2] > 0.9 * np.linalg.norm(trunk[-1]) * np.linalg.norm(trunk[-2])
 
 
+@pytest.mark.parametrize(("by", "told"), [(0.3, False), (1.5, True)])
+def test_who_is_suddenly_somewhere_else_may_be_another(take, by, told):
+    """A man went out of the image, the track went on with a woman at its other side, and nothing was said."""
+    points = take.keypoints.joints.copy()
+    points[60:, :, 0] += by * np.ptp(points[60, :, 1]) / 3
+    found = Lift()(take.with_(keypoints=take.keypoints.with_(joints=points))).findings
+    said = [each for each in found if each.code == "leap-between-people"]
+    assert [each.values["frame"] for each in said] == [take.keypoints.frame_index[60]] * told
+
+
 def up_known(take, **told) -> bool:
     return Lift()(take.telling(**told)).poses.history[-1].options["up_known"]
 

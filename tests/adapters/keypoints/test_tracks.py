@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.adapters import read_all
-from pcnet3d.adapters.kit.tracks import _sure_leap
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.core.frames import IMAGE
-from pcnet3d.pipeline.core.layouts import COCO17
-from pcnet3d.pipeline.core.pose import PoseSequence
 
 UNTRACKED = ["openpose", "coco_results", "mmpose_inferencer"]
 
@@ -141,13 +137,3 @@ def test_two_who_are_never_seen_together_are_doubted(write, moving, gap, bodies,
         (each.code, each.values["frame"], round(float(each.values["sizes"]), 1)) for each in poses.notices
     ]
     assert said == [(code, frames[5], bodies)] * warned
-
-
-def test_a_track_that_goes_on_with_somebody_near_is_doubted(moving):
-    """Nearer than half a body's size, so no `leap`; where nobody knows the rate a person may have run there."""
-    _, points = moving(17, [0] * 20)
-    points[10:, :, 0] += 0.3 * np.linalg.norm(np.ptp(points[0, :, :2], axis=0))
-    frames = np.arange(20)
-    poses = PoseSequence(points[..., :2], COCO17, IMAGE, points[..., 2], frames / 30, frames)
-    assert [(said.code, said.values["frame"]) for said in _sure_leap(poses)] == [("leap-between-people", 10)]
-    assert not _sure_leap(poses.with_(time_s=None))

@@ -285,3 +285,42 @@ def test_rebounds_have_the_time_on_the_floor_between():
     assert jumps["take_off_feet"] == [2, 2, 2]
     for figure in ("flight_time_error_s", "height_by_flight_time_error_cm", "jump_height_error"):
         assert min(jumps[figure]) > 0
+
+
+def told_jumps(take: Take) -> dict:
+    return nested(Measures()(Angles()(Trajectories()(Scale()(take)))).measures)["jumps"]
+
+
+@pytest.mark.parametrize(("fps", "outcome"), [(15.0, CANNOT_BE_TOLD), (25.0, NONE), (29.97, NONE)])
+def test_what_so_few_frames_do_not_show_is_not_denied(fps, outcome):
+    """Of two jumping jacks at 15 frames a second the page said that there were no jumps: a hop has three frames."""
+    assert told_jumps(filmed(*squats(fps)))["outcome"] == outcome
+
+
+@pytest.mark.parametrize(
+    ("joints", "from_s", "outcome"),
+    [
+        (("r_ankle", "l_ankle"), 6.0, CANNOT_BE_TOLD),
+        (("r_ankle", "l_ankle"), 7.9, NONE),
+        (("r_ankle",), 6.0, NONE),
+        (("r_wrist", "l_wrist"), 6.0, NONE),
+    ],
+)
+def test_what_is_not_seen_is_not_denied_unless_a_foot_stands(joints, from_s, outcome):
+    """The legs were out of the image for the second half of a walk, and the page said that there were no jumps."""
+    take = filmed(*squats())
+    hidden = np.array(take.rectified.level.joints)
+    rows = np.flatnonzero(take.poses.times >= from_s)
+    hidden[np.ix_(rows, H36M17.indices(joints))] = np.nan
+    level = take.rectified.level.with_(joints=hidden)
+    jumps = told_jumps(take.with_(rectified=replace(take.rectified, level=level)))
+    assert (jumps["outcome"], jumps["count"]) == (outcome, 0)
+
+
+def test_jumps_are_the_least_where_some_are_not_seen():
+    take = filmed(*jumping((1.5, 4.0)))
+    hidden = np.array(take.rectified.level.joints)
+    hidden[(take.poses.times > 3.2) & (take.poses.times < 4.8)] = np.nan
+    level = take.rectified.level.with_(joints=hidden)
+    jumps = told_jumps(take.with_(rectified=replace(take.rectified, level=level)))
+    assert (jumps["count"], bool(jumps["count_reason"])) == (1, True)

@@ -236,6 +236,13 @@ def test_the_depth_factor_is_that_by_which_depth_was_divided(walker, tmp_path, f
     assert depth_factor(poses) == pytest.approx(factor, rel=0.12)
 
 
+@pytest.mark.parametrize(("share", "told"), [(0.1, False), (1.0, True)])
+def test_depth_is_not_judged_of_one_who_stands_still(walker, tmp_path, share, told):
+    """Of a video of one photo the page said that bones get longer when they turn towards the camera."""
+    moving = walker.mean(axis=0) + share * (walker - walker.mean(axis=0))
+    assert ("depth-stretched" in faults(looked_at(tmp_path, moving * [1, 1, 1.8]))) == told
+
+
 def test_clip_boundaries_are_told_with_their_step(walker, tmp_path):
     walker[0, 0, AWAY] = 0
     long = np.concatenate([walker] * 3) / 3

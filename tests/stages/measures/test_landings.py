@@ -13,8 +13,8 @@ from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, 
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
-from pcnet3d.stages.measures.jumps import cut_jumps, goes_on, without_leaps
-from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
+from pcnet3d.stages.measures.jumps import cut_jumps, goes_on, jumps, without_leaps
+from pcnet3d.stages.measures.outcomes import BRIEFEST_S, Doubts, with_outcome
 from pcnet3d.stages.measures.stage import Measures, _knee_bends
 
 TIMES = np.arange(0, 6, 1 / 30)
@@ -28,11 +28,8 @@ def test_landing_is_no_squat(lowest_s, count):
     knee = sum(90 * np.exp(-(((TIMES - low_s) / 0.25) ** 2)) for low_s in lowest_s)
     columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
     still = np.zeros(len(TIMES))
-    bends = nested(
-        _knee_bends(
-            Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, []), [jump], None, still
-        )
-    )
+    of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
+    bends = nested(_knee_bends(of, gait, [jump], None, still)[0])
     assert (bends["count"], bends.get("squats", 0)) == (count, count)
 
 
@@ -47,7 +44,7 @@ def test_a_dip_too_small_to_count_leaves_no_doubt_about_others():
     columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
     columns |= {f"{side}_knee_flexion_sd_deg": np.full(len(TIMES), 6.0) for side in "rl"}
     of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
-    bends = nested(_knee_bends(of, gait, [], hopped(0.08), np.zeros(len(TIMES))))
+    bends = nested(_knee_bends(of, gait, [], hopped(0.08), np.zeros(len(TIMES)))[0])
     assert bends["count"] == 1
     assert "count_reason" not in bends
 
@@ -68,9 +65,12 @@ def test_a_bend_that_may_be_a_landing_is_not_counted_and_not_denied(lowest_s, st
     columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
     of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
     ankle = np.where((TIMES > 1.2) & (TIMES < 1.3), np.nan, hopped(statures))
-    bends = nested(_knee_bends(of, gait, [], ankle, np.zeros(len(TIMES))))
+    rows, landings = _knee_bends(of, gait, [], ankle, np.zeros(len(TIMES)))
+    bends = nested(rows)
     assert bends["count"] == count
     assert {"reason", "count_reason"} & bends.keys() == doubt
+    jumped = nested(with_outcome("jumps", jumps(Airborne(), [], [], [], None, landings), 6.0))
+    assert jumped["outcome"] == (CANNOT_BE_TOLD if doubt else NONE)
 
 
 @pytest.mark.parametrize(("steps_told", "outcome"), [(True, NONE), (False, CANNOT_BE_TOLD)])
@@ -78,9 +78,8 @@ def test_a_bend_with_feet_that_seem_to_move_is_none_only_where_steps_are_seen(st
     """Somebody faces the camera, so that how far the feet are apart is depth, as in steps that cannot be counted."""
     columns = {f"{side}_knee_flexion_deg": 70 * np.exp(-(((TIMES - 3) / 0.4) ** 2)) for side in "rl"}
     apart = np.where(TIMES < 3, 0.0, 0.5)
-    bends = _knee_bends(
-        Columns(columns, TIMES, (), False), Gait({"r": [], "l": []}, []), [], None, apart, steps_told
-    )
+    of, gait = Columns(columns, TIMES, (), False), Gait({"r": [], "l": []}, [])
+    bends, _ = _knee_bends(of, gait, [], None, apart, steps_told)
     assert nested(with_outcome("knee_bends", bends, 6.0))["outcome"] == outcome
 
 
@@ -114,7 +113,7 @@ def test_a_take_that_is_too_short_is_not_said_to_last_another_time_than_the_page
 @pytest.mark.parametrize("code", ["nobody-upright", "picture-upside-down", "upside-down"])
 @pytest.mark.parametrize(("weight", "none_is"), [("suspicious", CANNOT_BE_TOLD), ("warning", NONE)])
 def test_in_an_image_that_may_be_turned_nothing_is_said_to_be_absent(take, code, weight, none_is):
-    """A woman walked in a video on its side, and the page said that there was no walking."""
+    """A woman walked in a video on its side, and the page said that there was no walking, or that she had kicked."""
     said = notice(code, weight=weight, off_deg=60, share_percent=100)
     before, after = (nested(Measures()(one).measures) for one in (take, take.saying(said)))
     groups = [name for name in BRIEFEST_S if name in before]
@@ -122,7 +121,31 @@ def test_in_an_image_that_may_be_turned_nothing_is_said_to_be_absent(take, code,
     assert {SEEN, NONE} <= codes
     for name in groups:
         outcome = before[name]["outcome"]
-        assert after[name]["outcome"] == (none_is if outcome == NONE else outcome)
+        told = outcome == SEEN and (weight == "warning" or name not in ("punches", "kicks"))
+        assert after[name]["outcome"] == (outcome if told else none_is)
+
+
+def test_how_high_a_foot_is_in_an_image_that_may_be_turned_makes_no_kick():
+    kicked = [Measure("count", 1, group=("right",)), Measure("count", 0, group=("left",))]
+    for turned, outcome in (("the image may be turned", CANNOT_BE_TOLD), ("", SEEN)):
+        assert nested(with_outcome("kicks", kicked, 3.0, doubt=Doubts(turned)))["outcome"] == outcome
+
+
+@pytest.mark.parametrize(
+    "code", ["slow-motion-stated", "moves-slowly", "gait-against-rate", "fps-contradicts"]
+)
+def test_at_a_frame_rate_that_may_be_wrong_nothing_that_takes_its_time_is_said_to_be_absent(take, code):
+    """Jumping jacks in slow motion fall at a quarter of gravity, and the page said that there were no jumps."""
+    values = {f"{name}_fps": 30 for name in ("captured", "shown", "used")}
+    said = notice(
+        code, **values, fps=30, found="", gait="walk", step_s=1, times=2, fits=60, way="slowly", source="file"
+    )
+    before, after = (nested(Measures()(one).measures) for one in (take, take.saying(said)))
+    doubted = code != "fps-contradicts"  # the user has said it
+    for name in filter(before.get, BRIEFEST_S):
+        outcome, by_time = before[name]["outcome"], name not in ("knee_bends", "arm_raises")
+        hides = doubted and by_time and outcome == NONE
+        assert after[name]["outcome"] == (CANNOT_BE_TOLD if hides else outcome)
 
 
 def run(*later: float) -> Gait:

@@ -16,11 +16,11 @@ TIME = np.arange(12 * FPS) / FPS
 REST = 10 + np.sin(TIME)
 
 
-def bends(x):
+def bends(x, counts=lambda one: True):
     """The group `knee_bends` of a knee angle (T,)."""
     columns = Columns({"x_deg": x}, TIME, (), False)
     sd = np.full(len(TIME), np.nan)
-    rows = repeats(columns, "knee_flexion", x, sd, _BEND, [], briefest_s=BRIEFEST_S["knee_bends"])
+    rows = repeats(columns, "knee_flexion", x, sd, _BEND, [], counts, BRIEFEST_S["knee_bends"])
     return nested(with_outcome("knee_bends", rows, TIME[-1]))
 
 
@@ -35,6 +35,16 @@ def test_who_stands_still_before_or_after_a_long_gap_may_have_moved_in_it(unseen
 @pytest.mark.parametrize("unseen", [TIME < 0, TIME < 0.3, TIME > 11.6, (TIME > 4) & (TIME < 4.3)])
 def test_no_movement_fits_into_a_moment(unseen):
     assert bends(np.where(unseen, np.nan, REST))["outcome"] == NONE
+
+
+@pytest.mark.parametrize(("until_s", "outcome"), [(8.5, CANNOT_BE_TOLD), (6.5, NONE)])
+def test_who_walks_into_a_gap_may_do_something_else_in_it(until_s, outcome):
+    """Somebody walked for 1.6 s, the legs were out of the image for as long, and the page said that there were no knee
+    bends, because the feet moved when the legs were last seen."""
+    walks = np.where(TIME < 6, 30 - 25 * np.cos(2 * np.pi * TIME), 10)
+    x = np.where((TIME > 5.8) & (until_s > TIME), np.nan, walks)
+    found = bends(x, counts=lambda one: one.start_s > 5.5)
+    assert (found["outcome"], found["count"]) == (outcome, 0)
 
 
 def test_gaps_at_both_ends_are_told_from_the_first_row_to_the_last():

@@ -269,7 +269,7 @@ def test_a_floor_without_a_walk_has_no_slope():
     take = measured(poses, STAGES[:3])
     gait = gait_of(body_joints(take.filtered, take.rectified), take.filtered, take.rectified, take.kinematics)
     found = nested(floor([Measure("steps", 0)], gait, take.filtered, take.rectified, judged=False))
-    assert found["slope_reason"] == "there is no walk"
+    assert found["slope_reason"] == "no walk was found"
     assert {"slope_deg", "stairs"}.isdisjoint(found)
     assert found["floor_height"] == pytest.approx(0, abs=0.03)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from golden.measures import rows_of
-from pcnet3d.pipeline.core.notices import own_notice
+from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.pipeline.signals.findings import findings_of
 from pcnet3d.stages.drawing.facts import facts_of
@@ -70,6 +70,22 @@ def test_what_lowers_it(walk_take, change, expected, words):
     take = change(known(walk_take, 2.7))
     assert level(take) == expected
     assert words in trust(take, facts_of(take))
+
+
+@pytest.mark.parametrize("code", ["moves-slowly", "fps-contradicts"])
+def test_at_a_frame_rate_that_may_be_wrong_times_are_not_said_to_hold(walk_take, code):
+    """Of a video played at twice its rate, "97 steps a minute" were 201, and the page said that figures hold."""
+    values = {
+        "fps": 30,
+        "found": "hands hang",
+        "used_fps": 30,
+        "shown_fps": 60,
+        "source": "video",
+        "times": 2,
+    }
+    take = known(walk_take, 2.7).saying(notice(code, **values))
+    said = trust(take, facts_of(take))
+    assert ("only if the frame rate is right" in said) == (level(take) == "care") == (code == "moves-slowly")
 
 
 def test_what_is_shorter_than_half_a_second_is_not_trusted_blindly(walk_take):
