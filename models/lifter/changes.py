@@ -29,9 +29,10 @@ CHANNELS = 5 * len(LIMBS) + 5
 # Logarithms of how many times too fast it plays, too wide the image is, and growth of the image in a frame of 1/30 s.
 RATES, WIDTHS, ZOOMS = np.linspace(-1, 1, 11), np.linspace(-0.5, 0.5, 11), np.linspace(-0.02, 0.02, 9)
 _WINDOWS = 40  # at most, evenly spread
-# Rows. Training saw fewer only of what was played fast: 43 of 53 seconds of videos as they were filmed, and 9 of 32
-# times 1.5 s, were "too quickly for a person", as were nearly all sound validation takes of 30 rows.
-_FEWEST = 60
+_FEWEST = 20  # rows
+# Rows, of what is doubted by fewer without cause: of 200 pieces of videos as they were filmed, 0.7 to 1.9 s long, 116
+# were "too quickly for a person" and 7 "played backwards". Training saw short ones only of what was played fast.
+_FEWEST_OF = {"rate": 60, "backwards": 42}
 _SPARSE_S = 1.0  # a row; nothing is made of hours with a few
 _SEEN = 0.8  # share of the joints that are seen
 _GAP_S = 0.15
@@ -111,11 +112,12 @@ def change_doubts(keypoints: PoseSequence, image_size: tuple[int, int] | None) -
     if found is None or not _stands(keypoints):
         return []
     said = []
-    doubt = _DOUBT if round(FPS * keypoints.duration_s) >= ROWS else _DOUBT_BRIEF
+    rows = round(FPS * keypoints.duration_s) + 1
+    doubt = _DOUBT if rows > ROWS else _DOUBT_BRIEF
     rate, width, zoom = (
         float(of @ values) for of, values in ((found.rate, RATES), (found.width, WIDTHS), (found.zoom, ZOOMS))
     )
-    if _unchanged(found.rate) < doubt["rate"] and abs(rate) > _FAR["rate"]:
+    if rows >= _FEWEST_OF["rate"] and _unchanged(found.rate) < doubt["rate"] and abs(rate) > _FAR["rate"]:
         values: dict[str, Any] = {"fps": keypoints.fps, "times": float(np.exp(abs(rate)))}
         values |= {"fits": keypoints.fps * float(np.exp(-rate)), "way": "quickly" if rate > 0 else "slowly"}
         said.append(notice("movement-against-rate", **values))
@@ -125,7 +127,7 @@ def change_doubts(keypoints: PoseSequence, image_size: tuple[int, int] | None) -
         )
     if _unchanged(found.zoom) < doubt["zoom"] and abs(zoom) > _FAR["zoom"]:
         said.append(notice("camera-zooms", percent=100 * zoom))
-    if found.backwards > _BACKWARDS:
+    if rows >= _FEWEST_OF["backwards"] and found.backwards > _BACKWARDS:
         said.append(notice("played-backwards"))
     return said
 
