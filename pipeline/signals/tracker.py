@@ -99,6 +99,8 @@ def exchanges(time_s: np.ndarray, points: np.ndarray) -> list[tuple[int, float]]
     """Rows of one track at which somebody else goes on, and how far away in body sizes: of people who cross, a detector
     may follow the other one. time_s: (T,) increasing. points: (T, J, 2), NaN where missing. A cut within a scene is the
     same to it."""
+    somebody = np.flatnonzero(np.isfinite(points).any(axis=(1, 2)))
+    time_s, points = time_s[somebody], points[somebody]
     went, size = steps(points), _size(points)
     wander = _A_SECOND * np.maximum(np.diff(time_s) - _FRAME_S, 0)
     rows = np.flatnonzero(went > _STEP + wander) + 1
@@ -113,7 +115,7 @@ def exchanges(time_s: np.ndarray, points: np.ndarray) -> list[tuple[int, float]]
             was, goes_on = (_on_path(time_s[part], np.nanmean(points[part], axis=1), at_s) for part in parts)
             off = float(np.linalg.norm(goes_on - was)) / max(before, after)
         if abs(np.log(after / before)) > SIZE_STEP or off > _APART + wander[row - 1]:
-            found.append((row, float(went[row - 1])))
+            found.append((int(somebody[row]), float(went[row - 1])))
     return found
 
 

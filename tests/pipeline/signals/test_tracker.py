@@ -83,5 +83,5 @@ def test_who_goes_on_elsewhere_is_somebody_else(aside, size, told, lasts):
     middle = points[there].mean(axis=1, keepdims=True)
     away = (aside * np.linalg.norm(np.ptp(points[0], axis=0)), 0)
     points[there] = middle + size * (points[there] - middle) + away
-    points[:, 3] = np.nan
+    points[:, 3] = points[5] = np.nan
     assert [row for row, _ in exchanges(np.arange(40) / 30, points)] == [20] * (told and lasts > 1)
