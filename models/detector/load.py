@@ -43,8 +43,12 @@ def load_detector(
         )
     opened, name = open_model("detectors", detector), f"The detector '{detector}'"
     if isinstance(opened, Path):
-        network = open_onnx(opened, "a network that finds joints in images")
+        path, what = opened, "a network that finds joints in images"
+        network = open_onnx(path, what)
         opened, name = _joints(network), str(network.path)
+        if isinstance(opened, MoveNet):
+            # What MoveNet of 8-bit weights answers depends on the number of threads; one is as fast.
+            opened = MoveNet(open_onnx(path, what, threads=1))
         if opened is None:
             raise InputError(
                 "wrong-network",
