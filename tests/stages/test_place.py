@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.camera import aimed, camera_poses
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.gait.events import Stance
 from pcnet3d.models.gait.parameters import flat_span
@@ -38,11 +37,6 @@ from pcnet3d.stages.trajectories import Trajectories
 
 SIZE, FOCAL = (1280, 720), 900.0
 AFTER = Pipeline((Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()))  # which use the path
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker(seconds=8)
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.camera import aimed, camera_poses
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Y_UP, PoseSequence, Take, change_frame
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.rotations import rotate
@@ -19,11 +18,6 @@ from pcnet3d.stages.trajectories import Trajectories
 
 SIZE, FOCAL = (1280, 720), 900.0
 STRIPS = "LineStrips3D:strips"
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker(seconds=8)
 
 
 @pytest.fixture(scope="module")
