@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,17 @@ def wheel(tmp_path_factory) -> Path:
     built = subprocess.run(command, capture_output=True, text=True, env=clean, timeout=300)
     assert built.returncode == 0, built.stdout + built.stderr
     return next(copy.parent.glob("*.whl"))
+
+
+@pytest.fixture
+def save(tmp_path) -> Callable[..., Path]:
+    """save(array, name="poses.npy"): its file."""
+
+    def write(array: np.ndarray, name: str = "poses.npy") -> Path:
+        np.save(tmp_path / name, array)
+        return tmp_path / name
+
+    return write
 
 
 @pytest.fixture

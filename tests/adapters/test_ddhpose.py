@@ -9,15 +9,6 @@ from pcnet3d.pipeline import InputError
 from refusals import refused
 
 
-@pytest.fixture
-def save(tmp_path):
-    def write(array: np.ndarray):
-        np.save(tmp_path / "export.npy", array.astype(np.float32))
-        return tmp_path / "export.npy"
-
-    return write
-
-
 def seams(frames: int) -> tuple[int, ...]:
     return tuple(range(CLIP, frames, CLIP))
 

@@ -110,10 +110,9 @@ def test_the_camera_at_its_place_sees_the_joints_at_their_keypoints(take, record
     assert recording.static("walk/camera", "Pinhole:resolution") == [list(SIZE)]
 
 
-def test_a_path_from_a_worlds_origin_has_no_camera(take, read_rrd, tmp_path):
+def test_a_path_from_a_worlds_origin_has_no_camera(take, read_back):
     world = change_frame(take.rectified.body, Y_UP.with_(origin="pelvis"), R_to_from_source=Y_UP.basis)
-    record(take.with_(poses=world), tmp_path / "take.rrd")
-    entities = read_rrd(tmp_path / "take.rrd").entities
+    entities = read_back(take.with_(poses=world)).entities
     assert "walk/camera" not in entities
     assert "walk/prints/right" in entities
 
