@@ -12,6 +12,7 @@ from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 
 STAGES = (Rectify(), Trajectories(), Angles(), Measures(("r_elbow_flexion",)))
+GEOMETRIC = (Rectify("geometric"), Trajectories(), Angles(), Measures())
 JUDGED = MadeBy("estimated", shipped_noise().lifter)  # as the stage `lift` says
 
 
