@@ -32,6 +32,14 @@ def module(
     return _called(begin, [name, *map(str, words)], cwd, environment)
 
 
+def refused(result: subprocess.CompletedProcess[str], *words: object) -> None:
+    """One sentence that has these words, exit code 2, no traceback."""
+    assert result.returncode == 2, (result.returncode, result.stderr)
+    assert "Traceback" not in result.stderr
+    assert len([line for line in result.stderr.splitlines() if line.startswith("pcnet3d: ")]) == 1
+    assert all(str(word) in result.stderr for word in words), result.stderr
+
+
 def recipe_of(path: Path, *stages: str) -> Path:
     """Writes a recipe of these stages as they are by default."""
     path.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages), encoding="utf-8")

@@ -5,17 +5,17 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
-from golden import bodies
-from pcnet3d.examples.walker.camera import aimed, camera_poses
+from golden import bodies, walks
+from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.walk import Walk, walker
-from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence, Take
-from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline import Take
 
 # How long one example takes says more about what else the machine does than about the code.
 settings.register_profile("pcnet3d", deadline=None)
@@ -49,6 +49,17 @@ def wheel(tmp_path_factory) -> Path:
 
 
 @pytest.fixture
+def save(tmp_path) -> Callable[..., Path]:
+    """save(array, name="poses.npy"): its file."""
+
+    def write(array: np.ndarray, name: str = "poses.npy") -> Path:
+        np.save(tmp_path / name, array)
+        return tmp_path / name
+
+    return write
+
+
+@pytest.fixture
 def facing_camera() -> np.ndarray:
     """(17, 3) metres, H36M17 in CAMERA, pelvis at the origin: an upright person who faces the camera."""
     return bodies.facing_camera()
@@ -63,9 +74,6 @@ def walk() -> Walk:
 @pytest.fixture(scope="session")
 def filmed() -> Take:
     """Three seconds of the walker's body before a tilted camera whose focal length is given, with exact keypoints."""
-    walk, size, focal_px = walker(seconds=3), (1280, 720), 900.0
+    walk = walker(seconds=3)
     camera = aimed(walk.root.mean(axis=0), 6, heading_deg=60, pitch_deg=10, roll_deg=3)
-    body, points = camera_poses(walk, camera), camera.points(walk.world)
-    pixels = focal_px * points[..., :2] / points[..., 2:] + np.array(size) / 2
-    keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=body.time_s, frame_index=body.frame_index)
-    return Take("walk", poses=body, keypoints=keypoints, camera=Camera(size, focal_px, 0.0, "told"))
+    return walks.filmed(walk, camera, focal_share=0.0)

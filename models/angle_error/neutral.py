@@ -19,6 +19,9 @@ from .repeatability import known_median
 from .take_angles import AngleSeries
 
 FEWEST = 10  # frames of a neutral
+KNEES_HIPS_TRUNK = (
+    "r_knee_flexion", "l_knee_flexion", "r_thigh_trunk_flexion", "l_thigh_trunk_flexion", "trunk_lean_sagittal",
+)  # fmt: skip
 # Of what independent errors come to, the part with which 90 % of the differences of 52 lifted validation takes of three
 # people lie inside, each person with one weight (tests/bench/bench_neutral.py; of 1 it is 92 %, of 0.8 87 %).
 SHARE = 0.9
@@ -54,13 +57,7 @@ def moves_deg(series: Mapping[str, AngleSeries], time_s: np.ndarray, span_s: tup
     percentile; 0 where none of them is there."""
     inside = (time_s >= span_s[0]) & (time_s <= span_s[1])
     moving = [0.0]
-    for name in (
-        "r_knee_flexion",
-        "l_knee_flexion",
-        "r_thigh_trunk_flexion",
-        "l_thigh_trunk_flexion",
-        "trunk_lean_sagittal",
-    ):
+    for name in KNEES_HIPS_TRUNK:
         values = series[name].value_deg[inside]
         values = values[np.isfinite(values)]
         if len(values) >= FEWEST:

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
+from ...models.angle_error.neutral import KNEES_HIPS_TRUNK
 from ...models.angle_error.repeatability import ends, judged, known_median, same_part
 from ...models.gait.focal import focal_by_steps, zoom_by_feet
 from ...models.gait.gait import Gait, separation
@@ -71,13 +72,6 @@ _SQUAT = 70.0
 _UNSTATED_DEG = 8.0
 _STAYS = (
     0.4  # legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing
-)
-_IN_BENDS = (
-    "r_knee_flexion",
-    "l_knee_flexion",
-    "r_thigh_trunk_flexion",
-    "l_thigh_trunk_flexion",
-    "trunk_lean_sagittal",
 )
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
@@ -259,7 +253,7 @@ def _knee_bends(
         np.minimum(right, left),
         sd,
         _BEND,
-        _IN_BENDS,
+        KNEES_HIPS_TRUNK,
         in_place,
         BRIEFEST_S["knee_bends"],
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from pcnet3d.pipeline.core.layouts import COCO17, H36M17
+from pcnet3d.pipeline.core.layouts import COCO17, H36M17, Layout
 
 from .material import Given
 
@@ -200,18 +200,12 @@ def _smooth(frames: int) -> Callable[..., np.ndarray]:
     return lambda points, *_: uniform_filter1d(points, frames, axis=0, mode="nearest")
 
 
-def _mirror_names(points: np.ndarray, size: np.ndarray) -> np.ndarray:
+def _exchanged(points: np.ndarray, layout: Layout) -> np.ndarray:
+    """Left and right, by their names."""
     swapped = [
-        COCO17.index({"l": "r_", "r": "l_"}[n[0]] + n[2:] if n[1] == "_" else n) for n in COCO17.joints
+        layout.index({"l": "r_", "r": "l_"}[n[0]] + n[2:] if n[1] == "_" else n) for n in layout.joints
     ]
     return points[:, swapped]
-
-
-def _swap_h36m(joints: np.ndarray) -> np.ndarray:
-    swapped = [
-        H36M17.index({"l": "r_", "r": "l_"}[n[0]] + n[2:] if n[1] == "_" else n) for n in H36M17.joints
-    ]
-    return joints[:, swapped]
 
 
 def _hole(given: Given, _: Bases) -> Given:
@@ -243,7 +237,7 @@ LIFTED: dict[str, tuple[Any, tuple[str, ...]]] = {
     ),
     "mirrored": (_points(lambda xy, size: np.stack([size[0] - xy[..., 0], xy[..., 1]], axis=-1)), SIDES),
     "left and right exchanged": (
-        lambda given, _: given.with_(points=_mirror_names(given.points, given.size), video=None),
+        lambda given, _: given.with_(points=_exchanged(given.points, COCO17), video=None),
         SIDES,
     ),
     "image 1.33 times as wide": (_size(1.33, 1.0), (*SHAPE, "image-stretched")),
@@ -274,7 +268,7 @@ POSES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "mirrored": (_poses(lambda joints: joints * (-1, 1, 1), True), SIDES),
     "depth turned over": (_poses(lambda joints: joints * (1, 1, -1), True), SIDES),
     "up turned over": (_poses(lambda joints: joints * (1, -1, 1), True), (*UP, *SIDES)),
-    "left and right exchanged": (_poses(_swap_h36m, True), SIDES),
+    "left and right exchanged": (_poses(lambda joints: _exchanged(joints, H36M17), True), SIDES),
     "one pose and 3 mm of noise": (
         _poses(lambda j: j[:1] + np.random.default_rng(0).normal(0, 0.003, j.shape), True), ("only-noise",)
     ),

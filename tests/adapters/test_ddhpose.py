@@ -9,15 +9,6 @@ from pcnet3d.pipeline import InputError
 from refusals import refused
 
 
-@pytest.fixture
-def save(tmp_path):
-    def write(array: np.ndarray):
-        np.save(tmp_path / "export.npy", array.astype(np.float32))
-        return tmp_path / "export.npy"
-
-    return write
-
-
 def seams(frames: int) -> tuple[int, ...]:
     return tuple(range(CLIP, frames, CLIP))
 
@@ -32,20 +23,19 @@ def test_put_together_by_the_exporting_script(save, turning, frames):
     assert not poses.frames_known
 
 
-@pytest.mark.parametrize("frames", [600, 486, 487, 485, 244, 243, 100, 1])
-def test_clips_become_the_video_they_came_from(save, turning, frames):
-    poses = read(save(in_clips(turning(frames))), frames=frames)
-    assert poses.history[0].options["adapter"] == "ddhpose"
-    np.testing.assert_allclose(poses.joints, turning(frames), atol=1e-6)
-    assert poses.seams == seams(frames)
-
-
-@pytest.mark.parametrize(("steps", "proposals"), [(1, 1), (3, 1), (1, 5), (2, 5)])
-@pytest.mark.parametrize("frames", [600, 100])
-def test_clips_with_steps_and_proposals(save, turning, frames, steps, proposals):
-    stack = with_steps_and_proposals(turning(frames), steps, proposals)
-    clips = np.moveaxis(in_clips(np.moveaxis(stack, 2, 0)), 1, 3)
-    assert clips.shape == (len(clips), steps, proposals, CLIP, 17, 3)
+@pytest.mark.parametrize(
+    ("frames", "steps", "proposals"),
+    [
+        *((frames, 0, 0) for frames in (600, 486, 487, 485, 244, 243, 100, 1)),
+        *((frames, *stack) for frames in (600, 100) for stack in ((1, 1), (3, 1), (1, 5), (2, 5))),
+    ],
+)
+def test_clips_become_the_video_they_came_from(save, turning, frames, steps, proposals):
+    clips = in_clips(turning(frames))
+    if steps:
+        stack = with_steps_and_proposals(turning(frames), steps, proposals)
+        clips = np.moveaxis(in_clips(np.moveaxis(stack, 2, 0)), 1, 3)
+        assert clips.shape == (len(clips), steps, proposals, CLIP, 17, 3)
     poses = read(save(clips), frames=frames)
     assert poses.history[0].options["adapter"] == "ddhpose"
     np.testing.assert_allclose(poses.joints, turning(frames), atol=1e-6)

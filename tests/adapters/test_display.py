@@ -19,15 +19,6 @@ def bodies(turning) -> np.ndarray:
     return squatting(turning(FRAMES))
 
 
-@pytest.fixture
-def save(tmp_path):
-    def write(array: np.ndarray):
-        np.save(tmp_path / "test_3d_output_walk_postprocess.npy", array)
-        return tmp_path / "test_3d_output_walk_postprocess.npy"
-
-    return write
-
-
 def test_the_rotation_is_that_of_the_documents():
     np.testing.assert_allclose(Rotation.from_quat(QUATERNION_XYZW).as_matrix(), COLUMNS, atol=1e-3)
 

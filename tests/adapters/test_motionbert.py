@@ -17,15 +17,9 @@ def relative(turning) -> np.ndarray:
 
 
 @pytest.fixture
-def x3d(relative, tmp_path):
+def x3d(relative, save):
     """x3d(change) writes X3D.npy as infer_wild.py does, after change(array), and returns its path."""
-    saved = lifters.x3d(relative)
-
-    def write(change=lambda joints: joints):
-        np.save(tmp_path / "X3D.npy", change(saved.copy()))
-        return tmp_path / "X3D.npy"
-
-    return write
+    return lambda change=np.copy: save(change(lifters.x3d(relative)), "X3D.npy")
 
 
 def as_pixels(joints: np.ndarray, width: int = 1280, height: int = 720) -> np.ndarray:

@@ -24,26 +24,22 @@ def _npz(path: Path) -> None:
 
 def _json(path: Path) -> None:
     entry = {"image_id": "0.jpg", "category_id": 1, "keypoints": [0.5] * 51, "score": 2.0}
-    path.write_text(json.dumps([entry] * (LONG // len(json.dumps(entry)))), encoding="utf-8")
+    _repeated(path, "[", entry, "]")
 
 
 def _frames(path: Path) -> None:
-    entry = {
-        "frame_id": 0,
-        "instances": [{"keypoints": [[0.5, 0.5, 0.5]] * 17, "keypoint_scores": [1.0] * 17}],
-    }
-    path.write_text(
-        json.dumps({"meta_info": {}, "instance_info": [entry] * (LONG // len(json.dumps(entry)))}),
-        encoding="utf-8",
-    )
+    person = {"keypoints": [[0.5, 0.5, 0.5]] * 17, "keypoint_scores": [1.0] * 17}
+    _repeated(path, '{"meta_info": {}, "instance_info": [', {"frame_id": 0, "instances": [person]}, "]}")
+
+
+def _repeated(path: Path, head: str, entry: dict, tail: str) -> None:
+    text = json.dumps(entry)
+    path.write_text(head + ", ".join([text] * (LONG // len(text))) + tail, encoding="utf-8")
 
 
 def _csv(path: Path) -> None:
-    path.write_text("frame,landmark,x,y,z\n" + "0,nose,1.0,2.0,3.0\n" * (LONG // 19), encoding="utf-8")
-
-
-def _points(path: Path) -> None:
-    path.write_text("frame,keypoint,x,y,z\n" + "0,nose,1.0,2.0,3.0\n" * (LONG // 19), encoding="utf-8")
+    kind = "landmark" if path.stem == "landmarks" else "keypoint"
+    path.write_text(f"frame,{kind},x,y,z\n" + "0,nose,1.0,2.0,3.0\n" * (LONG // 19), encoding="utf-8")
 
 
 def _pickle(path: Path) -> None:
@@ -84,7 +80,7 @@ FILES = {
     "phalp.pkl": _pickle,
     "sam3d.npz": _keypoints,
     "wham_output.pkl": _wham,
-    "freemocap.csv": _points,
+    "freemocap.csv": _csv,
     "plain.mat": _matlab,
     "packed.mat": _matlab,
     "openpose": _folder,

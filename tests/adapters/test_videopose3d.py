@@ -16,15 +16,9 @@ def relative(turning) -> np.ndarray:
 
 
 @pytest.fixture
-def export(relative, tmp_path):
+def export(relative, save):
     """export(change) writes what run.py --viz-export saves: the pelvis near 0, but not at it."""
-    saved = lifters.viz_export(relative)
-
-    def write(change=lambda joints: joints):
-        np.save(tmp_path / "output.npy", change(saved.copy()))
-        return tmp_path / "output.npy"
-
-    return write
+    return lambda change=np.copy: save(change(lifters.viz_export(relative)))
 
 
 @pytest.fixture

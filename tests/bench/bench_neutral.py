@@ -9,29 +9,25 @@ from __future__ import annotations
 import sys
 import time
 from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
 
-from pcnet3d.models.angle_error.joint_noise import shipped_noise
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from golden.virtual import lifted
+from golden.walks import JUDGED
 from pcnet3d.models.angle_error.neutral import less_neutral, neutral_deg
 from pcnet3d.models.angle_error.take_angles import AngleSeries
 from pcnet3d.models.common.metrics import SD_90
-from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.models.lab.mocap.clips import read_clips
-from pcnet3d.models.lab.synthetic.cameras import TYPICAL
-from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence, Take
-from pcnet3d.pipeline.core.anthropometry import implied_stature
-from pcnet3d.pipeline.core.camera import Camera
-from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES, near, of_both
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.rectify import Rectify
-from pcnet3d.stages.scale import scale
 from pcnet3d.stages.trajectories import Trajectories
 
 STAGES = (Rectify(), Trajectories(), Angles())
-JUDGED = MadeBy("estimated", shipped_noise().lifter)
 WINDOW = 30  # frames
 STANDS = [
     f"{side}_{part}" for side in "rl" for part in ("knee_flexion", "thigh_trunk_flexion", "thigh_sagittal")
@@ -70,11 +66,7 @@ def main(seconds: float) -> None:
         span_s = (time_s[row], time_s[row + WINDOW - 1])
         true_less = less_neutral(true, neutral_deg(true, time_s, span_s), judged=False)
         for seed in range(2):
-            seen = see(clip, seed, views=TYPICAL)
-            camera = Camera(seen.image_size, seen.focal_px, 0.02 * seen.focal_px, "told")
-            lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
-            poses = scale(lifted, implied_stature(clip.joints))[0].with_(made_by=JUDGED)
-            got = series(Take(clip.name, keypoints=seen.keypoints, camera=camera, poses=poses))
+            got = series(lifted(clip, seed, JUDGED)[0])
             less = less_neutral(got, neutral_deg(got, time_s, span_s), judged=True)
             outside = (time_s < span_s[0]) | (time_s > span_s[1])
             for name in ANGLES:

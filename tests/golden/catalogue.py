@@ -42,44 +42,20 @@ def recognised(path: Path) -> list[str]:
     return [name for name, each in adapters().items() if each.sniff(path)]
 
 
-def _npy(array: np.ndarray, folder: Path) -> Path:
-    np.save(folder / "poses.npy", array)
+def _npy(made: Callable[[np.ndarray], np.ndarray], frames: int, person: Person, folder: Path) -> Path:
+    """made: what is saved, of bodies (frames, 17, 3)."""
+    np.save(folder / "poses.npy", made(person.turning(frames)).astype(np.float32))
     return folder / "poses.npy"
-
-
-def _array(person: Person, folder: Path) -> Path:
-    return _npy(person.turning(FRAMES), folder)
-
-
-def _motionbert(person: Person, folder: Path) -> Path:
-    return _npy(lifters.x3d(person.turning(300)), folder)
-
-
-def _videopose3d(person: Person, folder: Path) -> Path:
-    return _npy(lifters.viz_export(person.turning(FRAMES)), folder)
-
-
-def _display(person: Person, folder: Path) -> Path:
-    return _npy(lifters.displayed(lifters.squatting(person.turning(300))), folder)
-
-
-def _ddhpose(person: Person, folder: Path) -> Path:
-    return _npy(lifters.in_clips(person.turning(300)).astype(np.float32), folder)
-
-
-def _d3dp(person: Person, folder: Path) -> Path:
-    return _npy(lifters.with_steps_and_proposals(person.turning(300), 2, 5).astype(np.float32), folder)
 
 
 def _mmpose3d(form: str, person: Person, folder: Path) -> Path:
     """Two people; only the first of them has a foot lower than the other."""
-    people = [person.turning(FRAMES), person.turning(FRAMES + 200)[200:]]
     frames = [
         [
-            lifters.instance(lifters.as_mmpose(body[i]), lifters.box_of(person, i))
-            for person, body in enumerate(people)
+            lifters.instance(lifters.as_mmpose(body), lifters.box_of(number, i))
+            for number, body in enumerate(bodies)
         ]
-        for i in range(FRAMES)
+        for i, bodies in enumerate(zip(*_two_turning(person), strict=True))
     ]
     return lifters.mmpose3d(folder, frames, form)
 
@@ -94,8 +70,7 @@ def _mediapipe(write: Callable, person: Person, folder: Path) -> Path:
 
 
 def _tasks_json(person: Person, folder: Path) -> Path:
-    people = person.turning(FRAMES), person.turning(FRAMES + 200)[200:]
-    return landmarks.tasks_json(folder, *map(landmarks.landmarks, people))
+    return landmarks.tasks_json(folder, *map(landmarks.landmarks, _two_turning(person)))
 
 
 def _phalp(person: Person, folder: Path) -> Path:
@@ -104,34 +79,16 @@ def _phalp(person: Person, folder: Path) -> Path:
     return path
 
 
-def _mpi_training(person: Person, folder: Path) -> Path:
-    return worlds.mpi_training(folder, person.turning(FRAMES))
-
-
-def _rtmw3d(person: Person, folder: Path) -> Path:
-    return lifters.rtmw3d(folder, [person.turning(FRAMES), person.turning(FRAMES + 200)[200:]])
-
-
-def _inference_data(person: Person, folder: Path) -> Path:
-    return worlds.inference_data(folder, person.turning(FRAMES))
-
-
-def _totalcapture(person: Person, folder: Path) -> Path:
-    return worlds.totalcapture(folder, person.standing(FRAMES))
-
-
-def _vis_folder(person: Person, folder: Path) -> Path:
-    return lifters.vis_folder(folder, person.turning(FRAMES))
+def _markers(person: Person) -> np.ndarray:
+    return person.standing(FRAMES)[:, H36M17.indices(list(worlds.POSE2SIM.values()))]
 
 
 def _trc(person: Person, folder: Path) -> Path:
-    points = person.standing(FRAMES)[:, H36M17.indices(list(worlds.POSE2SIM.values()))]
-    return worlds.trc(folder / "walk_0-39.trc", worlds.POSE2SIM, worlds.y_up(points))
+    return worlds.trc(folder / "walk_0-39.trc", worlds.POSE2SIM, worlds.y_up(_markers(person)))
 
 
 def _c3d(person: Person, folder: Path) -> Path:
-    points = person.standing(FRAMES)[:, H36M17.indices(list(worlds.POSE2SIM.values()))]
-    return worlds.c3d(folder / "walk.c3d", worlds.POSE2SIM, 1000 * points)
+    return worlds.c3d(folder / "walk.c3d", worlds.POSE2SIM, 1000 * _markers(person))
 
 
 def _bvh(person: Person, folder: Path) -> Path:
@@ -147,21 +104,14 @@ def _amass(person: Person, folder: Path) -> Path:
     return path
 
 
-def _freemocap(person: Person, folder: Path) -> Path:
-    np.save(folder / "mediapipe_body_3d_xyz.npy", worlds.freemocap(person.standing(FRAMES)))
-    return folder / "mediapipe_body_3d_xyz.npy"
+def _freemocap(made: Callable[[np.ndarray], np.ndarray], name: str, person: Person, folder: Path) -> Path:
+    np.save(folder / name, made(person.standing(FRAMES)))
+    return folder / name
 
 
-def _freemocap_whole(person: Person, folder: Path) -> Path:
-    body = worlds.freemocap(person.standing(FRAMES))
-    hands_and_face = np.repeat(body[:, :1], 2 * 21 + 478, axis=1)
-    np.save(folder / "mediaPipeSkel.npy", np.concatenate([body, hands_and_face], axis=1))
-    return folder / "mediaPipeSkel.npy"
-
-
-def _freemocap_rtmpose(person: Person, folder: Path) -> Path:
-    np.save(folder / "rtmpose_body_3d_xyz.npy", worlds.freemocap_rtmpose(person.standing(FRAMES)))
-    return folder / "rtmpose_body_3d_xyz.npy"
+def _with_hands_and_face(world: np.ndarray) -> np.ndarray:
+    body = worlds.freemocap(world)
+    return np.concatenate([body, np.repeat(body[:, :1], 2 * 21 + 478, axis=1)], axis=1)
 
 
 def _freemocap_csv(person: Person, folder: Path) -> Path:
@@ -218,10 +168,6 @@ def _alphapose_dict(form: str, person: Person, folder: Path) -> Path:
     return detections.WRITERS[form](folder, scene)
 
 
-def _film(person: Person, folder: Path) -> Path:
-    return films.film(folder / "walk.mp4", range(0, 800, 40))
-
-
 def _imu_csv(person: Person, folder: Path) -> Path:
     sensors.write_csv(folder / "wrist.csv", strapped(walker(fps=60, seconds=3), "r_forearm"))
     return folder / "wrist.csv"
@@ -238,7 +184,7 @@ CATALOGUE = (
     Golden("alphapose3d", "`alphapose-results.json` of its SMPL model", partial(_people, estimators.alphapose3d)),
     Golden("amass", "`*_poses.npz` with joints", _amass),
     Golden(
-        "arrays", "any `.npy`, here in metres", _array,
+        "arrays", "any `.npy`, here in metres", partial(_npy, np.asarray, FRAMES),
         {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}, by_name=True,
     ),
     Golden("bvh", "`*.bvh` in centimetres", _bvh),
@@ -247,17 +193,29 @@ CATALOGUE = (
     Golden("coco", "results, a list", partial(_detections, "coco_results", 17)),
     Golden("coco", "results with track_id", partial(_detections, "coco_tracks", 17)),
     Golden("coco", "annotations, a dict", partial(_detections, "coco_annotations", 17)),
-    Golden("ddhpose", "`.npy` of clips", _ddhpose, {"frames": 300}),
-    Golden("ddhpose", "D3DP's `test_3d_<video>_output.npy`", _d3dp),
-    Golden("ddhpose_3dhp", "`inference_data_*.mat`", _inference_data),
+    Golden("ddhpose", "`.npy` of clips", partial(_npy, lifters.in_clips, 300), {"frames": 300}),
+    Golden(
+        "ddhpose", "D3DP's `test_3d_<video>_output.npy`",
+        partial(_npy, partial(lifters.with_steps_and_proposals, steps=2, proposals=5), 300),
+    ),
+    Golden("ddhpose_3dhp", "`inference_data_*.mat`", partial(_one, worlds.inference_data)),
     Golden("detectron", "VideoPose3D's `<video>.npz`", partial(_detections, "detectron", 17)),
     Golden(
         "display", "D3DP's `*_postprocess.npy`",
-        _display, {"undo": True},
+        partial(_npy, lambda bodies: lifters.displayed(lifters.squatting(bodies)), 300), {"undo": True},
     ),
-    Golden("freemocap", "`mediapipe_body_3d_xyz.npy`", _freemocap),
-    Golden("freemocap", "`mediaPipeSkel_3d_body_hands_face.npy`", _freemocap_whole),
-    Golden("freemocap", "v2's `rtmpose_body_3d_xyz.npy`", _freemocap_rtmpose),
+    Golden(
+        "freemocap", "`mediapipe_body_3d_xyz.npy`",
+        partial(_freemocap, worlds.freemocap, "mediapipe_body_3d_xyz.npy"),
+    ),
+    Golden(
+        "freemocap", "`mediaPipeSkel_3d_body_hands_face.npy`",
+        partial(_freemocap, _with_hands_and_face, "mediaPipeSkel.npy"),
+    ),
+    Golden(
+        "freemocap", "v2's `rtmpose_body_3d_xyz.npy`",
+        partial(_freemocap, worlds.freemocap_rtmpose, "rtmpose_body_3d_xyz.npy"),
+    ),
     Golden("freemocap", "v2's `freemocap_data_by_frame.csv`", _freemocap_csv),
     Golden("imu_csv", "a table with time_s", _imu_csv),
     Golden("keypoints", "`keypoints.npz`", partial(_detections, "keypoints", 17)),
@@ -274,27 +232,27 @@ CATALOGUE = (
     Golden("mmpose2d", "inferencer's folder of an image each", partial(_detections, "mmpose_images", 17)),
     Golden("mmpose3d", "inferencer's `<video>.json`", partial(_mmpose3d, "inferencer")),
     Golden("mmpose3d", "demo's `results_<video>.json`", partial(_mmpose3d, "demo")),
-    Golden("motionbert", "`X3D.npy`", _motionbert),
-    Golden("mpi3dhp", "`annot.mat`", _mpi_training),
+    Golden("motionbert", "`X3D.npy`", partial(_npy, lifters.x3d, 300)),
+    Golden("mpi3dhp", "`annot.mat`", partial(_one, worlds.mpi_training)),
     Golden("mpi3dhp", "`annot_data.mat`", _mpi_test),
     Golden("openpose", "folder of `*_keypoints.json` or `cam01.0000.json`", partial(_detections, "openpose", 25)),
     Golden("openpose", "the same of BODY_25B", _openpose_25b),
     Golden("openpose3d", "folder of `*_keypoints.json` or `cam01.0000.json`, 3D", _openpose3d),
     Golden("openpose3d", "the same of BODY_25B", partial(_openpose3d, layout=BODY_25B)),
     Golden("phalp", "`demo_<video>.pkl`", _phalp),
-    Golden("rtmw3d", "demo's `results_<video>.json`", _rtmw3d),
+    Golden("rtmw3d", "demo's `results_<video>.json`", partial(_people, lifters.rtmw3d)),
     Golden("soma", "Kimodo's `.npz`", partial(_world, estimators.soma)),
-    Golden("totalcapture", "`gt_skel_gbl_pos.txt`", _totalcapture),
+    Golden("totalcapture", "`gt_skel_gbl_pos.txt`", partial(_world, worlds.totalcapture)),
     Golden("totalcapture_imu", "`<take>_Xsens.sensors`", partial(_sensors, 0)),
     Golden("totalcapture_imu", "`<take>_Xsens_AuxFields.sensors`", partial(_sensors, 6)),
     Golden("trc", "Pose2Sim's `<take>_<frames>.trc`", _trc),
-    Golden("video", "`*.mp4`", _film),
+    Golden("video", "`*.mp4`", lambda _, folder: films.film(folder / "walk.mp4", range(0, 800, 40))),
     Golden(
         "videopose2d", "`data_2d_custom_<name>.npz`",
         partial(_detections, "videopose2d", 17), {"video": "0"},
     ),
-    Golden("videopose3d", "`.npy` of `--viz-export`", _videopose3d),
-    Golden("videopose3d", "folder of a vis.py", _vis_folder),
+    Golden("videopose3d", "`.npy` of `--viz-export`", partial(_npy, lifters.viz_export, FRAMES)),
+    Golden("videopose3d", "folder of a vis.py", partial(_one, lifters.vis_folder)),
     Golden("vis2d", "`input_2D/keypoints.npz`", partial(_detections, "vis2d", 17)),
     Golden("vis2d", "the same with scores", partial(_detections, "vis2d_scores", 17)),
     Golden("wham", "`wham_output.pkl`", _wham, {"regressor": estimators.REGRESSOR}),

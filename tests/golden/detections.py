@@ -49,14 +49,16 @@ def _box(points: np.ndarray) -> list[float]:
     return [x, y, right - x, bottom - y]
 
 
+def _person(image: str | int, points: np.ndarray, score: float, **more: object) -> dict[str, object]:
+    """An entry of COCO's results."""
+    return {"image_id": image, "category_id": 1, "keypoints": points.ravel().tolist(), "score": score, **more}
+
+
 def alphapose(folder: Path, scene: Scene) -> Path:
     listed = [
-        {
-            "image_id": f"{frame}.jpg", "category_id": 1, "keypoints": row.ravel().tolist(), "score": 2.7,
-            "box": _box(row), "idx": int(person),
-        }
+        _person(f"{frame}.jpg", row, 2.7, box=_box(row), idx=int(person))
         for frame, person, row in _rows(scene)
-    ]  # fmt: skip
+    ]
     return _dump(folder / "alphapose-results.json", listed)
 
 
@@ -102,21 +104,14 @@ def openpose(folder: Path, scene: Scene) -> Path:
 
 
 def coco_results(folder: Path, scene: Scene) -> Path:
-    listed = [
-        {"image_id": frame, "category_id": 1, "keypoints": row.ravel().tolist(), "score": 0.9}
-        for frame, _, row in _rows(scene)
-    ]
+    listed = [_person(frame, row, 0.9) for frame, _, row in _rows(scene)]
     return _dump(folder / "keypoints_results.json", listed)
 
 
 def coco_tracks(folder: Path, scene: Scene) -> Path:
     listed = [
-        {
-            "image_id": frame, "category_id": 1, "keypoints": row.ravel().tolist(), "score": 0.9,
-            "bbox": _box(row), "track_id": int(person),
-        }
-        for frame, person, row in _rows(scene)
-    ]  # fmt: skip
+        _person(frame, row, 0.9, bbox=_box(row), track_id=int(person)) for frame, person, row in _rows(scene)
+    ]
     return _dump(folder / "keypoints_results.json", listed)
 
 

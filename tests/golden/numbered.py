@@ -47,6 +47,8 @@ def toy_detector(path: Path, joints: np.ndarray | None = None, score: float = 0.
     joints: (60, 17, 2) those that it finds, in pixels of the video; without them `joints_px`. score: of each of them.
     """
     onnx = pytest.importorskip("onnx")
+    from golden.networks import save_graph
+
     helper, kinds = onnx.helper, onnx.TensorProto
     answers = np.zeros((FRAMES, 1, 6, 56), np.float32)
     person = np.concatenate(
@@ -75,13 +77,5 @@ def toy_detector(path: Path, joints: np.ndarray | None = None, score: float = 0.
         helper.make_node("Cast", ["rounded"], ["row"], to=kinds.INT64),
         helper.make_node("Gather", ["answers", "row"], ["people"], axis=0),
     ]
-    graph = helper.make_graph(
-        nodes,
-        "toy",
-        [helper.make_tensor_value_info("image", kinds.UINT8, [1, None, None, 3])],
-        [helper.make_tensor_value_info("people", kinds.FLOAT, [1, 6, 56])],
-        [onnx.numpy_helper.from_array(value, name) for name, value in constants.items()],
-    )
-    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=8)
-    onnx.save(model, str(path))
-    return path
+    inputs = {"image": (kinds.UINT8, [1, None, None, 3])}
+    return save_graph(path, nodes, inputs, {"people": [1, 6, 56]}, constants)

@@ -4,14 +4,29 @@ import numpy as np
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
-from pcnet3d.pipeline import CAMERA
+from pcnet3d.models.lab.synthetic.cameras import TYPICAL
+from pcnet3d.models.lifter.builtin import lift
+from pcnet3d.pipeline import CAMERA, Take
+from pcnet3d.pipeline.core.anthropometry import implied_stature
+from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.stages.scale import scale
 
 
 def walked(name="03_01", **how):
     """The walker as motion capture; how: as examples/walker/walk.py has it."""
     walk = walker(**how)
     return Clip(name, name.partition("_")[0], "asfamc", walk.fps, walk.world.astype(np.float32))
+
+
+def lifted(clip, seed, made_by=None):
+    """What a run is given of a clip that a typical camera films and the built-in lifter lifts, in metres; and what was
+    seen."""
+    seen = see(clip, seed, views=TYPICAL)
+    camera = Camera(seen.image_size, seen.focal_px, 0.02 * seen.focal_px, "told")
+    poses = scale(lift(seen.keypoints, seen.image_size, seen.focal_px), implied_stature(clip.joints))[0]
+    poses = poses if made_by is None else poses.with_(made_by=made_by)
+    return Take(clip.name, keypoints=seen.keypoints, camera=camera, poses=poses), seen
 
 
 def exact(clip, scale=0.7, error=0.0, **changes):

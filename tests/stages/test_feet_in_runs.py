@@ -9,17 +9,11 @@ import pytest
 from commands import pcnet3d
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.landmarks import halpe26
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.layouts import FEET
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.signals.foot_angles import FOOT_ANGLES
 
 ADDED = ("--also", "trc", "--also", "netcdf", "--also", "mot", "--set", "rectify.rectifier=geometric")
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker(seconds=3)
 
 
 @pytest.fixture(scope="module")

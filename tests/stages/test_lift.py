@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_files
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, Take, load_recipe
 from pcnet3d.pipeline.core.camera import Camera, Look
 from pcnet3d.pipeline.core.intrinsics import Intrinsics, undistorted
@@ -22,11 +21,6 @@ from pcnet3d.stages.lift import Lift
 
 STATURE_M = 1.75
 IMAGE_SIZE = (640, 360)
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker(seconds=4)
 
 
 @pytest.fixture(scope="module")

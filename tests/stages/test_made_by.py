@@ -5,7 +5,6 @@ import pytest
 
 from golden.jumps import jumping
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import CAMERA, InputError, Pipeline, Take, change_frame, rotate
@@ -29,11 +28,6 @@ from pcnet3d.stages.report.stage import report
 from pcnet3d.stages.trajectories import Trajectories, smooth
 
 STAGES = Pipeline((Rectify("geometric"), Trajectories(), Angles(), Measures()))
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker(seconds=10)
 
 
 @pytest.fixture(scope="module")

@@ -3,21 +3,19 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.camera import aimed, camera_poses
-from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.angle_error.joint_noise import shipped_noise
+from golden.walks import FOCAL_PX as FOCAL
+from golden.walks import GEOMETRIC, JUDGED, SIZE, filmed
+from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.models.gait.events import Stance
 from pcnet3d.models.gait.parameters import flat_span
 from pcnet3d.models.lab.mocap.contact import true_contact
 from pcnet3d.pipeline import (
     CAMERA,
     H36M17,
-    IMAGE,
     Z_UP,
     InputError,
     Pipeline,
     PoseSequence,
-    Take,
     Told,
     change_frame,
 )
@@ -27,22 +25,14 @@ from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.reading.handedness import repaired
 from pcnet3d.pipeline.signals.flights import falls
-from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import clean
 from pcnet3d.stages.drawing.facts import facts_of
-from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.scale import Scale, scale
 from pcnet3d.stages.trajectories import Trajectories
 
-SIZE, FOCAL = (1280, 720), 900.0
-AFTER = Pipeline((Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()))  # which use the path
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker(seconds=8)
+AFTER = Pipeline(GEOMETRIC)  # which use the path
 
 
 @pytest.fixture(scope="module")
@@ -52,14 +42,9 @@ def camera(walk):
 
 @pytest.fixture(scope="module")
 def take(walk, camera):
-    points = camera.points(walk.world)
-    pixels = FOCAL * points[..., :2] / points[..., 2:] + np.array(SIZE) / 2
-    pixels += np.random.default_rng(0).normal(0, 2, pixels.shape)
-    poses = camera_poses(walk, camera)
-    judged = MadeBy("estimated", shipped_noise().lifter)
-    poses = poses.with_(frame=CAMERA.with_(origin="pelvis", unit="m"), made_by=judged)
-    keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=poses.time_s, frame_index=poses.frame_index)
-    return Take("walk", keypoints=keypoints, camera=Camera(SIZE, FOCAL, 0.02 * FOCAL, "told"), poses=poses)
+    take = filmed(walk, camera, noise_px=2.0)
+    frame = CAMERA.with_(origin="pelvis", unit="m")
+    return take.with_(poses=take.poses.with_(frame=frame, made_by=JUDGED))
 
 
 @pytest.fixture(scope="module")

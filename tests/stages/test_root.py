@@ -6,7 +6,6 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.adapters import read
 from pcnet3d.examples.walker.camera import aimed
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import BODY, CAMERA, H36M17, LEVEL, Y_UP, Z_UP, InputError, PoseSequence, change_frame
 from pcnet3d.pipeline.core.frames import GL_CAMERA
 from pcnet3d.pipeline.core.layouts import COCO17, remap
@@ -15,11 +14,6 @@ from pcnet3d.stages.clean import clean
 from pcnet3d.stages.scale import scale
 
 PELVIS = H36M17.index("pelvis")
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker(seconds=4)
 
 
 @pytest.fixture(scope="module")

@@ -30,19 +30,27 @@ def test_visibility_flags_are_no_confidence(write, moving):
     assert poses.history[-1].options == {"unknown": "visibility flags"}
 
 
-def test_annotations_without_keypoints_are_other_things(write, moving):
-    path = write("coco_annotations", {"0": moving(17)})
-    content = json.loads(path.read_text())
-    content["annotations"].append({"id": 99, "image_id": 1000, "category_id": 2, "bbox": [0, 0, 5, 5]})
-    path.write_text(json.dumps(content))
-    assert len(read(path)) == 12
+@pytest.fixture
+def annotations(write, moving):
+    """annotations(change, frames): the file of one person after change(content)."""
+
+    def make(change, frames=range(12)):
+        path = write("coco_annotations", {"0": moving(17, frames)})
+        content = json.loads(path.read_text())
+        change(content)
+        path.write_text(json.dumps(content))
+        return path
+
+    return make
 
 
-def test_annotation_of_an_unlisted_image(write, moving):
-    path = write("coco_annotations", {"0": moving(17)})
-    content = json.loads(path.read_text())
-    content["annotations"][5]["image_id"] = [7]
-    path.write_text(json.dumps(content))
+def test_annotations_without_keypoints_are_other_things(annotations):
+    other = {"id": 99, "image_id": 1000, "category_id": 2, "bbox": [0, 0, 5, 5]}
+    assert len(read(annotations(lambda content: content["annotations"].append(other)))) == 12
+
+
+def test_annotation_of_an_unlisted_image(annotations):
+    path = annotations(lambda content: content["annotations"][5].update(image_id=[7]))
     with pytest.raises(InputError, match=r"annotation 5: expected an image that the file lists, got \[7\]"):
         read(path)
 
@@ -63,11 +71,9 @@ def test_image_names_in_results_are_not_cocos(write, moving):
     assert not coco.sniff(path)
 
 
-def test_long_list_of_images_before_the_annotations(write, moving):
-    path = write("coco_annotations", {"0": moving(17)})
-    content = json.loads(path.read_text())
-    content["images"] += [{"id": -i, "file_name": f"{i:030d}.jpg"} for i in range(1, 3000)]
-    path.write_text(json.dumps(content))
+def test_long_list_of_images_before_the_annotations(annotations):
+    more = [{"id": -i, "file_name": f"{i:030d}.jpg"} for i in range(1, 3000)]
+    path = annotations(lambda content: content["images"].extend(more))
     assert path.stat().st_size > 100_000
     assert coco.sniff(path)
     assert len(read(path)) == 12
@@ -109,12 +115,12 @@ def test_detections_that_a_tracker_did_not_name_are_left_out_and_counted(write, 
         (["walk_mp4-0001_jpg.rf.0f31b2c4.jpg", "walk_mp4-0002_jpg.rf.b7e0a991.jpg"], [1, 2], None),
     ],
 )
-def test_images_are_those_of_one_video(write, moving, names, frames, words):
-    path = write("coco_annotations", {"0": moving(17, [1, 2])})
-    content = json.loads(path.read_text())
-    for image, name in zip(content["images"], names, strict=True):
-        image["file_name"] = name
-    path.write_text(json.dumps(content))
+def test_images_are_those_of_one_video(annotations, names, frames, words):
+    def renamed(content):
+        for image, name in zip(content["images"], names, strict=True):
+            image["file_name"] = name
+
+    path = annotations(renamed, [1, 2])
     if words is None:
         assert read(path).frame_index.tolist() == frames
     else:

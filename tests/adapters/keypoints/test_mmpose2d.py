@@ -64,23 +64,21 @@ def test_3d_output_is_refused(path):
         mmpose2d.read(path)
 
 
-@pytest.mark.parametrize("count", [0, 1, 16])
-def test_scores_that_do_not_fit(path, count):
-    def shorten(frames):
-        frames[1]["instances"][0]["keypoint_scores"] = [0.5] * count
-
-    with pytest.raises(InputError, match="entry 1: expected x, y and one score of each joint"):
-        mmpose2d.read(_edited(path, shorten))
-
-
 @pytest.mark.parametrize(
-    "keypoints", [[], [1.0], [[1.0, 2.0], [3.0]], [["a", "b"]], {"x": 1}, None, [[1e999, 2]]]
+    ("what", "values", "words"),
+    [
+        *(("keypoint_scores", [0.5] * n, ": expected x, y and one score of each joint") for n in (0, 1, 16)),
+        *(
+            ("keypoints", other, "")
+            for other in ([], [1.0], [[1.0, 2.0], [3.0]], [["a", "b"]], {"x": 1}, None, [[1e999, 2]])
+        ),
+    ],
 )
-def test_keypoints_of_another_form(path, keypoints):
+def test_scores_that_do_not_fit_and_keypoints_of_another_form(path, what, values, words):
     def spoil(frames):
-        frames[1]["instances"][0]["keypoints"] = keypoints
+        frames[1]["instances"][0][what] = values
 
-    with pytest.raises(InputError, match="entry 1"):
+    with pytest.raises(InputError, match=f"entry 1{words}"):
         mmpose2d.read(_edited(path, spoil))
 
 

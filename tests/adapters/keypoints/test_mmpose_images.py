@@ -36,18 +36,15 @@ def test_3d(tmp_path, facing_camera):
         mmpose3d.read(tmp_path)
 
 
-def test_names_without_a_number(folder):
+def test_names_without_a_number_or_of_two_videos(folder):
     first = min((folder / "predictions").iterdir())
-    first.rename(first.with_name("walk.json"))
-    with pytest.raises(InputError, match="numbered by its video frame"):
-        mmpose2d.read(folder)
-
-
-def test_two_videos_in_one_folder(folder):
-    first = min((folder / "predictions").iterdir())
-    first.with_name("run_000003.json").write_bytes(first.read_bytes())
-    with pytest.raises(InputError, match=r"run_000003\.json and walk2_000003\.json"):
-        mmpose2d.read(folder)
+    for name, words in (
+        ("run_000003.json", r"run_000003\.json and walk2_000003\.json"),
+        ("walk.json", "numbered by its video frame"),
+    ):
+        first.with_name(name).write_bytes(first.read_bytes())
+        with pytest.raises(InputError, match=words):
+            mmpose2d.read(folder)
 
 
 @pytest.mark.parametrize("content", ["{}", "[1]", '[{"keypoints": [[1, 2]], "image_id": 3}]', "[[", "null"])

@@ -106,16 +106,17 @@ def test_a_file_that_does_not_belong_there_is_named(write, moving, name, content
         read(folder)
 
 
-def test_files_without_a_number_are_refused(tmp_path):
-    (tmp_path / "front_keypoints.json").write_text('{"people": []}')
-    with pytest.raises(InputError, match=r"a frame's number in the name.*got front_keypoints\.json"):
-        openpose.read(tmp_path)
-
-
-def test_nobody(tmp_path):
-    (tmp_path / "walk_000000000000_keypoints.json").write_text('{"version": 1.3, "people": []}')
-    with pytest.raises(InputError, match="no person was found"):
-        read(tmp_path)
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("front", r"a frame's number in the name.*got front_keypoints\.json"),
+        ("walk_000000000000", "no person was found"),
+    ],
+)
+def test_files_without_a_number_or_a_person_are_refused(tmp_path, name, words):
+    (tmp_path / f"{name}_keypoints.json").write_text('{"version": 1.3, "people": []}')
+    with pytest.raises(InputError, match=words):
+        read(tmp_path, "openpose")
 
 
 def test_not_a_folder_of_such_files(tmp_path):

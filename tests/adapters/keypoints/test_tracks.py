@@ -37,21 +37,16 @@ def test_one_person_stays_one_over_any_gap(write, moving):
     np.testing.assert_array_equal(people["0"].frame_index, frames)
 
 
-@pytest.mark.parametrize(("step", "names"), [(0.4, ["0", "1"]), (0.6, ["0", "1", "2"])])
-def test_reach_is_half_the_body(write, moving, step, names):
-    _, points = moving(17, [0, 0], number=1)
-    size = np.linalg.norm(np.ptp(points[0, :, :2], axis=0))
-    points[1, :, 0] += step * size
-    people = _people(write, "coco_results", moving(17, [0, 1]), (np.array([0, 1]), points))
-    assert list(people) == names
-
-
-def test_size_is_that_of_the_larger_sighting(write, moving):
+@pytest.mark.parametrize(
+    ("step", "seen", "names"), [(0.4, 17, ["0", "1"]), (0.6, 17, ["0", "1", "2"]), (0.3, 3, ["0", "1"])]
+)
+def test_reach_is_half_the_body_of_the_larger_sighting(write, moving, step, seen, names):
     """A head alone is small, but the body that it belongs to is not."""
     _, points = moving(17, [0, 0], number=1)
-    points[1, :, 0] += 0.3 * np.linalg.norm(np.ptp(points[0, :, :2], axis=0))
-    points[1, 3:] = 0
-    assert list(_people(write, "coco_results", moving(17, [0, 1]), (np.array([0, 1]), points))) == ["0", "1"]
+    points[1, :, 0] += step * np.linalg.norm(np.ptp(points[0, :, :2], axis=0))
+    points[1, seen:] = 0
+    people = _people(write, "coco_results", moving(17, [0, 1]), (np.array([0, 1]), points))
+    assert list(people) == names
 
 
 def test_joints_seen_both_times_count(write, moving):

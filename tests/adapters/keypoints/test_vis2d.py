@@ -14,20 +14,21 @@ def test_row_of_zeros_is_a_frame_without_a_person(write, moving):
     np.testing.assert_array_equal(np.isnan(poses.joints).all(axis=(1, 2)), [0, 0, 0, 1, 1, 0, 0])
 
 
-@pytest.mark.parametrize("shape", [(12, 17, 3), (1, 12, 17, 4), (1, 12, 16, 2), (12, 17, 2), (17, 2)])
-def test_other_shapes_are_not_its_own(tmp_path, shape):
+@pytest.mark.parametrize(
+    ("key", "shape", "words"),
+    [
+        *(
+            ("reconstruction", shape, "expected an array of shape")
+            for shape in ((12, 17, 3), (1, 12, 17, 4), (1, 12, 16, 2), (12, 17, 2), (17, 2))
+        ),
+        ("positions_2d", (1, 12, 17, 2), r"'reconstruction'.*positions_2d"),
+    ],
+)
+def test_other_shapes_and_keys_are_not_its_own(tmp_path, key, shape, words):
     path = tmp_path / "keypoints.npz"
-    np.savez(path, reconstruction=np.ones(shape, np.float32))
+    np.savez(path, **{key: np.ones(shape, np.float32)})
     assert not vis2d.sniff(path)
-    with pytest.raises(InputError, match="expected an array of shape"):
-        vis2d.read(path)
-
-
-def test_other_key(tmp_path):
-    path = tmp_path / "keypoints.npz"
-    np.savez(path, positions_2d=np.ones((1, 12, 17, 2)))
-    assert not vis2d.sniff(path)
-    with pytest.raises(InputError, match=r"'reconstruction'.*positions_2d"):
+    with pytest.raises(InputError, match=words):
         vis2d.read(path)
 
 

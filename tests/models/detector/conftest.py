@@ -5,12 +5,12 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-import onnx
 import pytest
-from onnx import TensorProto, helper, numpy_helper
+from onnx import TensorProto, helper
 
 from commands import pcnet3d, recipe_of
 from golden.films import film_of
+from golden.networks import save_graph
 from pcnet3d.adapters.video import read
 from pcnet3d.pipeline import Video
 from pcnet3d.pipeline.core.layouts import COCO17
@@ -35,20 +35,6 @@ def joints_of(box: Box) -> np.ndarray:
     return corners.mean(axis=0) + BODY * np.ptp(corners, axis=0) / 2
 
 
-def save_graph(path: Path, nodes: list, inputs: dict, outputs: dict, constants: dict | None = None) -> Path:
-    """An .onnx file. inputs, outputs: (type, shape) by name; constants: arrays by name."""
-
-    def values(entries: dict) -> list:
-        return [helper.make_tensor_value_info(name, kind, shape) for name, (kind, shape) in entries.items()]
-
-    held = [numpy_helper.from_array(np.asarray(array), name) for name, array in (constants or {}).items()]
-    graph = helper.make_graph(nodes, "toy", values(inputs), values(outputs), held)
-    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=8)
-    onnx.checker.check_model(model)
-    onnx.save(model, path)
-    return path
-
-
 def constant_graph(path: Path, shape: Sequence[int], answers: dict[str, np.ndarray]) -> Path:
     """A network whose outputs are always the same, for a float input of that shape."""
     constants, nodes = {}, []
@@ -57,7 +43,7 @@ def constant_graph(path: Path, shape: Sequence[int], answers: dict[str, np.ndarr
         nodes.append(helper.make_node("Identity", [f"{name}_0"], [name]))
     kinds = {"f": TensorProto.FLOAT, "i": TensorProto.INT64}
     outputs = {name: (kinds[answer.dtype.kind], answer.shape) for name, answer in answers.items()}
-    return save_graph(path, nodes, {"input": (TensorProto.FLOAT, shape)}, outputs, constants)
+    return save_graph(path, nodes, {"input": shape}, outputs, constants)
 
 
 def save_toy(path: Path, kind: int = TensorProto.UINT8, side: int = 192) -> Path:
@@ -108,8 +94,8 @@ def save_toy(path: Path, kind: int = TensorProto.UINT8, side: int = 192) -> Path
         node("Unsqueeze", ["score", "last"], ["s"]),
         node("Concat", ["y", "x", "s"], ["output"], axis=3),
     ]
-    outputs = {"output": (TensorProto.FLOAT, (1, 1, 17, 3))}
-    return save_graph(path, nodes, {"input": (kind, (1, side, side, 3))}, outputs, constants)
+    inputs = {"input": (kind, (1, side, side, 3))}
+    return save_graph(path, nodes, inputs, {"output": (1, 1, 17, 3)}, constants)
 
 
 @pytest.fixture(scope="session")

@@ -138,12 +138,6 @@ def test_interrupted_before_anybody_was_found(film, toys, toy, quick, tmp_path, 
     assert not (tmp_path / "out").exists()
 
 
-def test_resume_without_an_interrupted_run(walk_film, toy, tmp_path, call):
-    code, said = call(walk_film.path, "--detector", toy, "-o", tmp_path / "out", "--resume")
-    assert code == 2
-    assert "There is no interrupted run in" in said
-
-
 def test_resume_with_another_video(walk_film, film, toys, toy, quick, tmp_path, call):
     words = ("--detector", toy, "--recipe", quick, "-o", tmp_path / "out")
     assert call(walk_film.path, *words)[0] == 0
@@ -202,10 +196,17 @@ def test_a_detector_of_another_kind(walk_film, toys, tmp_path, call):
     assert not (tmp_path / "out").exists()
 
 
-def test_neither_file_nor_name(walk_film, tmp_path, call):
-    code, said = call(walk_film.path, "--detector", "movenett", "-o", tmp_path / "out")
+@pytest.mark.parametrize(
+    ("detector", "more", "words"),
+    [
+        ("movenett", (), "no detector 'movenett'; did you mean movenet or movenet-thunder?"),
+        (None, ("--resume",), "There is no interrupted run in"),
+    ],
+)
+def test_neither_a_detector_nor_a_run_of_that_name(walk_film, toy, tmp_path, call, detector, more, words):
+    code, said = call(walk_film.path, "--detector", detector or toy, "-o", tmp_path / "out", *more)
     assert code == 2
-    assert "no detector 'movenett'; did you mean movenet or movenet-thunder?" in said
+    assert words in said
 
 
 @pytest.mark.parametrize("limit", [1_000, 12_000])

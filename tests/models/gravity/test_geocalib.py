@@ -2,10 +2,10 @@
 
 import cv2
 import numpy as np
-import onnx
 import pytest
-from onnx import TensorProto, helper, numpy_helper
+from onnx import helper
 
+from golden.networks import save_graph
 from pcnet3d.models.common.download import GEOCALIB
 from pcnet3d.models.gravity.geocalib import Fields, network_input, up_from_fields, up_from_network
 from pcnet3d.models.gravity.lines import tangent
@@ -155,9 +155,8 @@ def toy(
     """A network that reads the fields out of the image's colours: up in red and green, the latitude's sine in blue."""
     node, name = helper.make_node, dict(zip(("up", "sure", "latitude", "surer"), names, strict=True))
     ints = {"0": [0], "2": [2], "3": [3], "axis": [1]}
-    held = [numpy_helper.from_array(np.array(value, np.int64), key) for key, value in ints.items()]
-    scalars = {"two": 2.0, "one": 1.0, "nothing": 0.0, "most": 0.9999}
-    held += [numpy_helper.from_array(np.float32(value), key) for key, value in scalars.items()]
+    held = {key: np.array(value, np.int64) for key, value in ints.items()}
+    held |= {"two": np.float32(2), "one": np.float32(1), "nothing": np.float32(0), "most": np.float32(0.9999)}
     nodes = [
         node("Mul", ["image", "two"], ["doubled"]),
         node("Sub", ["doubled", "one"], ["signed"]),
@@ -171,19 +170,11 @@ def toy(
         node("Squeeze", ["ones", "axis"], [name["surer"]]),
     ]
     shape = (1, 3, side or "height", side or "width")
-    outputs = [
-        helper.make_tensor_value_info(name[key], TensorProto.FLOAT, dims)
-        for key, dims in (
-            ("up", (1, 2 * wide, None, None)),
-            ("sure", (1, None, None)),
-            ("latitude", (1, 1, None, None)),
-            ("surer", (1, None, None)),
-        )
-    ]
-    inputs = [helper.make_tensor_value_info("image", TensorProto.FLOAT, shape)]
-    graph = helper.make_graph(nodes, "toy", inputs, outputs, held)
-    onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=8), path)
-    return path
+    outputs = {
+        name["up"]: (1, 2 * wide, None, None), name["sure"]: (1, None, None),
+        name["latitude"]: (1, 1, None, None), name["surer"]: (1, None, None),
+    }  # fmt: skip
+    return save_graph(path, nodes, {"image": shape}, outputs, held)
 
 
 def coloured(up: np.ndarray, focal_px: float, size) -> np.ndarray:
@@ -241,13 +232,10 @@ def test_answers_of_other_shapes_are_refused(name, answer, words, tmp_path):
         "latitude_field": np.zeros((1, 1, 320, 416)), "latitude_confidence": np.ones((1, 320, 416)),
     }  # fmt: skip
     answers = {key: value.astype(np.float32) for key, value in (good | {name: answer}).items()}
-    held = [numpy_helper.from_array(value, f"{key}_0") for key, value in answers.items()]
+    held = {f"{key}_0": value for key, value in answers.items()}
     nodes = [helper.make_node("Identity", [f"{key}_0"], [key]) for key in answers]
-    inputs = [helper.make_tensor_value_info("image", TensorProto.FLOAT, (1, 3, "h", "w"))]
-    outputs = [helper.make_tensor_value_info(k, TensorProto.FLOAT, v.shape) for k, v in answers.items()]
-    graph = helper.make_graph(nodes, "toy", inputs, outputs, held)
-    path = tmp_path / "toy.onnx"
-    onnx.save(helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=8), path)
+    outputs = {key: value.shape for key, value in answers.items()}
+    path = save_graph(tmp_path / "toy.onnx", nodes, {"image": (1, 3, "h", "w")}, outputs, held)
     with pytest.raises(InputError, match=words):
         up_from_network([np.zeros((480, 640, 3), np.uint8)], path)
 

@@ -18,7 +18,9 @@ from pcnet3d.pipeline.core.layouts import COCO17, COCO23, FEET, MHR70
 from pcnet3d.pipeline.reading.load import read_video
 
 onnx = pytest.importorskip("onnx")
-from onnx import TensorProto, helper, numpy_helper  # noqa: E402
+from onnx import TensorProto, helper  # noqa: E402
+
+from golden.networks import save_graph  # noqa: E402
 
 SIZE = (1920, 1080)
 JOINTS = 17
@@ -27,19 +29,9 @@ RTMW3D_NAMES = ("output", "1554", "1556")  # as the published file calls x, y an
 RTMW3D_BINS = (576, 768, 576)
 
 
-def save(path: Path, nodes, inputs, outputs, weights, metadata=()) -> str:
-    """The graph as a file. inputs, outputs: shapes by name."""
-    entries = [
-        [helper.make_tensor_value_info(name, TensorProto.FLOAT, shape) for name, shape in shapes.items()]
-        for shapes in (inputs, outputs)
-    ]
-    constants = [numpy_helper.from_array(value, name) for name, value in weights.items()]
-    graph = helper.make_graph(nodes, "toy", *entries, constants)
-    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=9)
-    helper.set_model_props(model, dict(metadata))
-    onnx.checker.check_model(model)
-    onnx.save(model, path)
-    return str(path)
+def save(path: Path, *graph) -> str:
+    """The file of such a graph, as a user names it."""
+    return str(save_graph(path, *graph))
 
 
 @pytest.fixture

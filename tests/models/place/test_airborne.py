@@ -77,6 +77,21 @@ def filmed(world: np.ndarray, time_s: np.ndarray, noise_px: float = 0.0, unit: f
     )
 
 
+def run(take: Take) -> Take:
+    return Measures()(Angles()(Trajectories()(Scale()(take))))
+
+
+def told_jumps(take: Take) -> dict:
+    return nested(run(take).measures)["jumps"]
+
+
+def without(take: Take, *which) -> Take:
+    """With these rows and joints of LEVEL missing."""
+    joints = np.array(take.rectified.level.joints)
+    joints[which] = np.nan
+    return take.with_(rectified=replace(take.rectified, level=take.rectified.level.with_(joints=joints)))
+
+
 def of_an_unknown_camera(take: Take) -> Take:
     """The same before a camera of which nothing was told, nor seen in the images."""
     return take.with_(told=replace(take.told, camera=None, gravity=None))
@@ -183,7 +198,7 @@ def test_of_a_jump_that_the_take_begins_or_ends_in_a_part_was_seen(seen, outcome
     world, time_s = jumping((1.5,), fps)
     rows = {"fall": time_s >= 1.5, "rise": time_s <= 1.5, "floor": time_s > 1.8}[seen]
     take = filmed(world[rows], time_s[rows], noise_px)
-    jumps = nested(Measures()(Angles()(Trajectories()(Scale()(take)))).measures)["jumps"]
+    jumps = told_jumps(take)
     assert (jumps["outcome"], jumps["count"]) == (outcome, 0)
 
 
@@ -198,10 +213,8 @@ def test_none_and_cannot_be_told_are_two_things():
 
 def test_ankles_that_nobody_saw_leave_the_floor_unknown():
     take = filmed(*jumping())
-    joints = np.array(take.rectified.level.joints)
-    joints[(take.poses.times > 1.15) & (take.poses.times < 1.35), H36M17.index("r_ankle")] = np.nan
-    lost = replace(take.rectified, level=take.rectified.level.with_(joints=joints))
-    (found,) = airborne(take.with_(rectified=lost)).flights
+    rows = (take.poses.times > 1.15) & (take.poses.times < 1.35)
+    (found,) = airborne(without(take, rows, H36M17.index("r_ankle"))).flights
     assert found.apex_s == pytest.approx(3.0, abs=0.02)
 
 
@@ -223,7 +236,7 @@ def test_hops_that_are_too_brief_to_tell_make_a_count_at_least():
     assert len(found.flights) == 1
     ((begin, end),) = found.uncertain
     assert 2.8 < begin < 3.0 < end < 3.2
-    done = Measures()(Angles()(Trajectories()(Scale()(take))))
+    done = run(take)
     jumps = nested(done.measures)["jumps"]
     assert (jumps["count"], bool(jumps["count_reason"])) == (1, True)
     assert "umped at least once (" in answer(done)[0]
@@ -238,7 +251,7 @@ def test_hops_that_are_too_brief_to_tell_are_not_denied(fps, noise_px):
     found = airborne(take)
     assert found.flights == ()
     assert [round((begin + end) / 2, 1) for begin, end in found.brief] == [1.5, 3.0]
-    jumps = nested(Measures()(Angles()(Trajectories()(Scale()(take)))).measures)["jumps"]
+    jumps = told_jumps(take)
     assert (jumps["outcome"], jumps["count"]) == (CANNOT_BE_TOLD, 0)
 
 
@@ -277,7 +290,7 @@ def test_more_flights_are_surer_up_to_what_they_share():
 def test_rebounds_have_the_time_on_the_floor_between():
     apexes_s = (1.5, 2.4, 6.0)  # in the air for 0.49 s each
     take = filmed(*jumping(apexes_s), noise_px=2.0, stature_m=STATURE_M)
-    jumps = nested(Measures()(Angles()(Trajectories()(Scale()(take)))).measures)["jumps"]
+    jumps = told_jumps(take)
     assert jumps["count"] == 3
     assert jumps["contact_time_s"] == [None, pytest.approx(0.9 - 0.495, abs=0.06)]  # before the second jump
     assert jumps["height_by_flight_time_cm"] == pytest.approx([30, 30, 30], abs=4)
@@ -285,10 +298,6 @@ def test_rebounds_have_the_time_on_the_floor_between():
     assert jumps["take_off_feet"] == [2, 2, 2]
     for figure in ("flight_time_error_s", "height_by_flight_time_error_cm", "jump_height_error"):
         assert min(jumps[figure]) > 0
-
-
-def told_jumps(take: Take) -> dict:
-    return nested(Measures()(Angles()(Trajectories()(Scale()(take)))).measures)["jumps"]
 
 
 @pytest.mark.parametrize(("fps", "outcome"), [(15.0, CANNOT_BE_TOLD), (25.0, NONE), (29.97, NONE)])
@@ -309,18 +318,12 @@ def test_what_so_few_frames_do_not_show_is_not_denied(fps, outcome):
 def test_what_is_not_seen_is_not_denied_unless_a_foot_stands(joints, from_s, outcome):
     """The legs were out of the image for the second half of a walk, and the page said that there were no jumps."""
     take = filmed(*squats())
-    hidden = np.array(take.rectified.level.joints)
     rows = np.flatnonzero(take.poses.times >= from_s)
-    hidden[np.ix_(rows, H36M17.indices(joints))] = np.nan
-    level = take.rectified.level.with_(joints=hidden)
-    jumps = told_jumps(take.with_(rectified=replace(take.rectified, level=level)))
+    jumps = told_jumps(without(take, *np.ix_(rows, H36M17.indices(joints))))
     assert (jumps["outcome"], jumps["count"]) == (outcome, 0)
 
 
 def test_jumps_are_the_least_where_some_are_not_seen():
     take = filmed(*jumping((1.5, 4.0)))
-    hidden = np.array(take.rectified.level.joints)
-    hidden[(take.poses.times > 3.2) & (take.poses.times < 4.8)] = np.nan
-    level = take.rectified.level.with_(joints=hidden)
-    jumps = told_jumps(take.with_(rectified=replace(take.rectified, level=level)))
+    jumps = told_jumps(without(take, (take.poses.times > 3.2) & (take.poses.times < 4.8)))
     assert (jumps["count"], bool(jumps["count_reason"])) == (1, True)

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.camera import aimed, camera_poses
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.place.path import pelvis_path
 from pcnet3d.models.place.smoothing import covariances, smoothed
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
@@ -17,11 +16,6 @@ from pcnet3d.pipeline.core.rotations import is_finite
 SIZE = (1280, 720)
 FOCAL = 900.0
 LENS = Camera(SIZE, FOCAL, 0.0, "told")
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker(seconds=6)
 
 
 @pytest.fixture(scope="module")

@@ -137,17 +137,14 @@ def test_the_method_names_the_weights(exported):
 
 def test_other_files_are_refused(tmp_path):
     onnx = pytest.importorskip("onnx", reason="needs onnx, the extra 'train'")
+    from golden.networks import save_graph
+
     with pytest.raises(InputError, match=r"none\.onnx"):
         PCNetRectifier(tmp_path / "none.onnx")
     (tmp_path / "text.onnx").write_text("not a network")
     with pytest.raises(InputError, match=r"text\.onnx"):
         PCNetRectifier(tmp_path / "text.onnx")
-    x = onnx.helper.make_tensor_value_info("features", onnx.TensorProto.FLOAT, ["batch", 72])
-    y = onnx.helper.make_tensor_value_info("joints", onnx.TensorProto.FLOAT, ["batch", 72])
-    graph = onnx.helper.make_graph(
-        [onnx.helper.make_node("Identity", ["features"], ["joints"])], "g", [x], [y]
-    )
-    model = onnx.helper.make_model(graph, opset_imports=[onnx.helper.make_opsetid("", 18)], ir_version=9)
-    onnx.save(model, str(tmp_path / "lifter.onnx"))
+    nodes = [onnx.helper.make_node("Identity", ["features"], ["joints"])]
+    save_graph(tmp_path / "lifter.onnx", nodes, {"features": ["batch", 72]}, {"joints": ["batch", 72]})
     with refused("wrong-network"):
         PCNetRectifier(tmp_path / "lifter.onnx")

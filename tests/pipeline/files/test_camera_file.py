@@ -49,24 +49,27 @@ def test_a_fisheye_is_known_as_one(written, tmp_path):
     assert read_camera(path).fisheye
 
 
-def test_the_message_of_ros_is_read_as_well(tmp_path):
+@pytest.mark.parametrize(
+    ("head", "distortion", "k", "tail"),
+    [
+        (
+            "header:\n  seq: 5\n  frame_id: left\n",
+            (-0.2, 0.1, 0, 0, 0),
+            "K",
+            "binning_x: 0\n---\nheight: 1\n",
+        ),
+        ("", (), "k", ""),  # as ROS 2 says that there is none
+    ],
+)
+def test_the_message_of_ros_is_read_as_well(tmp_path, head, distortion, k, tail):
     path = tmp_path / "message.yaml"
-    numbers = ", ".join(map(str, MATRIX.ravel()))
-    head = "header:\n  seq: 5\n  frame_id: left\nheight: 720\nwidth: 1280\ndistortion_model: plumb_bob\n"
-    path.write_text(f"{head}D: [-0.2, 0.1, 0.0, 0.0, 0.0]\nK: [{numbers}]\nbinning_x: 0\n---\nheight: 1\n")
+    model = "plumb_bob" if distortion else "''"
+    bent = f"{'d' if k == 'k' else 'D'}: {list(distortion)}\n{k}: {MATRIX.ravel().tolist()}\n"
+    path.write_text(f"{head}height: 720\nwidth: 1280\ndistortion_model: {model}\n{bent}{tail}")
     camera = read_camera(path)
+    assert camera.distortion == distortion
     np.testing.assert_allclose(camera.matrix, MATRIX)
     assert camera.image_size == SIZE
-
-
-def test_a_camera_without_distortion_says_so_with_an_empty_list(tmp_path):
-    """As ROS 2 writes it."""
-    path = tmp_path / "message.yaml"
-    numbers = ", ".join(map(str, MATRIX.ravel()))
-    path.write_text(f"height: 720\nwidth: 1280\ndistortion_model: ''\nd: []\nk: [{numbers}]\n")
-    camera = read_camera(path)
-    assert camera.distortion == ()
-    np.testing.assert_allclose(camera.matrix, MATRIX)
 
 
 @pytest.mark.parametrize(

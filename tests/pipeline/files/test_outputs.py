@@ -144,15 +144,10 @@ def test_the_folder_that_one_is_in_is_refused_as_what_it_is(tmp_path, monkeypatc
         pass
 
 
-def test_a_file_in_the_way_is_refused_even_with_force(tmp_path):
-    (tmp_path / "out").write_text("x")
-    with pytest.raises(InputError, match="is a file"), whole_folder(tmp_path / "out", force=True):
-        pass
-
-
-def test_a_place_that_cannot_be_written_is_said(tmp_path):
+@pytest.mark.parametrize(("inside", "words"), [(".", "is a file"), ("out", "Cannot write")])
+def test_a_file_in_the_way_is_refused_even_with_force(tmp_path, inside, words):
     (tmp_path / "file").write_text("x")
-    with pytest.raises(InputError, match="Cannot write"), whole_folder(tmp_path / "file" / "out"):
+    with pytest.raises(InputError, match=words), whole_folder(tmp_path / "file" / inside, force=True):
         pass
 
 

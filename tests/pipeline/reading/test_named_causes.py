@@ -24,15 +24,6 @@ def bodies(facing_camera):
     return (facing_camera + noise).astype(np.float32)
 
 
-@pytest.fixture
-def save(tmp_path):
-    def saved(joints: np.ndarray):
-        np.save(tmp_path / "X.npy", joints)
-        return tmp_path / "X.npy"
-
-    return saved
-
-
 @pytest.mark.parametrize("away", [0, 4000])
 def test_millimetres(save, bodies, away):
     path = save(1000 * bodies + np.float32([0, 0, away]))

@@ -9,6 +9,7 @@ import pytest
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take, load_recipe
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.plugins.options import call
+from refusals import refused
 
 
 def written(tmp_path, text):
@@ -47,12 +48,17 @@ def test_the_default_recipe_builds_and_its_options_can_be_changed():
         ("stages = 3", ["stages"]),
         ("= nonsense", ["TOML"]),
         ("stages = []", ["stages", "at least 1"]),
+        ('extends = "other"\n[[stages]]\nuse = "clean"', ['extends = "default"', "other"]),
+        ('extend = "default"', ["extend", "did you mean extends"]),
+        ('[[stages]]\nuse = "clean"\nafter = "scale"', ["clean.after", "extends"]),
+        ('extends = "default"\n[[stages]]\nuse = "reach"\nafter = "rectfy"', ["'rectfy'", "rectify"]),
+        ('extends = "default"\n[[stages]]\nuse = "reach"', ["'reach'", "after"]),
+        ('extends = "default"', ["stages"]),
     ],
 )
 def test_a_wrong_recipe_is_refused_with_the_nearest_right_word(tmp_path, text, words):
-    with pytest.raises(InputError) as error:
+    with refused(None, *words):
         load_recipe(written(tmp_path, text)).build()
-    assert all(word in str(error.value) for word in words), error.value
 
 
 def test_a_recipe_adds_to_the_default_one(tmp_path):
@@ -79,23 +85,6 @@ max_gap_s = 0.5
     options = {entry.use: entry.options for entry in recipe.stages}
     assert options["one"] == {"side": "r"}
     assert options["clean"] == {"max_gap_s": 0.5}
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ('extends = "other"\n[[stages]]\nuse = "clean"', ['extends = "default"', "other"]),
-        ('extend = "default"', ["extend", "did you mean extends"]),
-        ('[[stages]]\nuse = "clean"\nafter = "scale"', ["clean.after", "extends"]),
-        ('extends = "default"\n[[stages]]\nuse = "reach"\nafter = "rectfy"', ["'rectfy'", "rectify"]),
-        ('extends = "default"\n[[stages]]\nuse = "reach"', ["'reach'", "after"]),
-        ('extends = "default"', ["stages"]),
-    ],
-)
-def test_what_adds_to_nothing_is_refused(tmp_path, text, words):
-    with pytest.raises(InputError) as error:
-        load_recipe(written(tmp_path, text))
-    assert all(word in str(error.value) for word in words), error.value
 
 
 def test_a_recipe_that_is_not_there(tmp_path):
@@ -153,9 +142,8 @@ def test_the_runner_runs_in_order_and_reports():
 def test_the_runner_refuses_a_chain_before_touching_data(stages, words):
     touched = []
     poses = PoseSequence(np.ones((1, 17, 3)), H36M17, CAMERA)
-    with pytest.raises(InputError) as error:
+    with refused(None, *words):
         Pipeline(stages)(Take("t", poses=poses), lambda stage, seconds: touched.append(stage))
-    assert all(word in str(error.value) for word in words)
     assert touched == []
 
 
@@ -182,9 +170,8 @@ def test_options_from_text_become_what_the_signature_asks_for():
     ],
 )
 def test_wrong_options_are_refused(options, words):
-    with pytest.raises(InputError) as error:
+    with refused(None, *words):
         call(reader, "p", what="Adapter 'x'", options=options)
-    assert all(word in str(error.value) for word in words)
 
 
 def test_unknown_names_in_the_registry_name_their_neighbours():

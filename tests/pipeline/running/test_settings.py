@@ -10,6 +10,7 @@ from pcnet3d.pipeline import InputError, Told, load_recipe
 from pcnet3d.pipeline.reading.settings import RunOptions, flag_of
 from pcnet3d.pipeline.running.plan import planned
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
+from refusals import refused
 
 VIDEO, POSES, KEYPOINTS = Path("v.mp4"), Path("p.npy"), Path("k.json")
 
@@ -152,9 +153,8 @@ def test_settings_of_reading_are_fields():
     ],
 )
 def test_a_setting_that_cannot_be_used_is_refused_with_its_reason(setting, words):
-    with pytest.raises(InputError) as refused:
+    with refused(None, *words):
         planned(RunOptions(poses=POSES, settings=[setting]))
-    assert all(word in str(refused.value) for word in words), refused.value
 
 
 @pytest.mark.parametrize(
@@ -169,9 +169,8 @@ def test_a_setting_that_cannot_be_used_is_refused_with_its_reason(setting, words
     ],
 )
 def test_a_value_of_another_type_is_one_sentence(given, words):
-    with pytest.raises(InputError) as refused:
+    with refused(None, *words):
         RunOptions(**given)
-    assert all(word in str(refused.value) for word in words), refused.value
 
 
 def test_options_do_not_change():

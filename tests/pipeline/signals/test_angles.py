@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.canonical import R_world_from_body
 from pcnet3d.pipeline.core.rotations import rotate, transpose
@@ -57,11 +56,6 @@ def below(name, parents):
 def between(a, b, degrees):
     """The direction that many degrees from a towards b, which is square to it."""
     return np.cos(np.radians(degrees)) * a + np.sin(np.radians(degrees)) * b
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker()
 
 
 @pytest.fixture(scope="module")

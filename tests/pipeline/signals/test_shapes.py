@@ -108,29 +108,32 @@ def test_keypoints_that_were_smoothed_or_shuffled_are_told(keypoints):
     assert not keypoints_movement(unseen)
 
 
-def test_poses_that_move_half_as_far_as_their_keypoints_are_told():
+def filmed_walk():
+    """Joints about the pelvis, pixels, size of the image and the camera."""
     walk = walker(seconds=4.0)
     camera = side_camera(walk)
     inside = camera.points(walk.world)
-    whole = inside - inside[:, :1]
-    points = seen(camera.project(walk.world))
-    size = (camera.width, camera.height)
+    return inside - inside[:, :1], camera.project(walk.world), (camera.width, camera.height), camera
+
+
+def halved(joints):
+    return joints.mean(axis=0) + 0.5 * (joints - joints.mean(axis=0))
+
+
+def test_poses_that_move_half_as_far_as_their_keypoints_are_told():
+    whole, pixels, size, camera = filmed_walk()
+    points = seen(pixels)
     assert not keypoints_unlike(poses(whole), points, size, camera.focal_px)
-    less = poses(whole.mean(axis=0) + 0.5 * (whole - whole.mean(axis=0)))
+    less = poses(halved(whole))
     (said,) = keypoints_unlike(less, points, size, camera.focal_px)
     assert said.code == "keypoints-not-of-poses"
     assert "times as far" in said.text
 
 
 def test_a_foot_outside_the_image_all_the_time_is_no_fault():
-    walk = walker(seconds=4.0)
-    camera = side_camera(walk)
-    inside = camera.points(walk.world)
-    pixels = camera.project(walk.world)
+    whole, pixels, size, camera = filmed_walk()
     pixels[:, H36M17.index("l_ankle")] = np.nan
-    less = inside - inside[:, :1]
-    less = less.mean(axis=0) + 0.5 * (less - less.mean(axis=0))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        (said,) = keypoints_unlike(poses(less), seen(pixels), (camera.width, camera.height), camera.focal_px)
+        (said,) = keypoints_unlike(poses(halved(whole)), seen(pixels), size, camera.focal_px)
     assert said.code == "keypoints-not-of-poses"

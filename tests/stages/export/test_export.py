@@ -7,12 +7,12 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from pcnet3d.pipeline import CAMERA, H36M17, Pipeline, PoseSequence, Take
+from golden.walks import GEOMETRIC, measured
+from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.messages import bound_in_words
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate
 from pcnet3d.pipeline.running.conclusion import trust
-from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
@@ -76,7 +76,7 @@ def test_columns_have_the_same_names_for_every_estimator(facing_camera):
     covariance = np.broadcast_to(1e-4 * np.eye(3), (12, 17, 3, 3))
     bare = metric.with_(frame=metric.frame.with_(unit="arbitrary"))
     names = [
-        list(Pipeline((Rectify("geometric"), Trajectories(), Angles()))(Take("t", poses=poses)).kinematics)
+        list(measured(poses, GEOMETRIC[:3]).kinematics)
         for poses in (metric.with_(covariance=covariance), bare)
     ]
     assert names[0] == names[1]

@@ -30,6 +30,15 @@ def test_no_repetition_within_its_noise(walk, take):
     assert nested(STAGES[3](take.with_(kinematics=vague)).measures)["arm_raises"]["right"]["count"] == 0
 
 
+def bending(walk, take, angle, deg, sd_deg=None):
+    """The take with an angle of both sides that rises to so many degrees as the knee does in the squat."""
+    bent = take.kinematics["r_knee_flexion_deg"] * walk.during("squat")
+    columns = {f"{side}_{angle}_deg": deg * bent / bent.max() for side in "rl"}
+    if sd_deg is not None:
+        columns |= {f"{side}_{angle}_sd_deg": np.full(len(walk), sd_deg) for side in "rl"}
+    return take.with_(kinematics=columns_with(take, **columns))
+
+
 def outcome(take, movement):
     return nested(STAGES[3](take).measures)[movement]["outcome"]
 
@@ -43,20 +52,14 @@ def test_what_misses_its_threshold_by_less_than_its_error_is_not_denied(
     walk, take, movement, angle, rise_deg, sd_deg, code
 ):
     """An arm that rises by 48 of the 50 degrees that count, give or take 20: "No raised arms"."""
-    squat = walk.during("squat")
-    bent = take.kinematics["r_knee_flexion_deg"] * squat
-    columns = {f"{side}_{angle}_deg": rise_deg * bent / bent.max() for side in "rl"}
-    errors = {f"{side}_{angle}_sd_deg": np.full(len(walk), sd_deg) for side in "rl"}
-    assert outcome(take.with_(kinematics=columns_with(take, **columns, **errors)), movement) == code
+    assert outcome(bending(walk, take, angle, rise_deg, sd_deg), movement) == code
 
 
 @pytest.mark.parametrize(("kind", "code"), [("measured", NONE), ("estimated", CANNOT_BE_TOLD)])
 def test_a_lifter_whose_errors_are_not_known_errs_as_others_do(walk, kind, code):
     poses = camera_poses(walk, side_camera(walk)).with_(made_by=MadeBy(kind, "another"))
     take = measured(poses)
-    bent = take.kinematics["r_knee_flexion_deg"] * walk.during("squat")
-    columns = {f"{side}_shoulder_elevation_deg": 44 * bent / bent.max() for side in "rl"}
-    assert outcome(take.with_(kinematics=columns_with(take, **columns)), "arm_raises") == code
+    assert outcome(bending(walk, take, "shoulder_elevation", 44), "arm_raises") == code
 
 
 @pytest.mark.parametrize(("kind", "code"), [("measured", NONE), ("estimated", NOT_LOOKED_FOR)])
@@ -76,12 +79,6 @@ def test_a_bend_within_its_error_of_a_squat_is_neither_said_to_be_one_nor_none(
     walk, take, depth_deg, sd_deg, told
 ):
     """Landings that bend the knees to 71 ± 22 degrees were told as squats."""
-    squat = walk.during("squat")
-    bent = take.kinematics["r_knee_flexion_deg"] * squat
-    columns = {f"{side}_knee_flexion_deg": depth_deg * bent / bent.max() for side in "rl"}
-    errors = {f"{side}_knee_flexion_sd_deg": np.full(len(walk), sd_deg) for side in "rl"}
-    bends = nested(STAGES[3](take.with_(kinematics=columns_with(take, **columns, **errors))).measures)[
-        "knee_bends"
-    ]
+    bends = nested(STAGES[3](bending(walk, take, "knee_flexion", depth_deg, sd_deg)).measures)["knee_bends"]
     assert bends["count"] == 1
     assert {"squats", "squats_reason"} & set(bends) == {told}

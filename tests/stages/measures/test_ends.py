@@ -3,22 +3,18 @@
 import numpy as np
 import pytest
 
+from golden.walks import GEOMETRIC, measured
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.angle_error.repeatability import range_sd
-from pcnet3d.pipeline import Pipeline, Take
 from pcnet3d.pipeline.core.measures import grouped
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.measures.stage import Measures
-from pcnet3d.stages.rectify import Rectify
-from pcnet3d.stages.trajectories import Trajectories
 
 
 def knee(lifter: str):
     """The walker's right knee, whose error is 3 degrees where it is bent by less than 20 and 9 above."""
-    poses = walker().poses.with_(made_by=MadeBy("estimated", lifter))
-    take = Pipeline((Rectify(rectifier="geometric"), Trajectories(), Angles()))(Take("walker", poses=poses))
+    take = measured(walker().poses.with_(made_by=MadeBy("estimated", lifter)), GEOMETRIC[:3])
     angle = take.kinematics["r_knee_flexion_deg"]
     columns = {**take.kinematics, "r_knee_flexion_sd_deg": np.where(angle < 20, 3.0, 9.0)}
     measures = grouped(Measures(repeated=("r_knee_flexion",))(take.with_(kinematics=columns)).measures)

@@ -25,12 +25,23 @@ TIMES = np.arange(0, 6, 1 / 30)
 )
 def test_landing_is_no_squat(lowest_s, count):
     jump = Flight(off_s=1.6, apex_s=1.85, land_s=2.1, fall=5.8, rise=0.18, off_feet=2, land_feet=2)
-    knee = sum(90 * np.exp(-(((TIMES - low_s) / 0.25) ** 2)) for low_s in lowest_s)
-    columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
-    still = np.zeros(len(TIMES))
-    of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
-    bends = nested(_knee_bends(of, gait, [jump], None, still)[0])
+    bends, _ = bent(dips(*lowest_s), [jump])
     assert (bends["count"], bends.get("squats", 0)) == (count, count)
+
+
+def bent(knee_deg, jumps=(), ankle=None, sd_deg=None):
+    """(figures, landings) of both knees that bend alike, of feet that stand."""
+    columns = {f"{side}_knee_flexion_deg": knee_deg for side in "rl"}
+    if sd_deg is not None:
+        columns |= {f"{side}_knee_flexion_sd_deg": np.full(len(TIMES), sd_deg) for side in "rl"}
+    of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
+    rows, landings = _knee_bends(of, gait, [*jumps], ankle, np.zeros(len(TIMES)))
+    return nested(rows), landings
+
+
+def dips(*lowest_s: float, deg: float = 90) -> np.ndarray:
+    """(T,) the angle of a knee that bends at these times."""
+    return sum(deg * np.exp(-(((TIMES - low_s) / 0.25) ** 2)) for low_s in lowest_s)
 
 
 def hopped(statures: float) -> np.ndarray:
@@ -40,11 +51,7 @@ def hopped(statures: float) -> np.ndarray:
 
 def test_a_dip_too_small_to_count_leaves_no_doubt_about_others():
     """A dip of 25 degrees behind a hop made "squatted at least once" of one squat."""
-    knee = sum(deg * np.exp(-(((TIMES - low_s) / 0.25) ** 2)) for low_s, deg in ((2.3, 25), (4.0, 90)))
-    columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
-    columns |= {f"{side}_knee_flexion_sd_deg": np.full(len(TIMES), 6.0) for side in "rl"}
-    of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
-    bends = nested(_knee_bends(of, gait, [], hopped(0.08), np.zeros(len(TIMES)))[0])
+    bends, _ = bent(dips(2.3, deg=25) + dips(4.0), ankle=hopped(0.08), sd_deg=6.0)
     assert bends["count"] == 1
     assert "count_reason" not in bends
 
@@ -61,12 +68,8 @@ def test_a_dip_too_small_to_count_leaves_no_doubt_about_others():
 def test_a_bend_that_may_be_a_landing_is_not_counted_and_not_denied(lowest_s, statures, count, doubt):
     """Jumping jacks were "squatted twice", also behind a hop that was not found. 0.045: feet that come off their
     toes."""
-    knee = sum(90 * np.exp(-(((TIMES - low_s) / 0.25) ** 2)) for low_s in lowest_s)
-    columns = {f"{side}_knee_flexion_deg": knee for side in "rl"}
-    of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
     ankle = np.where((TIMES > 1.2) & (TIMES < 1.3), np.nan, hopped(statures))
-    rows, landings = _knee_bends(of, gait, [], ankle, np.zeros(len(TIMES)))
-    bends = nested(rows)
+    bends, landings = bent(dips(*lowest_s), ankle=ankle)
     assert bends["count"] == count
     assert {"reason", "count_reason"} & bends.keys() == doubt
     jumped = nested(with_outcome("jumps", jumps(Airborne(), [], [], [], None, landings), 6.0))

@@ -3,34 +3,27 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.angle_error.joint_noise import shipped_noise
+from golden.virtual import lifted, walked
+from golden.walks import JUDGED, measured
 from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.models.lab.mocap.clips import read_clips
-from pcnet3d.models.lab.synthetic.cameras import TYPICAL
 from pcnet3d.models.lifter.builtin import lift
-from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence, Take
-from pcnet3d.pipeline.core.anthropometry import implied_stature
-from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence
 from pcnet3d.pipeline.core.measures import nested
-from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.reading.mocap.clip import Clip
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
-from pcnet3d.stages.scale import scale
 from pcnet3d.stages.trajectories import Trajectories
 
 STAGES = (Rectify(), Trajectories(), Angles(), Measures())
-JUDGED = MadeBy("estimated", shipped_noise().lifter)  # as the stage `lift` says
 _90 = 1.645  # standard deviations
 _OBLIQUE = (0.4, 0.9)  # cosine between where the person faces and the camera's axis
 
 
 def measures_of_truth(clip):
     poses = PoseSequence(clip.joints, H36M17, Z_UP, time_s=np.arange(len(clip)) / clip.fps)
-    return nested(Pipeline(STAGES)(Take(clip.name, poses=poses)).measures)
+    return nested(measured(poses, STAGES).measures)
 
 
 @pytest.mark.data
@@ -42,13 +35,9 @@ def test_a_difference_of_step_lengths_is_as_uncertain_as_is_stated_from_oblique_
             continue
         true = measures_of_truth(clip)["walking"]
         for seed in range(4):
-            seen = see(clip, seed, views=TYPICAL)
+            take, seen = lifted(clip, seed, JUDGED)
             if not _OBLIQUE[0] < np.abs(seen.R_camera_from_body[:, 2, 0]).mean() < _OBLIQUE[1]:
                 continue
-            camera = Camera(seen.image_size, seen.focal_px, 0.02 * seen.focal_px, "told")
-            lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
-            poses = scale(lifted, implied_stature(clip.joints))[0].with_(made_by=JUDGED)
-            take = Take(clip.name, keypoints=seen.keypoints, camera=camera, poses=poses)
             found = nested(Pipeline((Place(), *STAGES))(take).measures)["walking"]
             key = "step_length_symmetry_index_percent"
             if key in found and key in true:
@@ -60,8 +49,7 @@ def test_a_difference_of_step_lengths_is_as_uncertain_as_is_stated_from_oblique_
 def test_durations_of_lifted_squats_and_raises_are_as_uncertain_as_is_stated():
     """One squat and two raises of each arm, from eight sides: what a lifter has wrong of a posture it has wrong every
     time."""
-    walk = walker(seconds=12)
-    clip = Clip("walker", "w", "own", walk.fps, walk.world.astype(np.float32))
+    clip = walked(seconds=12)
 
     def durations(measures):
         raises = measures["arm_raises"]
@@ -74,10 +62,8 @@ def test_durations_of_lifted_squats_and_raises_are_as_uncertain_as_is_stated():
     off = []
     for seed in range(8):
         seen = see(clip, seed)
-        lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
-        found = durations(
-            nested(Pipeline(STAGES)(Take("lifted", poses=lifted.with_(made_by=JUDGED))).measures)
-        )
+        poses = lift(seen.keypoints, seen.image_size, seen.focal_px).with_(made_by=JUDGED)
+        found = durations(nested(measured(poses, STAGES).measures))
         assert all(0.05 < error < 0.6 * mean for mean, error in found)
         off += [(a - b) / error for (a, error), (b, _) in zip(found, true, strict=True)]
     assert np.mean(np.abs(off) <= _90) >= 0.85

@@ -200,16 +200,24 @@ def test_a_gap_in_the_squat_is_counted_as_missing_and_no_squat(walk, without):
     assert found["knee_bends"]["reason"] == f"not seen from {begin:.2f} to {end:.2f} s"
 
 
-def test_a_gap_that_cuts_one_of_several_squats_is_told(walk):
+@pytest.fixture
+def squats(walk):
+    """Four squats that are alike."""
+    joints = np.concatenate([walk.poses.joints[np.flatnonzero(walk.during("squat"))]] * 4)
+    return PoseSequence(joints, H36M17, Z_UP, time_s=np.arange(len(joints)) / 30)
+
+
+def without_hip(poses, rows):
+    joints = poses.joints.copy()
+    joints[rows, H36M17.index("r_hip")] = np.nan
+    return poses.with_(joints=joints)
+
+
+def test_a_gap_that_cuts_one_of_several_squats_is_told(squats):
     """Four squats, the third without a hip for 0.9 s: three, of which nobody can say that they were all."""
-    rows = np.flatnonzero(walk.during("squat"))
-    joints = np.concatenate([walk.poses.joints[rows]] * 4)
-    whole = PoseSequence(joints, H36M17, Z_UP, time_s=np.arange(len(joints)) / 30)
-    assert {"count": 4, "squats": 4}.items() <= nested(measured(whole).measures)["knee_bends"].items()
-    middle = 2 * len(rows) + len(rows) // 2
-    cut = joints.copy()
-    cut[middle - 13 : middle + 14, H36M17.index("r_hip")] = np.nan
-    take = measured(whole.with_(joints=cut))
+    assert {"count": 4, "squats": 4}.items() <= nested(measured(squats).measures)["knee_bends"].items()
+    middle = 2 * len(squats) // 4 + len(squats) // 8
+    take = measured(without_hip(squats, slice(middle - 13, middle + 14)))
     found = nested(take.measures)["knee_bends"]
     begin, end = (middle - 14) / 30, (middle + 14) / 30
     assert found["count"] == 3
@@ -220,16 +228,11 @@ def test_a_gap_that_cuts_one_of_several_squats_is_told(walk):
     assert f"There may be more: {found['count_reason']}." in happened(take.measures, "m")
 
 
-def test_means_are_of_the_repetitions_that_were_seen_whole(walk):
+def test_means_are_of_the_repetitions_that_were_seen_whole(squats):
     """Of four squats that are alike a gap hides how the third began: what was left of it counted as a whole one."""
-    rows = np.flatnonzero(walk.during("squat"))
-    joints = np.concatenate([walk.poses.joints[rows]] * 4)
-    poses = PoseSequence(joints, H36M17, Z_UP, time_s=np.arange(len(joints)) / 30)
-    whole = nested(measured(poses).measures)["knee_bends"]
+    whole = nested(measured(squats).measures)["knee_bends"]
     begins = round(30 * whole["start_s"][2])
-    cut = joints.copy()
-    cut[begins - 3 : begins + 9, H36M17.index("r_hip")] = np.nan
-    found = nested(measured(poses.with_(joints=cut)).measures)["knee_bends"]
+    found = nested(measured(without_hip(squats, slice(begins - 3, begins + 9))).measures)["knee_bends"]
     assert found["count"] == len(found["peak_deg"]) == 4
     assert found["mean_rise_deg"] == pytest.approx(whole["mean_rise_deg"], abs=1)
     assert found["mean_duration_s"] == pytest.approx(whole["mean_duration_s"], abs=0.02)

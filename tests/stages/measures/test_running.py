@@ -2,19 +2,13 @@
 
 import pytest
 
-from pcnet3d.models.lab.evaluation.testbed import see
+from golden.virtual import lifted
 from pcnet3d.models.lab.mocap.clips import read_clips
-from pcnet3d.models.lab.synthetic.cameras import TYPICAL
-from pcnet3d.models.lifter.builtin import lift
-from pcnet3d.pipeline import Take
-from pcnet3d.pipeline.core.anthropometry import implied_stature
-from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
-from pcnet3d.stages.scale import scale
 from pcnet3d.stages.trajectories import Trajectories
 
 pytestmark = pytest.mark.data
@@ -25,11 +19,7 @@ TRUE_STEP_S, TRUE_MPS, TRUE_FLIGHT_S = 0.33, 4.94, 0.15
 def running(request):
     """`measures.walking`, from three sides."""
     (clip,) = (clip for clip in read_clips("val") if clip.name == "accad-m1_run")
-    seen = see(clip, request.param, views=TYPICAL)
-    camera = Camera(seen.image_size, seen.focal_px, 0.02 * seen.focal_px, "told")
-    lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
-    poses = scale(lifted, implied_stature(clip.joints))[0]
-    take = Take("run", keypoints=seen.keypoints, camera=camera, poses=poses)
+    take, _ = lifted(clip, request.param)
     for stage in (Place(), Rectify(), Trajectories(), Angles(), Measures()):
         take = stage(take)
     return nested(take.measures)["walking"]

@@ -60,10 +60,16 @@ def test_what_moves_before_a_rise_is_no_part_of_it():
     assert one.rise == pytest.approx(130, rel=0.05)
 
 
-def test_a_hold_is_no_repetition():
-    held = 10 + 100 * np.clip(np.minimum(TIMES - 2, 9 - TIMES), 0, 1)
-    columns = Columns({"x_deg": held}, TIMES, (), False)
-    found = nested(repeats(columns, "knee_flexion", held, np.full(len(TIMES), np.nan), _BEND, []))
+@pytest.fixture
+def held():
+    """Figures of an angle that is held from 3 to 8 s."""
+    x = 10 + 100 * np.clip(np.minimum(TIMES - 2, 9 - TIMES), 0, 1)
+    columns = Columns({"x_deg": x}, TIMES, (), False)
+    return repeats(columns, "knee_flexion", x, np.full(len(TIMES), np.nan), _BEND, [])
+
+
+def test_a_hold_is_no_repetition(held):
+    found = nested(held)
     assert found["count"] == 0
     assert found["holds"]["count"] == 1
     assert found["holds"]["start_s"][0] == pytest.approx(2, abs=0.05)
@@ -114,11 +120,8 @@ def test_a_lifted_raise_that_may_be_a_punch_is_not_counted_and_not_denied(width_
     assert ("reason" in told) == doubt
 
 
-def test_a_take_with_only_a_hold_says_so():
-    held = 10 + 100 * np.clip(np.minimum(TIMES - 2, 9 - TIMES), 0, 1)
-    columns = Columns({"x_deg": held}, TIMES, (), False)
-    rows = repeats(columns, "knee_flexion", held, np.full(len(TIMES), np.nan), _BEND, [])
-    bends = with_outcome("knee_bends", rows, 12.0)
+def test_a_take_with_only_a_hold_says_so(held):
+    bends = with_outcome("knee_bends", held, 12.0)
     assert nested(bends)["outcome"] == SEEN
     poses = PoseSequence(np.zeros((31, 17, 3)), H36M17, CAMERA, time_s=np.arange(31) / 10)
     said = answer(Take("take", poses=poses, measures=tuple(within("knee_bends", bends))))

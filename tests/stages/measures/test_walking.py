@@ -241,18 +241,21 @@ def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
     assert "belt_speed_error" not in found  # which is known of lifted walks only
 
 
+def uphill(seconds, incline, noise_m, on_belt=False):
+    """A walk straight ahead on a ramp."""
+    straight = walker(seconds=seconds, turn_deg=0)
+    rows = straight.during("walk")
+    world = straight.world[rows] - straight.root[rows, None] * (on_belt, on_belt, 0)
+    world += np.random.default_rng(0).normal(0, noise_m, world.shape)
+    world[..., 2] += incline * world[..., 0]  # the walker goes north
+    return PoseSequence(world, H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows))
+
+
 @pytest.mark.parametrize("incline", [0.0, 0.1])
 @pytest.mark.parametrize("belt_speed", [None, 1.25])
 def test_a_belt_has_a_height_and_no_slope(incline, belt_speed):
     """The places of feet on it lie beside one another, and their line was called the slope."""
-    straight = walker(seconds=30, turn_deg=0)
-    rows = straight.during("walk")
-    on_belt = straight.world[rows] - straight.root[rows, None] * (1, 1, 0)
-    on_belt += np.random.default_rng(0).normal(0, 0.002, on_belt.shape)
-    on_belt[..., 2] += incline * on_belt[..., 0]  # the walker goes north
-    poses = PoseSequence(
-        on_belt, H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows)
-    )
+    poses = uphill(30, incline, 0.002, on_belt=True)
     floor = nested(measured(poses, (*STAGES[:3], Measures(belt_speed=belt_speed))).measures)["floor"]
     assert floor["slope_reason"] == "the feet are carried by a belt"
     assert {"slope_deg", "slope_error_deg", "stairs"}.isdisjoint(floor)
@@ -275,11 +278,7 @@ def test_a_floor_without_a_walk_has_no_slope():
 
 
 def test_a_ramp_of_motion_capture_has_its_slope_and_no_stairs():
-    straight = walker(seconds=12, turn_deg=0)
-    rows = straight.during("walk")
-    world = straight.world[rows] + np.random.default_rng(0).normal(0, 0.003, straight.world[rows].shape)
-    world[..., 2] += np.tan(np.radians(4)) * world[..., 0]
-    poses = PoseSequence(world, H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows))
+    poses = uphill(12, np.tan(np.radians(4)), 0.003)
     floor = nested(measured(poses).measures)["floor"]
     assert floor["slope_deg"] == pytest.approx(4, abs=0.5)
     assert floor["stairs"] == "none"

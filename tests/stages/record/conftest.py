@@ -146,12 +146,22 @@ def read_rrd() -> Callable[[Path], Recording]:
 
 
 @pytest.fixture
-def taken(make_take, read_rrd, tmp_path):
+def read_back(tmp_path: Path) -> Callable[[Take], Recording]:
+    """read_back(take): its recording."""
+
+    def make(take: Take) -> Recording:
+        record(take, tmp_path / "take.rrd")
+        return Recording(tmp_path / "take.rrd")
+
+    return make
+
+
+@pytest.fixture
+def taken(make_take, read_back):
     """taken(**changes): the take with these changes, and its recording read back."""
 
     def make(rows: int = 12, frames: bool = True, **changes):
         take = make_take(rows).with_(**changes).telling(images=frames)
-        record(take, tmp_path / "take.rrd")
-        return take, read_rrd(tmp_path / "take.rrd")
+        return take, read_back(take)
 
     return make

@@ -7,18 +7,16 @@ import pytest
 
 from golden.measures import rows_of
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH
-from pcnet3d.stages.record.stage import record
 
 ORIGIN = "ViewBlueprint:space_origin"
 
 
 @pytest.fixture
-def recorded(make_take, read_rrd, tmp_path):
+def recorded(make_take, read_back):
     """recorded(kinematics, **changes): a recording of the take with these columns."""
 
     def make(kinematics, **changes):
-        record(make_take().with_(kinematics=kinematics, **changes), tmp_path / "take.rrd")
-        return read_rrd(tmp_path / "take.rrd")
+        return read_back(make_take().with_(kinematics=kinematics, **changes))
 
     return make
 
@@ -55,7 +53,7 @@ def test_the_band_where_it_is_stated(recorded):
     assert np.isnan(low[:, 1]).all()
 
 
-def test_gaps_end_the_curves(make_take, read_rrd, tmp_path):
+def test_gaps_end_the_curves(make_take, read_back):
     take = make_take()
     kept = take.poses.frame_index.copy()
     kept[6:] += 1  # one frame was dropped
@@ -63,16 +61,13 @@ def test_gaps_end_the_curves(make_take, read_rrd, tmp_path):
     level = take.rectified.level.with_(frame_index=kept, time_s=kept / 25)
     rectified = replace(take.rectified, level=level)
     take = take.with_(poses=poses, rectified=rectified, keypoints=None, kinematics=columns())
-    record(take, tmp_path / "take.rrd")
-    frame, _, values = read_rrd(tmp_path / "take.rrd").over_time("angles/knee_flexion", "Scalars:scalars")
+    frame, _, values = read_back(take).over_time("angles/knee_flexion", "Scalars:scalars")
     assert frame.tolist() == list(range(5, 18))
     assert np.flatnonzero(np.isnan(values).any(axis=1)).tolist() == [6]
 
 
 @pytest.mark.parametrize(("dropped", "marked"), [(0, []), (2, [6])])
-def test_poses_of_every_second_frame_have_gaps_where_one_is_lost(
-    make_take, read_rrd, tmp_path, dropped, marked
-):
+def test_poses_of_every_second_frame_have_gaps_where_one_is_lost(make_take, read_back, dropped, marked):
     take = make_take()
     clock = 2 * np.arange(12)
     clock[6:] += dropped
@@ -82,8 +77,7 @@ def test_poses_of_every_second_frame_have_gaps_where_one_is_lost(
     take = take.with_(
         poses=take.poses.with_(**told), rectified=rectified, keypoints=keypoints, kinematics=columns()
     )
-    record(take, tmp_path / "take.rrd")
-    recording = read_rrd(tmp_path / "take.rrd")
+    recording = read_back(take)
     _, _, angles = recording.over_time("angles/knee_flexion", "Scalars:scalars")
     assert np.flatnonzero(np.isnan(angles).any(axis=1)).tolist() == marked
     _, _, joints = recording.over_time("level/joints", "Points3D:positions")

@@ -10,7 +10,6 @@ import pytest
 from pcnet3d.pipeline.core.camera import Camera, Look, view_rotation
 from pcnet3d.stages.drawing.facts import Source, facts_of
 from pcnet3d.stages.drawing.image_lines import drawn, horizon, up_arrow
-from pcnet3d.stages.record.stage import record
 from pcnet3d.stages.report.stage import report
 
 SIZE = (64, 48)
@@ -47,13 +46,10 @@ def test_lines_that_run_along_nothing_are_not_drawn():
 
 
 @pytest.mark.parametrize(("frames", "tells"), [(True, True), (False, False)])
-def test_a_recording_shows_them_and_says_whether_up_rests_on_them(
-    make_take, film, read_rrd, tmp_path, frames, tells
-):
+def test_a_recording_shows_them_and_says_whether_up_rests_on_them(make_take, film, read_back, frames, tells):
     take = make_take().with_(video=film(), camera=looking())
     take = take.with_(rectified=replace(take.rectified, up_shares={"image": 0.9} if tells else {}))
-    record(take.telling(images=frames), tmp_path / "take.rrd")
-    seen = read_rrd(tmp_path / "take.rrd")
+    seen = read_back(take.telling(images=frames))
     assert len(seen.static("camera/lines", "LineStrips2D:strips")) == 2
     assert ("camera/image" in seen.entities) == frames
     names = seen.blueprint("ViewBlueprint:display_name")
@@ -61,9 +57,9 @@ def test_a_recording_shows_them_and_says_whether_up_rests_on_them(
     assert any("not used for up" in name for name in names) != tells
 
 
-def test_a_take_without_a_look_has_none(make_take, read_rrd, tmp_path):
-    record(make_take().with_(camera=replace(looking(), looks=(), reason="grass")), tmp_path / "take.rrd")
-    assert "camera/lines" not in read_rrd(tmp_path / "take.rrd").entities
+def test_a_take_without_a_look_has_none(make_take, read_back):
+    blind = replace(looking(), looks=(), reason="grass")
+    assert "camera/lines" not in read_back(make_take().with_(camera=blind)).entities
 
 
 def test_the_report_has_the_lines_and_what_each_source_says(make_take, film):

@@ -80,15 +80,14 @@ def test_wrists_before_and_after_with_units(taken):
             assert names == [f"{wrist} {axis} (m)" for wrist in ("r_wrist", "l_wrist")]
 
 
-def test_unit_is_arbitrary_where_the_source_has_no_scale(make_take, read_rrd, tmp_path):
+def test_unit_is_arbitrary_where_the_source_has_no_scale(make_take, read_back):
     take = make_take()
     unknown = {
         name: poses.with_(frame=poses.frame.with_(unit="arbitrary"))
         for name, poses in (("poses", take.poses), ("level", take.rectified.level))
     }
     poses = unknown.pop("poses")
-    record(take.with_(poses=poses, rectified=replace(take.rectified, **unknown)), tmp_path / "take.rrd")
-    recording = read_rrd(tmp_path / "take.rrd")
+    recording = read_back(take.with_(poses=poses, rectified=replace(take.rectified, **unknown)))
     assert recording.static("wrists/level/x", "SeriesLines:names")[0] == "r_wrist x (units)"
     assert "Wrists after (arbitrary units)" in recording.blueprint(TAB)
 
@@ -160,14 +159,13 @@ def test_gaps_end_what_is_shown(taken, make_take):
     assert recording.over_time("events", "TextLog:text")[0].tolist() == [9]  # row 3 of the take itself
 
 
-def test_a_level_that_faces_the_camera_is_not_said_to_face_as_the_person(make_take, read_rrd, tmp_path):
+def test_a_level_that_faces_the_camera_is_not_said_to_face_as_the_person(make_take, read_back):
     """Of several people LEVEL's x was called back, which was each one's side."""
     take = make_take()
     turned = take.with_(rectified=replace(take.rectified, level_heading="camera"))
     assert "-x points to" not in summary_markdown(take)
     assert "-x points to the camera's side, y to the camera's left" in summary_markdown(turned)
-    record(turned, tmp_path / "take.rrd")
-    names = read_rrd(tmp_path / "take.rrd").blueprint(NAME)
+    names = read_back(turned).blueprint(NAME)
     assert {"from the camera's side", "to the camera's left"} <= set(names)
 
 
@@ -244,10 +242,9 @@ def test_eyes_stand_in_front_and_the_grid_under_the_ankles(taken):
     assert ground == pytest.approx(-0.9, abs=0.12)
 
 
-def test_long_takes_are_in_few_chunks(make_take, read_rrd, tmp_path):
+def test_long_takes_are_in_few_chunks(make_take, read_back):
     """Row by row they took minutes."""
-    record(make_take(10_000), tmp_path / "take.rrd")
-    recording = read_rrd(tmp_path / "take.rrd")
+    recording = read_back(make_take(10_000))
     assert sum(not chunk.is_static for chunk in recording.chunks) <= 40
     batches = recording.batches("level/joints", "Points3D:positions", static=False)
     assert sum(len(batch) for batch in batches) == 10_000

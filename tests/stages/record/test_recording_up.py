@@ -18,13 +18,12 @@ NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"
 
 
 @pytest.fixture
-def recorded(make_take, read_rrd, tmp_path):
+def recorded(make_take, read_back):
     """recorded(rows=12, **changes): the recording of the take with these changes in its Rectified."""
 
     def make(rows: int = 12, **changes):
         take = make_take(rows)
-        record(take.with_(rectified=replace(take.rectified, **changes)), tmp_path / "take.rrd")
-        return read_rrd(tmp_path / "take.rrd")
+        return read_back(take.with_(rectified=replace(take.rectified, **changes)))
 
     return make
 
@@ -44,7 +43,7 @@ def test_pitch_and_roll_are_those_of_the_camera():
 
 
 @pytest.mark.parametrize("frame", [CAMERA, GL_CAMERA, PC_CAMERA], ids=lambda frame: frame.name)
-def test_pitch_and_roll_do_not_depend_on_the_names_of_the_axes(make_take, read_rrd, tmp_path, frame):
+def test_pitch_and_roll_do_not_depend_on_the_names_of_the_axes(make_take, read_back, frame):
     take = make_take()
     R = frame.basis @ view_rotation(*(np.array(angle) for angle in (40.0, 20.0, -8.0)))
     votes = np.tile(R[:, 2], (12, 1))
@@ -52,9 +51,9 @@ def test_pitch_and_roll_do_not_depend_on_the_names_of_the_axes(make_take, read_r
         poses=take.poses.with_(frame=frame),
         rectified=replace(take.rectified, R_source_from_level=R, up_votes=votes),
     )
-    record(take, tmp_path / "take.rrd")
+    recording = read_back(take)
     for curve in ("votes", "take"):
-        _, _, values = read_rrd(tmp_path / "take.rrd").over_time(f"tilt/{curve}", "Scalars:scalars")
+        _, _, values = recording.over_time(f"tilt/{curve}", "Scalars:scalars")
         np.testing.assert_allclose(values, np.tile([20.0, -8.0], (12, 1)), atol=1e-6)
     assert "looks down by 20 degrees (pitch)" in summary_markdown(take)
 
@@ -235,13 +234,14 @@ def test_axes_of_the_body(taken):
     )
 
 
-def test_axes_turn_with_the_poses_in_a_world_that_is_not_z_up(make_take, read_rrd, tmp_path):
+def test_axes_turn_with_the_poses_in_a_world_that_is_not_z_up(make_take, read_back):
     take = make_take()
     R_source_from_body = np.broadcast_to(Y_UP.basis, (12, 3, 3))
     poses = change_frame(take.rectified.body, Y_UP.with_(origin="pelvis"), R_to_from_source=Y_UP.basis)
     rectified = replace(take.rectified, R_source_from_body=R_source_from_body, R_source_from_level=Y_UP.basis)
-    record(take.with_(poses=poses, rectified=rectified), tmp_path / "take.rrd")
-    _, _, arrows = read_rrd(tmp_path / "take.rrd").over_time("source/axes", "Arrows3D:vectors")
+    _, _, arrows = read_back(take.with_(poses=poses, rectified=rectified)).over_time(
+        "source/axes", "Arrows3D:vectors"
+    )
     up = np.array(arrows)[:, 2]
     np.testing.assert_allclose(
         up / np.linalg.norm(up, axis=1, keepdims=True), np.tile([0, 1, 0], (12, 1)), atol=1e-6

@@ -233,7 +233,7 @@ def test_frames_that_an_edit_list_cuts_away_do_not_shift_the_rest(film, tmp_path
     np.testing.assert_allclose(spot(images), spot(shown), atol=0.3)
 
 
-def test_slow_motion_runs_with_the_poses(make_take, read_rrd, film, tmp_path):
+def test_slow_motion_runs_with_the_poses(make_take, read_back, film):
     """The file claims 25 frames a second, the user says 100: video, keypoints and poses stay together."""
     take = make_take().with_(video=film())
     slow = {"time_s": take.poses.frame_index / 100}
@@ -241,8 +241,7 @@ def test_slow_motion_runs_with_the_poses(make_take, read_rrd, film, tmp_path):
     take = take.with_(
         poses=take.poses.with_(**slow), keypoints=take.keypoints.with_(**slow), rectified=rectified
     )
-    record(take, tmp_path / "take.rrd")
-    recording = read_rrd(tmp_path / "take.rrd")
+    recording = read_back(take)
     for entity, component in (("video", STAMP), ("body/joints", "Points3D:positions")):
         frame, nanoseconds, _ = recording.over_time(entity, component)
         np.testing.assert_allclose(nanoseconds / 1e9, frame / 100, atol=1e-9)
@@ -256,12 +255,11 @@ def test_no_frames_means_no_image(recorded, film):
     assert "2D keypoints" in recording.blueprint("ViewBlueprint:display_name")
 
 
-def test_video_that_ends_with_the_poses_still_running(make_take, read_rrd, film, tmp_path):
+def test_video_that_ends_with_the_poses_still_running(make_take, read_back, film):
     """No row of NaN behind the poses when nothing goes on without them; one when the video does."""
     for length, ends in ((17, 16), (18, 17)):
         take = make_take().with_(video=film(time_ms=range(0, 40 * length, 40)))
-        record(take, tmp_path / "take.rrd")
-        frame, _, positions = read_rrd(tmp_path / "take.rrd").over_time("body/joints", "Points3D:positions")
+        frame, _, positions = read_back(take).over_time("body/joints", "Points3D:positions")
         assert frame[-1] == ends
         assert np.isnan(positions[-1]).all() == (ends == 17)
 

@@ -5,25 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.camera import aimed, camera_poses
-from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Y_UP, PoseSequence, Take, change_frame
-from pcnet3d.pipeline.core.camera import Camera
+from golden.walks import GEOMETRIC, SIZE, filmed
+from pcnet3d.examples.walker.camera import aimed
+from pcnet3d.pipeline import CAMERA, Y_UP, Pipeline, change_frame
 from pcnet3d.pipeline.core.rotations import rotate
-from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.record.prints import foot_prints
 from pcnet3d.stages.record.stage import record
 from pcnet3d.stages.record.walk import _ellipses, walked
-from pcnet3d.stages.rectify import Rectify
-from pcnet3d.stages.trajectories import Trajectories
 
-SIZE, FOCAL = (1280, 720), 900.0
 STRIPS = "LineStrips3D:strips"
-
-
-@pytest.fixture(scope="module")
-def walk():
-    return walker(seconds=8)
 
 
 @pytest.fixture(scope="module")
@@ -34,20 +24,9 @@ def seen_by(walk):
 @pytest.fixture(scope="module")
 def take(walk, seen_by):
     """The walker, whose place before the camera is known."""
-    points = seen_by.points(walk.world)
-    pixels = FOCAL * points[..., :2] / points[..., 2:] + np.array(SIZE) / 2
-    poses = camera_poses(walk, seen_by).with_(
-        frame=CAMERA.with_(origin="pelvis", unit="m"), root=seen_by.points(walk.root[:, None])[:, 0]
-    )
-    take = Take(
-        "walk",
-        keypoints=PoseSequence(pixels, H36M17, IMAGE, time_s=poses.time_s, frame_index=poses.frame_index),
-        camera=Camera(SIZE, FOCAL, 0.02 * FOCAL, "told"),
-        poses=poses,
-    )
-    for stage in (Rectify(rectifier="geometric"), Trajectories(), Angles()):
-        take = stage(take)
-    return take
+    take, root = filmed(walk, seen_by), seen_by.points(walk.root[:, None])[:, 0]
+    poses = take.poses.with_(frame=CAMERA.with_(origin="pelvis", unit="m"), root=root)
+    return Pipeline(GEOMETRIC[:3])(take.with_(poses=poses))
 
 
 @pytest.fixture(scope="module")
@@ -116,10 +95,9 @@ def test_the_camera_at_its_place_sees_the_joints_at_their_keypoints(take, record
     assert recording.static("walk/camera", "Pinhole:resolution") == [list(SIZE)]
 
 
-def test_a_path_from_a_worlds_origin_has_no_camera(take, read_rrd, tmp_path):
+def test_a_path_from_a_worlds_origin_has_no_camera(take, read_back):
     world = change_frame(take.rectified.body, Y_UP.with_(origin="pelvis"), R_to_from_source=Y_UP.basis)
-    record(take.with_(poses=world), tmp_path / "take.rrd")
-    entities = read_rrd(tmp_path / "take.rrd").entities
+    entities = read_back(take.with_(poses=world)).entities
     assert "walk/camera" not in entities
     assert "walk/prints/right" in entities
 

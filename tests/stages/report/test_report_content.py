@@ -9,13 +9,13 @@ import pytest
 
 from golden.html import Page
 from golden.measures import rows_of
+from golden.walks import GEOMETRIC, measured
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, Pipeline, PoseSequence, Take, change_frame
+from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, PoseSequence, Take, change_frame
 from pcnet3d.pipeline.core.measures import grouped, numbered, subgroup
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.signals.angles import ANGLES
-from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT
 from pcnet3d.stages.drawing.page import answer, page
 from pcnet3d.stages.drawing.words import spoken
@@ -24,7 +24,7 @@ from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.angles import angle_table
 from pcnet3d.stages.report.events import events
 from pcnet3d.stages.report.stage import Report, report
-from pcnet3d.stages.trajectories import UNCERTAIN, Trajectories
+from pcnet3d.stages.trajectories import UNCERTAIN
 from refusals import refused
 
 
@@ -296,9 +296,7 @@ def test_body_is_seen_from_the_front_and_from_its_right(walk_take):
 def test_one_frame_has_no_empty_charts_and_its_angles_in_a_table():
     one = walker(seconds=1.0).poses
     one = PoseSequence(one.joints[:1], H36M17, one.frame, time_s=one.time_s[:1])
-    take = Pipeline((Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()))(
-        Take("one", poses=one)
-    )
+    take = measured(one, GEOMETRIC)
     said = report(take)
     words = Page(report(take.with_(kinematics=None, filtered=None))).words
     assert "1 frame, 0.0 s" in words

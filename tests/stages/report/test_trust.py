@@ -31,14 +31,23 @@ def laid(take):
     )
 
 
+def told(take) -> str:
+    return trust(take, facts_of(take))
+
+
 def level(take) -> str:
-    return re.findall(r'<div class="gauge (\w+)">', trust(take, facts_of(take)))[0]
+    return re.findall(r'<div class="gauge (\w+)">', told(take))[0]
 
 
-def test_a_take_without_doubts_is_to_be_trusted(walk_take):
-    take = known(walk_take, 2.7)
-    assert level(take) == "good"
-    said = trust(take, facts_of(take))
+@pytest.fixture
+def good(walk_take):
+    """A take without doubts."""
+    return known(walk_take, 2.7)
+
+
+def test_a_take_without_doubts_is_to_be_trusted(good):
+    assert level(good) == "good"
+    said = told(good)
     assert "Good:" in said
     assert "Known to within 2.7° (90 %)." in said
     assert (
@@ -69,7 +78,7 @@ def test_a_take_without_doubts_is_to_be_trusted(walk_take):
 def test_what_lowers_it(walk_take, change, expected, words):
     take = change(known(walk_take, 2.7))
     assert level(take) == expected
-    assert words in trust(take, facts_of(take))
+    assert words in told(take)
 
 
 @pytest.mark.parametrize("code", ["moves-slowly", "fps-contradicts"])
@@ -84,14 +93,13 @@ def test_at_a_frame_rate_that_may_be_wrong_times_are_not_said_to_hold(walk_take,
         "times": 2,
     }
     take = known(walk_take, 2.7).saying(notice(code, **values))
-    said = trust(take, facts_of(take))
+    said = told(take)
     assert ("only if the frame rate is right" in said) == (level(take) == "care") == (code == "moves-slowly")
 
 
-def test_what_is_shorter_than_half_a_second_is_not_trusted_blindly(walk_take):
+def test_what_is_shorter_than_half_a_second_is_not_trusted_blindly(good):
     """A T-pose of 11 frames was "Good", with arms 12 degrees apart."""
-    take = known(walk_take, 2.7)
-    shorter = [take.with_(poses=take.poses.with_(time_s=take.poses.times / times)) for times in (3, 5)]
+    shorter = [good.with_(poses=good.poses.with_(time_s=good.poses.times / times)) for times in (3, 5)]
     assert [level(each) for each in shorter] == ["good", "care"]
 
 
@@ -99,7 +107,7 @@ def test_only_who_moves_is_said_to_move_as_people_do(walk_take):
     def said(rows) -> str:
         take = known(walk_take, 2.7)
         take = take.with_(poses=take.poses.with_(joints=take.poses.joints[rows]))
-        return trust(take, facts_of(take))
+        return told(take)
 
     everything, photo = np.arange(len(walk_take.poses)), np.zeros(len(walk_take.poses), dtype=int)
     assert "The body has steady bones and moves as people do." in said(everything)
@@ -111,17 +119,17 @@ def test_one_frame_shows_no_movement(walk_take):
     joints = take.poses.joints.copy()
     joints[1:] = np.nan
     take = take.with_(poses=take.poses.with_(joints=joints))
-    said = trust(take, facts_of(take))
+    said = told(take)
     assert "moves as people do" not in said
     judged = take.with_(findings=findings_of(take.poses))
     assert "too-few-frames" in {each.code for each in judged.findings}
     assert level(judged) != "good"
     alone = take.with_(poses=take.poses.rows(0, 1))
-    assert "No limbs look exchanged" in trust(take, facts_of(take))
-    assert "No limbs look exchanged" not in trust(alone, facts_of(alone))
-    assert "The poses are good" not in trust(judged, facts_of(judged))
+    assert "No limbs look exchanged" in told(take)
+    assert "No limbs look exchanged" not in told(alone)
+    assert "The poses are good" not in told(judged)
     alone = alone.with_(findings=findings_of(alone.poses))
-    assert "The poses cannot be judged" in trust(alone, facts_of(alone))
+    assert "The poses cannot be judged" in told(alone)
 
 
 def gone(take, share: float):
@@ -134,78 +142,74 @@ def test_who_is_gone_for_a_while_was_not_seen_throughout(walk_take):
     """With 2D keypoints too, which have no row where nobody was found, and so say nothing there."""
     whole, seen = known(walk_take, 2.7), "were seen"
     assert whole.keypoints is not None
-    assert seen in trust(whole, facts_of(whole))
+    assert seen in told(whole)
     for take in (gone(whole, 0.4), gone(whole, 0.4).with_(keypoints=None)):
-        said = trust(take, facts_of(take))
+        said = told(take)
         assert level(take) == "care"
         assert seen not in said
         assert re.search(r"4\d % of the joints are missing\. Some joints are missing from 0\.00 to", said)
 
 
-def test_a_limb_that_leaves_the_image_was_not_seen(walk_take):
+def test_a_limb_that_leaves_the_image_was_not_seen(good):
     """A woman walked out of the image, her left foot for a fifth of the time, and "throughout" stood beside it: of all
     joints 2 % were missing."""
-    take = known(walk_take, 2.7)
-    joints = take.poses.joints.copy()
-    joints[: len(joints) // 4, take.poses.layout.index("l_ankle")] = np.nan
-    gone = take.with_(poses=replace(take.poses, joints=joints))
+    joints = good.poses.joints.copy()
+    joints[: len(joints) // 4, good.poses.layout.index("l_ankle")] = np.nan
+    gone = good.with_(poses=replace(good.poses, joints=joints))
     assert level(gone) == "care"
-    assert "left ankle is missing in 2" in trust(gone, facts_of(gone))
+    assert "left ankle is missing in 2" in told(gone)
 
 
 def test_of_unusable_poses_nothing_else_is_judged(walk_take):
     """Up was "known to within 8 degrees" beside limbs that vary by a third of their length."""
     flat = known(walk_take, 2.7).with_(findings=(own_notice("test.flat", "no depth", "unusable"),))
-    assert trust(flat, facts_of(flat)).count("<dt") == 1
+    assert told(flat).count("<dt") == 1
 
 
 def test_figures_without_errors_are_not_said_to_hold_within_them(walk_take):
     take = known(walk_take, 2.7).with_(angle_errors="none").saying(own_notice("t.a", "swapped", about="view"))
     assert level(take) == "care"
-    said = trust(take, facts_of(take))
+    said = told(take)
     assert "within their errors" not in said
     assert "have no errors" not in said  # it read as if the figures were exact
     assert "the errors of the angles are not known" in said
 
 
-def test_it_says_when_joints_are_missing(walk_take):
-    take = known(walk_take, 2.7)
-    joints = np.nan_to_num(take.poses.joints)
-    whole = take.with_(poses=replace(take.poses, joints=joints))
-    said = trust(whole, facts_of(whole))
+def test_it_says_when_joints_are_missing(good):
+    joints = np.nan_to_num(good.poses.joints)
+    whole = good.with_(poses=replace(good.poses, joints=joints))
+    said = told(whole)
     assert "Every frame has all joints." in said
     assert "except for moments" not in said  # both stood there, side by side
     joints = joints.copy()
     joints[30:45, 3] = np.nan
     joints[50:52] = np.nan
-    times = take.poses.times
-    gone = take.with_(poses=replace(take.poses, joints=joints))
+    times = good.poses.times
+    gone = good.with_(poses=replace(good.poses, joints=joints))
     words = f"missing from {times[30]:.2f} to {times[44]:.2f} s, {times[50]:.2f} to {times[51]:.2f} s."
-    assert words in trust(gone, facts_of(gone))
+    assert words in told(gone)
     joints[::2] = np.nan
-    often = take.with_(poses=replace(take.poses, joints=joints))
-    assert re.search(r"and \d+ more times\.", trust(often, facts_of(often)))
+    often = good.with_(poses=replace(good.poses, joints=joints))
+    assert re.search(r"and \d+ more times\.", told(often))
 
 
-def test_without_keypoints_a_smooth_exchange_is_not_ruled_out(walk_take):
+def test_without_keypoints_a_smooth_exchange_is_not_ruled_out(good):
     """MotionBERT led both arms through each other in a quarter of a second, beside "No limbs look exchanged"."""
-    take = known(walk_take, 2.7)
-    assert "No limbs look exchanged." in trust(take, facts_of(take))
-    alone = take.with_(keypoints=None)
-    assert "exchanged; without 2D keypoints an exchange that" in trust(alone, facts_of(alone))
+    assert "No limbs look exchanged." in told(good)
+    alone = good.with_(keypoints=None)
+    assert "exchanged; without 2D keypoints an exchange that" in told(alone)
     assert level(alone) == "good"
 
 
-def test_where_limbs_contradict_their_keypoints_no_exchange_is_ruled_out(walk_take):
+def test_where_limbs_contradict_their_keypoints_no_exchange_is_ruled_out(good):
     """Both legs of a man in profile were drawn exchanged, beside "No limbs look exchanged"."""
     legs = {
         "off_keypoints": {"r_leg": {"start_s": [3.4], "stop_s": [4.0]}, "l_arm": {"median_in_image_px": 2.0}}
     }
-    take = known(walk_take, 2.7)
     assert (
-        level(take.with_(measures=rows_of({"off_keypoints": {"l_arm": legs["off_keypoints"]["l_arm"]}})))
+        level(good.with_(measures=rows_of({"off_keypoints": {"l_arm": legs["off_keypoints"]["l_arm"]}})))
         == "good"
     )
-    off = take.with_(measures=rows_of(legs))
+    off = good.with_(measures=rows_of(legs))
     assert level(off) == "care"
-    assert "their keypoints: right leg from 3.40 to 4.00 s." in trust(off, facts_of(off))
+    assert "their keypoints: right leg from 3.40 to 4.00 s." in told(off)

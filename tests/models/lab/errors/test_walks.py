@@ -3,30 +3,24 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.walk import walker
+from golden.virtual import walked
+from golden.walks import GEOMETRIC, measured
 from pcnet3d.models.lab.errors.walks import walks
 from pcnet3d.models.lab.evaluation.finished import Finished
 from pcnet3d.models.lab.evaluation.testbed import see
-from pcnet3d.pipeline import CAMERA, Pipeline, Take
+from pcnet3d.pipeline import CAMERA
 from pcnet3d.pipeline.core.measures import Measure, nested
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.reading.mocap.clip import Clip
-from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.measures.stage import Measures
-from pcnet3d.stages.rectify import Rectify
-from pcnet3d.stages.trajectories import Trajectories
 
 
 @pytest.fixture(scope="module")
 def finished():
     """The walker as captured, finished."""
-    walk = walker(seconds=8, turn_deg=0)
-    seen = see(Clip("walker", "w", "own", 30.0, walk.world.astype(np.float32)), 0)
+    seen = see(walked("w", seconds=8, turn_deg=0), 0)
     poses = seen.keypoints.with_(
         joints=seen.truth, frame=CAMERA, confidence=None, made_by=MadeBy("measured", "motion capture")
     )
-    stages = Pipeline((Rectify("geometric"), Trajectories(), Angles(), Measures()))
-    return Finished(stages(Take("walker", poses=poses)), seen, "w", "here", "walker")
+    return Finished(measured(poses, GEOMETRIC), seen, "w", "here", "walker")
 
 
 def test_the_walkers_figures_are_inside_their_errors(finished):

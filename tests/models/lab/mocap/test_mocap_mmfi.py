@@ -16,19 +16,15 @@ def people(part):
     return {subject for subject, _ in part}
 
 
-def test_across_subjects():
-    split = protocol("S2")
-    assert people(split.test) == {"S05", "S10", "S15", "S20", "S25", "S30", "S35", "S40"}
-    assert people(split.train) == EVERYBODY - people(split.test)
-    assert len(split.train) == 32 * 27
-    assert len(split.test) == 8 * 27
-
-
-def test_across_environments():
-    split = protocol("S3")
-    assert people(split.test) == {f"S{i}" for i in range(31, 41)}
-    assert people(split.train) == EVERYBODY - people(split.test)
-    assert len(split.train | split.test) == 40 * 27
+@pytest.mark.parametrize(
+    ("name", "tested"),
+    [("S2", {f"S{i:02d}" for i in range(5, 41, 5)}), ("S3", {f"S{i}" for i in range(31, 41)})],
+)
+def test_across_subjects_and_across_environments(name, tested):
+    split = protocol(name)
+    assert people(split.test) == tested
+    assert people(split.train) == EVERYBODY - tested
+    assert (len(split.train), len(split.test)) == ((40 - len(tested)) * 27, len(tested) * 27)
 
 
 def test_random_as_the_toolbox_draws_it():

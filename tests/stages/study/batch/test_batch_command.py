@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from commands import recipe_of
+from commands import recipe_of, refused
 from golden.studies import write_pair, write_study
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_keypoints
@@ -42,13 +42,6 @@ def small(tmp_path) -> Path:
 
 def status(folder: Path) -> dict:
     return json.loads((folder / "batch.json").read_text())
-
-
-def refused(result, *words):
-    assert result.returncode == 2, (result.returncode, result.stderr)
-    assert "Traceback" not in result.stderr
-    assert len([line for line in result.stderr.splitlines() if line.startswith("pcnet3d: ")]) == 1
-    assert all(str(word) in result.stderr for word in words), result.stderr
 
 
 def test_each_take_fails_for_itself_and_says_why(finished):

@@ -103,9 +103,8 @@ def test_the_arguments_are_ones_that_run_takes(study, pcnet3d, tmp_path):
     ids=lambda value: "|".join(value)[:40] if isinstance(value, tuple) else "",
 )  # fmt: skip
 def test_what_is_wrong_is_said_before_anything_runs(study, lines, words):
-    with pytest.raises(InputError) as refused:
+    with refused(None, *words):
         read_entries(manifest(study, *lines), {})
-    assert all(word in str(refused.value) for word in words), refused.value
 
 
 def test_a_link_does_not_lead_out_either(study):

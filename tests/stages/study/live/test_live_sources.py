@@ -19,22 +19,14 @@ from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.detections import load_detections
 from pcnet3d.stages.study.live.command import live
 from pcnet3d.stages.study.live.source import Incoming, Shot, Source, open_source
+from refusals import refused
 
 
 def test_a_file_in_the_place_of_a_pipe_loses_no_frame_and_its_video_is_kept(
     numbered_film, toy_detector, tmp_path
 ):
     output = tmp_path / "out"
-    command = [
-        "live",
-        "-",
-        "-o",
-        str(output),
-        "--detector",
-        str(toy_detector),
-        "--set",
-        "rectify.rectifier=geometric",
-    ]
+    command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--set", *GEOMETRIC]
     with numbered_film.open("rb") as pipe:
         ended = subprocess.run([*APART, *command], stdin=pipe, capture_output=True, text=True)
     assert ended.returncode == 0, ended.stderr
@@ -50,7 +42,7 @@ def test_a_file_in_the_place_of_a_pipe_loses_no_frame_and_its_video_is_kept(
 def test_ctrl_c_ends_the_take_and_it_is_processed(numbered_film, toy_detector, tmp_path):
     output = tmp_path / "out"
     command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--no-frames"]
-    command += ["--set", "rectify.rectifier=geometric"]
+    command += ["--set", *GEOMETRIC]
     with subprocess.Popen([*APART, *command], stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdin is not None
         assert process.stderr is not None
@@ -173,14 +165,9 @@ def test_live_ends_before_the_disk_is_full_and_keeps_what_it_has(
     monkeypatch.setattr(
         shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 0, next(free, 1000))
     )
-    with pytest.raises(InputError) as refused:
-        live(
-            source=str(numbered_film),
-            output=tmp_path / "out",
-            detector=str(toy_detector),
-            settings=[*GEOMETRIC],
-        )
-    assert refused.value.code == "cannot-write"
+    out, detector = tmp_path / "out", str(toy_detector)
+    with refused("cannot-write"):
+        live(source=str(numbered_film), output=out, detector=detector, settings=[*GEOMETRIC])
     frames, _ = logged(tmp_path / "out" / "live.rrd", "source/joints", "Points3D:positions")
     assert 0 < len(frames) < 60
     assert load_detections(tmp_path / "out" / "keypoints.npz").frames_seen == len(frames)
@@ -190,7 +177,6 @@ def test_a_disk_that_is_full_is_told_before_anything_is_recorded(
     numbered_film, toy_detector, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 0, 1000))
-    with pytest.raises(InputError) as refused:
+    with refused("cannot-write"):
         live(source=str(numbered_film), output=tmp_path / "out", detector=str(toy_detector))
-    assert refused.value.code == "cannot-write"
     assert not (tmp_path / "out").exists()

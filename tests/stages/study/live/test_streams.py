@@ -49,24 +49,13 @@ def test_what_is_missing_is_null_in_json(poses):
     assert list(sent["level"]) == list(H36M17.joints)
 
 
-def command(film, toy, folder, *more: str) -> list[str]:
-    return [
-        *APART,
-        "live",
-        str(film),
-        "--detector",
-        str(toy),
-        "-o",
-        str(folder),
-        *(word for each in QUICK for word in ("--set", each)),
-        *more,
-    ]
+def command(film, toy, folder) -> list[str]:
+    settings = [word for each in QUICK for word in ("--set", each)]
+    return [*APART, "live", film, "--detector", toy, "-o", folder, *settings, "--stream", "-"]
 
 
 def test_standard_output_has_a_line_a_frame_and_nothing_else(numbered_film, toy_detector, poses, tmp_path):
-    ended = subprocess.run(
-        command(numbered_film, toy_detector, tmp_path / "out", "--stream", "-"), capture_output=True
-    )
+    ended = subprocess.run(command(numbered_film, toy_detector, tmp_path / "out"), capture_output=True)
     assert ended.returncode == 0, ended.stderr
     sent = [json.loads(line) for line in ended.stdout.splitlines()]
     assert [each["frame"] for each in sent] == list(range(60))
@@ -82,7 +71,7 @@ def test_standard_output_has_a_line_a_frame_and_nothing_else(numbered_film, toy_
 def test_a_reader_that_ends_leaves_the_recording_whole(numbered_film, toy_detector, tmp_path, reads):
     output = tmp_path / "out"
     with subprocess.Popen(
-        command(numbered_film, toy_detector, output, "--stream", "-"),
+        command(numbered_film, toy_detector, output),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     ) as process:
@@ -103,12 +92,16 @@ def test_a_reader_that_never_reads_stops_nothing(numbered_film, toy_detector, tm
     """A pipe holds some 25 lines, and no more than that and the waiting ones may be kept."""
     monkeypatch.setattr(streams, "_END_S", 0.1)
     with subprocess.Popen(
-        command(numbered_film, toy_detector, tmp_path / "out", "--stream", "-"),
+        command(numbered_film, toy_detector, tmp_path / "out"),
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
     ) as process:
         assert process.wait(timeout=120) == 0
     assert (tmp_path / "out" / "take.rrd").exists()
+
+
+def sent(film, toy, folder, address) -> None:
+    live(source=str(film), output=folder, detector=str(toy), settings=QUICK, stream=address)
 
 
 def test_datagrams_are_the_same_objects(numbered_film, toy_detector, tmp_path):
@@ -117,8 +110,7 @@ def test_datagrams_are_the_same_objects(numbered_film, toy_detector, tmp_path):
         receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
         receiver.settimeout(5)
         address = f"udp://127.0.0.1:{receiver.getsockname()[1]}"
-        told = {"detector": str(toy_detector), "settings": QUICK, "stream": address}
-        live(source=str(numbered_film), output=tmp_path / "out", **told)
+        sent(numbered_film, toy_detector, tmp_path / "out", address)
         first = json.loads(receiver.recv(65535))
     assert first["frame"] == 0
     assert list(first["body"]) == list(H36M17.joints)
@@ -128,8 +120,7 @@ def test_a_receiver_that_is_gone_is_told_of_once(numbered_film, toy_detector, tm
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
         receiver.bind(("127.0.0.1", 0))
         address = f"udp://127.0.0.1:{receiver.getsockname()[1]}"
-    told = {"detector": str(toy_detector), "settings": QUICK, "stream": address}
-    live(source=str(numbered_film), output=tmp_path / "out", **told)
+    sent(numbered_film, toy_detector, tmp_path / "out", address)
     assert capsys.readouterr().err.count("cannot be reached") == 1
     assert (tmp_path / "out" / "take.rrd").exists()
 

@@ -123,10 +123,16 @@ def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, without_
         torch.testing.assert_close(second[name], weights)
 
 
-def test_validation_of_people_who_are_trained_on_is_refused(config, tmp_path, standing):
-    lifted = write_lifted(tmp_path / "val.npz", standing, names=("01_01",))
-    config.write_text(tiny(("lifted_val = []", f'lifted_val = ["{lifted.as_posix()}"]')))
-    with pytest.raises(InputError, match=r"the validation's.*01"):
+@pytest.mark.parametrize(
+    ("person", "where", "words"),
+    [("01", "lifted_val", r"the validation's.*01"), ("03", "lifted", "test subjects")],
+)
+def test_lifted_takes_of_people_of_another_part_are_refused(config, tmp_path, standing, person, where, words):
+    """Validation of people who are trained on, and training on those of the test."""
+    lifted = write_lifted(tmp_path / "t.npz", standing, names=(f"{person}_01",))
+    used = [("lifted = 0.0", "lifted = 0.5")] if where == "lifted" else []
+    config.write_text(tiny((f"{where} = []", f'{where} = ["{lifted.as_posix()}"]'), *used))
+    with pytest.raises(InputError, match=words):
         module.train_pcnet(config, tmp_path / "out")
 
 
@@ -159,15 +165,6 @@ def test_a_subject_in_train_and_elsewhere_is_refused(config, tmp_path, monkeypat
     with pytest.raises(InputError, match=rf"{part} subjects.*01"):
         module.train_pcnet(config, tmp_path / "out")
     assert not (tmp_path / "out").exists()
-
-
-def test_lifted_takes_of_a_test_subject_are_refused(config, tmp_path, standing):
-    lifted = write_lifted(tmp_path / "t.npz", standing, names=("03_01",))
-    config.write_text(
-        tiny(("lifted = []", f'lifted = ["{lifted.as_posix()}"]'), ("lifted = 0.0", "lifted = 0.5"))
-    )
-    with pytest.raises(InputError, match="test subjects"):
-        module.train_pcnet(config, tmp_path / "out")
 
 
 @pytest.mark.parametrize("name", ["pcnet", "paper", "mmfi"])
