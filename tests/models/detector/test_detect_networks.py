@@ -6,6 +6,7 @@ import pytest
 from pcnet3d.adapters.video import read
 from pcnet3d.models.detector.crops import Crop, around, fitted
 from pcnet3d.models.detector.load import load_detector
+from pcnet3d.models.detector.movenet import MoveNet
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, COCO23, HALPE26
 from pcnet3d.pipeline.files.video_frames import images_from
@@ -185,3 +186,18 @@ def test_real_networks_on_real_video_agree_with_the_stored_ones(data, network, k
     assert len(off) == len(stored)
     assert np.median(off) < median
     assert np.percentile(off, 90) < p90
+
+
+def test_the_number_of_cores_changes_no_answer(toy, monkeypatch):
+    """8-bit MoveNet answered otherwise in two threads than in one, and other people were found."""
+    opened = []
+
+    class Kept(MoveNet):
+        def __init__(self, network):
+            super().__init__(network)
+            opened.append(network)
+
+    monkeypatch.setattr("pcnet3d.models.detector.load.MoveNet", Kept)
+    monkeypatch.setattr("pcnet3d.models.common.onnx.cores", lambda: 4)
+    load_detector(toy)
+    assert opened[-1].session.get_session_options().intra_op_num_threads == 1
