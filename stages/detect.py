@@ -21,7 +21,7 @@ from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.reading.choose import choose_person
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
 from ..pipeline.signals.swap_repair import treated
-from ..pipeline.signals.tracker import REACH, SIZE_STEP
+from ..pipeline.signals.tracker import LARGER, REACH
 
 _LISTED = 5  # people named in a note
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
@@ -129,6 +129,7 @@ def _may_be(found: Detections, one: PoseSequence, other: PoseSequence) -> bool:
     cut = np.diff(np.searchsorted(found.cuts, frames, side="right"))[turns] > 0
     size = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
     way = np.linalg.norm(np.diff(corners.mean(axis=1), axis=0), axis=1)[turns]
-    reach = (REACH + _FASTEST * np.diff(found.time_s[rows])[turns]) * np.maximum(size[turns], size[turns + 1])
-    alike = np.abs(np.log(size[turns + 1] / size[turns])) <= SIZE_STEP
+    larger, smaller = (of(size[turns], size[turns + 1]) for of in (np.maximum, np.minimum))
+    reach = (REACH + _FASTEST * np.diff(found.time_s[rows])[turns]) * larger
+    alike = larger <= LARGER * smaller
     return bool((np.diff(frames) > 0).all() and (cut | (alike & (way <= reach))).all())

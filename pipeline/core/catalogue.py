@@ -184,8 +184,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "lifted-by": ("note", "",
         "The poses were lifted by {model}, a network of the kind {kind}{licence}."),
     "focal-guessed": ("note", "camera",
-        "The focal length is unknown; it was assumed to be {focal_px:.0f} pixels (--focal), and the video not to be "
-        "cropped off-centre."),
+        "The focal length is unknown; it was assumed to be {focal_px:.0f} pixels (--focal). It was also assumed that "
+        "the video is not cropped off-centre."),
     "lifters-own-path": ("note", "place",
         "The path of the pelvis is the lifter's own{at}; it has no stated error."),
     "focal-of-the-network": ("note", "place",

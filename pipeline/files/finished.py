@@ -24,7 +24,7 @@ from .measures import read_measures
 from .names import KINEMATICS, POSES
 
 # Arrays that a Rectified has by the same names.
-_OF_RECTIFIED = (
+OF_RECTIFIED = (
     "R_source_from_body", "R_source_from_level", "error_deg", "up_error_deg", "up_bound_deg", "up_votes",
 )  # fmt: skip
 
@@ -231,7 +231,7 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
             for name, source in sources
             if source.pitch_deg is not None and source.roll_deg is not None
         },
-        **{name: arrays[name] for name in _OF_RECTIFIED},
+        **{name: arrays[name] for name in OF_RECTIFIED},
     )
 
 

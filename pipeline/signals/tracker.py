@@ -12,10 +12,10 @@ _MEMORY = 30  # frames after which somebody who was lost counts as a new person
 _PACE = 10  # frames over which it is seen how people move on
 _NEVER = 1e6
 # Somebody else goes on where joints move by so much of the body's size from one frame to the next, or farther by so
-# much a second that nobody is seen, and then stay: so far from where they were going, or of another size (its natural
-# logarithm's step), by medians over so long before and after.
+# much a second that nobody is seen, and then stay: so far from where they were going, or so many times larger or
+# smaller, by medians over so long before and after.
 _STEP, _A_SECOND, _FRAME_S = 0.12, 2.5, 1 / 30
-_APART, SIZE_STEP, _NEAR_S = 0.15, 0.25, 0.25
+_APART, LARGER, _NEAR_S = 0.15, 1.28, 0.25
 _PATH = 4  # frames that show where somebody was going
 _FEWEST = 3  # joints that tell how far a body has moved
 
@@ -113,8 +113,9 @@ def exchanges(time_s: np.ndarray, points: np.ndarray) -> list[tuple[int, float]]
         if min(row - start, stop - row) >= _PATH:
             at_s = float(time_s[row - 1] + time_s[row]) / 2
             was, goes_on = (_on_path(time_s[part], np.nanmean(points[part], axis=1), at_s) for part in parts)
-            off = float(np.linalg.norm(goes_on - was)) / max(before, after)
-        if abs(np.log(after / before)) > SIZE_STEP or off > _APART + wander[row - 1]:
+            off = float(np.linalg.norm(goes_on - was))
+        larger, smaller = max(before, after), min(before, after)
+        if larger > LARGER * smaller or off > (_APART + wander[row - 1]) * larger:
             found.append((int(somebody[row]), float(went[row - 1])))
     return found
 

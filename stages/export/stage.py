@@ -17,6 +17,7 @@ from ...pipeline.core.pose import PoseSequence, Rectified, package_version
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.arrays import write_arrays
 from ...pipeline.files.atomic import REPORT, SUMMARY, write_json
+from ...pipeline.files.finished import OF_RECTIFIED
 from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
@@ -118,12 +119,7 @@ def write_poses(take: Take, path: Path) -> None:
         root=np.broadcast_to(np.nan, (len(poses), 3)) if root is None else root,
         root_sd=np.broadcast_to(np.nan, (len(poses), 3)) if sd is None else sd,
         feet=np.broadcast_to(np.nan, (len(poses), len(FEET), 3)) if feet is None else feet,
-        R_source_from_body=rectified.R_source_from_body,
-        R_source_from_level=rectified.R_source_from_level,
-        error_deg=rectified.error_deg,
-        up_error_deg=rectified.up_error_deg,
-        up_bound_deg=rectified.up_bound_deg,
-        up_votes=rectified.up_votes,
+        **{name: getattr(rectified, name) for name in OF_RECTIFIED},
         time_s=poses.times,
         frame_index=poses.frame_index,
         joint_names=np.array(poses.layout.joints),

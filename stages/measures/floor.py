@@ -35,7 +35,7 @@ def floor(
         return [Remark("reason", no_place(rectified))]
     walked = grouped(walking)
     if text(walked, "reason"):
-        return [Remark("reason", "when the feet stand cannot be told")]
+        return [Remark("reason", "it cannot be told when the feet are on the floor")]
     ankles = {side: filtered.joint(f"{side}_ankle").astype(np.float64) for side in SIDES}
     flat = [
         (side, rows)
