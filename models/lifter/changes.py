@@ -27,7 +27,7 @@ ROWS, HOP = 96, 48  # of a window, and from one to the next
 FPS = 30.0
 CHANNELS = 5 * len(LIMBS) + 5
 # Logarithms of how many times too fast it plays, too wide the image is, and growth of the image in a frame of 1/30 s.
-RATES, WIDTHS, ZOOMS = np.linspace(-1, 1, 11), np.linspace(-0.5, 0.5, 11), np.linspace(-0.02, 0.02, 9)
+RATES, WIDTHS, ZOOMS = np.linspace(-2, 1, 16), np.linspace(-0.5, 0.5, 11), np.linspace(-0.02, 0.02, 9)
 _WINDOWS = 40  # at most, evenly spread
 _FEWEST = 20  # rows
 # Rows, of what is doubted by fewer without cause: of 200 pieces of videos as they were filmed, 0.7 to 1.9 s long, 116
@@ -117,15 +117,15 @@ def change_doubts(keypoints: PoseSequence, image_size: tuple[int, int] | None) -
     rate, width, zoom = (
         float(of @ values) for of, values in ((found.rate, RATES), (found.width, WIDTHS), (found.zoom, ZOOMS))
     )
-    if rows >= _FEWEST_OF["rate"] and _unchanged(found.rate) < doubt["rate"] and abs(rate) > _FAR["rate"]:
+    if rows >= _FEWEST_OF["rate"] and _unchanged(found.rate, RATES) < doubt["rate"] and abs(rate) > _FAR["rate"]:
         values: dict[str, Any] = {"fps": keypoints.fps, "times": float(np.exp(abs(rate)))}
         values |= {"fits": keypoints.fps * float(np.exp(-rate)), "way": "quickly" if rate > 0 else "slowly"}
         said.append(notice("movement-against-rate", **values))
-    if _unchanged(found.width) < doubt["width"] and abs(width) > _FAR["width"]:
+    if _unchanged(found.width, WIDTHS) < doubt["width"] and abs(width) > _FAR["width"]:
         said.append(
             notice("image-stretched", times=float(np.exp(abs(width))), way="wide" if width > 0 else "high")
         )
-    if _unchanged(found.zoom) < doubt["zoom"] and abs(zoom) > _FAR["zoom"]:
+    if _unchanged(found.zoom, ZOOMS) < doubt["zoom"] and abs(zoom) > _FAR["zoom"]:
         said.append(notice("camera-zooms", percent=100 * zoom))
     if rows >= _FEWEST_OF["backwards"] and found.backwards > _BACKWARDS:
         said.append(notice("played-backwards"))
@@ -140,9 +140,10 @@ def _stands(keypoints: PoseSequence) -> bool:
     return bool(len(trunk) and np.median(trunk[:, 1]) > np.median(trunk[:, 0]))
 
 
-def _unchanged(of: np.ndarray) -> float:
-    """The probability of the class in the middle and those beside it."""
-    return float(of[len(of) // 2 - 1 : len(of) // 2 + 2].sum())
+def _unchanged(of: np.ndarray, values: np.ndarray) -> float:
+    """The probability of the class of 0 and those beside it."""
+    none = int(np.abs(values).argmin())
+    return float(of[none - 1 : none + 2].sum())
 
 
 def _together(logits: np.ndarray) -> np.ndarray:

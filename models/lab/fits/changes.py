@@ -27,6 +27,7 @@ from ....pipeline.reading.mocap.clip import Clip
 from ...lifter import CHANGES
 from ...lifter.changes import CHANNELS, LIMBS, RATES, ROWS, WIDTHS, ZOOMS, features, held
 from ..common.modules import run_command
+from ..evaluation.finished import at_rate
 from ..evaluation.testbed import BEDS, lay_down, see
 from ..mocap.clips import read_clips
 from ..synthetic.bodies import BodyRange
@@ -35,15 +36,17 @@ from ..synthetic.keypoint_noise import EXACT_KEYPOINTS, GOOD
 _NOISES = (None, GOOD, replace(GOOD, std=0.006), replace(EXACT_KEYPOINTS, std=0.003))
 _LEAST = 40  # frames of a clip
 _LAID = 2  # of so many passes over the clips the last one's bodies lie
+_SLOW = 3  # of so many takes one is captured in slow motion, at rates down to
+_SLOWEST = -2.1
 # Shares of windows that are changed, and how far: a little beyond the outermost classes.
-_FASTER, _WIDER, _ZOOMED = (0.35, 1.1), (0.4, 0.55), (0.25, 0.0225)
-_BACKWARDS, _EXCHANGED = 0.3, 0.1
+_FASTER, _WIDER, _ZOOMED = (0.3, 1.1), (0.4, 0.55), (0.25, 0.0225)
+_BACKWARDS, _EXCHANGED, _BRIEF = 0.3, 0.1, 0.5
+_BRIEFEST = 20  # rows
 _BATCH, _RATE, _DECAY, _WARM = 96, 2e-3, 0.02, 100
 _WIDTH, _HIDDEN = 64, 128
 
-Take = tuple[
-    np.ndarray, np.ndarray
-]  # points (T, 13, 2) from the image's middle, held, and whether they are seen
+# Points (T, 13, 2) from the image's middle, held, whether they are seen, and the logarithm of their rate.
+Take = tuple[np.ndarray, np.ndarray, float]
 
 
 def takes(passes: int, seed: int) -> Iterator[Take]:
@@ -55,30 +58,35 @@ def takes(passes: int, seed: int) -> Iterator[Take]:
             rng = np.random.default_rng([seed, number, i])
             body: Clip = lay_down(clip, rng) if passes >= _LAID and number == passes - 1 else clip
             noise, bodies = _NOISES[(number // 2 + i) % len(_NOISES)], BodyRange() if number % 2 else None
+            slow = rng.uniform(_SLOWEST, 0) if (number + i) % _SLOW == 0 else 0.0
+            body = replace(at_rate(body, body.fps * np.exp(-slow)), fps=body.fps * np.exp(-slow))
             take = see(body, seed + number, noise=noise, bodies=bodies, views=beds[(number + i) % len(beds)])
             points = (
                 take.keypoints.joints[:, take.keypoints.layout.indices(LIMBS.joints)]
                 - np.array(take.image_size) / 2
             )
             seen = is_finite(points)
-            yield held(points, seen).astype(np.float32), seen
+            yield held(points, seen).astype(np.float32), seen, slow
 
 
 def changed(take: Take, rng: np.random.Generator) -> tuple[np.ndarray, tuple[int, int, int, int]]:
     """Features (ROWS, CHANNELS) of a window of it, and the classes of RATES, WIDTHS and ZOOMS and whether it is played
     backwards."""
-    points, seen = take
+    points, seen, slow = take
     rate, width, zoom = (
         rng.uniform(-most, most) if rng.uniform() < share else 0.0
         for share, most in (_FASTER, _WIDER, _ZOOMED)
     )
-    step = np.exp(rate)
+    rate = rng.uniform(slow, 0) if slow else rate
+    step = np.exp(rate - slow)
     needed = int(np.ceil(ROWS * step)) + 1
     if needed < len(points):
         first = int(rng.integers(0, len(points) - needed + 1))
         points, seen = points[first : first + needed], seen[first : first + needed]
     at = np.arange(min(ROWS, int((len(points) - 1) / step) + 1)) * step
-    if rng.uniform() < 0.5:  # frames that were left out, or between which a program has interpolated
+    if rng.uniform() < _BRIEF and len(at) > _BRIEFEST:
+        at = at[: rng.integers(_BRIEFEST, len(at))]
+    if not slow and rng.uniform() < 0.5:  # frames that were left out, or between which a program has interpolated
         at = np.round(at)
     before = np.minimum(at.astype(int), len(points) - 1)
     after, share = np.minimum(before + 1, len(points) - 1), (at - before)[:, None, None]
@@ -138,7 +146,7 @@ def trained(of: list[Take], steps: int, seed: int) -> Any:
 
     torch.manual_seed(seed)
     rng, net = np.random.default_rng(seed), network()
-    share = np.sqrt([len(points) for points, _ in of])
+    share = np.sqrt([len(points) * np.exp(slow) for points, _, slow in of])
     share /= share.sum()
     optimiser = torch.optim.AdamW(net.parameters(), lr=_RATE, weight_decay=_DECAY)
     for step in range(steps):
