@@ -32,11 +32,12 @@ _SIDEWAYS = (
 @dataclass(frozen=True)
 class Stance:
     """One foot on the floor. side: "r" or "l". start_s: initial contact, stop_s: toe-off; NaN where a gap or an end of
-    the take hides it."""
+    the take hides it. seen_s: from when to when the foot is seen without a gap."""
 
     side: str
     start_s: float
     stop_s: float
+    seen_s: tuple[float, float] = (-np.inf, np.inf)
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,10 @@ def _stances(side: str, values: np.ndarray, time_s: np.ndarray, seams: Sequence[
             del turns[shortest : shortest + 2]
         edges = [*([] if lands else [np.nan]), *turns]
         edges += [np.nan] if len(edges) % 2 else []
-        found += [Stance(side, float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+        seen_s = float(t[0]), float(t[-1])
+        found += [
+            Stance(side, float(a), float(b), seen_s) for a, b in zip(edges[::2], edges[1::2], strict=True)
+        ]
     return found
 
 
