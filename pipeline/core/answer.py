@@ -94,6 +94,8 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
         return []
     words = f"{'ran' if text(walking, 'gait') == 'running' else 'walked'}"
     words += f" {'at least ' * bool(unseen := text(walking, 'count_reason'))}{how_many(steps, 'step')}"
+    if back := _count(walking, "backward_steps"):
+        words += " backwards" if back == steps else f", {back} of them backwards"
     landed = [at for side in _SIDES for at in moments(subgroup(walking, side), "landings")]
     if _count(walking, "walks") == 1 and landed:
         words += f" in {max(landed) - min(landed):.1f} s"

@@ -42,6 +42,14 @@ def test_of_a_walk_that_is_cut_the_steps_are_the_least():
     assert said.startswith("Walked at least 4 steps in 2.4 s (how it ends was not seen), 98")
 
 
+@pytest.mark.parametrize(
+    ("back", "words"), [(4, " backwards in 2.4 s,"), (1, ", 1 of them backwards in 2.4 s,")]
+)
+def test_steps_backwards_are_told(back, words):
+    said = answer(take(walking={**WALK, "backward_steps": back}))[0]
+    assert said.startswith(f"Walked 4 steps{words} 98")
+
+
 def test_knee_bends_are_squats_only_if_all_are():
     deep = {"count": 1, "squats": 1, "peak_deg": [102.4], "peak_error_deg": [6.9]}
     assert answer(take(knee_bends=deep))[0] == "Squatted once, the straighter knee to 102 degrees (± 11)."
