@@ -8,7 +8,7 @@ a stride from one foot's to its next (Hollman, McDade & Petersen, Gait & Posture
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -37,7 +37,7 @@ class Stance:
     side: str
     start_s: float
     stop_s: float
-    seen_s: tuple[float, float] = (-np.inf, np.inf)
+    seen_s: tuple[float, float] = field(default=(-np.inf, np.inf), kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,8 @@ def _stances(side: str, values: np.ndarray, time_s: np.ndarray, seams: Sequence[
         edges += [np.nan] if len(edges) % 2 else []
         seen_s = float(t[0]), float(t[-1])
         found += [
-            Stance(side, float(a), float(b), seen_s) for a, b in zip(edges[::2], edges[1::2], strict=True)
+            Stance(side, float(a), float(b), seen_s=seen_s)
+            for a, b in zip(edges[::2], edges[1::2], strict=True)
         ]
     return found
 

@@ -58,8 +58,8 @@ def flat_rows(
     spans = []
     for piece in runs(seen, time_s, seams):
         for stance in chain.from_iterable(feet.values()):
-            first_s = max(time_s[piece.start], stance.seen_s[0])
-            last_s = min(time_s[piece.stop - 1], stance.seen_s[1])
+            first_s = max(float(time_s[piece.start]), stance.seen_s[0])
+            last_s = min(float(time_s[piece.stop - 1]), stance.seen_s[1])
             ends = [end_s for end_s in (stance.start_s, stance.stop_s) if np.isfinite(end_s)]
             if first_s < last_s and all(first_s <= end_s <= last_s for end_s in ends):
                 spans.append((*flat_span(stance, first_s, last_s), stance.side))

@@ -114,7 +114,7 @@ def test_a_foot_whose_leaving_a_gap_hides_stands_no_longer_than_it_is_seen(walk)
 
     def cut(stance):
         if stance.start_s < gap_s < stance.stop_s:
-            return Stance(stance.side, stance.start_s, np.nan, (0.0, gap_s))
+            return Stance(stance.side, stance.start_s, np.nan, seen_s=(0.0, gap_s))
         return stance
 
     hidden = {side: [cut(stance) for stance in of] for side, of in feet.items()}
