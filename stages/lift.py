@@ -77,7 +77,7 @@ class Lift:
             found = (
                 *found,
                 *change_doubts(take.need("keypoints"), asked.image_size),
-                *_elsewhere(asked.keypoints),
+                *_elsewhere(seen_only(asked.keypoints, asked.image_size)),
             )
         if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
             found = (*found, *sides_doubts(asked, lifted.poses, self.lifter))
