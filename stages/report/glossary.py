@@ -37,6 +37,7 @@ _EXPLAINED = {
     "duration": "From when the angle begins to rise until it is back at 7 % of the rise; missing if a gap hides "
                 "either.",
     "rise": "By how much the angle grows; not given if a gap hides its start or end.",
+    "longest": "For how long the posture is held; start and stop include the ways there and back.",
     "peak_mdc90": "Equal peaks of one take differ by less than this in nine of ten cases.",
     "peak_at": "When the angle is largest.",
     "peak": "The largest angle; in a knee bend that of the less bent knee.",
