@@ -77,7 +77,7 @@ class Lift:
             found = (
                 *found,
                 *change_doubts(take.need("keypoints"), asked.image_size),
-                *_elsewhere(asked.keypoints),
+                *_elsewhere(asked.keypoints, asked.image_size),
             )
         if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
             found = (*found, *sides_doubts(asked, lifted.poses, self.lifter))
@@ -168,10 +168,11 @@ def _without_strays(seen: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSe
     )
 
 
-def _elsewhere(keypoints: PoseSequence) -> list[Notice]:
+def _elsewhere(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> list[Notice]:
     """Where somebody else goes on, before a camera that stands still: a tracker has gone on to another."""
     if keypoints.time_s is None or any(each.code.startswith("leap-") for each in keypoints.notices):
         return []
+    keypoints, _ = _without_strays(seen_only(keypoints, image_size), keypoints)
     return [
         notice("leap-between-people", weight="suspicious", sizes=sizes, frame=int(keypoints.frame_index[row]))
         for row, sizes in exchanges(keypoints.time_s, keypoints.joints.astype(np.float64))[:1]

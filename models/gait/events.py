@@ -8,10 +8,11 @@ a stride from one foot's to its next (Hollman, McDade & Petersen, Gait & Posture
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby, pairwise
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ...pipeline.signals.filters import resample, runs
 
@@ -22,6 +23,7 @@ _STEP_S = (0.2, 1.5)  # shorter or longer is no step of one walk
 FEWEST = 3  # steps of a walk
 _FEWEST_FLYING = 2  # of a run: nobody flies from foot to foot who stands, turns or sits down
 _TURNS_DEG = 30.0  # in one step
+_NEAREST = 5  # landings that tell how the pelvis swings there; two that see a turn are outvoted
 _SIDEWAYS = (
     2.0  # times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step
 )
@@ -30,11 +32,12 @@ _SIDEWAYS = (
 @dataclass(frozen=True)
 class Stance:
     """One foot on the floor. side: "r" or "l". start_s: initial contact, stop_s: toe-off; NaN where a gap or an end of
-    the take hides it."""
+    the take hides it. seen_s: from when to when the foot is seen without a gap."""
 
     side: str
     start_s: float
     stop_s: float
+    seen_s: tuple[float, float] = field(default=(-np.inf, np.inf), kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -82,7 +85,11 @@ def _stances(side: str, values: np.ndarray, time_s: np.ndarray, seams: Sequence[
             del turns[shortest : shortest + 2]
         edges = [*([] if lands else [np.nan]), *turns]
         edges += [np.nan] if len(edges) % 2 else []
-        found += [Stance(side, float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+        seen_s = float(t[0]), float(t[-1])
+        found += [
+            Stance(side, float(a), float(b), seen_s=seen_s)
+            for a, b in zip(edges[::2], edges[1::2], strict=True)
+        ]
     return found
 
 
@@ -187,8 +194,11 @@ def _turned(
     """(N - 1,) degrees by which the person turns from landing to landing (time and side), but for what swings."""
     if not lands:
         return np.zeros(0)
-    facing = _facing(facing_deg, time_s, np.array([start for start, _ in lands]), seams)
-    return np.abs(np.diff(facing - _swing(facing, [side for _, side in lands])))
+    at_s, sides = map(np.array, zip(*lands, strict=True))
+    facing = _facing(facing_deg, time_s, at_s, seams)
+    ends = np.flatnonzero((np.diff(at_s) > _STEP_S[1]) | (sides[1:] == sides[:-1])) + 1
+    swing = np.concatenate([_swing(of_walk) for of_walk in np.split(facing, ends)])
+    return np.abs(np.diff(facing - swing))
 
 
 def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequence[int]) -> np.ndarray:
@@ -201,16 +211,20 @@ def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams:
     return result
 
 
-def _swing(facing_deg: np.ndarray, sides: Sequence[str]) -> np.ndarray:
-    """What of facing_deg (N,) at landings of sides is of the foot that lands: half of by how much it differs from the
-    mean of the landings before and after, in the median, for one side, and less that for the other. Landings about
-    which the person turns tell nothing of it; the other foot's before and after are apart there."""
-    sign = np.array([1.0 if side == "r" else -1.0 for side in sides])
-    middle = np.flatnonzero((sign[:-2] == sign[2:]) & (sign[:-2] != sign[1:-1])) + 1
-    before, after = facing_deg[middle - 1], facing_deg[middle + 1]
-    differs = sign[middle] * (facing_deg[middle] - (before + after) / 2)
-    differs = differs[np.isfinite(differs) & (np.abs(after - before) < _TURNS_DEG)]
-    return sign * (np.median(differs) / 2 if len(differs) else 0.0)
+def _swing(facing_deg: np.ndarray) -> np.ndarray:
+    """What of facing_deg (N,) at landings, of one foot and the other in turn, is of the foot that lands: half of by how
+    much it differs from the mean of the landings before and after, in the median of the nearest five, for one foot, and
+    less that for the other; who walks backwards swings the other way. Landings about which the person turns tell
+    nothing of it; the other foot's before and after are apart there."""
+    foot = (-1.0) ** np.arange(len(facing_deg))
+    before, after = facing_deg[:-2], facing_deg[2:]
+    differs = foot[1:-1] * (facing_deg[1:-1] - (before + after) / 2)
+    tells = np.flatnonzero(np.isfinite(differs) & (np.abs(after - before) < _TURNS_DEG))
+    if not len(tells):
+        return np.zeros(len(facing_deg))
+    medians = np.median(sliding_window_view(differs[tells], min(_NEAREST, len(tells))), axis=1)
+    nearest = np.searchsorted((tells[1:] + tells[:-1]) / 2 + 1, np.arange(len(facing_deg)))
+    return foot * medians[np.clip(nearest - _NEAREST // 2, 0, len(medians) - 1)] / 2
 
 
 def _broken(

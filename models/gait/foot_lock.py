@@ -7,6 +7,7 @@ path or of the leg. The path alone takes the correction, and no leg is bent for 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -56,12 +57,12 @@ def flat_rows(
     which its place is known; time_s: (T,)."""
     spans = []
     for piece in runs(seen, time_s, seams):
-        first_s, last_s = time_s[piece][[0, -1]]
-        for side, of_side in feet.items():
-            for stance in of_side:
-                ends = [end_s for end_s in (stance.start_s, stance.stop_s) if np.isfinite(end_s)]
-                if all(first_s <= end_s <= last_s for end_s in ends) and (ends or len(of_side) == 1):
-                    spans.append((*flat_span(stance, first_s, last_s), side))
+        for stance in chain.from_iterable(feet.values()):
+            first_s = max(float(time_s[piece.start]), stance.seen_s[0])
+            last_s = min(float(time_s[piece.stop - 1]), stance.seen_s[1])
+            ends = [end_s for end_s in (stance.start_s, stance.stop_s) if np.isfinite(end_s)]
+            if first_s < last_s and all(first_s <= end_s <= last_s for end_s in ends):
+                spans.append((*flat_span(stance, first_s, last_s), stance.side))
     free = 0
     for start_s, stop_s, side in sorted(spans):
         first, stop = np.searchsorted(time_s, (start_s, stop_s))

@@ -111,14 +111,12 @@ def belt_drift(
     feet: Mapping[str, Sequence[Stance]],
     seams: Sequence[int] = (),
 ) -> np.ndarray | None:
-    """(2,) the velocity at which feet that stand are carried along, the median of the stances; None where they stay,
-    drifting back by less than half as fast as they go back under the body. Feet that drift ahead are on no belt: their
-    legs were lifted too short. root, ankles: as those of `lengths`."""
+    """(2,) the velocity at which feet that stand are carried along, the median of the stances; None where most stay,
+    drifting back by less than half as fast as they go back under the body, whichever way it walks. Feet that drift
+    ahead are on no belt: their legs were lifted too short. root, ankles: as those of `lengths`."""
     drifts, backs = carried(root, ankles, time_s, feet, seams)
-    if not len(drifts):
-        return None
-    drift, back = np.median(drifts, axis=0), np.median(backs, axis=0)
-    return drift if drift @ back > _CARRIED * (back @ back) else None
+    along = ((drifts - _CARRIED * backs) * backs).sum(axis=1)
+    return np.median(drifts, axis=0) if len(along) and np.median(along) > 0 else None
 
 
 def carried(

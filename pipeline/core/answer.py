@@ -46,41 +46,39 @@ _UNSEEN = 0.5  # of the frames: the range of the rest is not that of the take
 _UNSTATED = 13.0  # degrees: the usual ± of a lifted range, for one without
 
 
-def answer(take: Take) -> list[str]:
+def answer(take: Take, reasons: str = "in the report, under What happened") -> list[str]:
     """Sentences about a take's movements, the most frequent first, and the joints that range furthest for their error;
     then what was not there, what cannot be told, and what was not looked for. Nothing of a take without
-    measures."""
+    measures. reasons: where a reader finds why."""
     if not take.measures:
         return []
     measures = grouped(take.measures)
     poses = take.need("poses")
     metric = poses.frame.unit == "m"
     walking, bends = subgroup(measures, "walking"), subgroup(measures, "knee_bends")
-    limbs = subgroup(measures, "off_keypoints")
     done = [
         *_walked(walking, metric),
-        *_bent(bends, limbs),
-        *_raised(subgroup(measures, "arm_raises"), limbs),
+        *_bent(bends),
+        *_raised(subgroup(measures, "arm_raises")),
         *_jumped(subgroup(measures, "jumps")),
         *_struck(measures, "punches", "punched"),
         *_struck(measures, "kicks", "kicked"),
     ]
     moved = [words for _, words in sorted(done, key=lambda told: -told[0])]
     ranges = _ranges(subgroup(measures, "range_of_motion"))
-    sentences = ("; ".join(moved), ranges, *_not_seen(measures, poses.duration_s))
+    sentences = ("; ".join(moved), ranges, *_not_seen(measures, poses.duration_s, f"(why: {reasons})"))
     said = sentences if done else (*sentences[2:], sentences[1])
     return [f"{words[:1].upper()}{words[1:]}." for words in said if words]
 
 
-def _not_seen(measures: Group, seconds: float) -> list[str]:
-    """A sentence each on what was not there, what cannot be told, and what was not looked for, where there is any. The
-    reasons are in the measures."""
+def _not_seen(measures: Group, seconds: float, why: str) -> list[str]:
+    """A sentence each on what was not there, what cannot be told, and what was not looked for, where there is any. why:
+    in brackets, where the reasons are."""
     outcomes = {words: text(subgroup(measures, name), "outcome") for name, words in _MOVEMENTS.items()}
     none, untold, passed = (
         [words for words, code in outcomes.items() if code == which]
         for which in (NONE, CANNOT_BE_TOLD, NOT_LOOKED_FOR)
     )
-    why = "(why: in the report, under What happened)"
     return [
         f"no {_and(none, 'or')} in {seconds:.1f} s" if none else "",
         f"cannot be told: {_and(untold)}{f' {why}' * (not passed)}" if untold else "",
@@ -94,6 +92,8 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
         return []
     words = f"{'ran' if text(walking, 'gait') == 'running' else 'walked'}"
     words += f" {'at least ' * bool(unseen := text(walking, 'count_reason'))}{how_many(steps, 'step')}"
+    if back := _count(walking, "backward_steps"):
+        words += " backwards" if back == steps else f", {back} of them backwards"
     landed = [at for side in _SIDES for at in moments(subgroup(walking, side), "landings")]
     if _count(walking, "walks") == 1 and landed:
         words += f" in {max(landed) - min(landed):.1f} s"
@@ -105,28 +105,23 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
     return [(steps, words)]
 
 
-def _bent(bends: Group, limbs: Group) -> list[_Told]:
+def _bent(bends: Group) -> list[_Told]:
     count, squats = _count(bends), _count(bends, "squats")
     among = f", {how_many(squats, 'squat')} among them" if 0 < squats < count else ""
     did = "squatted" if squats == count else "bent the knees"
-    legs = [subgroup(limbs, leg) for leg in ("r_leg", "l_leg")]
     return [
-        *(
-            [(count, f"{did} {_counted([(bends, legs)], ', the straighter knee to')}{among}")]
-            if count
-            else []
-        ),
+        *([(count, f"{did} {_counted([bends], ', the less bent knee to')}{among}")] if count else []),
         *_held("held the knees bent", bends),
     ]
 
 
-def _raised(arms: Group, limbs: Group) -> list[_Told]:
-    sides = {side: (subgroup(arms, side), [subgroup(limbs, f"{side[0]}_arm")]) for side in _SIDES}
-    right, left = ((_count(of), text(of, "count_reason")) for of, _ in sides.values())
-    held = [told for side, (of, _) in sides.items() for told in _held(f"held the {side} arm up", of)]
-    if right == left and right[0] and _together(*(of for of, _ in sides.values())):
+def _raised(arms: Group) -> list[_Told]:
+    sides = {side: subgroup(arms, side) for side in _SIDES}
+    right, left = ((_count(of), text(of, "count_reason")) for of in sides.values())
+    held = [told for side, of in sides.items() for told in _held(f"held the {side} arm up", of)]
+    if right == left and right[0] and _together(*sides.values()):
         return [(right[0], f"raised both arms {_counted(list(sides.values()))}"), *held]
-    counts = {side: _count(of) for side, (of, _) in sides.items()}
+    counts = {side: _count(of) for side, of in sides.items()}
     raised = (
         (count, f"raised the {side} arm {_counted([sides[side]])}") for side, count in counts.items() if count
     )
@@ -171,44 +166,26 @@ def _struck(measures: Group, movement: str, did: str) -> list[_Told]:
     return [(sum(map(_count, found.values())), f"{did} {_and(parts)}{behind}")] if parts else []
 
 
-# A movement, and the groups of the limbs that make it in `off_keypoints`.
-_Moved = tuple[Group, Sequence[Group]]
-
-
-def _counted(moved: Sequence[_Moved], to: str = " to") -> str:
+def _counted(moved: Sequence[Group], to: str = " to") -> str:
     """Such as "3 times to 102 ± 7 degrees"; and when there may have been more that nobody saw. moved: of one count."""
-    often, unseen = _often(_count(moved[0][0])), text(moved[0][0], "count_reason")
+    often, unseen = _often(_count(moved[0])), text(moved[0], "count_reason")
     return f"{f'at least {often} ({unseen})' if unseen else often}{_peaks(moved, to)}"
 
 
-def _peaks(moved: Sequence[_Moved], to: str) -> str:
+def _peaks(moved: Sequence[Group], to: str) -> str:
     """Such as " to 102 degrees (± 7)", " to between 98 and 104 degrees (± 7)"; of both arms each side's own, and the
-    largest error. Without peaks whose limbs contradict their keypoints, which are counted behind."""
-    parts, errors, left_out = [], [], 0
-    for of, limbs in moved:
-        every = numbered(of, "peak")
-        agrees = _agree(of, limbs)
-        peaks = [peak for peak in every if agrees[peak.number or 0]]
-        left_out += len(every) - len(peaks)
-        if not peaks:
+    largest error."""
+    parts, errors = [], []
+    for of in moved:
+        if not (peaks := numbered(of, "peak")):
             continue
         values, side = [round(peak.value) for peak in peaks], f" ({peaks[0].side})" if len(moved) > 1 else ""
         low, high = min(values), max(values)
         parts.append((f"{low}" if low == high else f"between {low} and {high}") + side)
         errors += [peak.bar for peak in peaks if peak.bar is not None]
-    against = f" ({how_many(left_out, 'angle')} left out: off the keypoints)" if left_out else ""
     if not parts:
-        return against
-    return f"{to} {' and '.join(parts)} degrees{f' (± {max(errors):.0f})' if errors else ''}{against}"
-
-
-def _agree(of: Group, limbs: Sequence[Group]) -> list[bool]:
-    """Of each repetition, by number, whether all limbs agree with their keypoints at its peak."""
-    at_s, peaks = moments(of, "peak_at"), numbered(of, "peak")
-    spans = [
-        span for limb in limbs for span in zip(moments(limb, "start"), moments(limb, "stop"), strict=True)
-    ]
-    return [not any(a <= at <= b for a, b in spans) for at in at_s] or [True] * len(peaks)
+        return ""
+    return f"{to} {' and '.join(parts)} degrees{f' (± {max(errors):.0f})' if errors else ''}"
 
 
 def _jumped(jumps: Group) -> list[_Told]:

@@ -70,7 +70,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "stature-assumed": ("warning", "files",
         "RTMW3D's file has no scale across the image; a stature of {stature_m:g} m was assumed."),
     "figures-withheld": ("warning", "poses",
-        "The poses are unusable, so no figures were computed; --set measures.unusable=true computes them."),
+        "The poses are unusable, so no ranges and movements were computed; --set measures.unusable=true computes "
+        "them."),
     # The clock
     "slow-motion-stated": ("warning", "clock",
         "The video was captured at {captured_fps:g} frames per second and plays at {shown_fps:.4g}, but "
@@ -108,9 +109,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "video-not-compared": ("note", "files",
         "It is unclear whether the keypoints belong to this video: {reason}."),
     "keypoints-move-as-video": ("note", "files",
-        "The keypoints move like the image beneath them (agreement {alike:.2f})."),
+        "The keypoints move like the image beneath them (agreement {alike:.2f} of 1)."),
     "keypoints-not-of-video": ("suspicious", "files",
-        "The keypoints do not move like the image beneath them (agreement {alike:.2f}; 0.45 or more is "
+        "The keypoints do not move like the image beneath them (agreement {alike:.2f} of 1; 0.45 or more is "
         "usual){how}. Give the keypoints of this video, numbered by its frames."),
     # Detecting
     "detected": ("note", "files",

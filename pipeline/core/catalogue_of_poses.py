@@ -21,9 +21,9 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
     "rate-not-stated": ("note", "poses",
         "The file does not say its frame rate."),
     "swaps": ("note", "poses",
-        "{wrong} of {of:~row} {wrong:?looks/look} wrong: {swaps}."),
+        "{wrong} of {of:~frame} {wrong:?looks/look} wrong: {swaps}."),
     "swaps-unsure": ("note", "poses",
-        "Some rows look wrong: {doubt}."),
+        "Some frames look wrong: {doubt}."),
     "rebase": ("suspicious", "poses",
         "In every frame the outermost joint lies exactly at {axis} = 0: the pelvis's movement along that axis is "
         "lost."),
@@ -78,7 +78,7 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
         "The head is below the feet in {share_percent:.0f} % of the frames: turn the image before the run, unless "
         "the person does a handstand."),
     "leaps": ("suspicious", "poses",
-        "The whole pose leaps from one frame to the next at {count:~row}, first at row {first}."),
+        "The whole pose leaps from one frame to the next in {count:~frame}, first in frame {first}."),
     "seams": ("note", "poses",
         "The estimator started a new clip at row {listed}."),
     "seams-step": ("note", "poses",

@@ -127,17 +127,17 @@ def _of_side(side: str) -> dict[str, Angle]:
         ),
         "thigh_sagittal": Angle(
             "Segments",
-            "of the thigh against the vertical, in the sagittal plane of BODY", "knee in front of the hip",
+            "of the thigh against the vertical, in the plane of front and up", "knee in front of the hip",
             _union(thigh, _FACING), True, 45.0,
         ),
         "shank_sagittal": Angle(
             "Segments",
-            "of the shank against the vertical, in the sagittal plane of BODY", "ankle in front of the knee",
+            "of the shank against the vertical, in the plane of front and up", "ankle in front of the knee",
             _union(shank, _FACING), True, -45.0,
         ),
         "upper_arm_sagittal": Angle(
             "Segments",
-            "of the upper arm against the vertical, in the sagittal plane of BODY",
+            "of the upper arm against the vertical, in the plane of front and up",
             "elbow in front of the shoulder",
             _union(arm, _FACING), True, 60.0,
         ),
@@ -148,12 +148,12 @@ def _of_middle() -> dict[str, Angle]:
     return {
         "trunk_lean_sagittal": Angle(
             "Trunk",
-            "of the trunk line (pelvis to thorax) against the vertical, in the sagittal plane of BODY", "forward",
+            "of the trunk line (pelvis to thorax) against the vertical, in the plane of front and up", "forward",
             _union(("pelvis", "thorax"), _FACING), True,
         ),
         "trunk_lean_frontal": Angle(
             "Trunk",
-            "of the trunk line out of the sagittal plane of BODY", "to the subject's right",
+            "of the trunk line out of the plane of front and up", "to the subject's right",
             _union(("pelvis", "thorax"), _FACING), True,
         ),
         "pelvis_obliquity": Angle(

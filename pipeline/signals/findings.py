@@ -282,7 +282,7 @@ def _leaps(poses: PoseSequence) -> list[Notice]:
     rows = leaps(poses)
     if not len(rows):
         return []
-    return [notice("leaps", count=len(rows), first=int(rows[0]))]
+    return [notice("leaps", count=len(rows), first=int(poses.frame_index[rows[0]]))]
 
 
 def _seams(poses: PoseSequence) -> list[Notice]:

@@ -44,6 +44,10 @@ class Curve:
     mark: float | None = None
 
 
+SIDES = "Orange: right. Blue, dashed: left."
+BAND = "The band is the ±: it holds the true value in nine of ten frames."
+
+
 def sides(left: np.ndarray, right: np.ndarray, **margins: np.ndarray | None) -> list[Curve]:
     """Both sides (T,) of one quantity in the colours that every chart has for them. margins: left_margin, right_margin
     (T,), by how much the band reaches to each side of the curve."""

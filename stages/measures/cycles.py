@@ -203,11 +203,14 @@ def comes_near(
     seams: Sequence[int] = (),
     counts: Callable[[Repetition], bool] = lambda one: True,
     cut: bool = True,
+    besides: Sequence[Repetition] = (),
 ) -> bool:
     """Whether x (T,) rises and returns by `least` but for its error, half the width of a 90 % bar: where no repetition
-    is found then, nobody can say that there was none. cut: one that is only seen in part counts too."""
+    is found then, nobody can say that there was none. cut: one that is only seen in part counts too. besides: others
+    that do not count."""
     least = max(least - error, _LEAST * least)
     near = [*repetitions(x, time_s, least, seams), *(unreturned(x, time_s, least, seams) if cut else ())]
+    near = [one for one in near if not any(a.start_s < one.peak_s < a.stop_s for a in besides)]
     return any(map(counts, near))
 
 

@@ -15,13 +15,23 @@ from ...pipeline.signals.swaps import kinds
 from .figures import moments
 
 
+def contradicted(residuals: Residuals | None, time_s: np.ndarray) -> dict[str, list[tuple[float, float]]]:
+    """{limb: (begin, end) in seconds of when it contradicts its keypoints}, beyond what agrees with them for longer
+    than BRIDGED_S. time_s: (T,)."""
+    if residuals is None:
+        return {}
+    most = agrees(residuals)
+    return {limb: _spans(steady(residuals.limb(limb)) > most, time_s) for limb in LIMBS}
+
+
 def off_keypoints(residuals: Residuals | None, time_s: np.ndarray) -> list[Row]:
     """The group `off_keypoints`: of each limb the median and the 95th percentile of its residual
-    (signals/reprojection.py), in pixels and in per cent of the stature, and from when to when it contradicts the
-    keypoints, beyond what agrees with them for longer than BRIDGED_S; why there is nothing else. time_s: (T,)."""
+    (signals/reprojection.py), in pixels and in per cent of the stature, and from when to when it is
+    `contradicted`; why there is nothing else. time_s: (T,)."""
     if residuals is None:
         return [Remark("reason", "there are no keypoints beside poses in a camera's axes")]
     rows: list[Row] = []
+    against = contradicted(residuals, time_s)
     for limb in LIMBS:
         share, px = residuals.limb(limb), residuals.limb_px(limb)
         known = np.isfinite(share)
@@ -33,8 +43,7 @@ def off_keypoints(residuals: Residuals | None, time_s: np.ndarray) -> list[Row]:
             for what, unit, values in (("in_image", "px", px), ("of_stature", "percent", 100 * share))
             for name, percentile in (("median", 50), ("p95", 95))
         ]
-        spans = _spans(steady(share) > agrees(residuals), time_s)
-        if spans:
+        if spans := against[limb]:
             own += [moments("start", (a for a, _ in spans)), moments("stop", (b for _, b in spans))]
         rows += within(limb, own, side_of(limb))
     return rows

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import ClassVar
 
 import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
-from ...models.angle_error.neutral import KNEES_HIPS_TRUNK
 from ...models.angle_error.repeatability import ends, judged, known_median, same_part
 from ...models.gait.focal import focal_by_steps, zoom_by_feet
 from ...models.gait.gait import Gait, separation
@@ -19,61 +19,45 @@ from ...models.place.airborne import Airborne, airborne
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import (
     CANNOT_BE_TOLD,
-    SD_90,
-    Curve,
-    Curves,
-    Group,
     Measure,
     Remark,
     Row,
     grouped,
     measure,
-    moments,
-    numbered,
     side_of,
     subgroup,
-    text,
     within,
 )
-from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.notices import Notice, notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.signals.angles import ANGLES, MIDLINE, continuous, of_both
 from ...pipeline.signals.filters import breaks
-from ...pipeline.signals.flights import Flight
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ...pipeline.signals.reprojection import residuals_of, straight_in_image
 from .columns import Columns
-from .cycles import Repetition
 from .figures import (
     basis,
     symmetry,
     with_error,
 )
 from .floor import floor
-from .jumps import absorbs, brief_hops, cut_jumps, jumping, jumps, lands, without_leaps
-from .off_keypoints import exchanged, off_keypoints
+from .jumps import brief_hops, cut_jumps, jumping, jumps, without_leaps
+from .movements import arm_raises, knee_bends
+from .off_keypoints import contradicted, exchanged, off_keypoints
 from .outcomes import BRIEFEST_S, NO_DOUBTS, Doubts, doubts_of, with_outcome
-from .repeats import doubted, repeats
+from .repeats import repeats
 from .smoothness import path_length
-from .strikes import Spans, may_punch, strikes
+from .strikes import Spans, strikes
 from .walking import FEWEST, doubts, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
 _OUTERMOST = 0.05  # of the frames: what the 5th to the 95th percentile leaves out at either end
-_BEND, _RAISE, _ANY = 35.0, 50.0, 20.0  # degrees that a repetition rises by at least
-# Degrees of knee flexion from which a knee bend is a squat: a half squat is 70 to 100, a deep one more (Schoenfeld,
-# J Strength Cond Res 24(12), 2010, "Squatting kinematics and kinetics"); less is a partial one, or a duck.
-_SQUAT = 70.0
+_ANY = 20.0  # degrees that a repetition rises by at least
 # Standard deviation of an angle by a lifter whose errors were not measured: that of the built-in one, median of lifted
 # validation takes (knees 8.4, arms 6.3, elbows 10).
 _UNSTATED_DEG = 8.0
-_STAYS = (
-    0.4  # legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing
-)
-_IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
 
 @dataclass(frozen=True)
@@ -112,9 +96,10 @@ class Measures:
             return take.with_(measures=()).saying(notice("figures-withheld"))
         gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
         source = take.need("poses")
-        asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), doubts_of(take.said)
-        found = measures(filtered, rectified, kinematics, source, gait, *asked)
         residuals = residuals_of(take)
+        asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), doubts_of(take.said)
+        against = contradicted(residuals, source.times)
+        found = measures(filtered, rectified, kinematics, source, gait, *asked, against)
         found += tuple(within("off_keypoints", off_keypoints(residuals, source.times)))
         said = exchanged(take, residuals)
         said += [*doubts(gait, source), *_focal(take, gait), *_zoom(take, gait)] if rectified.level_ok else []
@@ -152,6 +137,7 @@ def measures(
     belt_speed: float | None = None,
     in_image: Mapping[str, np.ndarray] | None = None,
     doubt: Doubts = NO_DOUBTS,
+    against: Mapping[str, Spans] = MappingProxyType({}),
 ) -> tuple[Row, ...]:
     """Rows, named below as in summary.json (`pipeline.core.measures.nested`). What cannot be had is absent, and its
     group has a `reason`.
@@ -159,7 +145,8 @@ def measures(
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.Angles) and paths (stages.trajectories.trajectory); source: the poses that
     were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
-    in_image: signals.reprojection.straight_in_image; doubt: of outcomes.doubts_of.
+    in_image: signals.reprojection.straight_in_image; doubt: of outcomes.doubts_of; against: of
+    off_keypoints.contradicted.
 
     Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
     of angles by what they are stated with; of ranges, of right less left and from repetition to repetition (peak_mdc90)
@@ -189,11 +176,13 @@ def measures(
     steps_told = lasts_s >= BRIEFEST_S["walking"] and "steps" in grouped(walk)
     blind = source.lifted and in_image is None  # to punches
     struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd)
-    bends, landings = _knee_bends(take, gait, jumped, flights.ankle, apart, steps_told)
+    bends, landings = knee_bends(take, gait, jumped, flights.ankle, apart, steps_told, against)
     leaps = jumps(flights, jumped, cut, brief, rectified, landings)
     movements = {
         "knee_bends": bends,
-        "arm_raises": _arm_raises(take, grouped(struck["punches"]), filtered if source.lifted else None),
+        "arm_raises": arm_raises(
+            take, grouped(struck["punches"]), filtered if source.lifted else None, against
+        ),
         **struck,
         "walking": walk,
     }
@@ -212,104 +201,14 @@ def measures(
     )
 
 
-def _knee_bends(
-    take: Columns,
-    gait: Gait,
-    jumped: Sequence[Flight],
-    ankle: np.ndarray | None,
-    apart: np.ndarray,
-    steps_told: bool = True,
-) -> tuple[list[Row], Spans]:
-    """Rows, and the (begin, end) of bends that may be landings: behind a fall of ankle, (T,) of Airborne. apart: (T,)
-    how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which
-    the feet seem to move may be one in place then."""
-    feet_move, may_land = list[tuple[float, float]](), set[tuple[float, float]]()
-    flights = [(flight.off_s, flight.land_s) for flight in jumped]
-
-    def straightens(bend: Repetition) -> bool:
-        """Whether one knee is straighter at the peak than where the bend begins or ends: weight is shifted."""
-        rows = np.searchsorted(take.times, [bend.start_s, bend.peak_s, bend.stop_s])
-        return any(knee[rows[1]] < max(knee[rows[0]], knee[rows[2]]) for knee in (right, left))
-
-    def in_place(bend: Repetition) -> bool:
-        walks = any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps)
-        if walks or absorbs(flights, bend.peak_s) or straightens(bend):
-            return False
-        meanwhile = apart[(take.times >= bend.start_s) & (take.times <= bend.stop_s)]
-        meanwhile = meanwhile[np.isfinite(meanwhile)]
-        stays = not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
-        span = (bend.start_s, bend.stop_s)
-        if not stays and span not in feet_move:
-            feet_move.append(span)
-        if stays and ankle is not None and lands(ankle, take.times, bend.peak_s):
-            may_land.add(span)
-        return stays and span not in may_land
-
-    right, left = take("r_knee_flexion"), take("l_knee_flexion")
-    sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
-    bends = repeats(
-        take,
-        "knee_flexion",
-        np.minimum(right, left),
-        sd,
-        _BEND,
-        KNEES_HIPS_TRUNK,
-        in_place,
-        BRIEFEST_S["knee_bends"],
-    )
-    if peaks := numbered(grouped(bends), "peak"):
-        errors = [SD_90 * (peak.error or take.unstated_deg) for peak in peaks]
-        least, most = (
-            sum(peak.value + sign * error >= _SQUAT for peak, error in zip(peaks, errors, strict=True))
-            for sign in (-1, 1)
-        )
-        why = f"it is uncertain whether a bend reaches the {_SQUAT:g} degrees of a squat"
-        bends.append(Measure("squats", least) if least == most else Remark("squats_reason", why))
-    bends = doubted(bends, may_land, "bend", "landing")
-    if not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
-        when = spans_in_words(feet_move)
-        bends.append(
-            Remark("reason", f"it is not seen whether the feet stay while the knees bend from {when}")
-        )
-    return bends, sorted(may_land)
-
-
-def _arm_raises(take: Columns, punches: Group, lifted: PoseSequence | None) -> list[Row]:
-    """Arms that rise, but for those that punch at their highest: a movement is told once. lifted: joints in LEVEL of
-    lifted poses, which do not show every punch."""
-    rows: list[Row] = []
-    curves: list[Curve] = []
-    looks_so = {side: may_punch(lifted, side) for side in SIDES.values()} if lifted else {}
-    may_be: dict[str, set[tuple[float, float]]] = {side: set() for side in SIDES.values()}
-    for words, side in SIDES.items():
-        angle = f"{side}_shoulder_elevation"
-        shown = [f"{side}_{part}" for part in _IN_RAISES]
-        of_side = subgroup(punches, words)
-        spans = list(zip(moments(of_side, "start"), moments(of_side, "stop"), strict=True))
-
-        def raises(one: Repetition, spans: Spans = spans, side: str = side) -> bool:
-            if any(begin <= one.peak_s <= end for begin, end in spans):
-                return False
-            if lifted and looks_so[side](one):
-                may_be[side].add((one.start_s, one.stop_s))
-                return False
-            return True
-
-        briefest_s = BRIEFEST_S["arm_raises"]
-        arm = repeats(take, angle, take(angle), take.sd(angle), _RAISE, shown, raises, briefest_s)
-        arm = doubted(arm, may_be[side], "raise", "punch")
-        curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
-        rows += within(words, [row for row in arm if not isinstance(row, Curves)], side_of(angle))
-    return [*rows, *([Curves(tuple(curves))] if curves else [])]
-
-
 def _range(take: Columns, name: str) -> list[Row]:
     values = continuous(take(name), ALL_ANGLES[name].centre_deg)
     known = values[np.isfinite(values)]
     if len(known) < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have this angle"), *basis(values)]
     sd = take.sd(name)
-    if np.isfinite(sd).any() and (hidden := take.untold(name)) > _OUTERMOST:
+    lifted = bool(take.unstated_deg) or np.isfinite(sd).any()
+    if lifted and (hidden := take.untold(name)) > _OUTERMOST:
         # A lift's frames near the axis are the outermost, of an arm raised sideways; which they are differs by camera.
         why = f"{100 * hidden:.0f} % of the frames are near its axis or too uncertain; the others do not show its range"
         return [Remark("reason", why), *basis(values)]

@@ -25,6 +25,7 @@ from ...models.gait.gait import (
     LEAST_STEP,
     Gait,
     Values,
+    backward_steps,
     length_values,
     over_belt,
     separation,
@@ -52,9 +53,7 @@ _MOST = 0.9  # of the take, which is then named as a whole
 _SLOW_HZ = 12.0  # a quick step of 0.4 s has fewer than five frames below this
 # Times that the legs pass each other, from which it is no rest: a walk whose feet's contacts are not seen, perhaps.
 _PASSES = 4
-_BELT_SHARE = (
-    0.12  # of a belt's speed that the feet's drift tells: what lifted stances are off (validation subjects)
-)
+_BELT_SHARE = 0.12  # of a belt's speed by the feet's drift: what lifted stances are off (validation subjects)
 _IN_STRIDES = (
     "thigh_trunk_flexion",
     "knee_flexion",
@@ -147,6 +146,7 @@ def walking(
         ]
 
     seen = runs(np.isfinite(apart), filtered.times, breaks(filtered))
+    back = backward_steps(gait, apart, filtered.times)
     landed = len(gait.steps) + len(gait.walks)
     counted = f"{how_many(len(gait.steps), 'step')} between {how_many(landed, 'landing')}" + (
         f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""
@@ -155,6 +155,7 @@ def walking(
         Remark("gait", gait.kind),
         Measure("walks", len(gait.walks)),
         Measure("steps", len(gait.steps)),
+        *([Measure("backward_steps", back)] if back else []),
         Remark("counted", counted),
         *([Remark("count_reason", why)] if (why := goes_on(gait, seen, filtered.times, jumped)) else []),
         *over_floor,

@@ -12,7 +12,7 @@ from ...pipeline.core.measures import CANNOT_BE_TOLD, Group, half_bar, measure, 
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
-from ..drawing.charts import SLICES, Curve, over_time, sides
+from ..drawing.charts import BAND, SIDES, SLICES, Curve, over_time, sides
 from ..drawing.facts import angle_bands
 from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, table
 from ..drawing.words import errors_of_angles, range_words, spoken
@@ -30,7 +30,7 @@ def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
         [
             spoken(both),
             *(range_words(subgroup(found, f"{side}_{both}")) for side in "rl"),
-            _difference(subgroup(symmetry, both)),
+            _difference(subgroup(symmetry, both), errors),
         ]
         for both in dict.fromkeys(of_both(name) for name in known if name not in MIDLINE)
     ]  # fmt: skip
@@ -39,12 +39,15 @@ def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
     ]
     if not known:
         return Markup("")
+    bars = any(of.bar is not None for name in known if (of := measure(subgroup(found, name), "p05")))
+    within = "; the true angle lies within ± in nine of ten cases" if bars else ""
+    mdc = "; ± is its MDC90: if both are equal, nine in ten differences lie within it" if bars else ""
+    doubtful = "the difference lies within ±" if bars else "the error of the difference is not known"
     return (
         small(
-            "From the 5th to the 95th percentile of the frames, in degrees; the true angle lies within ± in nine of "
-            "ten cases. Difference: right minus left range, divided by their mean; ± is its MDC90: if both are "
-            "equal, nine in ten differences lie within it. Grey: the difference lies within ±, or some values are "
-            f"beyond what a joint reaches. {errors_of_angles(errors)}"
+            f"From the 5th to the 95th percentile of the frames, in degrees{within}. Difference: right minus left "
+            f"range, divided by their mean{mdc}. Grey: {doubtful}, or some values are beyond what a joint reaches. "
+            f"{errors_of_angles(errors)}"
         )
         + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
         + details("All figures of the ranges", measure_tables({name: found[name] for name in known}, level=3))
@@ -86,12 +89,12 @@ def sides_compared(measures: Group) -> list[str]:
     return [f"Between right and left no difference in range of motion{steps} is certain{chance}."]
 
 
-def _difference(symmetry: Group) -> Cell:
+def _difference(symmetry: Group, errors: AngleErrors | None) -> Cell:
     of = measure(symmetry, "symmetry_index")
     if of is None:
         return Soft("cannot be told") if text(symmetry, "symmetry_outcome") == CANNOT_BE_TOLD else None
     words = f"{of.value:z.0f}{'' if of.bar is None else f' ± {of.bar:.0f}'} %"
-    return Soft(words) if of.within_error else words
+    return Soft(words) if of.within_error or (of.bar is None and errors is not None) else words
 
 
 def angle_charts(take: Take) -> Markup:
@@ -99,11 +102,12 @@ def angle_charts(take: Take) -> Markup:
     columns, times = take.kinematics or {}, take.need("poses").times
     if len(times) < 2:  # a chart of one value is empty
         return angle_table(columns)
-    figures = []
+    figures, bars = [], False
     for name in ALL_OF_BOTH:
         if (shown := angle_bands(take, name)) is None:
             continue
         values, margins = (each.T for each in shown)
+        bars |= bool(np.isfinite(margins).any())
         curves = (
             [Curve(name, values[0], margin=margins[0])]
             if name in MIDLINE
@@ -116,10 +120,7 @@ def angle_charts(take: Take) -> Markup:
     if not figures:
         return Markup("")
     return (
-        small(
-            "Orange: right. Blue, dashed: left. The band is the ±: it holds the true angle in nine of ten frames. "
-            f"Where a curve breaks off there is no value.{_thinned(take)}"
-        )
+        small(f"{SIDES}{f' {BAND}' * bars} Where a curve breaks off there is no value.{_thinned(take)}")
         + charts(figures)
         + details("How well each angle is known, and where it is not", angle_table(columns))
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 # By a measure's name without its unit, `mean_` and `sd_`.
 _EXPLAINED = {
     "steps": "From one foot's landing to the other foot's; a walk has one landing more than it has steps.",
+    "backward_steps": "Steps of stretches in which the feet land behind each other; means are over both ways.",
     "strides": "From a foot's landing to the next landing of the same foot.",
     "walks": "Stretches of at least three steps (two in a run) without a stop or a sharp turn.",
     "cadence": "Steps a minute, by the mean step time.",
@@ -36,6 +37,7 @@ _EXPLAINED = {
     "duration": "From when the angle begins to rise until it is back at 7 % of the rise; missing if a gap hides "
                 "either.",
     "rise": "By how much the angle grows; not given if a gap hides its start or end.",
+    "longest": "For how long the posture is held; start and stop include the ways there and back.",
     "peak_mdc90": "Equal peaks of one take differ by less than this in nine of ten cases.",
     "peak_at": "When the angle is largest.",
     "peak": "The largest angle; in a knee bend that of the less bent knee.",

@@ -57,7 +57,8 @@ _WORDS = {
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
     "count_reason": "there may be more", "longest_reason": "the longest may last longer",
-    "peak_at": "peak at",
+    "peak_at": "peak at", "take_off_feet": "feet at take-off", "landing_feet": "feet at landing",
+    "thigh_trunk_lowest": "thigh furthest back",
     "peak_mdc90": "MDC90 from peak to peak",
     "nan_share": "share without a value",
 }  # fmt: skip
@@ -105,10 +106,10 @@ def happened(rows: Iterable[Row], length: str) -> Markup:
             )
     single: Group = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict)}
     shown = measure_tables(single, length) + joined(parts)
-    missed = details("What was looked for and not found", bullets(absent))
+    missed = details("Movements that were not found, and why", bullets(absent))
     if shown:
         return small(_ERRORS) + missed + shown
-    return small("No movement that is counted was recognised.") + missed if absent else Markup("")
+    return small("No movement was counted.") + missed if absent else Markup("")
 
 
 def _found(group: Group) -> bool:

@@ -7,7 +7,7 @@ from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
 from ...pipeline.core.take import Take
-from ..drawing.charts import over_time, sides
+from ..drawing.charts import BAND, SIDES, over_time, sides
 from ..drawing.facts import length_unit
 from ..drawing.page import charts, figure, small
 from ..drawing.words import spoken
@@ -40,8 +40,8 @@ def motion_charts(take: Take) -> Markup:
         return Markup("")
     return (
         small(
-            "Relative to the pelvis, from the smoothed paths. Orange: right. Blue, dashed: left. The band is the "
-            "±: it holds the true value in nine of ten frames."
+            "Relative to the pelvis, from the smoothed paths. "
+            f"{SIDES}{f' {BAND}' * any(name.endswith('_sd') for name in columns)}"
         )
         + (
             small(f"Not shown, because the error is larger than the values: {words}.")

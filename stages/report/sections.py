@@ -89,8 +89,8 @@ def gravity_words(facts: Facts) -> Markup:
         f"Up: {facts.up_words} {facts.rests_words}".rstrip(),
         _HEADINGS.get(facts.rectified.level_heading, "Front and right are the person's own."),
         *(
-            [f"Expected error of a frame's whole rotation: {bound_in_words(error)}° in half of the frames."]
-            if np.isfinite(error)
+            [f"In half of the frames the body's direction is off by less than {bound_in_words(error)}°."]
+            if np.isfinite(error) and not facts.up_of_unusable
             else []
         ),
     ]
@@ -102,7 +102,8 @@ def up_table(facts: Facts, image: bool) -> Markup:
     one source only, unless the image was looked at."""
     rows: list[list[str | float | None]] = []
     for name, source in facts.sources.items():
-        bound = None if source.error_deg is None else RAYLEIGH_90 * source.error_deg
+        unknown = source.error_deg is None or facts.up_of_unusable
+        bound = None if unknown else RAYLEIGH_90 * source.error_deg
         own = [_rounded(angle, bound) for angle in (source.pitch_deg, source.roll_deg)]
         share = "not used" if source.share is None else f"{100 * source.share:.0f} %"
         rows.append([SOURCES.get(name, name), *own, share, _rounded(source.pull_deg, 1.0)])
@@ -146,7 +147,9 @@ def provenance(facts: Facts, take: Take) -> Markup:
         )
     if seams := poses.seams:
         times = ", ".join(f"{poses.times[seam]:.2f}" for seam in seams[:_MOST])
-        about.append(f"Clip boundaries at {times}{' ...' if len(seams) > _MOST else ''} s.")
+        about.append(
+            f"New clips begin at {times}{' ...' if len(seams) > _MOST else ''} s; poses may jump there."
+        )
     steps = [(step.name, step.version, _options(step.options)) for step in facts.history]
     return (
         bullets(about)

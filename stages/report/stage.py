@@ -33,6 +33,7 @@ from .sections import files_beside, gravity_words, provenance, session_words, to
 from .trust import trust
 
 _ERRORS = 'On this page ±, "within" and 90 % mean the same: nine in ten true values lie in that range.'
+_PATHS = "The errors of these lengths are not known."
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
     facts, measures = facts_of(take), grouped(take.measures or ())
     give_memory_back()
-    said = [*seen(take), *sides_compared(measures)]
+    said = [*seen(take, "below, under What happened"), *sides_compared(measures)]
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
     bars = small(_ERRORS) if any("±" in sentence for sentence in said) else Markup("")
     head = session_words(take, facts) + answer(said or withheld) + bars
@@ -89,7 +90,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
 def _motion(take: Take, measures: Group) -> Markup:
     length = length_unit(take.need("poses"))
     paths: Group = {name: path for name, path in subgroup(measures, "paths").items() if name != "reason"}
-    lengths = measure_tables(paths, length, level=3) if paths else Markup("")
+    lengths = small(_PATHS) + measure_tables(paths, length, level=3) if paths else Markup("")
     return motion_charts(take) + details("Lengths of the paths", lengths)
 
 
@@ -108,9 +109,10 @@ def _off_keypoints(measures: Group, length: str) -> Markup:
 
 def _key_frames(take: Take) -> Markup:
     figures = key_figures(take)
+    upright = "upright" if take.need("rectified").level_ok else "as it came, not levelled"
     words = (
         "Moments of events and, between them, frames chosen for their posture. Beside each image the same pose is "
-        "upright, seen from the front and from its right side. Orange is the person's right, blue the left."
+        f"{upright}, seen from the front and from its right side. Orange is the person's right, blue the left."
     )
     return small(words) + charts(figures) if figures else Markup("")
 

@@ -145,8 +145,8 @@ def _sides(take: Take) -> Check:
     if not off:
         alone = take.keypoints is None and take.need("poses").frame.family == "camera"
         hidden = "; without 2D keypoints an exchange that the estimator smoothed is not seen" if alone else ""
-        return "Left and right", "good", [f"No limbs look exchanged{hidden}."]
-    words = "No limbs look exchanged, but some do not fit their keypoints"
+        return "Left and right", "good", [f"No exchanged limbs were found{hidden}."]
+    words = "No exchanged limbs were found, but some do not fit their keypoints"
     return "Left and right", "care", [f"{words}: {', '.join(off)}."]
 
 
@@ -165,8 +165,12 @@ def _view(take: Take) -> Check:
     if take.keypoints is None:
         words += " Without 2D keypoints the page cannot say more."
     elif level == "good":
-        seen = "No arm or leg was out of sight for long."
-        words = f"{'Both arms and legs were seen, except for moments.' if missing else seen} {words}"
+        seen = (
+            "both arms and legs were seen, except for moments"
+            if missing
+            else "no limb was out of sight for long"
+        )
+        words = f"By the detector's scores {seen}. {words}"
     return "In view", level, [words]
 
 

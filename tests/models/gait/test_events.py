@@ -48,6 +48,7 @@ def test_a_flicker_is_no_event_and_a_gap_hides_them():
     (before, after) = stances({"r": probability}, TIME)["r"]
     assert np.isnan(before.stop_s)
     assert np.isnan(after.start_s)
+    assert (before.seen_s[1], after.seen_s[0]) == (TIME[69], TIME[80])
 
 
 def test_steps_and_strides_of_a_limping_walk():
@@ -98,6 +99,54 @@ def test_a_pelvis_that_swings_with_every_step_does_not_turn(swing_deg):
     turning = swing + np.where(TIME < 3.1, 0.0, 60.0)
     first, second = walks(feet, between, TIME, 0.25, facing_deg=turning)
     assert first[-1].stop_s < 3.1 < second[0].stop_s
+
+
+def there_and_back(steps, swing_deg):
+    """Stances, separation and facing of so many steps forwards and, from the foot in front on, as many backwards, for
+    which the film runs back: the feet land behind, and the pelvis swings the other way."""
+    lands = 0.4 + 0.5 * np.arange(2 * steps + 2)
+    sides = ["rl"[i % 2] for i in range(steps + 1)]
+    sides += sides[::-1]
+    feet = {
+        side: [Stance(side, at, at + 0.6) for at, own in zip(lands, sides, strict=True) if own == side]
+        for side in "rl"
+    }
+    ahead = np.interp(TIME, lands, (-1.0) ** np.arange(len(lands)))
+    foot = np.array([1 if side == "r" else -1 for side in sides]) * np.repeat([1, -1], steps + 1)
+    return feet, np.column_stack([ahead, 0 * ahead]), np.interp(TIME, lands, swing_deg * foot)
+
+
+@pytest.mark.parametrize("steps", [3, 4, 5, 6])
+@pytest.mark.parametrize("swing_deg", [-28.0, 10.0, 20.0, 28.0])
+def test_who_walks_back_swings_the_other_way_and_loses_no_step(steps, swing_deg):
+    """One swing for the whole take was wrong for half of it, whose steps were turns."""
+    feet, between, facing = there_and_back(steps, swing_deg)
+    there, back = walks(feet, between, TIME, 0.25, facing_deg=facing)
+    assert (len(there), len(back)) == (steps, steps)
+    turns_s = 0.4 + 0.5 * (steps + 1) + 1.25  # between two landings of the way back
+    for walk in walks(feet, between, TIME, 0.25, facing_deg=facing + np.where(turns_s > TIME, 0.0, 90.0)):
+        assert not any(step.start_s < turns_s < step.stop_s for step in walk)
+
+
+def test_a_walk_ends_where_two_steps_turn_by_ninety_degrees():
+    feet, between = limping(0.6, 0.6)
+    for swing_deg in (0.0, -28.0, 20.0):
+        swing = swing_deg * np.cos(np.pi * (TIME - 0.4) / 0.6)
+        turning = swing + np.interp(TIME, [2.8, 4.0], [0, 90])  # from one landing to the next but one
+        first, second = walks(feet, between, TIME, 0.25, facing_deg=turning)
+        assert first[-1].stop_s < 2.9 < 3.9 < second[0].stop_s
+        assert (len(first), len(second)) == (4, 3)
+
+
+def test_each_walk_of_a_take_has_its_own_swing():
+    """Three steps with the pelvis to one side, and after a rest many with it to the other."""
+    feet, between, time_s = {"r": [], "l": []}, np.zeros((len(TIME), 2)), np.r_[1.0:2.6:0.5, 4.5:7.6:0.5]
+    for at, side in zip(time_s, "rlrlrlrlrlr", strict=True):
+        feet[side].append(Stance(side, at, at + 0.6))
+    swings = (-1.0) ** np.arange(len(time_s))
+    between[:, 0] = np.interp(TIME, time_s, swings)
+    facing = np.interp(TIME, time_s, swings * np.where(time_s < 3, 25, -25))
+    assert [len(walk) for walk in walks(feet, between, TIME, 0.25, facing_deg=facing)] == [3, 6]
 
 
 def test_a_turn_ends_a_walk_though_a_landing_faces_nobody_knows_where():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.gait.events import Stance
-from pcnet3d.models.gait.foot_lock import foot_locked
+from pcnet3d.models.gait.foot_lock import flat_rows, foot_locked
 from pcnet3d.models.gait.parameters import flat_span
 
 FPS, SPEED, STEP_S = 30.0, 1.2, 0.5
@@ -105,3 +105,21 @@ def test_who_stands_all_along_stays_but_for_the_ends(walk):
     places = foot_locked(noisy, legs, stated(0.03), feet, TIME_S) + legs["r"]
     inside = places[int(0.2 * FPS) : -int(0.4 * FPS)]
     np.testing.assert_allclose(inside, inside[[0]].repeat(len(inside), axis=0), atol=1e-12)
+
+
+def test_a_foot_whose_leaving_a_gap_hides_stands_no_longer_than_it_is_seen(walk):
+    """It stood to the end of the take, and no other foot stood meanwhile: a walk back from the camera was a zoom."""
+    _, _, feet = walk
+    gap_s, seen = 2.2, np.ones(len(TIME_S), dtype=bool)
+
+    def cut(stance):
+        if stance.start_s < gap_s < stance.stop_s:
+            return Stance(stance.side, stance.start_s, np.nan, seen_s=(0.0, gap_s))
+        return stance
+
+    hidden = {side: [cut(stance) for stance in of] for side, of in feet.items()}
+    assert hidden != feet
+    whole, found = (list(flat_rows(each, seen, TIME_S, ())) for each in (feet, hidden))
+    late = [(side, rows) for side, rows in whole if TIME_S[rows][0] > gap_s]
+    assert found[-len(late) :] == late
+    assert all(TIME_S[rows][-1] < gap_s or (side, rows) in late for side, rows in found)

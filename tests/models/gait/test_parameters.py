@@ -7,6 +7,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.errors import OF_SIDES, OF_STYLE, depth_of_steps, path_error, shipped_errors
 from pcnet3d.models.gait.events import Stance, Step, walks
 from pcnet3d.models.gait.gait import Gait, find_gait, length_values, over_belt, time_values
+from pcnet3d.models.gait.parameters import belt_drift
 
 FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16
 TIME = np.arange(6 * FPS) / FPS
@@ -106,6 +107,27 @@ def test_feet_that_drift_ahead_are_on_no_belt(share):
     root, ankles, gait = striding()
     short = {side: share * ankle for side, ankle in ankles.items()}
     assert over_belt(root, short, TIME, gait, np.array([1.0, 0.0]))[1] == 0
+
+
+def test_who_walks_there_and_backwards_again_is_on_no_belt():
+    """The feet went back under the body in one half and ahead in the other, together hardly at all: any drift was a
+    belt's."""
+    root, ankles, gait = striding()
+    end_s, drift = (
+        2 * TIME[-1],
+        np.array([-0.1, 0.0]),
+    )  # an error of the path; and legs are lifted shorter on the way back
+    path = np.concatenate([root, root[-2::-1]])
+    time_s = np.arange(len(path)) / FPS
+    size = np.where(time_s > TIME[-1], 0.9, 1.0)[:, None]
+    both = {side: size * np.concatenate([ankle, ankle[-2::-1]]) for side, ankle in ankles.items()}
+    feet = {
+        side: [*of, *(Stance(side, end_s - s.stop_s, end_s - s.start_s) for s in of)]
+        for side, of in gait.feet.items()
+    }
+    assert belt_drift(path + time_s[:, None] * drift, both, time_s, feet) is None
+    found = belt_drift(TIME[:, None] * drift, ankles, TIME, gait.feet)  # on a treadmill
+    np.testing.assert_allclose(found, drift - [SPEED, 0], atol=1e-3)
 
 
 OF_PATH = {"walking_speed", "step_length", "stride_length", "step_width"}

@@ -2,6 +2,7 @@
 
 import re
 from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -14,8 +15,9 @@ from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.jumps import cut_jumps, goes_on, jumps, without_leaps
+from pcnet3d.stages.measures.movements import knee_bends
 from pcnet3d.stages.measures.outcomes import BRIEFEST_S, Doubts, with_outcome
-from pcnet3d.stages.measures.stage import Measures, _knee_bends
+from pcnet3d.stages.measures.stage import Measures
 
 TIMES = np.arange(0, 6, 1 / 30)
 
@@ -29,13 +31,13 @@ def test_landing_is_no_squat(lowest_s, count):
     assert (bends["count"], bends.get("squats", 0)) == (count, count)
 
 
-def bent(knee_deg, jumps=(), ankle=None, sd_deg=None):
+def bent(knee_deg, jumps=(), ankle=None, sd_deg=None, against=MappingProxyType({})):
     """(figures, landings) of both knees that bend alike, of feet that stand."""
     columns = {f"{side}_knee_flexion_deg": knee_deg for side in "rl"}
     if sd_deg is not None:
         columns |= {f"{side}_knee_flexion_sd_deg": np.full(len(TIMES), sd_deg) for side in "rl"}
     of, gait = Columns(columns, TIMES, (), judged=True), Gait({"r": [], "l": []}, [])
-    rows, landings = _knee_bends(of, gait, [*jumps], ankle, np.zeros(len(TIMES)))
+    rows, landings = knee_bends(of, gait, [*jumps], ankle, np.zeros(len(TIMES)), True, against)
     return nested(rows), landings
 
 
@@ -76,13 +78,32 @@ def test_a_bend_that_may_be_a_landing_is_not_counted_and_not_denied(lowest_s, st
     assert jumped["outcome"] == (CANNOT_BE_TOLD if doubt else NONE)
 
 
+@pytest.mark.parametrize(("unstated_deg", "doubt"), [(0.0, False), (8.0, True)])
+def test_a_near_miss_beside_another_is_told_of_unknown_errors_alone(unstated_deg, doubt):
+    """A boxer's knees, lifted from one image each, "bent once"; they bent six times."""
+    columns = {f"{side}_knee_flexion_deg": dips(2.3, deg=32) + dips(4.0, deg=40) for side in "rl"}
+    of = Columns(columns, TIMES, (), False, unstated_deg)
+    none = Gait({"r": [], "l": []}, [])
+    bends = nested(knee_bends(of, none, [], None, np.zeros(len(TIMES)), True, {})[0])
+    assert (bends["count"], "count_reason" in bends) == (1, doubt)
+
+
+@pytest.mark.parametrize(
+    ("lowest_s", "count", "doubt"), [((2.3,), 0, {"reason"}), ((2.3, 4.0), 1, {"count_reason"})]
+)
+def test_a_bend_of_a_leg_off_its_keypoints_is_not_counted_and_not_denied(lowest_s, count, doubt):
+    bends, landings = bent(dips(*lowest_s), against={"l_leg": [(2.2, 2.4)], "r_arm": [(3.9, 4.1)]})
+    assert (bends["count"], landings) == (count, [])
+    assert {"reason", "count_reason"} & bends.keys() == doubt
+
+
 @pytest.mark.parametrize(("steps_told", "outcome"), [(True, NONE), (False, CANNOT_BE_TOLD)])
 def test_a_bend_with_feet_that_seem_to_move_is_none_only_where_steps_are_seen(steps_told, outcome):
     """Somebody faces the camera, so that how far the feet are apart is depth, as in steps that cannot be counted."""
     columns = {f"{side}_knee_flexion_deg": 70 * np.exp(-(((TIMES - 3) / 0.4) ** 2)) for side in "rl"}
     apart = np.where(TIMES < 3, 0.0, 0.5)
     of, gait = Columns(columns, TIMES, (), False), Gait({"r": [], "l": []}, [])
-    bends, _ = _knee_bends(of, gait, [], None, apart, steps_told)
+    bends, _ = knee_bends(of, gait, [], None, apart, steps_told, {})
     assert nested(with_outcome("knee_bends", bends, 6.0))["outcome"] == outcome
 
 

@@ -223,7 +223,7 @@ def test_a_gap_that_cuts_one_of_several_squats_is_told(squats):
     assert found["count"] == 3
     assert found["count_reason"] == f"not seen from {begin:.2f} to {end:.2f} s"
     assert answer(take)[0].startswith(
-        f"Squatted at least 3 times (not seen from {begin:.2f} to {end:.2f} s), the straighter knee to "
+        f"Squatted at least 3 times (not seen from {begin:.2f} to {end:.2f} s), the less bent knee to "
     )
     assert f"There may be more: {found['count_reason']}." in happened(take.measures, "m")
 

@@ -18,9 +18,9 @@ from pcnet3d.pipeline.signals.reprojection import Residuals
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.cycles import repetitions
 from pcnet3d.stages.measures.figures import moments
+from pcnet3d.stages.measures.movements import BEND, arm_raises
 from pcnet3d.stages.measures.outcomes import with_outcome
 from pcnet3d.stages.measures.repeats import repeats
-from pcnet3d.stages.measures.stage import _BEND, _arm_raises
 from pcnet3d.stages.measures.strikes import _kicks, _Limb, _once, _punches, _trimmed, strikes
 from pcnet3d.stages.report.measures import happened
 
@@ -65,7 +65,7 @@ def held():
     """Figures of an angle that is held from 3 to 8 s."""
     x = 10 + 100 * np.clip(np.minimum(TIMES - 2, 9 - TIMES), 0, 1)
     columns = Columns({"x_deg": x}, TIMES, (), False)
-    return repeats(columns, "knee_flexion", x, np.full(len(TIMES), np.nan), _BEND, [])
+    return repeats(columns, "knee_flexion", x, np.full(len(TIMES), np.nan), BEND, [])
 
 
 def test_a_hold_is_no_repetition(held):
@@ -74,6 +74,19 @@ def test_a_hold_is_no_repetition(held):
     assert found["holds"]["count"] == 1
     assert found["holds"]["start_s"][0] == pytest.approx(2, abs=0.05)
     assert found["holds"]["longest_s"] == pytest.approx(5.4, abs=0.2)
+
+
+def test_a_raise_of_an_arm_off_its_keypoints_is_not_counted_and_not_denied():
+    """A detector had given a woman the raised arm of the man beside her."""
+    nothing = np.full(len(TIMES), np.nan)
+    columns = {
+        f"{side}_{part}_deg": nothing for side in "rl" for part in ("shoulder_flexion", "elbow_flexion")
+    }
+    columns |= {f"{side}_shoulder_elevation_deg": bump(3, 0.5, 90) for side in "rl"}
+    against = {"l_arm": [(2.8, 3.1)]}
+    told = nested(arm_raises(Columns(columns, TIMES, (), True), grouped([]), None, against))
+    assert (told["right"]["count"], "reason" in told["right"]) == (1, False)
+    assert (told["left"]["count"], "reason" in told["left"]) == (0, True)
 
 
 def test_an_arm_that_punches_is_not_raised_too():
@@ -89,7 +102,7 @@ def test_an_arm_that_punches_is_not_raised_too():
         for side in ("right", "left")
         for row in within(side, [moments("start", [7.8]), moments("stop", [8.2])])
     ]
-    told = nested(_arm_raises(columns, grouped(punches), None))
+    told = nested(arm_raises(columns, grouped(punches), None, {}))
     assert told["right"]["count"] == 1
     assert told["right"]["peak_at_s"] == [pytest.approx(3)]
     assert (told["left"]["count"], told["left"].get("reason")) == (0, None)
@@ -115,7 +128,7 @@ def test_a_lifted_raise_that_may_be_a_punch_is_not_counted_and_not_denied(width_
     }
     columns |= {"r_shoulder_elevation_deg": 90 * ahead, "l_shoulder_elevation_deg": 0 * ahead}
     take = Columns(columns, TIMES, (), False)
-    told = nested(_arm_raises(take, grouped([]), level if lifted else None))["right"]
+    told = nested(arm_raises(take, grouped([]), level if lifted else None, {}))["right"]
     assert told["count"] == count
     assert ("reason" in told) == doubt
 

@@ -6,9 +6,9 @@ import pytest
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, nested
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.cycles import hiding, unreturned
+from pcnet3d.stages.measures.movements import BEND
 from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
 from pcnet3d.stages.measures.repeats import repeats
-from pcnet3d.stages.measures.stage import _BEND
 from pcnet3d.stages.measures.walking import _hidden
 
 FPS = 30
@@ -20,7 +20,7 @@ def bends(x, counts=lambda one: True):
     """The group `knee_bends` of a knee angle (T,)."""
     columns = Columns({"x_deg": x}, TIME, (), False)
     sd = np.full(len(TIME), np.nan)
-    rows = repeats(columns, "knee_flexion", x, sd, _BEND, [], counts, BRIEFEST_S["knee_bends"])
+    rows = repeats(columns, "knee_flexion", x, sd, BEND, [], counts, BRIEFEST_S["knee_bends"])
     return nested(with_outcome("knee_bends", rows, TIME[-1]))
 
 
@@ -117,8 +117,8 @@ def test_of_two_holds_the_longest_was_seen_whole():
 
 def test_a_rise_at_the_end_is_no_hold_and_rest_no_rise():
     assert "holds" not in bends(10 + 100 * np.clip(TIME - 10, 0, 1))
-    assert unreturned(REST, TIME, _BEND) == []
-    assert unreturned(np.full(len(TIME), np.nan), TIME, _BEND) == []
+    assert unreturned(REST, TIME, BEND) == []
+    assert unreturned(np.full(len(TIME), np.nan), TIME, BEND) == []
 
 
 def test_legs_that_are_not_seen_for_long_before_the_first_frame_may_have_walked():

@@ -40,6 +40,22 @@ def test_cadence_within_one_per_cent_and_steps_at_their_times(fps, turn_deg):
     assert landings >= sum(map(len, walk.heel_strikes_s.values())) - 2
 
 
+def test_the_film_of_a_walk_that_runs_back_has_its_steps_backwards(walk):
+    there = nested(measured(walk.poses).measures)["walking"]
+    assert "backward_steps" not in there
+    film = walk.poses.with_(joints=walk.poses.joints[::-1])
+    back = nested(measured(film).measures)["walking"]
+    assert back["backward_steps"] == back["steps"] == pytest.approx(there["steps"], abs=1)
+    assert back["walking_speed"] == pytest.approx(there["walking_speed"], rel=0.05)
+    time_s = np.arange(2 * len(walk)) / 30
+    joints = np.concatenate([walk.poses.joints, film.joints])
+    both = walk.poses.with_(joints=joints, confidence=None, time_s=time_s, frame_index=np.arange(len(time_s)))
+    both = nested(measured(both).measures)["walking"]
+    assert both["backward_steps"] == pytest.approx(both["steps"] / 2, abs=1)
+    assert both["steps"] >= 2 * there["steps"] - 2
+    assert "belt" not in both
+
+
 def test_a_moving_camera_changes_no_steps_but_paths_are_absent(walk):
     steady = measured(walk.poses, STAGES[:3])
     turns = np.radians(30 * np.sin(walk.time_s))

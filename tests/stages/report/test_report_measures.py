@@ -11,8 +11,9 @@ from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, Measure, Moments, Rem
 from pcnet3d.pipeline.signals.angles import MIDLINE
 from pcnet3d.pipeline.signals.foot_angles import ALL_OF_BOTH
 from pcnet3d.stages.drawing.words import range_words
+from pcnet3d.stages.measures.movements import BEND, RAISE
 from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
-from pcnet3d.stages.measures.stage import _BEND, _RAISE, Measures
+from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.measures.strikes import _KICK_RISES
 from pcnet3d.stages.report.angles import ranges, sides_compared
 from pcnet3d.stages.report.glossary import COUNTED, explained
@@ -48,7 +49,7 @@ def test_what_was_not_there_is_told_with_what_counts(movement):
 
 
 def test_what_counts_is_told_by_its_threshold():
-    for movement, least in (("knee_bends", _BEND), ("arm_raises", _RAISE), ("kicks", _KICK_RISES)):
+    for movement, least in (("knee_bends", BEND), ("arm_raises", RAISE), ("kicks", _KICK_RISES)):
         assert f" {least:g} " in COUNTED[movement]
 
 

@@ -1,0 +1,166 @@
+"""Knee bends and arm raises: which repetitions of an angle are one of these, and which may be something else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from ...models.angle_error.neutral import KNEES_HIPS_TRUNK
+from ...models.gait.gait import Gait
+from ...models.gait.of_take import SIDES
+from ...pipeline.core.measures import (
+    SD_90,
+    Curve,
+    Curves,
+    Group,
+    Measure,
+    Remark,
+    Row,
+    grouped,
+    moments,
+    numbered,
+    side_of,
+    subgroup,
+    text,
+    within,
+)
+from ...pipeline.core.messages import spans_in_words
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.signals.flights import Flight
+from .columns import Columns
+from .cycles import Repetition
+from .jumps import absorbs, lands
+from .outcomes import BRIEFEST_S
+from .repeats import doubted, repeats
+from .strikes import Spans, may_punch
+
+BEND, RAISE = 35.0, 50.0  # degrees that a repetition rises by at least
+# Degrees of knee flexion from which a knee bend is a squat: a half squat is 70 to 100, a deep one more (Schoenfeld,
+# J Strength Cond Res 24(12), 2010, "Squatting kinematics and kinetics"); less is a partial one, or a duck.
+_SQUAT = 70.0
+_STAYS = (
+    0.4  # legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing
+)
+_IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
+_OFF = "does not fit its keypoints from {}"
+
+
+def knee_bends(
+    take: Columns,
+    gait: Gait,
+    jumped: Sequence[Flight],
+    ankle: np.ndarray | None,
+    apart: np.ndarray,
+    steps_told: bool,
+    against: Mapping[str, Spans],
+) -> tuple[list[Row], Spans]:
+    """Rows, and the (begin, end) of bends that may be landings: behind a fall of ankle, (T,) of Airborne. apart: (T,)
+    how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which
+    the feet seem to move may be one in place then. against: of off_keypoints.contradicted."""
+    feet_move, may_land, off = (set[tuple[float, float]]() for _ in range(3))
+    flights = [(flight.off_s, flight.land_s) for flight in jumped]
+
+    def straightens(bend: Repetition) -> bool:
+        """Whether one knee is straighter at the peak than where the bend begins or ends: weight is shifted."""
+        rows = np.searchsorted(take.times, [bend.start_s, bend.peak_s, bend.stop_s])
+        return any(knee[rows[1]] < max(knee[rows[0]], knee[rows[2]]) for knee in (right, left))
+
+    def in_place(bend: Repetition) -> bool:
+        walks = any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps)
+        if walks or absorbs(flights, bend.peak_s) or straightens(bend):
+            return False
+        meanwhile = apart[(take.times >= bend.start_s) & (take.times <= bend.stop_s)]
+        meanwhile = meanwhile[np.isfinite(meanwhile)]
+        stays = not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
+        span = (bend.start_s, bend.stop_s)
+        if not stays:
+            feet_move.add(span)
+        elif ankle is not None and lands(ankle, take.times, bend.peak_s):
+            may_land.add(span)
+        elif _inside(bend.peak_s, against, "r_leg", "l_leg"):
+            off.add(span)
+        return stays and span not in may_land | off
+
+    right, left = take("r_knee_flexion"), take("l_knee_flexion")
+    sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
+    bends = repeats(
+        take,
+        "knee_flexion",
+        np.minimum(right, left),
+        sd,
+        BEND,
+        KNEES_HIPS_TRUNK,
+        in_place,
+        BRIEFEST_S["knee_bends"],
+    )
+    if peaks := numbered(grouped(bends), "peak"):
+        errors = [SD_90 * (peak.error or take.unstated_deg) for peak in peaks]
+        least, most = (
+            sum(peak.value + sign * error >= _SQUAT for peak, error in zip(peaks, errors, strict=True))
+            for sign in (-1, 1)
+        )
+        why = f"it is uncertain whether a bend reaches the {_SQUAT:g} degrees of a squat"
+        bends.append(Measure("squats", least) if least == most else Remark("squats_reason", why))
+    bends = doubted(bends, may_land, "what is seen from {} may be a landing, not a bend")
+    bends = doubted(bends, off, f"a leg {_OFF}")
+    if not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
+        when = spans_in_words(sorted(feet_move))
+        bends.append(
+            Remark("reason", f"it is not seen whether the feet stay while the knees bend from {when}")
+        )
+    return bends, sorted(may_land)
+
+
+def _inside(at_s: float, against: Mapping[str, Spans], *limbs: str) -> bool:
+    """Whether one of the limbs contradicts its keypoints then."""
+    return any(begin <= at_s <= end for limb in limbs for begin, end in against.get(limb, ()))
+
+
+def arm_raises(
+    take: Columns, punches: Group, lifted: PoseSequence | None, against: Mapping[str, Spans]
+) -> list[Row]:
+    """Arms that rise, but for those that punch at their highest: a movement is told once. lifted: joints in LEVEL of
+    lifted poses, which do not show every punch. against: of off_keypoints.contradicted."""
+    rows: list[Row] = []
+    curves: list[Curve] = []
+    for words, side in SIDES.items():
+        looks_so = may_punch(lifted, side) if lifted else None
+        arm = _arm(take, side, subgroup(punches, words), looks_so, against)
+        curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
+        of_arm = side_of(f"{side}_shoulder_elevation")
+        rows += within(words, [row for row in arm if not isinstance(row, Curves)], of_arm)
+    return [*rows, *([Curves(tuple(curves))] if curves else [])]
+
+
+def _arm(
+    take: Columns,
+    side: str,
+    punches: Group,
+    looks_so: Callable[[Repetition], bool] | None,
+    against: Mapping[str, Spans],
+) -> list[Row]:
+    may_punch, off = set[tuple[float, float]](), set[tuple[float, float]]()
+    spans = list(zip(moments(punches, "start"), moments(punches, "stop"), strict=True))
+
+    def raises(one: Repetition) -> bool:
+        if any(begin <= one.peak_s <= end for begin, end in spans):
+            return False
+        if _inside(one.peak_s, against, f"{side}_arm"):
+            off.add((one.start_s, one.stop_s))
+            return False
+        if looks_so and looks_so(one):
+            may_punch.add((one.start_s, one.stop_s))
+            return False
+        return True
+
+    angle, shown = f"{side}_shoulder_elevation", [f"{side}_{part}" for part in _IN_RAISES]
+    briefest_s = BRIEFEST_S["arm_raises"]
+    arm = repeats(take, angle, take(angle), take.sd(angle), RAISE, shown, raises, briefest_s)
+    arm = doubted(arm, may_punch, "what is seen from {} may be a punch, not a raise")
+    return doubted(arm, off, f"the arm {_OFF}")
+
+
+def _inside(at_s: float, against: Mapping[str, Spans], *limbs: str) -> bool:
+    """Whether one of the limbs contradicts its keypoints then."""
+    return any(begin <= at_s <= end for limb in limbs for begin, end in against.get(limb, ()))
