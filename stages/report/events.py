@@ -13,28 +13,26 @@ from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import nearest_row
 
 _APART_S = 0.3  # closer, two pictures show the same
+_LANDINGS = 2  # that are shown for their own sake: one of either foot
 _SIDES = {"right": "r_", "left": "l_"}
 
 
 @dataclass(frozen=True)
 class Event:
-    """row: of the poses. words: what it is. angle: the angle to be written on the picture, "" for none, at `joint`."""
+    """row: of the poses. words: what it is. angle: the angle to be written on the picture, "" for none, at `joint`.
+    at_s: when it was, as measured; None where it is a row's time."""
 
     row: int
     words: str
     angle: str = ""
     joint: str = ""
+    at_s: float | None = None
 
 
 def events(take: Take, most: int) -> list[Event]:
     """Moments of what the measures recognised, at most so many, of every movement in turn, in order of time."""
-    measures = grouped(take.measures or ())
-    kinds = [
-        [*_jumps(take, subgroup(measures, "jumps"))],
-        [*_bends(take, subgroup(measures, "knee_bends"))],
-        [*_arms(take, subgroup(measures, "arm_raises"))],
-        [*_landings(take, subgroup(measures, "walking"))],
-    ]
+    *kinds, landings = _known(take)
+    kinds.append(landings[:_LANDINGS])
     chosen: dict[int, Event] = {}
     times = take.need("poses").times
     while any(kinds) and len(chosen) < most:
@@ -44,6 +42,23 @@ def events(take: Take, most: int) -> list[Event]:
                 if all(abs(times[event.row] - times[row]) > _APART_S for row in chosen):
                     chosen[event.row] = event
     return [chosen[row] for row in sorted(chosen)]
+
+
+def event_beside(take: Take, row: int) -> Event:
+    """The event of this row or of one beside it, and of no words where there is none."""
+    beside = [event for kind in _known(take) for event in kind if abs(event.row - row) <= 1]
+    return min(beside, key=lambda event: abs(event.row - row), default=Event(row, ""))
+
+
+def _known(take: Take) -> list[list[Event]]:
+    """Those of each movement, the first to be shown first."""
+    measures = grouped(take.measures or ())
+    return [
+        [*_jumps(take, subgroup(measures, "jumps"))],
+        [*_bends(take, subgroup(measures, "knee_bends"))],
+        [*_arms(take, subgroup(measures, "arm_raises"))],
+        [*_landings(take, subgroup(measures, "walking"))],
+    ]
 
 
 def _jumps(take: Take, jumps: Group) -> Iterator[Event]:
@@ -70,13 +85,14 @@ def _arms(take: Take, arms: Group) -> Iterator[Event]:
 
 
 def _landings(take: Take, walking: Group) -> Iterator[Event]:
-    """From the middle of the steps outwards, right and left in turn."""
+    """From the middle of the steps on, right and left in turn, and then those before."""
     landed = [(at, side) for side in _SIDES for at in moments(subgroup(walking, side), "landings")]
     landed.sort()
     middle = len(landed) // 2
-    for at, side in landed[middle : middle + 2]:
-        row = int(nearest_row(take.need("poses").times, at))
-        yield Event(row, f"{side} foot lands", f"{_SIDES[side]}knee_flexion", f"{_SIDES[side]}knee")
+    for at_s, side in landed[middle:] + landed[:middle]:
+        row = int(nearest_row(take.need("poses").times, at_s))
+        knee = f"{_SIDES[side]}knee"
+        yield Event(row, f"{side} foot lands", f"{knee}_flexion", knee, at_s)
 
 
 def _spans(group: Group) -> list[tuple[float, float]]:

@@ -18,13 +18,15 @@ from ..drawing import palette
 from ..drawing.page import figure, picture
 from ..drawing.skeletons import body_views, key_rows, skeletons
 from ..drawing.words import spoken
-from .events import Event, events
+from .events import Event, event_beside, events
 
 FRAMES = 6
 _APART = 0.04  # of the take: closer to an event, another frame shows the same
 _SIDE = 360  # pixels of a key frame's longer side
 _ROOM = 1.35  # around the person, in sizes of the keypoints' box
 _QUALITY = 82  # of JPEG
+_GAP = 9  # pixels between a joint and what is written beside it
+_WHITE = (255, 255, 255)
 
 
 def key_figures(take: Take) -> list[Markup]:
@@ -36,7 +38,9 @@ def key_figures(take: Take) -> list[Markup]:
     body = take.need("rectified").body
     shown = {event.row: event for event in events(take, FRAMES)}
     others = [row for row in key_rows(body.joints, FRAMES) if _apart(body.times, row, shown)]
-    shown |= {row: Event(row, "") for row in others[: FRAMES - len(shown)]}
+    for row in others[: FRAMES - len(shown)]:
+        event = event_beside(take, row)
+        shown.setdefault(event.row, event)
     images: dict[int, np.ndarray] = {}
     if take.told.images and take.video is not None:
         images = images_at(take.video, [int(body.frame_index[row]) for row in shown])
@@ -59,8 +63,7 @@ def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray 
     flat, layout = keypoints_at(take, frame)
     if image is not None:
         words = f"Frame {frame} of the video with the 2D keypoints"
-        at = flat[layout.index(event.joint)] if event.joint in layout else np.full(2, np.nan)
-        before = picture(jpeg(image, flat, layout, angle, at), "jpeg", words)
+        before = picture(jpeg(image, flat, layout, angle, event.joint), "jpeg", words)
     elif np.isfinite(flat).any():
         before = skeletons({"2D keypoints": flat * (1, -1)}, layout, f"2D keypoints of frame {frame}")
     else:
@@ -71,7 +74,8 @@ def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray 
         before = skeletons({"before": source}, poses.layout, words)
     after = skeletons(rectified, body.layout, f"Rectified skeleton of frame {frame}, two views")
     time_s = float(body.times[row])
-    title = ", ".join(words for words in (f"{time_s:.2f} s", event.words) if words)
+    at_s = time_s if event.at_s is None else event.at_s
+    title = ", ".join(words for words in (f"{at_s:.2f} s", event.words) if words)
     told = f": {spoken(event.angle)} {angle}" if angle else ""
     return figure([before, after], title, f"frame {frame}{told}", time_s=round(time_s, 3))
 
@@ -94,11 +98,9 @@ def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
     return (certain(keypoints, None).joints[row[0]] if len(row) else missing), keypoints.layout
 
 
-def jpeg(
-    image: np.ndarray, keypoints: np.ndarray, layout: Layout, angle: str = "", place: np.ndarray | None = None
-) -> bytes:
+def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout, angle: str = "", joint: str = "") -> bytes:
     """A small JPEG of what is around the keypoints (J, 2), with these drawn on it, and an angle in words beside its
-    place (2,); of all of the image (H, W, 3) RGB when there are none."""
+    joint; of all of the image (H, W, 3) RGB when there are none."""
     import cv2
 
     corner, size = _crop(image.shape[1::-1], keypoints[is_finite(keypoints)])
@@ -112,24 +114,49 @@ def jpeg(
         ends = at[layout.indices(bone)]
         if np.isfinite(ends).all():
             start, end = (tuple(round(16 * float(c)) for c in point) for point in ends)
-            for colour, width in (((255, 255, 255), 4), (palette.side_colour(*bone)[::-1], 2)):
+            for colour, width in ((_WHITE, 4), (palette.side_colour(*bone)[::-1], 2)):
                 cv2.line(small, start, end, colour, width, cv2.LINE_AA, 4)
-    if angle and place is not None and np.isfinite(place).all():
-        _write(small, angle.rstrip("\u00b0"), (place + 0.5 - corner) * scale)
+    if angle and joint in layout and np.isfinite(at[layout.index(joint)]).all():
+        _write(small, angle.rstrip("\u00b0"), at, layout, joint)
     return _encoded(small)
 
 
-def _write(image: np.ndarray, number: str, at: np.ndarray) -> None:
-    """The number of degrees beside a place (2,), whose sign no font of OpenCV has, so it is drawn."""
+def _write(image: np.ndarray, number: str, at: np.ndarray, layout: Layout, joint: str) -> None:
+    """The number of degrees, white on a dark plate with a rim in the side's colour: read on every ground. No font of
+    OpenCV has the sign, so it is drawn."""
     import cv2
 
-    font, size = cv2.FONT_HERSHEY_SIMPLEX, 0.9
+    font, size, edge = cv2.FONT_HERSHEY_SIMPLEX, 0.9, 6
     (width, height), _ = cv2.getTextSize(number, font, size, 2)
-    left = int(np.clip(at[0] + 10, 0, image.shape[1] - width - 8))
-    base = int(np.clip(at[1] + height / 2, height + 2, image.shape[0] - 4))
-    for colour, thick in (((255, 255, 255), 7), ((40, 32, 28), 2)):
-        cv2.putText(image, number, (left, base), font, size, colour, thick, cv2.LINE_AA)
-        cv2.circle(image, (left + width + 3, base - height), 2, colour, thick, cv2.LINE_AA)
+    plate = np.array([width + 10 + 2 * edge, height + 2 * edge])
+    left, top = _beside(plate, image.shape[1::-1], at, layout, joint)
+    ends = (left, top), (left + int(plate[0]) - 1, top + int(plate[1]) - 1)
+    cv2.rectangle(image, *ends, palette.DARK[::-1], -1)
+    cv2.rectangle(image, *ends, palette.side_colour(joint)[::-1], 2)
+    cv2.putText(image, number, (left + edge, top + edge + height), font, size, _WHITE, 2, cv2.LINE_AA)
+    cv2.circle(image, (left + edge + width + 4, top + edge + 3), 4, _WHITE, 1, cv2.LINE_AA)
+
+
+def _beside(
+    plate: np.ndarray, size: tuple[int, ...], at: np.ndarray, layout: Layout, joint: str
+) -> tuple[int, int]:
+    """Corner of a plate on a joint's outer side: away from the other side's joint or, where the two are one behind the
+    other, from the body's middle; at the joint's height, or lower or higher where it hides less of the skeleton."""
+    own = at[layout.index(joint)]
+    out = own[0] - at[layout.mirror[layout.index(joint)], 0]
+    if not abs(out) > _GAP:
+        out = own[0] - np.nanmean(at[:, 0])
+    left = own[0] + _GAP if out > 0 else own[0] - _GAP - plate[0]
+    bones = [np.linspace(at[layout.index(a)], at[layout.index(b)], 30) for a, b in layout.bones]
+    lines = np.concatenate([bone for bone in bones if np.isfinite(bone).all()] or [own[None]])
+
+    def hidden(corner: np.ndarray) -> int:
+        return int(((lines >= corner - 2) & (lines <= corner + plate + 2)).all(axis=1).sum())
+
+    tops = own[1] - plate[1] / 2 + np.array([0, 1, -1]) * plate[1]
+    places = [np.clip([left, top], 0, np.maximum(np.array(size) - plate, 0)) for top in tops]
+    x, y = min(places, key=hidden).astype(int)
+    return int(x), int(y)
 
 
 def lines_jpeg(image: np.ndarray) -> bytes:

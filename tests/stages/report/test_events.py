@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from pcnet3d.pipeline.core.measures import Measure, Moments
-from pcnet3d.stages.report.events import events
+from pcnet3d.stages.report.events import Event, event_beside, events
 
 
 def test_a_flight_belongs_to_the_jump_of_its_number(walk_take):
@@ -32,3 +32,20 @@ def test_the_one_picture_of_raised_arms_is_of_the_highest_raise(walk_take):
     take = replace(walk_take, measures=rows, kinematics=kinematics)
     assert [event.row for event in events(take, most=1)] == [high]
     assert [event.row for event in events(take, most=2)] == [low, high]
+
+
+def test_every_frame_at_a_landing_is_called_one_with_the_time_that_was_measured(walk_take):
+    """Of six pictures two were called landings, and two of the others showed one."""
+    times = walk_take.need("poses").times
+    rows = [10, 20, 30, 40]
+    at_s = [float(times[row] + 0.4 * (times[row + 1] - times[row])) for row in rows]
+    landings = [
+        Moments("landings", tuple(at_s[i::2]), group=("walking", side))
+        for i, side in enumerate(("right", "left"))
+    ]
+    take = replace(walk_take, measures=tuple(landings))
+    assert [event.row for event in events(take, most=6)] == [30, 40]
+    for row, moment_s in zip(rows, at_s, strict=True):
+        for beside in (row - 1, row, row + 1):
+            assert (event_beside(take, beside).row, event_beside(take, beside).at_s) == (row, moment_s)
+    assert event_beside(take, 25) == Event(25, "")
