@@ -30,20 +30,18 @@ CHANNELS = 5 * len(LIMBS) + 5
 RATES, WIDTHS, ZOOMS = np.linspace(-2, 1, 16), np.linspace(-0.5, 0.5, 11), np.linspace(-0.02, 0.02, 9)
 _WINDOWS = 40  # at most, evenly spread
 _FEWEST = 20  # rows
-# Rows, of what is doubted by fewer without cause: of 200 pieces of videos as they were filmed, 0.7 to 1.9 s long, 116
-# were "too quickly for a person" and 7 "played backwards". Training saw short ones only of what was played fast.
-_FEWEST_OF = {"rate": 60, "backwards": 42}
 _SPARSE_S = 1.0  # a row; nothing is made of hours with a few
 _SEEN = 0.8  # share of the joints that are seen
 _GAP_S = 0.15
-# Down to which probability that nothing was changed nothing is said, and up to which change. Of 298 validation takes
-# four are beyond these limits: one before two cameras for its rate, a jump for a zoom, steps sideways for backwards.
-_DOUBT = {"rate": 0.1, "width": 0.1, "zoom": 0.1}
-# The same of takes shorter than a window: a woman who walked past was "1.4 times too wide" with 0.04 in 65 rows; a man
-# who jumped moved "2 times too quickly" with 0.06 in 60.
-_DOUBT_BRIEF = {"rate": 0.03, "width": 0.01, "zoom": 0.1}
+# Down to which probability that nothing was changed something is said, from so many rows on, and from which change: of
+# the 166 validation takes before four cameras each, and 6,000 pieces of 1 to 3 s, one in 250 has its rate doubted.
+_DOUBT = {
+    "rate": ((30, 0.01), (60, 0.03), (ROWS + 1, 0.1)),
+    "width": ((_FEWEST, 0.01), (ROWS + 1, 0.1)),
+    "zoom": ((_FEWEST, 0.1),),
+}
 _FAR = {"rate": 0.5, "width": 0.2, "zoom": 0.005}
-_BACKWARDS = 3.0
+_BACKWARDS, _FEWEST_BACKWARDS = 3.0, 42  # log-odds; rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,21 +111,20 @@ def change_doubts(keypoints: PoseSequence, image_size: tuple[int, int] | None) -
         return []
     said = []
     rows = round(FPS * keypoints.duration_s) + 1
-    doubt = _DOUBT if rows > ROWS else _DOUBT_BRIEF
     rate, width, zoom = (
         float(of @ values) for of, values in ((found.rate, RATES), (found.width, WIDTHS), (found.zoom, ZOOMS))
     )
-    if rows >= _FEWEST_OF["rate"] and _unchanged(found.rate, RATES) < doubt["rate"] and abs(rate) > _FAR["rate"]:
+    if _doubted("rate", found.rate, RATES, rows):
         values: dict[str, Any] = {"fps": keypoints.fps, "times": float(np.exp(abs(rate)))}
         values |= {"fits": keypoints.fps * float(np.exp(-rate)), "way": "quickly" if rate > 0 else "slowly"}
         said.append(notice("movement-against-rate", **values))
-    if _unchanged(found.width, WIDTHS) < doubt["width"] and abs(width) > _FAR["width"]:
+    if _doubted("width", found.width, WIDTHS, rows):
         said.append(
             notice("image-stretched", times=float(np.exp(abs(width))), way="wide" if width > 0 else "high")
         )
-    if _unchanged(found.zoom, ZOOMS) < doubt["zoom"] and abs(zoom) > _FAR["zoom"]:
+    if _doubted("zoom", found.zoom, ZOOMS, rows):
         said.append(notice("camera-zooms", percent=100 * zoom))
-    if rows >= _FEWEST_OF["backwards"] and found.backwards > _BACKWARDS:
+    if rows >= _FEWEST_BACKWARDS and found.backwards > _BACKWARDS:
         said.append(notice("played-backwards"))
     return said
 
@@ -140,10 +137,12 @@ def _stands(keypoints: PoseSequence) -> bool:
     return bool(len(trunk) and np.median(trunk[:, 1]) > np.median(trunk[:, 0]))
 
 
-def _unchanged(of: np.ndarray, values: np.ndarray) -> float:
-    """The probability of the class of 0 and those beside it."""
+def _doubted(what: str, of: np.ndarray, values: np.ndarray, rows: int) -> bool:
+    """Whether so many rows are changed beyond doubt, by the probabilities (K,) of values: those of 0 and beside it are
+    of none."""
     none = int(np.abs(values).argmin())
-    return float(of[none - 1 : none + 2].sum())
+    limit = [limit for fewest, limit in _DOUBT[what] if rows >= fewest][-1:]
+    return bool(limit) and of[none - 1 : none + 2].sum() < limit[0] and abs(float(of @ values)) > _FAR[what]
 
 
 def _together(logits: np.ndarray) -> np.ndarray:

@@ -24,7 +24,12 @@ from pcnet3d.pipeline.core.pose import PoseSequence
 
 _PIECES_S = (0.7, 1.0, 1.4, 1.9, 3.0)
 _SEED = 5
-_RATE, _WIDTH, _ZOOM, _BACKWARDS = "movement-against-rate", "image-stretched", "camera-zooms", "played-backwards"
+_RATE, _WIDTH, _ZOOM, _BACKWARDS = (
+    "movement-against-rate",
+    "image-stretched",
+    "camera-zooms",
+    "played-backwards",
+)
 
 
 def _scaled(width: float = 1.0, zoom: float = 0.0) -> Callable[[SeenTake], PoseSequence]:
@@ -61,7 +66,9 @@ def main(network: Annotated[Path, typer.Option(help="The network.")] = changes.C
         for seconds in (np.inf, *_PIECES_S):
             rows = round(30 * seconds) if np.isfinite(seconds) else len(keypoints)
             for first in range(0, len(keypoints) - rows + 1, max(rows, 90)):
-                codes = {each.code for each in changes.change_doubts(keypoints.rows(first, first + rows), size)}
+                codes = {
+                    each.code for each in changes.change_doubts(keypoints.rows(first, first + rows), size)
+                }
                 wrong = bool(codes) if not code else bool(codes - {code})
                 said.setdefault(f"{what}, {seconds:g} s", []).append((code in codes, wrong))
 
@@ -75,7 +82,12 @@ def main(network: Annotated[Path, typer.Option(help="The network.")] = changes.C
             other = see(at_rate(clip, 30 / times), _SEED, views=bed)
             frames = other.keypoints.frame_index
             if len(frames) >= MIN_FRAMES // 2:
-                note(f"{times:.3g} times as fast", _RATE, other.keypoints.with_(time_s=frames / 30), other.image_size)
+                note(
+                    f"{times:.3g} times as fast",
+                    _RATE,
+                    other.keypoints.with_(time_s=frames / 30),
+                    other.image_size,
+                )
     for what, each in said.items():
         told, wrong = np.mean(each, axis=0)
         print(f"{what}: {told:.0%} of {len(each)} told, {wrong:.1%} doubted without cause")

@@ -2,12 +2,7 @@
 
 On motion capture of train subjects before virtual cameras and detectors of different noise, bodies of other proportions
 and some that lie among them, whose keypoints are changed as users change them by accident. Some changes come together,
-for one must not hide another. It needs PCNET3D_DATA and the extra `train`. Half an hour of one core.
-
-The shipped network was made by a forerunner of this file, in two runs: 3,100 steps with half of the windows at another
-rate and as many stretched, three in ten zoomed, four in ten backwards, and without lying bodies; and from there about
-4,700 on the material of this file. The network that this file makes tells 384 of 1,116 changes instead of 373, and
-doubts 4 of 186 sound takes instead of 2; it is not shipped.
+for one must not hide another. It needs PCNET3D_DATA and the extra `train`. 20 minutes to an hour of one core.
 """
 
 from __future__ import annotations
@@ -86,7 +81,9 @@ def changed(take: Take, rng: np.random.Generator) -> tuple[np.ndarray, tuple[int
     at = np.arange(min(ROWS, int((len(points) - 1) / step) + 1)) * step
     if rng.uniform() < _BRIEF and len(at) > _BRIEFEST:
         at = at[: rng.integers(_BRIEFEST, len(at))]
-    if not slow and rng.uniform() < 0.5:  # frames that were left out, or between which a program has interpolated
+    if (
+        not slow and rng.uniform() < 0.5
+    ):  # frames that were left out, or between which a program has interpolated
         at = np.round(at)
     before = np.minimum(at.astype(int), len(points) - 1)
     after, share = np.minimum(before + 1, len(points) - 1), (at - before)[:, None, None]
@@ -181,8 +178,8 @@ def export(net: Any, path: Path) -> None:
 
 def main(
     output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = CHANGES,
-    passes: Annotated[int, typer.Option(min=1, help="Over all clips.")] = 11,
-    steps: Annotated[int, typer.Option(min=1, help="Of training.")] = 8000,
+    passes: Annotated[int, typer.Option(min=1, help="Over all clips.")] = 16,
+    steps: Annotated[int, typer.Option(min=1, help="Of training.")] = 24_000,
     seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
 ) -> None:
     """Learn what accidents do to keypoints."""
