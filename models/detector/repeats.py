@@ -1,0 +1,68 @@
+"""Images of a video that only repeat the one before: of a padded frame rate, or of a recording that stalls."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...pipeline.files.detections import Detections
+
+# Changes are those of `Glance.change_to`, in grey values. Compressed repeats have up to a quarter of the change before
+# and after them, images of real recordings two thirds and more. A key frame leaves a still scene as it is within 12;
+# where as little moves a repeat does no harm.
+_SMALL, _MOVES = 0.25, 12.0
+_FEW = 4  # images that repeat in a row between others that move, as of 6 frames a second in 30
+_BESIDE = 3  # images that move before and after more of them,
+_LEAP = 1.1  # times as far as those after it: without a leap somebody stands still
+
+
+def repeats(change: np.ndarray) -> np.ndarray:
+    """(R,) rows of images that repeat the one before. change: (T,) of each from the one before, NaN where unknown.
+
+    Such an image differs much less from the one before than its neighbours do from theirs. Where many do so in a row
+    the image goes on with a leap, for what happened meanwhile was not recorded.
+    """
+    found: list[int] = []
+    run: list[int] = []
+    before = np.nan  # change of the last image in front of the run
+    for row, now in enumerate(change.tolist()):
+        if now < _SMALL * before or (run and now < _MOVES):
+            run.append(row)
+            continue
+        if run and now >= _MOVES <= before and change[run].max() < _SMALL * now and _halts(change, run):
+            found += run
+        run, before = [], now
+    return np.array(found, np.int64)
+
+
+def _halts(change: np.ndarray, run: list[int]) -> bool:
+    """Whether the recording halts in these rows, not somebody in it."""
+    if len(run) <= _FEW:
+        return True
+    earlier, later = change[: run[0]][-_BESIDE:], change[run[-1] + 2 :][:_BESIDE]
+    moves = all(len(side) == _BESIDE and (side >= _MOVES).all() for side in (earlier, later))
+    return moves and bool(change[run[-1] + 1] > _LEAP * np.median(later))
+
+
+def without_repeats(found: Detections) -> Detections:
+    """The same with nobody in repeated images, which show where people were before. Over few of them in a row people
+    are taken to move evenly: as gaps, those of a padded frame rate would be most of a take."""
+    repeated = np.isin(found.frame_index, found.repeated)
+    kept, moved = ~repeated, {name: getattr(found, name).copy() for name in ("joints", "box")}
+    for person in np.unique(found.person[repeated]):
+        mine = np.flatnonzero(found.person == person)
+        known = mine[~repeated[mine]]
+        frames, seen = found.frame_index[mine], found.frame_index[known]
+        if len(known) < 2:
+            continue
+        after = np.clip(np.searchsorted(seen, frames), 1, len(seen) - 1)
+        share = (frames - seen[after - 1]) / (seen[after] - seen[after - 1])
+        few = (seen[after] - seen[after - 1] <= _FEW + 1) & (share > 0) & (share < 1)
+        rows, a, b = mine[few], known[after[few] - 1], known[after[few]]
+        kept[rows] = True
+        for values in moved.values():
+            part = share[few].reshape(-1, *[1] * (values.ndim - 1))
+            values[rows] = (1 - part) * values[a] + part * values[b]
+    columns = {name: getattr(found, name) for name in ("frame_index", "time_s", "person", "confidence")} | moved
+    return replace(found, **{name: values[kept] for name, values in columns.items()})
