@@ -49,20 +49,20 @@ def without_repeats(found: Detections) -> Detections:
     """The same with nobody in repeated images, which show where people were before. Over few of them in a row people
     are taken to move evenly: as gaps, those of a padded frame rate would be most of a take."""
     repeated = np.isin(found.frame_index, found.repeated)
-    kept, moved = ~repeated, {name: getattr(found, name).copy() for name in ("joints", "box")}
+    kept, moved = ~repeated, {"joints": found.joints.copy(), "box": found.box.copy()}
     for person in np.unique(found.person[repeated]):
         mine = np.flatnonzero(found.person == person)
         known = mine[~repeated[mine]]
-        frames, seen = found.frame_index[mine], found.frame_index[known]
-        if len(known) < 2:
+        if not len(known):
             continue
-        after = np.clip(np.searchsorted(seen, frames), 1, len(seen) - 1)
-        share = (frames - seen[after - 1]) / (seen[after] - seen[after - 1])
-        few = (seen[after] - seen[after - 1] <= _FEW + 1) & (share > 0) & (share < 1)
-        rows, a, b = mine[few], known[after[few] - 1], known[after[few]]
-        kept[rows] = True
-        for values in moved.values():
-            part = share[few].reshape(-1, *[1] * (values.ndim - 1))
-            values[rows] = (1 - part) * values[a] + part * values[b]
-    columns = {name: getattr(found, name) for name in ("frame_index", "time_s", "person", "confidence")} | moved
-    return replace(found, **{name: values[kept] for name, values in columns.items()})
+        seen = found.frame_index[known]
+        at = np.interp(found.frame_index[mine], seen, np.arange(len(known)))
+        before, after = np.floor(at).astype(int), np.ceil(at).astype(int)
+        few, part = seen[after] - seen[before] <= _FEW + 1, at - before
+        kept[mine] |= few & (part > 0)
+        for name, values in moved.items():
+            share = part.reshape(-1, *[1] * (values.ndim - 1))
+            a, b = (getattr(found, name)[known[beside]] for beside in (before, after))
+            values[mine] = (1 - share) * a + share * b
+    rows = {name: getattr(found, name) for name in ("frame_index", "time_s", "person", "confidence")}
+    return replace(found, **{name: values[kept] for name, values in (rows | moved).items()})

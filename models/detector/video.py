@@ -170,8 +170,8 @@ def detect(
 
     Ctrl-C ends it early: what was found so far comes back, with `frames_seen` less than `frames`. resume: what was
     kept, to go on from; the result is the same as in one go. In the answer alone repeated images are left out, and who
-    is exchanged with somebody else is told apart. Memory grows by what was found alone. InputError when the video cannot be decoded, or not one image of
-    it, or `resume` is of something else.
+    is exchanged with somebody else is told apart. Memory grows by what was found alone. InputError when the video
+    cannot be decoded, or not one image of it, or `resume` is of something else.
     """
     first, total = video.span[0], video.span[1] + 1
     search = Search(detector)
