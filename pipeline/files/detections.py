@@ -24,8 +24,7 @@ _NUMBERS = {  # dimensions, kind of dtype
 }  # fmt: skip
 _LISTED = 5  # frames named in a sentence
 # Times from repeated images to the next, at least, so many of which are alike, one frame more or less, where a frame
-# rate was padded. Of 24 frames a second padded to 30, and of 15, speeds are within 5 % and accelerations within a fifth
-# of those without; of 10 accelerations are twice as large.
+# rate was padded. Where most images repeat, as of 10 frames a second in 30, accelerations were up to twice too high.
 _REGULAR, _ALIKE, _MOST = 4, 0.6, 0.5
 _WORDS = ("layout", "method", "source")
 # Mean score of shoulders and hips, median over a take, that MoveNet of one person gives to people: 0.57 and more, also
