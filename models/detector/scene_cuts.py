@@ -1,11 +1,12 @@
-"""Where a video goes on with another scene."""
+"""How an image differs from the one before; where a video goes on with another scene."""
 
 from __future__ import annotations
 
 import numpy as np
 
 _SIDE = 32
-_SAMPLES = 64  # a side, that are looked at: averaging all pixels would cost more than what follows
+_LONGER = 160  # pixels of the longer side that are kept
+_MOST = 0.01  # of the pixels, whose change counts: a person is small in an image, and light and noise are everywhere
 _ALIKE = 0.6  # correlation of two small images below which they show different scenes
 _SAME = 8.0  # grey values by which what stays where it is differs from one image to a later one at most
 _STAYS = 0.5  # of the image: who walks through a room, or comes near, leaves more of it as it was
@@ -15,12 +16,15 @@ _FLAT = 2.0  # deviation of grey values below which an image shows nothing to co
 class Glance:
     """What is kept of an image to compare it with the next.
 
-    small: (32, 32) uint8 grey values, whatever the image's shape. shows: whether there is anything in it.
+    grey: (H, W) uint8 grey values, of at most 160 pixels a side. shows: whether there is anything in it.
     """
 
-    def __init__(self, small: np.ndarray) -> None:
-        self.small = small
-        off = small.ravel() - small.mean(dtype=np.float32)
+    def __init__(self, grey: np.ndarray) -> None:
+        import cv2
+
+        self.grey = grey
+        self._small = cv2.resize(grey, (_SIDE, _SIDE), interpolation=cv2.INTER_AREA)
+        off = self._small.ravel() - self._small.mean(dtype=np.float32)
         length = float(np.sqrt(off @ off))
         self.shows = length > _FLAT * _SIDE
         self._pattern = off / length if self.shows else off
@@ -30,8 +34,11 @@ class Glance:
         """At an image (H, W, 3) uint8."""
         import cv2
 
-        samples = cv2.resize(image, (_SAMPLES, _SAMPLES), interpolation=cv2.INTER_NEAREST)
-        small = cv2.resize(samples, (_SIDE, _SIDE), interpolation=cv2.INTER_AREA)
+        scale = min(_LONGER / max(image.shape[:2]), 1.0)
+        height, width = (max(round(scale * side), 1) for side in image.shape[:2])
+        # Four samples for each pixel: averaging all of them would cost more than what follows.
+        samples = cv2.resize(image, (2 * width, 2 * height), interpolation=cv2.INTER_NEAREST)
+        small = cv2.resize(samples, (width, height), interpolation=cv2.INTER_AREA)
         return cls(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY))
 
     def is_cut_to(self, now: Glance) -> bool:
@@ -39,5 +46,14 @@ class Glance:
         colour, so the caller keeps the last that `shows` something."""
         if not (self.shows and now.shows) or float(self._pattern @ now._pattern) >= _ALIKE:
             return False
-        change = np.abs(self.small.astype(np.float32) - now.small)
+        change = np.abs(self._small.astype(np.float32) - now._small)
         return float((change < _SAME).mean()) < _STAYS
+
+    def change_to(self, now: Glance) -> float:
+        """Grey values by which the hundredth of the pixels that changes most differs in the next image, on average; NaN
+        for an image of another shape."""
+        if self.grey.shape != now.grey.shape:
+            return float("nan")
+        change = np.abs(self.grey.astype(np.int16) - now.grey).ravel()
+        most = max(round(_MOST * len(change)), 1)
+        return float(np.partition(change, -most)[-most:].mean())

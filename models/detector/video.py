@@ -1,4 +1,5 @@
-"""A detector over a whole video: people followed under their names, cuts noticed, stopped and taken up again."""
+"""A detector over a whole video: people followed under their names, cuts and repeated images noticed, stopped and taken
+up again."""
 
 from __future__ import annotations
 
@@ -17,6 +18,7 @@ from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.signals.tracker import Sighting, Tracker, exchanges
 from .protocols import Detector, Found
+from .repeats import repeats, without_repeats
 from .scene_cuts import Glance
 
 
@@ -67,14 +69,18 @@ class Search:
         self._tracker = Tracker()
         self._before: Sequence[Found] = ()
         self._glance: Glance | None = None
+        self._change = array("f")
 
     def look(self, number: int, time_s: float, image: np.ndarray) -> list[tuple[int, Found]]:
         """The people in the next frame, each with the name it goes by."""
         now = Glance.at(image)
+        self._change.extend([np.nan] * (number + 1 - len(self._change)))
         if self._glance is not None and self._glance.is_cut_to(now):
             self.cuts.append(number)
             self._tracker.cut()
             self._before = ()
+        elif self._glance is not None:
+            self._change[number] = self._glance.change_to(now)
         self._glance = now if self._glance is None or now.shows else self._glance
         self._before = self._people(image)
         names = self._tracker.names([_sighting(number, found) for found in self._before])
@@ -102,11 +108,14 @@ class Search:
     def detections(self, frames: int, seen: int, source: str = "") -> Detections:
         """All that was found in the first `seen` of so many frames. source: what a later run compares before it goes
         on with these."""
+        change = np.array(self._change, np.float32)
         return Detections(
             **self._rows.arrays,
             cuts=np.array(self.cuts, dtype=np.int64),
             damaged=np.array([number for number in self.damaged if number < self.seen], dtype=np.int64),
-            thumbnail=np.zeros((0, 0), np.uint8) if self._glance is None else self._glance.small,
+            repeated=repeats(change),
+            change=change,
+            thumbnail=np.zeros((0, 0), np.uint8) if self._glance is None else self._glance.grey,
             frames=frames,
             frames_seen=seen,
             layout=self._detector.layout.name,
@@ -140,6 +149,7 @@ class Search:
             if frame == resume.frames_seen - 1:
                 before.append(found)
         self._before, self._glance = before, Glance(resume.thumbnail) if resume.thumbnail.size else None
+        self._change = array("f", resume.change.tolist())
         self.cuts, self.damaged = resume.cuts.tolist(), resume.damaged.tolist()
         self.seen = resume.frames_seen
 
@@ -159,9 +169,9 @@ def detect(
     what was found so far, about every minute and at the end, once there is anybody.
 
     Ctrl-C ends it early: what was found so far comes back, with `frames_seen` less than `frames`. resume: what was
-    kept, to go on from; the result is the same as in one go. Who is exchanged with somebody else is told apart in the
-    answer alone. Memory grows by what was found alone. InputError when the video cannot be decoded, or not one image of
-    it, or `resume` is of something else.
+    kept, to go on from; the result is the same as in one go. In the answer alone repeated images are left out, and who
+    is exchanged with somebody else is told apart. Memory grows by what was found alone. InputError when the video
+    cannot be decoded, or not one image of it, or `resume` is of something else.
     """
     first, total = video.span[0], video.span[1] + 1
     search = Search(detector)
@@ -199,7 +209,7 @@ def detect(
     found = search.detections(total, seen, source)
     if search.people:
         keep(found)
-    return _told_apart(found)
+    return _told_apart(without_repeats(found))
 
 
 def _told_apart(found: Detections) -> Detections:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
 
+from ..core.catalogue import Weight
 from ..core.errors import InputError
 from ..core.frames import IMAGE
 from ..core.layouts import Layout, layout_named
@@ -18,9 +20,12 @@ from .names import KEYPOINTS
 _NUMBERS = {  # dimensions, kind of dtype
     "frame_index": (1, "i"), "time_s": (1, "f"), "person": (1, "i"), "joints": (3, "f"), "confidence": (2, "f"),
     "box": (2, "f"), "cuts": (1, "i"), "thumbnail": (2, "u"), "frames": (0, "i"), "frames_seen": (0, "i"),
-    "damaged": (1, "i"),
+    "damaged": (1, "i"), "repeated": (1, "i"), "change": (1, "f"),
 }  # fmt: skip
 _LISTED = 5  # frames named in a sentence
+# Times from repeated images to the next, at least, so many of which are alike, one frame more or less, where a frame
+# rate was padded. Where most images repeat, as of 10 frames a second in 30, accelerations were up to twice too high.
+_REGULAR, _ALIKE, _MOST = 4, 0.6, 0.5
 _WORDS = ("layout", "method", "source")
 # Mean score of shoulders and hips, median over a take, that MoveNet of one person gives to people: 0.57 and more, also
 # to those 17 pixels high or on their heads; trees in videos without anybody have 0.38 to 0.5.
@@ -36,7 +41,8 @@ class Detections:
     be looked at; `frames_seen` of them were. cuts: (C,) frames that begin another scene. thumbnail: the last frame that
     showed anything, small. layout: name of the joints' layout. method: of the detector. source: what these rest on, the
     video's SHA-256 first; another run may only go on when its own is the same. damaged: (D,) frames whose data the
-    decoder called corrupt.
+    decoder called corrupt. repeated: (R,) frames whose image only repeats the one before. change: (F,) grey values, of
+    each frame's image from the one before (`Glance.change_to`), NaN where unknown.
     """
 
     frame_index: np.ndarray
@@ -53,6 +59,8 @@ class Detections:
     method: str
     source: str
     damaged: np.ndarray
+    repeated: np.ndarray
+    change: np.ndarray
 
     @property
     def video_sha256(self) -> str:
@@ -66,7 +74,25 @@ class Detections:
             doubts.append(notice("scene-changes", count=len(self.cuts), frames=_listed(self.cuts)))
         if len(self.damaged):
             doubts.append(notice("video-damaged", frames=_listed(self.damaged)))
+        if len(self.repeated):
+            doubts.append(self._repeats())
         return doubts
+
+    def _repeats(self) -> Notice:
+        """A notice of repeated images; of most of all, quick movements are lost."""
+        runs = np.split(self.repeated, np.flatnonzero(np.diff(self.repeated) > 1) + 1)
+        apart, long = np.diff([run[0] for run in runs]), np.array([len(run) for run in runs[:-1]])
+        alike = abs(apart - np.median(apart)) <= 1 if len(apart) >= _REGULAR else np.zeros(1, bool)
+        if alike.mean() > _ALIKE:
+            fps = np.ptp(self.frame_index) / np.ptp(self.time_s)
+            fps *= 1 - long[alike].sum() / apart[alike].sum()
+            where = f"regularly, as of {fps:.2g} frames a second, so times are off by up to one frame"
+        else:
+            spans = [f"{run[0]} to {run[-1]}" if len(run) > 1 else run[0] for run in runs]
+            where = f"at frame {_listed(spans)}"
+        compared = int(np.isfinite(self.change).sum())
+        weight: Weight = "suspicious" if len(self.repeated) > _MOST * compared else "warning"
+        return notice("images-repeated", weight=weight, repeated=len(self.repeated), of=compared, where=where)
 
     def _hardly_anybody(self, person: PoseSequence) -> list[Notice]:
         """A notice where MoveNet, whose scores are known, is so unsure of a person that it may be none."""
@@ -139,5 +165,5 @@ def load_detections(path: Path) -> Detections:
     return Detections(**found)
 
 
-def _listed(frames: np.ndarray) -> str:
+def _listed(frames: Sequence[object] | np.ndarray) -> str:
     return ", ".join(map(str, frames[:_LISTED])) + (", ..." if len(frames) > _LISTED else "")

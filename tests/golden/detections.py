@@ -267,6 +267,8 @@ def detected(
         method="movenet@0",
         source=source,
         damaged=np.zeros(0, np.int64),
+        repeated=np.zeros(0, np.int64),
+        change=np.full(count, np.nan, np.float32),
     )
 
 

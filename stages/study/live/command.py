@@ -12,6 +12,7 @@ import numpy as np
 import typer
 
 from ....models.detector.load import load_detector
+from ....models.detector.repeats import without_repeats
 from ....models.gravity import told_up
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
@@ -239,7 +240,7 @@ def _watch(shown: Source, networks: Networks, folder: Path, frames: bool, send: 
     said = words + (_latency(*watch.latency.summary().values()) if watch.latency.ms else "")
     if not shown_as:
         return _Seen(said, watch.size, None, summary, full)
-    everybody = search.detections(total or search.seen, search.seen)
+    everybody = without_repeats(search.detections(total or search.seen, search.seen))
     everybody.save(folder / KEYPOINTS)
     most = str(shown_as.most_common(1)[0][0])
     if (people := len(np.unique(everybody.person))) > 1:

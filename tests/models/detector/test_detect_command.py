@@ -209,7 +209,7 @@ def test_neither_a_detector_nor_a_run_of_that_name(walk_film, toy, tmp_path, cal
     assert words in said
 
 
-@pytest.mark.parametrize("limit", [1_000, 12_000])
+@pytest.mark.parametrize("limit", [1_000, 28_000])
 def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
     """No file may grow beyond a limit: first the keypoints cannot be written, then the poses."""
     command = ["-c", "from pcnet3d.pipeline.cli import main; main()", "run", walk_film.path]
@@ -224,7 +224,7 @@ def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "out").exists()
     assert not [left for left in tmp_path.iterdir() if ".partial-" in left.name]
-    kept = limit == 12_000
+    kept = limit == 28_000
     assert (tmp_path / ".out.keypoints.npz").exists() == kept
     assert ("finished work is kept; the same command with --resume" in done.stderr) == kept
 

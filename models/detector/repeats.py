@@ -1,0 +1,68 @@
+"""Images of a video that only repeat the one before: of a padded frame rate, or of a recording that stalls."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...pipeline.files.detections import Detections
+
+# Changes are those of `Glance.change_to`, in grey values. Compressed repeats have up to a quarter of the change before
+# and after them, images of real recordings two thirds and more. A key frame leaves a still scene as it is within 12;
+# where as little moves a repeat does no harm.
+_SMALL, _MOVES = 0.25, 12.0
+_FEW = 4  # images that repeat in a row between others that move, as of 6 frames a second in 30
+_BESIDE = 3  # images that move before and after more of them,
+_LEAP = 1.1  # times as far as those after it: without a leap somebody stands still
+
+
+def repeats(change: np.ndarray) -> np.ndarray:
+    """(R,) rows of images that repeat the one before. change: (T,) of each from the one before, NaN where unknown.
+
+    Such an image differs much less from the one before than its neighbours do from theirs. Where many do so in a row
+    the image goes on with a leap, for what happened meanwhile was not recorded.
+    """
+    found: list[int] = []
+    run: list[int] = []
+    before = np.nan  # change of the last image in front of the run
+    for row, now in enumerate(change.tolist()):
+        if now < _SMALL * before or (run and now < _MOVES):
+            run.append(row)
+            continue
+        if run and now >= _MOVES <= before and change[run].max() < _SMALL * now and _halts(change, run):
+            found += run
+        run, before = [], now
+    return np.array(found, np.int64)
+
+
+def _halts(change: np.ndarray, run: list[int]) -> bool:
+    """Whether the recording halts in these rows, not somebody in it."""
+    if len(run) <= _FEW:
+        return True
+    earlier, later = change[: run[0]][-_BESIDE:], change[run[-1] + 2 :][:_BESIDE]
+    moves = all(len(side) == _BESIDE and (side >= _MOVES).all() for side in (earlier, later))
+    return moves and bool(change[run[-1] + 1] > _LEAP * np.median(later))
+
+
+def without_repeats(found: Detections) -> Detections:
+    """The same with nobody in repeated images, which show where people were before. Over few of them in a row people
+    are taken to move evenly: as gaps, those of a padded frame rate would be most of a take."""
+    repeated = np.isin(found.frame_index, found.repeated)
+    kept, moved = ~repeated, {"joints": found.joints.copy(), "box": found.box.copy()}
+    for person in np.unique(found.person[repeated]):
+        mine = np.flatnonzero(found.person == person)
+        known = mine[~repeated[mine]]
+        if not len(known):
+            continue
+        seen = found.frame_index[known]
+        at = np.interp(found.frame_index[mine], seen, np.arange(len(known)))
+        before, after = np.floor(at).astype(int), np.ceil(at).astype(int)
+        few, part = seen[after] - seen[before] <= _FEW + 1, at - before
+        kept[mine] |= few & (part > 0)
+        for name, values in moved.items():
+            share = part.reshape(-1, *[1] * (values.ndim - 1))
+            a, b = (getattr(found, name)[known[beside]] for beside in (before, after))
+            values[mine] = (1 - share) * a + share * b
+    rows = {name: getattr(found, name) for name in ("frame_index", "time_s", "person", "confidence")}
+    return replace(found, **{name: values[kept] for name, values in (rows | moved).items()})

@@ -1,0 +1,115 @@
+"""Images that repeat the one before: told from somebody who stands still, and left out."""
+
+import numpy as np
+import pytest
+
+from golden.films import film_of, pressing_ctrl_c
+from pcnet3d.adapters.keypoints import read as read_keypoints
+from pcnet3d.adapters.video import read as read_video
+from pcnet3d.models.detector import video as detect_video
+from pcnet3d.models.detector.load import load_detector
+from pcnet3d.models.detector.repeats import repeats
+from pcnet3d.models.detector.scene_cuts import Glance
+from pcnet3d.models.detector.video import detect
+from pcnet3d.pipeline.files.detections import load_detections
+
+MOVES, NOT = [40.0] * 6, [1.0] * 10
+PADDED = np.arange(1, 51) * 4 // 5  # images shown, of 24 frames a second in 30
+STALLED = np.r_[0:20, [19] * 9, 29:40]
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        ([40, 42, 38, 5, 41, 40, 43, 39, 4, 42], [3, 8]),
+        ([40, 1, 40, 1, 2, 40, 1, 40, 1, 2, 40], [1, 3, 4, 6, 8, 9]),
+        ([*MOVES, *NOT, 70, *MOVES], range(6, 16)),  # a stall
+        ([*MOVES, *NOT, 40, *MOVES], []),  # somebody stands before a still camera, of an animation
+        ([*MOVES, 25, 15, 8, 4, *NOT, 4, 8, 15, 25, *MOVES], []),  # and of life
+        ([0] * 30, []),
+        (NOT * 3, []),
+        ([*NOT, 16] * 4, []),  # a sharper key frame now and then
+        ([1, 1, 1, 8] * 6, []),
+        ([*MOVES, np.nan, 1, *MOVES], []),  # a cut to another scene
+        ([np.nan, 1, 1, *MOVES], []),  # nothing moved before
+        ([*MOVES, 1, 1], []),  # nor after
+        ([40, 40, 12, 40, 40], []),  # slower for once
+        ([], []),
+    ],
+)
+def test_what_changes_much_less_than_beside_it_repeats(change, found):
+    np.testing.assert_array_equal(repeats(np.array(change, np.float32)), list(found))
+
+
+def test_change_is_of_what_moves_not_of_light(toys):
+    here, moved = toys.scene((50, 50, 80, 150)), toys.scene((54, 50, 84, 150))
+    noisy = np.clip(here + np.random.default_rng(0).normal(0, 4, here.shape), 0, 255).astype(np.uint8)
+    at = Glance.at(here)
+    assert at.change_to(Glance.at(here)) == 0
+    assert 4 * at.change_to(Glance.at(noisy)) < at.change_to(Glance.at(moved)) < 255
+    assert np.isnan(at.change_to(Glance.at(here[:100])))
+
+
+@pytest.fixture
+def shown(toys, tmp_path):
+    """shown(numbers, codec, options): a film of these images of somebody walking, 30 a second."""
+
+    def make(numbers, codec="libx264", **options):
+        boxes = toys.walking(max(numbers) + 1)
+        stamps = [round(1000 * i / 30) for i in range(len(numbers))]
+        images = [toys.scene(boxes[number], size=(360, 240)) for number in numbers]
+        return read_video(film_of(tmp_path / "film.mp4", images, stamps, codec, **options))[0]
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("codec", "options"), [("libx264", {"crf": 20}), ("libx264", {"crf": 32}), ("mpeg4", {"b": 2_000_000})]
+)
+@pytest.mark.parametrize("numbers", [PADDED, STALLED])
+def test_repeats_of_a_compressed_film_are_found(shown, toy, numbers, codec, options):
+    found = detect(shown(numbers, codec, **options), load_detector(toy))
+    np.testing.assert_array_equal(found.repeated, np.flatnonzero(np.diff(numbers) == 0) + 1)
+
+
+@pytest.mark.parametrize("moves", [[0] * 60, [*range(20), *[20] * 20, *range(20, 40)]])
+def test_who_stands_still_is_not_told(shown, toy, moves):
+    found = detect(shown(moves, g=12), load_detector(toy))
+    assert not len(found.repeated)
+    assert not found.doubts(*found.people())
+
+
+def test_few_are_bridged_and_in_a_stall_is_nobody(shown, toy, toys, tmp_path):
+    """The joints of a repeated image, half way from the one before to the next; a third of them was off by 3 pixels."""
+    padded, stalled = (detect(shown(numbers), load_detector(toy)) for numbers in (PADDED, STALLED))
+    boxes = np.array(toys.walking(50))
+    assert len(padded.frame_index) == 50
+    for frame in padded.repeated:
+        between = (boxes[PADDED[frame - 1]] + boxes[PADDED[frame + 1]]) / 2
+        assert np.abs(padded.joints[frame] - toys.joints_of(tuple(between))).max() < 1.5
+    np.testing.assert_array_equal(stalled.frame_index, [*range(20), *range(29, 40)])
+    for found, regular in ((padded, True), (stalled, False)):
+        found.save(tmp_path / "keypoints.npz")
+        (person,) = read_keypoints(tmp_path / "keypoints.npz")
+        (said,) = person.notices
+        assert (said.code, said.weight) == ("images-repeated", "warning")
+        assert said.values["repeated"] == len(found.repeated)
+        assert ("24 frames a second" in said.values["where"]) == regular
+
+
+def test_a_film_of_which_most_repeats_makes_speeds_suspicious(shown, toy):
+    found = detect(shown(np.arange(60) // 3), load_detector(toy))
+    (said,) = found.doubts(*found.people())
+    assert (said.code, said.weight) == ("images-repeated", "suspicious")
+
+
+@pytest.mark.parametrize("stop", [18, 19, 24, 28, 29])
+def test_a_stopped_detection_goes_on_within_a_stall(shown, toy, tmp_path, monkeypatch, stop):
+    film, path = shown(STALLED), tmp_path / "part.npz"
+    whole = detect(film, load_detector(toy))
+    with monkeypatch.context() as patched:
+        patched.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, stop))
+        detect(film, load_detector(toy), keep=lambda found: found.save(path))
+    resumed = detect(film, load_detector(toy), resume=load_detections(path))
+    for name in ("repeated", "change", "frame_index", "joints"):
+        np.testing.assert_array_equal(getattr(resumed, name), getattr(whole, name))
