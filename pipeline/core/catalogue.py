@@ -37,7 +37,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The video is damaged at frame {frames}, up to the next key frame. Copy it again, or leave that part out "
         "(--time-range)."),
     "images-repeated": ("warning", "clock",
-        "{repeated} of {of:~image} only {repeated:?repeats/repeat} the one before, {where}; speeds are less certain. "
+        "{repeated} of {of:~image} only {repeated:?repeats/repeat} the one before, {where}. Up to four in a "
+        "row are bridged evenly; speeds are less certain. "
         "Record or export the video at the camera's own frame rate."),
     "scene-changes": ("warning", "files",
         "The video cuts to another scene {count:~time}, at frame {frames}; people are not tracked across a cut."),
@@ -101,8 +102,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "At {fps:.4g} frames per second the legs {gait} and pass each other every {step_s:.2f} s, {times:.1f} times "
         "too {way}. Give the camera's rate (--fps); the gait suggests about {fits:.2g}."),
     "movement-against-rate": ("suspicious", "clock",
-        "At {fps:.4g} frames per second the body moves about {times:.1f} times too {way} for a person. Give the "
-        "camera's rate (--fps); the movement suggests about {fits:.2g}."),
+        "At {fps:.4g} frames per second the body moves {about} {times:.2g} times too {way} for a person. Give "
+        "the camera's rate (--fps); the movement suggests {about} {fits:.2g}."),
     "played-backwards": ("suspicious", "clock",
         "The body moves as if the clip were played backwards. Sort the frames, unless the person moves backwards."),
     "rows-lost": ("suspicious", "clock",
