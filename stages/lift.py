@@ -170,12 +170,13 @@ def _without_strays(seen: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSe
 
 def _elsewhere(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> list[Notice]:
     """Where somebody else goes on, before a camera that stands still: a tracker has gone on to another."""
-    if keypoints.time_s is None or any(each.code.startswith("leap-") for each in keypoints.notices):
+    time_s = keypoints.time_s
+    if time_s is None or any(each.code.startswith("leap-") for each in keypoints.notices):
         return []
     keypoints, _ = _without_strays(seen_only(keypoints, image_size), keypoints)
     return [
         notice("leap-between-people", weight="suspicious", sizes=sizes, frame=int(keypoints.frame_index[row]))
-        for row, sizes in exchanges(keypoints.time_s, keypoints.joints.astype(np.float64))[:1]
+        for row, sizes in exchanges(time_s, keypoints.joints.astype(np.float64))[:1]
     ]
 
 

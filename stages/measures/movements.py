@@ -112,11 +112,6 @@ def knee_bends(
     return bends, sorted(may_land)
 
 
-def _inside(at_s: float, against: Mapping[str, Spans], *limbs: str) -> bool:
-    """Whether one of the limbs contradicts its keypoints then."""
-    return any(begin <= at_s <= end for limb in limbs for begin, end in against.get(limb, ()))
-
-
 def arm_raises(
     take: Columns, punches: Group, lifted: PoseSequence | None, against: Mapping[str, Spans]
 ) -> list[Row]:
@@ -140,7 +135,7 @@ def _arm(
     looks_so: Callable[[Repetition], bool] | None,
     against: Mapping[str, Spans],
 ) -> list[Row]:
-    may_punch, off = set[tuple[float, float]](), set[tuple[float, float]]()
+    may_be, off = set[tuple[float, float]](), set[tuple[float, float]]()
     spans = list(zip(moments(punches, "start"), moments(punches, "stop"), strict=True))
 
     def raises(one: Repetition) -> bool:
@@ -150,14 +145,14 @@ def _arm(
             off.add((one.start_s, one.stop_s))
             return False
         if looks_so and looks_so(one):
-            may_punch.add((one.start_s, one.stop_s))
+            may_be.add((one.start_s, one.stop_s))
             return False
         return True
 
     angle, shown = f"{side}_shoulder_elevation", [f"{side}_{part}" for part in _IN_RAISES]
     briefest_s = BRIEFEST_S["arm_raises"]
     arm = repeats(take, angle, take(angle), take.sd(angle), RAISE, shown, raises, briefest_s)
-    arm = doubted(arm, may_punch, "what is seen from {} may be a punch, not a raise")
+    arm = doubted(arm, may_be, "what is seen from {} may be a punch, not a raise")
     return doubted(arm, off, f"the arm {_OFF}")
 
 

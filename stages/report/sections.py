@@ -102,8 +102,8 @@ def up_table(facts: Facts, image: bool) -> Markup:
     one source only, unless the image was looked at."""
     rows: list[list[str | float | None]] = []
     for name, source in facts.sources.items():
-        unknown = source.error_deg is None or facts.up_of_unusable
-        bound = None if unknown else RAYLEIGH_90 * source.error_deg
+        error_deg = None if facts.up_of_unusable else source.error_deg
+        bound = None if error_deg is None else RAYLEIGH_90 * error_deg
         own = [_rounded(angle, bound) for angle in (source.pitch_deg, source.roll_deg)]
         share = "not used" if source.share is None else f"{100 * source.share:.0f} %"
         rows.append([SOURCES.get(name, name), *own, share, _rounded(source.pull_deg, 1.0)])
