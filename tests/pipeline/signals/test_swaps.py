@@ -214,7 +214,7 @@ def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path, poses):
     many = saved(tmp_path / "many.npz", spoilt(poses, "l_leg mirrored in depth", first=60, last=69))
     result = pcnet3d("inspect", few, *OPTIONS)
     assert result.returncode == 0, result.stderr
-    assert "2 of 240 rows look wrong: legs exchanged in frames 60-61 at 2.00 s." in result.stdout
+    assert "2 of 240 frames look wrong: legs exchanged in frames 60-61 at 2.00 s." in result.stdout
     result = pcnet3d("inspect", many, *OPTIONS, "--json")
     assert result.returncode == 3, result.stderr
     (found,) = json.loads(result.stdout)["people"][0]["swaps"]

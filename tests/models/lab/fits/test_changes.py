@@ -14,22 +14,36 @@ def take():
     rng = np.random.default_rng(0)
     body, swing = rng.normal(0, 50, (1, len(LIMBS), 2)), rng.normal(0, 10, (1, len(LIMBS), 2))
     time = np.arange(300)[:, None, None]
-    return body + swing * np.sin(time / 5) + time * (1.0, 0.0), np.ones((300, len(LIMBS)), dtype=bool)
+    return body + swing * np.sin(time / 5) + time * (1.0, 0.0), np.ones((300, len(LIMBS)), dtype=bool), 0.0
 
 
 def only(monkeypatch, **shares):
     """Windows with these changes alone, each in so large a share of them."""
     for name in ("_FASTER", "_WIDER", "_ZOOMED"):
         monkeypatch.setattr(module, name, (shares.get(name, 0.0), getattr(module, name)[1]))
-    for name in ("_BACKWARDS", "_EXCHANGED"):
+    for name in ("_BACKWARDS", "_EXCHANGED", "_BRIEF"):
         monkeypatch.setattr(module, name, shares.get(name, 0.0))
 
 
-def test_what_is_not_changed_has_the_classes_in_the_middle(take, monkeypatch):
+def test_what_is_not_changed_has_the_classes_of_nothing(take, monkeypatch):
     only(monkeypatch)
     features, classes = changed(take, np.random.default_rng(0))
     assert features.shape == (ROWS, CHANNELS)
-    assert classes == (len(RATES) // 2, len(WIDTHS) // 2, len(ZOOMS) // 2, 0)
+    assert classes == (*(int(np.abs(each).argmin()) for each in (RATES, WIDTHS, ZOOMS)), 0)
+
+
+def test_slow_motion_has_a_rate_between_its_own_and_real_time(take, monkeypatch):
+    only(monkeypatch)
+    points, seen, _ = take
+    rates = [RATES[changed((points, seen, -1.0), np.random.default_rng(seed))[1][0]] for seed in range(40)]
+    assert min(rates) == pytest.approx(-1.0, abs=0.1)
+    assert max(rates) == pytest.approx(0.0, abs=0.1)
+
+
+def test_brief_windows_are_empty_at_their_end(take, monkeypatch):
+    only(monkeypatch, _BRIEF=1.0)
+    rows = [int(changed(take, np.random.default_rng(seed))[0][:, -1].sum()) for seed in range(40)]
+    assert 20 <= min(rows) < max(rows) < ROWS
 
 
 def test_wider_bodies_are_of_higher_classes(take, monkeypatch):
