@@ -125,8 +125,10 @@ class _Film:
         self.number = 0
         self._video, self._container = video, container
         self._tick = float(container.streams.video[0].time_base or 1)
-        frames = container.decode(video=0)
-        start = next((frame.pts for frame in frames if frame.pts is not None), 0)
+        # AVI knows no times of showing: FFmpeg's are those of other frames where some are coded ahead (B-frames).
+        self._stamp = "dts" if container.format.name == "avi" else "pts"
+        stamps = map(self._stamp_of, container.decode(video=0))
+        start = next((stamp for stamp in stamps if stamp is not None), 0)
         self._stamps = start + np.round(video.time_s / self._tick).astype(np.int64)
 
     def frames_from(self, first: int) -> Iterator[tuple[int, VideoFrame]]:
@@ -134,13 +136,19 @@ class _Film:
         if first >= len(self._stamps):
             return
         for frame in self._decoded(int(self._stamps[first])):
-            if frame.pts is None:
+            stamp = self._stamp_of(frame)
+            if stamp is None and self._stamp == "dts" and self.number + 1 < len(self._stamps):
+                stamp = self._stamps[self.number + 1]  # the last ones, which no packet follows
+            if stamp is None:
                 continue
-            number = int(np.searchsorted(self._stamps, frame.pts))
-            if number < len(self._stamps) and self._stamps[number] == frame.pts:
+            number = int(np.searchsorted(self._stamps, stamp))
+            if number < len(self._stamps) and self._stamps[number] == stamp:
                 self.number = number
                 if number >= first:
                     yield number, frame
+
+    def _stamp_of(self, frame: VideoFrame) -> int | None:
+        return getattr(frame, self._stamp)
 
     def _decoded(self, stamp: int) -> Iterator[VideoFrame]:
         """The frames from the key frame before `stamp` on, or from an earlier one.
@@ -158,8 +166,8 @@ class _Film:
             except FFmpegError:
                 continue
             frames = container.decode(video=0)
-            landed = next((frame for frame in frames if frame.pts is not None), None)
-            if landed is not None and (landed.pts or 0) <= stamp:
+            landed = next((frame for frame in frames if self._stamp_of(frame) is not None), None)
+            if landed is not None and (self._stamp_of(landed) or 0) <= stamp:
                 yield landed
                 yield from frames
                 return

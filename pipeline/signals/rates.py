@@ -223,7 +223,7 @@ def _gait(joints: np.ndarray, time_s: np.ndarray) -> _Gait | None:
     early, late = np.percentile(gaps, [25, 75])
     if not late < _REGULAR * early:
         return None
-    reach = np.array([np.abs(apart[a:b]).max() for a, b in pairwise(passes)])
+    reach = np.array([np.abs(apart[a : b + 1]).max() for a, b in pairwise(passes)])
     even = late < _EVEN * early and reach.std() < _ALIKE * reach.mean()
     return _Gait(
         float(np.median(gaps)), float(np.median(reach)), bool(even), float(np.median(straighter[passes]))

@@ -1,12 +1,16 @@
 """Video: real time stamps, rotation, and files that are cut off or no video at all."""
 
 from fractions import Fraction
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pcnet3d.adapters import video
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.core.take import Video
+from pcnet3d.pipeline.files.video_frames import _Film
 from pcnet3d.pipeline.inspect.video import inspect_video
 
 VARIABLE = [0, 33, 66, 133, 140, 200, 300, 333, 366, 400, 433, 500]
@@ -20,6 +24,23 @@ def test_variable_rate_in_display_order(film, tmp_path, ending, reordered):
     (clip,) = video.read(path)
     np.testing.assert_allclose(clip.time_s, np.array(VARIABLE) / 1000, atol=1e-9)
     assert (clip.path, clip.width, clip.height, clip.codec, clip.rotation_deg) == (path, 64, 48, "h264", 0)
+
+
+def test_frames_of_avi_are_numbered_as_they_are_shown():
+    """DivX and Xvid files with B-frames were refused: FFmpeg's times of showing go 1, 4, 3, 6, 5."""
+    stamps = [(1, 2), (4, 3), (3, 4), (6, 5), (5, 6), (8, None)]
+    frames = [SimpleNamespace(pts=pts, dts=dts) for pts, dts in stamps]
+
+    def decode(video):
+        return iter(frames)
+
+    container = SimpleNamespace(
+        streams=SimpleNamespace(video=[SimpleNamespace(time_base=Fraction(1, 30))]),
+        format=SimpleNamespace(name="avi"), decode=decode, seek=lambda *_, **__: None,
+    )  # fmt: skip
+    clip = Video(path=Path("clip.avi"), width=64, height=48, time_s=np.arange(7) / 30, codec="mpeg4")
+    numbers, shown = zip(*_Film(clip, container).frames_from(0), strict=True)
+    assert (numbers, shown) == ((0, 1, 2, 3, 4, 5), tuple(frames))
 
 
 def test_first_frame_is_time_zero(film, tmp_path):

@@ -91,3 +91,14 @@ def test_gaps_and_lost_joints_are_borne():
     joints[:, H36M17.index("l_wrist")] = np.nan
     assert len(pace_doubts(poses.with_(joints=joints))) == 1
     assert pace_doubts(poses.with_(joints=np.full_like(joints, np.nan))) == []
+
+
+def test_ankles_that_a_detector_exchanges_in_one_row_are_no_fault():
+    """Both changes of sides were nearest to each other in the same row."""
+    walk = walker(seconds=6.0, fps=10.0)
+    ankles = H36M17.indices(("r_ankle", "l_ankle"))
+    for row in range(len(walk)):
+        joints = walk.world - walk.root[:, None]
+        middle = joints[row, ankles].mean(axis=0)
+        joints[row, ankles] = middle - 0.6 * (joints[row, ankles] - middle)
+        pace_doubts(PoseSequence(joints, H36M17, LEVEL, time_s=walk.time_s))
