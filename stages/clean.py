@@ -50,7 +50,8 @@ class Clean:
             notices.append(notice("joints-missing", count=counts["values_missing"]))
         if take.keypoints is not None and poses.layout == H36M17:
             size = image_size(take)
-            if doubt := size_doubted(take.keypoints, size):
+            detected = any(each.code == "detected" for each in take.said)  # in this video, so of its size
+            if not detected and (doubt := size_doubted(take.keypoints, size)):
                 notices.append(doubt)
             hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
             poses = without(poses, hidden)

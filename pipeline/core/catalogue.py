@@ -162,8 +162,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "sides-doubtful": ("warning", "left and right",
         "Left and right are doubtful: {evidence}."),
     "swaps-found": ("warning", "left and right",
-        "The {what} look wrong: {swaps} ({wrong} of {of:~frame}). --set read.swaps=repair corrects this, --set "
-        "read.swaps=mask removes it."),
+        "The {what} look wrong: {swaps} ({wrong} of {of:~frame}). Look at the video: if so, --set "
+        "read.swaps=repair corrects this, --set read.swaps=mask removes it."),
     "swaps-doubtful": ("warning", "left and right",
         "The {what} look wrong: {doubt}."),
     "swaps-repaired": ("repair", "left and right",

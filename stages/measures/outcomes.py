@@ -67,7 +67,8 @@ def with_outcome(
     where something is lacking without which nobody can look for it. doubt: of `doubts_of`, with which a count of 0
     says as little, and one of movements that heights make says nothing of a body that may be turned.
 
-    A count of 0 says that there was none, unless its `reason` says where one may be hidden. A hold is seen too.
+    A count of 0 says that there was none, unless its `reason` says where one may be hidden. A hold is seen too. Of legs
+    that look exchanged there may be more steps than were counted.
     """
     rows = list(rows)
     counts = [row for row in rows if isinstance(row, Measure) and row.name in ("count", "steps")]
@@ -84,6 +85,8 @@ def with_outcome(
         hidden = True
     if seen:
         code = SEEN
+        told = any(isinstance(row, Remark) and row.name == "count_reason" for row in rows)
+        rows += [Remark("count_reason", of_legs)] if of_legs and not told else []
     elif not looked:
         code = NOT_LOOKED_FOR
     else:

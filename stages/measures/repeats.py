@@ -35,6 +35,7 @@ _AS_LONG = 0.8
 # At the top of a movement: longer, and it is a posture that somebody holds. Squats of the labelled takes stay 0.3 to
 # 1.5 s below, arms with a box over the head 3.5.
 _HOLD_S = 3.0
+_HIGH = 3  # frames in the upper half of a repetition that is no slip of a detector
 
 
 def repeats(
@@ -51,13 +52,37 @@ def repeats(
     over the cycles of repetitions that count. briefest_s: where none is found, how long a gap hides one at least."""
     if np.isfinite(driver).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
+    slips = set[tuple[float, float]]()
+
+    def stays(one: Repetition) -> bool:
+        rows = slice(*np.searchsorted(take.times, [one.start_s, one.stop_s]).tolist())
+        if np.isnan(one.peak) or (driver[rows] > one.peak - one.rise / 2).sum() >= _HIGH:
+            return True
+        slips.add((one.start_s, one.stop_s))
+        return False
+
+    rows = _repeats(take, angle, driver, sd, least, shown, counts, briefest_s, stays)
+    return doubted(rows, slips, f"what is seen from {{}} is less than {_HIGH} frames long at the top")
+
+
+def _repeats(
+    take: Columns,
+    angle: str,
+    driver: np.ndarray,
+    sd: np.ndarray,
+    least: float,
+    shown: Iterable[str],
+    counts: Callable[[Repetition], bool],
+    briefest_s: float,
+    stays: Callable[[Repetition], bool],
+) -> list[Row]:
     usual = known_median(sd)
     noise = NOISE * usual if np.isfinite(usual) else 0.0
     asked, error = least, take.rise_error(angle, least, usual)
     least = max(least, noise)
     held = unreturned(driver, take.times, least, take.seams)
     among = max(least, _HALF * float(np.nanmax(driver) - np.nanmin(driver)))
-    every = [one for one in repetitions(driver, take.times, among, take.seams) if counts(one)]
+    every = [one for one in repetitions(driver, take.times, among, take.seams) if counts(one) and stays(one)]
     holds = [one for one in [*every, *filter(counts, held)] if one.held_s > _HOLD_S]
     holds.sort(key=lambda one: one.start_s)
     found = [one for one in every if one.held_s <= _HOLD_S]

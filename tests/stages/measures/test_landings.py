@@ -78,6 +78,17 @@ def test_a_bend_that_may_be_a_landing_is_not_counted_and_not_denied(lowest_s, st
     assert jumped["outcome"] == (CANNOT_BE_TOLD if doubt else NONE)
 
 
+def test_a_bend_of_one_frame_is_not_counted_and_not_denied():
+    """Of a man in ten frames a second the arm was "raised once to 123 degrees (± 12)" in one frame, in which the
+    detector had gone astray."""
+    knee = dips(4.0)
+    knee[60:63] = 30, 90, 30
+    bends, _ = bent(knee)
+    assert (bends["count"], "count_reason" in bends) == (1, True)
+    bends, _ = bent(np.where(TIMES < 3, knee, 0.0))
+    assert (bends["count"], "reason" in bends) == (0, True)
+
+
 @pytest.mark.parametrize(("unstated_deg", "doubt"), [(0.0, False), (8.0, True)])
 def test_a_near_miss_beside_another_is_told_of_unknown_errors_alone(unstated_deg, doubt):
     """A boxer's knees, lifted from one image each, "bent once"; they bent six times."""
