@@ -159,8 +159,3 @@ def _arm(
     arm = repeats(take, angle, take(angle), take.sd(angle), RAISE, shown, raises, briefest_s)
     arm = doubted(arm, may_punch, "what is seen from {} may be a punch, not a raise")
     return doubted(arm, off, f"the arm {_OFF}")
-
-
-def _inside(at_s: float, against: Mapping[str, Spans], *limbs: str) -> bool:
-    """Whether one of the limbs contradicts its keypoints then."""
-    return any(begin <= at_s <= end for limb in limbs for begin, end in against.get(limb, ()))
