@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from golden.ups import stated_deg
+from golden.ups import stated_deg, up_of
 from pcnet3d.models.common.metrics import RAYLEIGH_90
 from pcnet3d.models.gravity import (
     LEAN_DEG,
@@ -56,11 +56,6 @@ def seldom(count) -> np.ndarray:
 def own_error_deg(votes) -> float:
     """What is left of the votes' error once that which they share is taken away."""
     return np.sqrt(votes.error_deg**2 - LEAN_DEG**2)
-
-
-def up_of(pitch, roll=0.0) -> np.ndarray:
-    """Of a camera that looks down by pitch, turned by roll, degrees."""
-    return view_rotation(np.array(0.0), np.array(float(pitch)), np.array(float(roll)))[:, 2]
 
 
 def bodies_say(up, error_deg) -> Evidence:
