@@ -26,7 +26,7 @@ def turning() -> tuple[PoseSequence, np.ndarray]:
     walk = walker(seconds=4)
     camera = side_camera(walk)
     poses = camera_poses(walk, camera)
-    R = Rotation.from_euler("z", np.linspace(-15, 15, len(poses)), degrees=True).as_matrix()
+    R = Rotation.from_euler("z", np.linspace(-15, 15, len(poses))[:, None], degrees=True).as_matrix()
     return poses.with_(joints=rotate(R, poses.joints.astype(float))), R @ camera.up
 
 

@@ -154,7 +154,7 @@ def test_a_camera_that_is_rolled_gives_the_same_skeleton_where_up_is_known():
 
 def test_a_camera_that_rolls_meanwhile_gives_the_same_skeleton_where_each_frames_up_is_known():
     pixels, size = person(40, at=(960, 620)), np.array(SIZE, dtype=float)
-    R = Rotation.from_euler("z", np.linspace(-40, 40, 40), degrees=True).as_matrix()
+    R = Rotation.from_euler("z", np.linspace(-40, 40, 40)[:, None], degrees=True).as_matrix()
     up = unit(np.array([0.0, -1.0, -0.3]))
     rolled = np.einsum("tij,tkj->tki", R[:, :2, :2], pixels - size / 2) + size / 2
     keep = np.r_[0:10, 14:40]  # rows that a file leaves out are frames all the same

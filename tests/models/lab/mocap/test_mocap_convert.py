@@ -5,6 +5,7 @@ import pytest
 
 import commands
 from commands import pcnet3d, succeeded
+from golden.skeleton import bent, bvh
 from pcnet3d.models.lab.mocap.convert import read_folder, resampled
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.reading.mocap.clip import Clip, read_mocap, write_mocap
@@ -13,7 +14,7 @@ from refusals import refused
 
 
 @pytest.fixture
-def folder(tmp_path, bvh, bent):
+def folder(tmp_path):
     """Three BVH clips of two people, 120, 60 and 30 frames a second."""
     for i, (name, fps) in enumerate((("01/01_01", 120), ("01/01_02", 60), ("02/02_01", 30))):
         path = tmp_path / "mocap" / f"{name}.bvh"
@@ -73,7 +74,7 @@ def test_a_folder_that_cannot_be_written(folder, tmp_path):
     commands.refused(pcnet3d("mocap", folder, "-o", tmp_path / "no" / "clips.npz"), "Cannot write")
 
 
-def test_subjects_by_file_folder_or_pattern(tmp_path, bvh):
+def test_subjects_by_file_folder_or_pattern(tmp_path):
     text = bvh(np.zeros((2, 16, 3)))
     for name in ("walk1_subject1", "walk2_subject2", "s7/dance"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
