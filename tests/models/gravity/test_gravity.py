@@ -207,11 +207,6 @@ def test_quick_frames_are_never_independent():
     assert effective_number(noise, np.arange(360) * 60.0, np.ones(360)) > 200
 
 
-def test_nine_in_ten_errors_lie_inside_the_bound():
-    errors = angle_deg(votes_about(UP, 5, 4000, np.random.default_rng(0)), UP)
-    assert np.mean(errors < 5 * RAYLEIGH_90) == pytest.approx(0.9, abs=0.015)
-
-
 def test_what_the_user_knows_wins_by_its_weight():
     """In pitch, in which both are apart here, and in roll."""
     told_up = Rotation.from_euler("x", 10, degrees=True).apply(UP)

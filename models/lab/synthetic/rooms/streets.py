@@ -35,7 +35,7 @@ def street(seed: int) -> Room:
         things += _row(rng, across, rng.uniform(12, 25), -1, taste, view)
     things += _street_things(rng, along, wide, view, taste.richness)
     paint_all(canvas, things)
-    return taken(canvas, tilt, "street", rng, rng.choice([0, 1, 2], p=[0.3, 0.5, 0.2]))
+    return taken(canvas, tilt, rng, rng.choice([0, 1, 2], p=[0.3, 0.5, 0.2]))
 
 
 def _ground(canvas: Canvas, rng: np.random.Generator, along: float, wide: float) -> None:
