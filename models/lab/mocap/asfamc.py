@@ -40,7 +40,7 @@ class Acclaim:
 
 
 def read(path: Path, folder: Path, how: How) -> Found:
-    """One clip, with the skeleton beside it whose name its own begins with, or the only one there; InputError without."""
+    """One clip, with the skeleton beside it whose name its own begins with, or the only one; InputError without."""
     skeletons = sorted(path.parent.glob("*.[aA][sS][fF]"))
     named = [file for file in skeletons if path.stem.lower().startswith(file.stem.lower())]
     if not named and len(skeletons) != 1:
