@@ -94,7 +94,11 @@ class Trajectories:
 
     def __call__(self, take: Take) -> Take:
         rectified = take.need("rectified")
-        level = _trusted(rectified)
+        refused = ~rectified.turned  # missing, so that nothing is taken across them
+        level = rectified.level.mapped(
+            lambda points: np.where(refused[:, None, None], np.nan, points),
+            covariance=rectified.level.covariance,
+        )
         known_error = self.smoother == "auto" and self.cutoff_hz is None
         path, lowpass = smooth(level, self.classical, self.cutoff_hz, self.joints)
         filtered = _notices(path, lowpass, known_error)
@@ -297,14 +301,6 @@ def unit_of(column: str, length: str) -> str:
         if last == norm or last in {prefix + axis for axis in "xyz"}:
             return unit.format(length)
     return _UNITS.get(last, "").format(length)
-
-
-def _trusted(rectified: Rectified) -> PoseSequence:
-    """LEVEL with the frames that could not be rectified missing, so that nothing is taken across them."""
-    refused = ~rectified.turned
-    return rectified.level.mapped(
-        lambda points: np.where(refused[:, None, None], np.nan, points), covariance=rectified.level.covariance
-    )
 
 
 def _locked(path: PoseSequence, level: PoseSequence, rectified: Rectified) -> PoseSequence:

@@ -40,6 +40,12 @@ def refused(result: subprocess.CompletedProcess[str], *words: object) -> None:
     assert all(str(word) in result.stderr for word in words), result.stderr
 
 
+def succeeded(result: subprocess.CompletedProcess[str]) -> subprocess.CompletedProcess[str]:
+    """The same, whose exit code is 0."""
+    assert result.returncode == 0, result.stderr
+    return result
+
+
 def recipe_of(path: Path, *stages: str) -> Path:
     """Writes a recipe of these stages as they are by default."""
     path.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages), encoding="utf-8")

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import settings
 
 from golden import bodies, walks
-from pcnet3d.examples.walker.camera import aimed
+from pcnet3d.examples.walker.camera import Camera, aimed, side_camera
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import Take
 
@@ -69,6 +69,12 @@ def facing_camera() -> np.ndarray:
 def walk() -> Walk:
     """The built-in walker."""
     return walker()
+
+
+@pytest.fixture(scope="session")
+def camera(walk: Walk) -> Camera:
+    """Beside the built-in walker."""
+    return side_camera(walk)
 
 
 @pytest.fixture(scope="session")

@@ -22,12 +22,11 @@ from .votes import (
     Votes,
     effective_number,
     pool,
-    robust_mean,
     take_up,
 )
 
 __all__ = [
     "LEAN_DEG", "TILT_SHARE", "UNKNOWN_DEG", "Evidence", "Levelled", "Seen", "TakeUp", "Votes", "direction",
     "effective_number", "fuse", "known_moving_up", "known_up", "level_feet", "level_moving", "level_people",
-    "level_static", "level_world", "pool", "robust_mean", "stance", "take_rotation", "take_up", "told_up", "why_not",
+    "level_static", "level_world", "pool", "stance", "take_rotation", "take_up", "told_up", "why_not",
 ]  # fmt: skip

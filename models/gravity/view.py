@@ -65,30 +65,22 @@ def camera_of(
         focal_px = intrinsics.pinhole_focal_px
         everybody = [poses.with_(joints=undistorted(poses.joints, intrinsics)) for poses in everybody]
     told = focal_px, video.focal_px, network
-    frames = _spread(first, last)
+    frames = sorted({*np.linspace(first, last, 2 * _LOOKS + 1).round().astype(int)[1::2].tolist()})
     boxes = _boxes(everybody, frames)
-    images = {frame: _plain(image, intrinsics) for frame, image in images_at(video, frames).items()}
+    images = {
+        frame: undistorted_image(image, intrinsics) for frame, image in images_at(video, frames).items()
+    }
     background = (
         Background("still") if stands(images, boxes) else _background(video, everybody, (first, last))
     )
     moves = background is not None and background.moves
     if camera == "moving" or (camera is None and moves) or not images:
         frames = list(range(first, last + 1, _EVERY))
-        seen = ((frame, _plain(image, intrinsics)) for frame, image in _every(video, frames))
+        seen = ((frame, undistorted_image(image, intrinsics)) for frame, image in _every(video, frames))
         found = moving_camera(seen, shown_size(video), _boxes(everybody, frames), *told)
     else:
         found = static_camera(images, boxes, *told)
     return replace(found, intrinsics=intrinsics, background=background)
-
-
-def _spread(first: int, last: int) -> list[int]:
-    """Frames of a camera that stands still, from `first` to `last`."""
-    wanted = np.linspace(first, last, 2 * _LOOKS + 1).round().astype(int)[1::2]
-    return sorted({int(frame) for frame in wanted})
-
-
-def _plain(image: np.ndarray, intrinsics: Intrinsics | None) -> np.ndarray:
-    return image if intrinsics is None else undistorted_image(image, intrinsics)
 
 
 def _background(video: Video, people: Sequence[PoseSequence], span: tuple[int, int]) -> Background | None:

@@ -134,7 +134,10 @@ def pool(
     trust = (expected.min() / expected) ** 2
     centre, robust = robust_mean(votes, trust)
     weights[fine] = robust
-    apart = _tangent_deg(votes, centre)
+    # Degrees from the centre along two directions across it.
+    plane = votes @ np.linalg.svd(centre[None])[2][1:].T
+    sine = np.linalg.norm(plane, axis=-1)
+    apart = plane * (np.degrees(np.arctan2(sine, votes @ centre)) / np.maximum(sine, 1e-12))[:, None]
     scatter = float(np.sqrt(np.average((apart**2).sum(-1), weights=trust)))
     effective = effective_number(apart, time_s[fine], robust)
     stated = spread[fine] if spread is not None else np.array([])
@@ -179,10 +182,3 @@ def effective_number(apart: np.ndarray, time_s: np.ndarray, weights: np.ndarray)
     inflation = 1 + 2 * float(correlation[1:until].sum())
     seconds = float(time_s[-1] - time_s[0])
     return float(max(min(kish / inflation, 1 + seconds / CORRELATED_S), 1.0))
-
-
-def _tangent_deg(votes: np.ndarray, centre: np.ndarray) -> np.ndarray:
-    """(N, 2) where votes (N, 3) lie about the centre, degrees along two directions across it."""
-    plane = votes @ np.linalg.svd(centre[None])[2][1:].T
-    sine = np.linalg.norm(plane, axis=-1)
-    return plane * (np.degrees(np.arctan2(sine, votes @ centre)) / np.maximum(sine, 1e-12))[:, None]

@@ -81,7 +81,10 @@ def _path(
         return None
     path, factor = smoothed(places, information, time_s, _JOLT)
     for _ in range(_ROUNDS):
-        weights = _weights(places - path, information)
+        # Cauchy weights of frames that are off the path.
+        off = places - path
+        off = np.where(np.isfinite(off), off, 0.0)
+        weights = 1 / (1 + np.einsum("ti,tij,tj->t", off, information, off) / _STRAY**2)
         path, factor = smoothed(places, information * weights[:, None, None], time_s, _JOLT)
     own = covariances(factor)
     lost = np.sqrt(np.linalg.eigvalsh(own)[:, -1]) > _MOST
@@ -127,12 +130,6 @@ def _slow(ratio: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     ends = min(int(4 * sd), len(even) - 1)
     padded = np.pad(even, ends, mode="reflect", reflect_type="odd")  # a trend goes on beyond the ends
     return gaussian_filter1d(padded, sd)[ends : ends + len(even)]
-
-
-def _weights(off: np.ndarray, information: np.ndarray) -> np.ndarray:
-    """(T,) Cauchy weights of frames that are (T, 3) off the path."""
-    off = np.where(np.isfinite(off), off, 0.0)
-    return 1 / (1 + np.einsum("ti,tij,tj->t", off, information, off) / _STRAY**2)
 
 
 def _outer(x: np.ndarray) -> np.ndarray:

@@ -147,9 +147,12 @@ def undistorted(points_px: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
     return (rays * ideal[0, 0] + ideal[:2, 2]).reshape(points.shape)
 
 
-def undistorted_image(image: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
+def undistorted_image(image: np.ndarray, intrinsics: Intrinsics | None) -> np.ndarray:
     """The image, (H, W) or (H, W, channels) uint8, as the ideal camera of `undistorted` shows it, of the same shape;
-    black where the camera saw nothing. InputError for an image of another size than the intrinsics'."""
+    black where the camera saw nothing; as it is where nothing is known. InputError for an image of another size than
+    the intrinsics'."""
+    if intrinsics is None:
+        return image
     import cv2
 
     _ideal_matrix(intrinsics)

@@ -42,7 +42,10 @@ def parse(content: bytes) -> C3d:
     _, count, analog, first, last, _, _, _, block = map(
         int, _integers(content[:18], processor).view(np.uint16)
     )
-    first, last = _span(first, last, parameters)
+    # What the header's two bytes cannot hold is told by parameters.
+    starts, ends = (parameters.get(f"TRIAL:ACTUAL_{end}_FIELD", []) for end in ("START", "END"))
+    if len(starts) == len(ends) == 2 and all(isinstance(value, int) for value in (*starts, *ends)):
+        first, last = ((two[0] & 0xFFFF) + 65536 * (two[1] & 0xFFFF) for two in (starts, ends))
     width, frames = 4 * count + analog, last - first + 1
     scale, header_rate = (float(_reals(content[at : at + 4], processor)[0]) for at in (12, 20))
     item = 4 if scale < 0 else 2
@@ -75,14 +78,6 @@ def texts(parameters: dict[str, list[Any]], name: str) -> list[str]:
             break
         found += map(str, parameters[key])
     return found
-
-
-def _span(first: int, last: int, parameters: dict[str, list[Any]]) -> tuple[int, int]:
-    """The numbers of the first and last frame; those that the header's two bytes cannot hold are told by parameters."""
-    starts, ends = (parameters.get(f"TRIAL:ACTUAL_{end}_FIELD", []) for end in ("START", "END"))
-    if len(starts) == len(ends) == 2 and all(isinstance(value, int) for value in (*starts, *ends)):
-        first, last = ((two[0] & 0xFFFF) + 65536 * (two[1] & 0xFFFF) for two in (starts, ends))
-    return first, last
 
 
 def _parameters(content: bytes, at: int, processor: int) -> dict[str, list[Any]]:

@@ -42,7 +42,11 @@ def view(folder: Path, web: bool = False) -> None:
     """
     recording = find_recording(folder)
     if web:
-        _serve(recording)
+        server = _server(recording, _viewer_files())
+        print(f"{_page(server)}\nOpen it in a browser on this machine; Ctrl-C ends.", flush=True)
+        webbrowser.open(_page(server))
+        with server, suppress(KeyboardInterrupt):
+            server.serve_forever()
         return
     # The viewer would listen to the whole network, and hand the recording to whoever holds its usual port.
     ended = subprocess.run(
@@ -115,14 +119,6 @@ def following(recording: Path, web: bool = False) -> Iterator[None]:
         yield
     finally:
         ended.set()
-
-
-def _serve(recording: Path) -> None:
-    server = _server(recording, _viewer_files())
-    print(f"{_page(server)}\nOpen it in a browser on this machine; Ctrl-C ends.", flush=True)
-    webbrowser.open(_page(server))
-    with server, suppress(KeyboardInterrupt):
-        server.serve_forever()
 
 
 def _server(

@@ -184,7 +184,10 @@ def savitzky_golay(
     from scipy.signal import savgol_filter
 
     fps = rate(time_s)
-    window = _window(cutoff_hz, fps)
+    check_savgol_cutoff(cutoff_hz, fps)
+    window = _SHORTEST
+    while _savgol_gain(window + 2, cutoff_hz / fps) >= _HALF_POWER:
+        window += 2
     return _piecewise(
         x, time_s, seams, fps, window, lambda piece: np.asarray(savgol_filter(piece, window, _CUBIC, axis=0))
     )
@@ -333,16 +336,6 @@ def _white_noise(cutoffs: np.ndarray, fps: float) -> tuple[np.ndarray, np.ndarra
     ratio = np.tan(np.pi * hz / fps) / np.tan(np.pi * cutoffs[:, None] / fps)
     gain = 1 / (1 + (np.sqrt(2) - 1) * ratio**_ORDER)  # of two passes, a half of the order each
     return ((1 - gain) ** 2).mean(axis=1), (gain**2).mean(axis=1)
-
-
-def _window(cutoff_hz: float, fps: float) -> int:
-    """The widest odd window of a Savitzky-Golay filter that lets half the power at the cut-off through. InputError as
-    of `check_savgol_cutoff`."""
-    check_savgol_cutoff(cutoff_hz, fps)
-    window = _SHORTEST
-    while _savgol_gain(window + 2, cutoff_hz / fps) >= _HALF_POWER:
-        window += 2
-    return window
 
 
 def _savgol_gain(window: int, hz: float) -> float:

@@ -128,7 +128,8 @@ def source_findings(source: PoseSequence) -> list[Notice]:
     joints = _complete(source)
     if len(joints) < _ENOUGH_ROWS:
         return []
-    pelvis = _pelvis(source, joints)
+    names = ("pelvis",) if "pelvis" in source.layout else ("l_hip", "r_hip")
+    pelvis = joints[:, source.layout.indices(names)].mean(axis=1)
     joints = joints[:, np.isfinite(joints).all(axis=(0, 2))]
     size = float(np.median(np.ptp(joints, axis=1).max(axis=-1)))
     for axis in range(3):
@@ -136,11 +137,6 @@ def source_findings(source: PoseSequence) -> list[Notice]:
             if np.abs(extreme).max() <= 1e-6 * size and np.ptp(extreme - pelvis[:, axis]) > 0.01 * size:
                 return [notice("rebase", axis=_AXES[axis])]
     return []
-
-
-def _pelvis(source: PoseSequence, joints: np.ndarray) -> np.ndarray:
-    names = ("pelvis",) if "pelvis" in source.layout else ("l_hip", "r_hip")
-    return joints[:, source.layout.indices(names)].mean(axis=1)
 
 
 def pose_findings(poses: PoseSequence) -> list[Notice]:

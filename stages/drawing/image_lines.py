@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.core.camera import Camera, Look
-from ...pipeline.core.intrinsics import Intrinsics, undistorted_image
+from ...pipeline.core.intrinsics import undistorted_image
 from .palette import GREEN, PURPLE, YELLOW
 
 # Green runs up; the two level directions and the horizon have colours that nothing else in an image has.
@@ -14,17 +14,12 @@ HORIZON, UP = (255, 255, 255), GREEN
 WORDS = "Green: lines assumed vertical; purple and yellow: lines assumed level, at right angles; white: the horizon."
 
 
-def ideal(image: np.ndarray, intrinsics: Intrinsics | None) -> np.ndarray:
-    """The frame (H, W, 3) without the distortion of a calibrated camera; as it is where there is none."""
-    return image if intrinsics is None else undistorted_image(image, intrinsics)
-
-
 def drawn(image: np.ndarray, camera: Camera, look: Look) -> np.ndarray:
     """A copy of the frame (H, W, 3) uint8 RGB with its lines, the horizon and an arrow along up."""
     import cv2
 
     out = (
-        np.ascontiguousarray(ideal(image, camera.intrinsics)) // 2 + 64
+        np.ascontiguousarray(undistorted_image(image, camera.intrinsics)) // 2 + 64
     )  # paler, so that the lines stand out
     thick = max(1, round(max(image.shape[:2]) / 500))
     for (start, end), along in zip(look.ends, look.runs_along, strict=True):

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...pipeline.core.camera import Camera
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.intrinsics import undistorted
+from ...pipeline.core.intrinsics import undistorted, undistorted_image
 from ...pipeline.core.layouts import Layout, with_feet
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
@@ -22,7 +22,7 @@ from ...pipeline.files.video_frames import images_ahead, shown_size
 from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.facts import angle_bands, up_of_camera
-from ..drawing.image_lines import HORIZON, horizon, ideal
+from ..drawing.image_lines import HORIZON, horizon
 from ..drawing.palette import DARK, Colour, faint, side_colour
 from ..drawing.rerun_video import TICK, h264_stream
 
@@ -127,7 +127,9 @@ class _Page:
         import cv2
 
         intrinsics = self.camera.intrinsics if self.camera else None
-        small = cv2.resize(ideal(image, intrinsics), self.image_size, interpolation=cv2.INTER_AREA)
+        small = cv2.resize(
+            undistorted_image(image, intrinsics), self.image_size, interpolation=cv2.INTER_AREA
+        )
         row = self.rows.get(number)
         if self.camera is not None and row is not None and np.isfinite(self.up[row]).all():
             self._draw_horizon(small, self.camera, self.up[row])

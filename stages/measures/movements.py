@@ -31,6 +31,7 @@ from ...pipeline.signals.flights import Flight
 from .columns import Columns
 from .cycles import Repetition
 from .jumps import absorbs, lands
+from .off_keypoints import contradicts
 from .outcomes import BRIEFEST_S
 from .repeats import doubted, repeats
 from .strikes import Spans, may_punch
@@ -78,7 +79,7 @@ def knee_bends(
             feet_move.add(span)
         elif ankle is not None and lands(ankle, take.times, bend.peak_s):
             may_land.add(span)
-        elif _inside(bend.peak_s, against, "r_leg", "l_leg"):
+        elif contradicts(bend.peak_s, against, "r_leg", "l_leg"):
             off.add(span)
         return stays and span not in may_land | off
 
@@ -141,7 +142,7 @@ def _arm(
     def raises(one: Repetition) -> bool:
         if any(begin <= one.peak_s <= end for begin, end in spans):
             return False
-        if _inside(one.peak_s, against, f"{side}_arm"):
+        if contradicts(one.peak_s, against, f"{side}_arm"):
             off.add((one.start_s, one.stop_s))
             return False
         if looks_so and looks_so(one):
@@ -154,8 +155,3 @@ def _arm(
     arm = repeats(take, angle, take(angle), take.sd(angle), RAISE, shown, raises, briefest_s)
     arm = doubted(arm, may_be, "what is seen from {} may be a punch, not a raise")
     return doubted(arm, off, f"the arm {_OFF}")
-
-
-def _inside(at_s: float, against: Mapping[str, Spans], *limbs: str) -> bool:
-    """Whether one of the limbs contradicts its keypoints then."""
-    return any(begin <= at_s <= end for limb in limbs for begin, end in against.get(limb, ()))

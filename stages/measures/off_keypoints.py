@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from ...models.angle_error.off_keypoints import agrees, steady
@@ -22,6 +24,11 @@ def contradicted(residuals: Residuals | None, time_s: np.ndarray) -> dict[str, l
         return {}
     most = agrees(residuals)
     return {limb: _spans(steady(residuals.limb(limb)) > most, time_s) for limb in LIMBS}
+
+
+def contradicts(at_s: float, against: Mapping[str, Sequence[tuple[float, float]]], *limbs: str) -> bool:
+    """Whether one of the limbs is `contradicted` (against) then."""
+    return any(begin <= at_s <= end for limb in limbs for begin, end in against.get(limb, ()))
 
 
 def off_keypoints(residuals: Residuals | None, time_s: np.ndarray) -> list[Row]:

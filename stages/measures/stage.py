@@ -43,7 +43,7 @@ from .figures import (
     with_error,
 )
 from .floor import floor
-from .jumps import brief_hops, cut_jumps, jumping, jumps, without_leaps
+from .jumps import brief_hops, cut_jumps, jumping, jumps, without_leaps, without_slips
 from .movements import arm_raises, knee_bends
 from .off_keypoints import contradicted, exchanged, off_keypoints
 from .outcomes import BRIEFEST_S, NO_DOUBTS, Doubts, doubts_of, with_outcome
@@ -166,6 +166,7 @@ def measures(
         for name in repeated
         for row in within(name, repeats(take, name, take(name), take.sd(name), _ANY, [name]), side_of(name))
     ]
+    flights = without_slips(flights, against)
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
     cut, brief = cut_jumps(flights, gait), brief_hops(flights, gait)
     gait = without_leaps(gait, jumped)

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.core.intrinsics import undistorted_image
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
 from ..drawing.facts import up_of_camera
-from ..drawing.image_lines import COLOURS, HORIZON, UP, horizon, ideal, up_arrow
+from ..drawing.image_lines import COLOURS, HORIZON, UP, horizon, up_arrow
 from ..drawing.rerun_log import time_columns
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def log_camera(recording: rr.RecordingStream, take: Take) -> None:
         for image in images_at(take.video, [look.frame]).values():
             recording.log(
                 "camera/image",
-                rr.Image(ideal(image, take.camera.intrinsics)).compress(jpeg_quality=_QUALITY),
+                rr.Image(undistorted_image(image, take.camera.intrinsics)).compress(jpeg_quality=_QUALITY),
                 static=True,
             )
     lines = look.ends[look.runs_along >= 0]

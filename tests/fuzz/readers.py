@@ -11,6 +11,7 @@ import shutil
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -72,6 +73,11 @@ def read_as_adapter(name: str, path: Path, options: dict[str, Any], rng: Random)
     return people
 
 
+def _by(module: str, name: str) -> Callable[[Path], object]:
+    """A function of the package, which is imported when it is called."""
+    return lambda path: getattr(import_module(f"pcnet3d.{module}"), name)(path)
+
+
 def _recipe(folder: Path) -> Path:
     from importlib.resources import files
 
@@ -90,12 +96,6 @@ def _config(folder: Path) -> Path:
     return folder / "tiny.toml"
 
 
-def _read_config(path: Path) -> object:
-    from pcnet3d.models.lab.training.rectifier.train import read_config
-
-    return read_config(path)
-
-
 def _run(folder: Path) -> Path:
     from pcnet3d.pipeline.reading.settings import RunOptions
     from pcnet3d.pipeline.running.recipe import Recipe
@@ -108,12 +108,6 @@ def _run(folder: Path) -> Path:
     )
     run_files(RunOptions(poses=folder / "poses.npy", adapter="videopose3d", fps=30), folder / "run", recipe)
     return folder / "run"
-
-
-def _read_run(path: Path) -> object:
-    from pcnet3d.stages.study.compare.side import load_side
-
-    return load_side(path)
 
 
 def _summary(folder: Path) -> Path:
@@ -213,24 +207,9 @@ def _read_clips(path: Path) -> object:
     return read_parts(path, path.parent / "split.json", ("train", "val"))
 
 
-def _split(folder: Path) -> Path:
-    _clips(folder)
-    return folder / "split.json"
-
-
-def _read_split(path: Path) -> object:
-    return _read_clips(path.parent / "mocap.npz")
-
-
 def _truth(folder: Path) -> Path:
     np.savez(folder / "truth.npz", joints=Person().standing(40), fps=30.0)
     return folder / "truth.npz"
-
-
-def _read_truth(path: Path) -> object:
-    from pcnet3d.stages.study.compare.truth import read_truth
-
-    return read_truth(path)
 
 
 def _matlab_73(folder: Path) -> Path:
@@ -242,10 +221,6 @@ def _matlab_73(folder: Path) -> Path:
     with path.open("r+b") as raw:
         raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64")
     return path
-
-
-def _read_matlab_73(path: Path) -> object:
-    return read_as_adapter("mpi3dhp", path, {}, Random(0))
 
 
 def _run_keypoints(folder: Path) -> Path:
@@ -312,18 +287,21 @@ def _read_camera(path: Path) -> object:
 OTHERS = {
     "manifest": Reader(_manifest, _read_manifest),
     "take of a study": Reader(_summary, _read_study),
-    "mpi3dhp of MATLAB 7.3": Reader(_matlab_73, _read_matlab_73),
+    "mpi3dhp of MATLAB 7.3": Reader(_matlab_73, lambda path: read_as_adapter("mpi3dhp", path, {}, Random(0))),
     "detections of a run": Reader(_run_keypoints, _read_run_keypoints),
     "recipe": Reader(_recipe, _read_recipe),
-    "training config": Reader(_config, _read_config),
-    "run folder": Reader(_run, _read_run),
+    "training config": Reader(_config, _by("models.lab.training.rectifier.train", "read_config")),
+    "run folder": Reader(_run, _by("stages.study.compare.side", "load_side")),
     "rectifier": Reader(_onnx("rectifier/pcnet.onnx"), _read_rectifier),
     "lifter": Reader(_onnx("lifter/lifter.onnx"), _read_lifter),
     "weights": Reader(_weights, _read_weights),
     "checkpoint": Reader(_checkpoint, _read_checkpoint),
     "training data": Reader(_clips, _read_clips),
-    "training split": Reader(_split, _read_split),
-    "truth": Reader(_truth, _read_truth),
+    "training split": Reader(
+        lambda folder: _clips(folder).with_name("split.json"),
+        lambda path: _read_clips(path.with_name("mocap.npz")),
+    ),
+    "truth": Reader(_truth, _by("stages.study.compare.truth", "read_truth")),
     **{f"camera file, {form}": Reader(write, _read_camera) for form, write in cameras.WRITERS.items()},
 }
 

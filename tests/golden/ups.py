@@ -1,8 +1,14 @@
-"""What bodies state of up, along two directions."""
+"""A camera's up, and what bodies state of it along two directions."""
 
 import numpy as np
 
 from pcnet3d.models.gravity.votes import OWN_LEAN_DEG, pitch_roll_error_deg
+from pcnet3d.pipeline.core.camera import view_rotation
+
+
+def up_of(pitch: float, roll: float = 0.0) -> np.ndarray:
+    """(3,) of a camera that looks down by pitch, turned by roll, degrees."""
+    return view_rotation(np.array(0.0), np.array(float(pitch)), np.array(float(roll)))[:, 2]
 
 
 def stated_deg(up, error_deg) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.main import get_command
 
-from commands import APART, pcnet3d, recipe_of, refused
+from commands import APART, pcnet3d, recipe_of, refused, succeeded
 from pcnet3d.pipeline.core.catalogue import CATALOGUE
 from pcnet3d.pipeline.core.refusals import REFUSALS
 
@@ -43,8 +43,7 @@ def alphapose(scale: float) -> str:
 
 
 def test_a_lifters_file_becomes_a_folder_of_results(lifted, tmp_path):
-    result = apart("run", "--poses", lifted, "--fps", 30, "-o", tmp_path / "out")
-    assert result.returncode == 0, result.stderr
+    result = succeeded(apart("run", "--poses", lifted, "--fps", 30, "-o", tmp_path / "out"))
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES
     assert "pcnet3d view" in result.stdout
     assert "--stature" in result.stderr
@@ -53,8 +52,7 @@ def test_a_lifters_file_becomes_a_folder_of_results(lifted, tmp_path):
 def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
     recipe = recipe_of(tmp_path / "recipe.toml", "scale", "rectify", "trajectories", "export")
     arguments = ["--fps", 30, "--stature", 1.8, "--recipe", recipe]
-    result = pcnet3d("run", "--poses", lifted, *arguments, "-o", tmp_path / "out")
-    assert result.returncode == 0, result.stderr
+    succeeded(pcnet3d("run", "--poses", lifted, *arguments, "-o", tmp_path / "out"))
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "kinematics.parquet", "poses.npz", "summary.json",
     ]  # fmt: skip
@@ -208,8 +206,7 @@ def test_quiet_says_the_last_line_only(lifted, tmp_path, place):
     (tmp_path / "short.toml").write_text('[[stages]]\nuse = "rectify"\n')
     before, behind = (["-q"], []) if place == "before" else ([], ["-q"])
     arguments = ["--poses", lifted, "--fps", 30, "--recipe", tmp_path / "short.toml", *behind]
-    result = apart(*before, "run", *arguments, "-o", tmp_path / "out")
-    assert result.returncode == 0
+    result = succeeded(apart(*before, "run", *arguments, "-o", tmp_path / "out"))
     assert result.stderr == ""
     assert "levelled" in result.stdout
     assert len(result.stdout.splitlines()) == 2
@@ -258,8 +255,7 @@ def test_a_name_that_the_terminal_cannot_show(lifted, tmp_path):
 )
 def test_a_camera_that_the_user_knows_wins_over_the_votes(lifted, tmp_path, said, share):
     """The same camera told in both ways; the person seems to stand upright in the image."""
-    result = pcnet3d("run", "--poses", lifted, "--fps", 30, *said, "--no-frames", "-o", tmp_path / "out")
-    assert result.returncode == 0, result.stderr
+    succeeded(pcnet3d("run", "--poses", lifted, "--fps", 30, *said, "--no-frames", "-o", tmp_path / "out"))
     found = json.loads((tmp_path / "out" / "summary.json").read_text())["rectification"]
     up = np.array(found["R_source_from_level"])[:, 2]
     np.testing.assert_allclose(up, np.array([0.087, -1, 0.1]) / np.linalg.norm([0.087, 1, 0.1]), atol=0.03)
@@ -269,8 +265,7 @@ def test_a_camera_that_the_user_knows_wins_over_the_votes(lifted, tmp_path, said
 
 def test_a_moving_camera_through_the_command_line(lifted, tmp_path):
     arguments = ["--set", "rectify.rectifier=geometric", "--camera", "moving"]
-    result = pcnet3d("run", "--poses", lifted, "--fps", 30, *arguments, "-o", tmp_path / "out")
-    assert result.returncode == 0, result.stderr
+    result = succeeded(pcnet3d("run", "--poses", lifted, "--fps", 30, *arguments, "-o", tmp_path / "out"))
     assert "relative to it" in result.stderr
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["rectification"]["camera"] == "moving"
@@ -352,8 +347,9 @@ def test_view_without_a_recording(tmp_path):
 )
 def test_real_files_go_through(data, tmp_path, poses, keypoints, adapter):
     more = ["--keypoints", data / "native" / keypoints] if keypoints else []
-    result = pcnet3d("run", "--poses", data / "native" / poses, *more, "--fps", 30, "-o", tmp_path / "out")
-    assert result.returncode == 0, result.stderr
+    result = succeeded(
+        pcnet3d("run", "--poses", data / "native" / poses, *more, "--fps", 30, "-o", tmp_path / "out")
+    )
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["inputs"][0]["adapter"] == adapter
     assert summary["rectification"]["level_ok"]
@@ -363,8 +359,7 @@ def test_real_files_go_through(data, tmp_path, poses, keypoints, adapter):
 @pytest.mark.data
 def test_a_broken_real_file_is_carried_with_a_loud_warning(data, tmp_path):
     poses = data / "native" / "motionbert" / "broken_X3D.npy"
-    result = pcnet3d("run", "--poses", poses, "--fps", 25, "-o", tmp_path / "out")
-    assert result.returncode == 0, result.stderr
+    result = succeeded(pcnet3d("run", "--poses", poses, "--fps", 25, "-o", tmp_path / "out"))
     assert "the poses are unusable: Bone lengths vary" in result.stdout
     said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
     assert ("bones", "unusable") in [(each["code"], each["weight"]) for each in said]

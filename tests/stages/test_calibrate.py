@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from commands import pcnet3d
+import commands
+from commands import pcnet3d, succeeded
 from golden.detections import detected, scored
 from golden.films import film_of
 from pcnet3d.adapters import video as videos
@@ -102,16 +103,14 @@ def test_people_are_left_out_along_their_limbs():
 
 
 def test_the_command_on_a_video_and_on_images(video, shown, tmp_path):
-    done = pcnet3d("calibrate", video.path, "--json", "--picture", tmp_path / "lines.png")
-    assert done.returncode == 0
+    done = succeeded(pcnet3d("calibrate", video.path, "--json", "--picture", tmp_path / "lines.png"))
     found = json.loads(done.stdout)
     assert found["sources"]["up"] == "lines"
     assert abs(found["pitch_deg"] - shown.pitch_deg) < 2.5
     assert found["pitch_deg_sd"] > 0.3
     assert cv2.imread(str(tmp_path / "lines.png")).shape == shown.image.shape
     cv2.imwrite(str(tmp_path / "one.png"), shown.image[:, :, ::-1])
-    done = pcnet3d("calibrate", tmp_path / "one.png")
-    assert done.returncode == 0
+    done = succeeded(pcnet3d("calibrate", tmp_path / "one.png"))
     assert "pitch" in done.stdout
 
 
@@ -137,10 +136,7 @@ def test_what_is_no_image_gets_one_sentence(tmp_path, content):
     path = tmp_path / "x.png"
     if content is not None:
         path.write_bytes(content)
-    done = pcnet3d("calibrate", path)
-    assert done.returncode == 2
-    assert done.stderr.startswith("pcnet3d: Expected an image")
-    assert done.stderr.count("\n") == 1
+    commands.refused(pcnet3d("calibrate", path), "pcnet3d: Expected an image")
 
 
 def test_errors_of_pitch_and_roll_are_those_of_up(shown):
@@ -216,8 +212,7 @@ def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch):
 
     monkeypatch.setattr(geocalib, "up_from_network", answer)
     cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])
-    done = pcnet3d("calibrate", tmp_path / "grass.png", "--gravity-network", "net.onnx", "--json")
-    assert done.returncode == 0
+    done = succeeded(pcnet3d("calibrate", tmp_path / "grass.png", "--gravity-network", "net.onnx", "--json"))
     found = json.loads(done.stdout)
     assert found["sources"] == {"focal": "network", "up": "network"}
     assert found["pitch_deg"] == pytest.approx(12.0, abs=1e-6)

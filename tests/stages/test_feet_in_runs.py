@@ -6,7 +6,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from commands import pcnet3d
+from commands import pcnet3d, succeeded
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.pipeline.core.layouts import FEET
@@ -24,8 +24,7 @@ def folder(walk, tmp_path_factory):
     np.savez(path / "points.npz", joints=camera.points(halpe26(walk)), time_s=walk.time_s)
     told = [f"--option={key}" for key in ("layout=HALPE26", "frame=CAMERA", "unit=m")]
     given = ["run", "--poses", path / "points.npz", "--adapter", "arrays", *told, *ADDED, "-o", path / "out"]
-    done = pcnet3d(*given)
-    assert done.returncode == 0, done.stderr
+    succeeded(pcnet3d(*given))
     return path / "out"
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.jumps import jumping
-from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.camera import camera_poses
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import CAMERA, InputError, Pipeline, Take, change_frame, rotate
@@ -28,11 +28,6 @@ from pcnet3d.stages.report.stage import report
 from pcnet3d.stages.trajectories import Trajectories, smooth
 
 STAGES = Pipeline((Rectify("geometric"), Trajectories(), Angles(), Measures()))
-
-
-@pytest.fixture(scope="module")
-def camera(walk):
-    return side_camera(walk)
 
 
 @pytest.fixture(scope="module")

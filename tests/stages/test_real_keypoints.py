@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from commands import pcnet3d, recipe_of
+from commands import pcnet3d, recipe_of, succeeded
 from golden.detections import coco_tracks
 
 pytestmark = pytest.mark.data
@@ -24,8 +24,7 @@ def run(data, tmp_path):
         points = np.load(data / f"lifter/{clip}.npz")["movenet_kp2d"].astype(float)
         change(points)
         keypoints = coco_tracks(tmp_path, {"0": (np.arange(len(points)), points)})
-        result = pcnet3d("run", *words, "--keypoints", keypoints, "--recipe", short, "-o", tmp_path / "out")
-        assert result.returncode == 0, result.stderr
+        succeeded(pcnet3d("run", *words, "--keypoints", keypoints, "--recipe", short, "-o", tmp_path / "out"))
         return json.loads((tmp_path / "out" / "summary.json").read_text())
 
     return of

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.camera import R_camera_from_body as true_rotations
-from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
+from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_covariance import FOCAL_HEADING
 from pcnet3d.models.common.metrics import SD_90
@@ -27,11 +27,6 @@ from refusals import refused
 
 RECTIFIERS = ("pcnet", "geometric")
 MEANING = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
-
-
-@pytest.fixture(scope="module")
-def camera(walk):
-    return side_camera(walk)
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from commands import pcnet3d, recipe_of
+from commands import pcnet3d, recipe_of, succeeded
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.files import write_poses
 from pcnet3d.examples.walker.walk import walker
@@ -33,8 +33,7 @@ def run(tmp_path_factory):
 
     def make(name: str, *arguments):
         given = ["run", *arguments, "--recipe", recipe, "-o", folder / name]
-        done = pcnet3d(*given)
-        assert done.returncode == 0, done.stderr
+        succeeded(pcnet3d(*given))
         with np.load(folder / name / "poses.npz", allow_pickle=False) as file:
             return json.loads((folder / name / "summary.json").read_text()), dict(file), folder / name
 

@@ -87,7 +87,11 @@ def measured_batch(takes: int, seconds: float, workers: int, device: Device = AU
             run_batch(manifest, Path(folder) / "out", workers, device=device)
         wall_s, used_s = time.perf_counter() - start, cpu_s() - before
     with computing_on(device):
-        network_s = _network_s(joints)
+        # The best of three times, in one thread.
+        network = load_rectifier("pcnet")
+        assert isinstance(network, PCNetRectifier)
+        network = PCNetRectifier(network.path, threads=1)
+        network_s = min(took_s(lambda: network.rotation(joints)) for _ in range(3))
     return MeasuredBatch(takes, workers, wall_s, used_s, network_s, peak_mb(of_children=True))
 
 
@@ -103,11 +107,3 @@ def write_takes(folder: Path, takes: int, seconds: float) -> Path:
     rows = ((name, f"{name}.npy", f"{walk.fps:g}", f"{walk.stature_m:.2f}") for name in names)
     write_rows(manifest, ("name", "poses", "fps", "stature"), rows)
     return manifest
-
-
-def _network_s(joints: np.ndarray) -> float:
-    """What the rectifier's network takes for these poses (T, 17, 3) in one thread, the best of three times."""
-    network = load_rectifier("pcnet")
-    assert isinstance(network, PCNetRectifier)
-    network = PCNetRectifier(network.path, threads=1)
-    return min(took_s(lambda: network.rotation(joints)) for _ in range(3))

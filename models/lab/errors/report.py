@@ -20,7 +20,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import write_json, write_text
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.signals.angles import ANGLES, MIRRORED_SIGN, OF_BOTH, of_both, sides_of
-from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise, shipped_noise
+from ...angle_error.joint_noise import NOISE_FILE, JointNoise, read_noise
 from ...common.metrics import SD_90, plain
 from ...gravity.levelling import HEADING_POWER
 from ...gravity.votes import USUAL_SPREAD
@@ -239,10 +239,9 @@ def by_size(by_statement: Mapping[str, Sequence[Stated]]) -> Iterator[tuple[str,
                 yield statement, f"{low:.0f} to {high:.0f}", {"bias": mean, "inside": one.inside}
 
 
-def refitted(cases: Cases, noise: JointNoise | None = None) -> JointNoise:
+def refitted(cases: Cases, noise: JointNoise) -> JointNoise:
     """The noise with each angle's factors, its part by the found angle, and the same of its rate, and what joints err
     by, that hold in these configurations together."""
-    noise = shipped_noise() if noise is None else noise
     every = dict.fromkeys(map(of_both, ANGLES))
     parts = {both: _angle(_pooled(cases, both), both) for both in every}
     rates = {both: _rate(_pooled(cases, f"rate of {both}")) for both in every}

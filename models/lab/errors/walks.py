@@ -40,7 +40,11 @@ def walks(finished: Finished) -> Iterator[Stated]:
     lands = [at for side in ("right", "left") for at in moments(subgroup(found, side), "landings")]
     if not lands:
         return
-    part = _within(true_gait(truth, finished.spells), min(lands) - _NEAR_S, max(lands) + _NEAR_S)
+    gait, first_s, last_s = true_gait(truth, finished.spells), min(lands) - _NEAR_S, max(lands) + _NEAR_S
+    near = (
+        [step for step in walk if first_s <= step.start_s and step.stop_s <= last_s] for walk in gait.walks
+    )
+    part = Gait(gait.feet, [walk for walk in near if walk])
     if not part.walks:
         return
     time_s = truth.keypoints.times
@@ -65,11 +69,3 @@ def _stated(
 ) -> Stated:
     half = np.array([SD_90 * sd])
     return Stated(statement, finished.truth.subject, np.array([error]), half, known).judged()
-
-
-def _within(gait: Gait, first_s: float, last_s: float) -> Gait:
-    """The steps between two times."""
-    parts = [
-        [step for step in walk if first_s <= step.start_s and step.stop_s <= last_s] for walk in gait.walks
-    ]
-    return Gait(gait.feet, [part for part in parts if part])

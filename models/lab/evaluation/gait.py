@@ -19,7 +19,6 @@ from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
 from ....pipeline.core.frames import scaled_covariance, turned_covariance
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
 from ...common.metrics import Figure, relative
@@ -180,7 +179,10 @@ def judge(
 
     if path is None:
         return judged
-    sized = _by_stature(take.lifted, seen.truth)
+    # In metres as `--stature` would bring them there.
+    factor = implied_stature(seen.truth) / implied_stature(take.lifted.joints)
+    covariance = scaled_covariance(take.lifted.covariance, factor)
+    sized = take.lifted.with_(joints=take.lifted.joints * factor, covariance=covariance)
     placed = pelvis_path(sized, seen.keypoints, _camera_of(seen, path))
     if placed is None:
         return judged
@@ -343,10 +345,3 @@ def _camera_of(seen: SeenTake, case: str) -> Camera:
     if case == ASSUMED:
         focal_px, spread = PRIOR_FOCAL * max(width, height), PRIOR_FOCAL_SPREAD
     return Camera((width, height), focal_px, focal_px * spread, "told")
-
-
-def _by_stature(lifted: PoseSequence, truth: np.ndarray) -> PoseSequence:
-    """The poses in metres as `--stature` would bring them there, by the stature of the truth (T, 17, 3)."""
-    factor = implied_stature(truth) / implied_stature(lifted.joints)
-    covariance = scaled_covariance(lifted.covariance, factor)
-    return lifted.with_(joints=lifted.joints * factor, covariance=covariance)

@@ -161,21 +161,16 @@ def one_set(question: Question, label: str, clips: Sequence[Clip]) -> tuple[dict
         lifted = question.lift_seen(take)
         clean = lifted.with_(joints=take.truth, frame=CAMERA, confidence=None, history=())
         for name, poses in zip(tallies, (clean, lifted, take.keypoints), strict=True):
-            _judge(tallies[name], poses, number, question.seed)
+            tallies[name].add_untouched(len(poses), find_swaps(poses))
+            for turn in range(_ROUNDS):
+                wrong, made = put_in(poses, np.random.default_rng([question.seed, number, turn]))
+                tallies[name].add(len(poses), made, find_swaps(wrong))
         swapped = see(clip, question.seed, views=question.views)
         for name, values in _profile(question, own, take, swapped, lifted).items():
             errors[name].append(values)
     figures = own.figures()
     figures["lift"] = {name: Figure.of(np.concatenate(values)) for name, values in errors.items()}
     return tallies, figures
-
-
-def _judge(tally: Tally, poses: PoseSequence, number: int, seed: int) -> None:
-    tally.add_untouched(len(poses), find_swaps(poses))
-    for turn in range(_ROUNDS):
-        rng = np.random.default_rng([seed, number, turn])
-        wrong, made = put_in(poses, rng)
-        tally.add(len(poses), made, find_swaps(wrong))
 
 
 def put_in(poses: PoseSequence, rng: np.random.Generator) -> tuple[PoseSequence, list[Made]]:

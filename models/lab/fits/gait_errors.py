@@ -21,7 +21,6 @@ import typer
 
 from ....pipeline.core.frames import CAMERA
 from ....pipeline.files.atomic import write_text
-from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ...common.metrics import SD_90
 from ...gait.errors import ERROR_FILE, OF_LANDINGS, OF_LENGTH
@@ -198,17 +197,6 @@ def _three_digits(parts: dict[str, float]) -> dict[str, float]:
     return {part: float(f"{value:.3g}") for part, value in parts.items()}
 
 
-def _lifted(question: Question, clip: Clip) -> LiftedTake:
-    seen = see(clip, question.seed, views=question.views)
-    return LiftedTake(question.lift_seen(seen, seen.focal_px), seen)
-
-
-def _captured(question: Question, clip: Clip) -> LiftedTake:
-    """The captured joints in the place of a lift."""
-    seen = see(clip, question.seed, views=question.views)
-    return LiftedTake(seen.keypoints.with_(joints=seen.truth, frame=CAMERA, confidence=None), seen)
-
-
 def main(
     output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = ERROR_FILE,
     seeds: Annotated[int, typer.Option(min=1, help="Draws of cameras and noise, of every bed.")] = 2,
@@ -220,9 +208,13 @@ def main(
     for question in (Question((rectifier,), seed=seed, bed=bed) for bed in BEDS for seed in range(seeds)):
         takes = [*((clip, None) for clip in clips), *restyled_walks(clips, 1, question.seed)]
         for clip, spells in each(takes, f"takes, {question.bed} cameras", len(takes)):
-            lifted.append(judge_both(question, _lifted(question, clip), spells))
+            seen = see(clip, question.seed, views=question.views)
+            lifted.append(
+                judge_both(question, LiftedTake(question.lift_seen(seen, seen.focal_px), seen), spells)
+            )
             if question.bed == "typical":  # cameras make no difference
-                measured.append(judge(rectifier, _captured(question, clip), None, spells))
+                captured = seen.keypoints.with_(joints=seen.truth, frame=CAMERA, confidence=None)
+                measured.append(judge(rectifier, LiftedTake(captured, seen), None, spells))
     of_source = {
         source: [take for take in takes if take is not None and take.kind != "none"]
         for source, takes in (("lifted", lifted), ("measured", measured))

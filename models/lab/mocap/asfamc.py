@@ -40,8 +40,12 @@ class Acclaim:
 
 
 def read(path: Path, folder: Path, how: How) -> Found:
-    """One clip, with the skeleton beside it whose name its own begins with, or the only one there."""
-    skeleton_file = _skeleton_of(path)
+    """One clip, with the skeleton beside it whose name its own begins with, or the only one; InputError without."""
+    skeletons = sorted(path.parent.glob("*.[aA][sS][fF]"))
+    named = [file for file in skeletons if path.stem.lower().startswith(file.stem.lower())]
+    if not named and len(skeletons) != 1:
+        raise InputError("needs-input", "expected its .asf skeleton in the same folder.")
+    skeleton_file = max(named, key=lambda file: len(file.stem)) if named else skeletons[0]
     acclaim = parse_asf(read_text(skeleton_file), UNITS[how.unit] if how.unit else None)
     joints, R = pose(acclaim, *parse_amc(read_text(path), acclaim))
     joints = z_up(h36m17_of_skeleton(acclaim.skeleton, joints, R), how.up or "y").astype(np.float32)
@@ -181,11 +185,3 @@ def _turn(order: str, angles: np.ndarray, degrees: bool) -> np.ndarray:
 
 def _no_comments(text: str) -> str:
     return re.sub(r"^\s*#.*$", "", text, flags=re.M)
-
-
-def _skeleton_of(path: Path) -> Path:
-    skeletons = sorted(path.parent.glob("*.[aA][sS][fF]"))
-    named = [file for file in skeletons if path.stem.lower().startswith(file.stem.lower())]
-    if not named and len(skeletons) != 1:
-        raise InputError("needs-input", "expected its .asf skeleton in the same folder.")
-    return max(named, key=lambda file: len(file.stem)) if named else skeletons[0]

@@ -128,7 +128,8 @@ def detect(
     size = np.ptp(pixels, axis=-2).max(axis=-1)[..., None, None]
     hidden = hidden_joints(joints_camera)
 
-    std = np.where(hidden, noise.hidden, 1.0) * _joint_factor(noise)
+    std = np.where(hidden, noise.hidden, 1.0)
+    std[..., H36M17.indices(FAR_JOINTS)] *= noise.far_joints
     error = std[..., None] * _ar1(rng, pixels.shape, noise.correlation ** (30 / fps))
     error *= noise.std
     far = rng.uniform(size=hidden.shape) < noise.outliers
@@ -179,12 +180,6 @@ def derive(keypoints: Array, head_height: Array) -> Array:
     for joint, place in (("pelvis", pelvis), ("spine", (shoulders + pelvis) / 2), ("thorax", shoulders)):
         out[..., H36M17.index(joint), :] = place
     return out
-
-
-def _joint_factor(noise: Noise) -> np.ndarray:
-    factor = np.ones(len(H36M17))
-    factor[H36M17.indices(FAR_JOINTS)] = noise.far_joints
-    return factor
 
 
 def _ar1(rng: np.random.Generator, shape: tuple[int, ...], coefficient: float) -> np.ndarray:

@@ -105,7 +105,12 @@ def batch(
     output = output.resolve()
     with connected(dask) if dask else nullcontext() as client, _ours_alone(output):
         jobs = [Job(entry, output, timeout) for entry in entries]
-        failed_before = _failed_before(output)
+        # Takes that failed once come last, or a batch that is often stopped would try only them.
+        takes = read_object(output / STATUS).get("takes")
+        known = [take for take in takes if isinstance(take, dict)] if isinstance(takes, list) else []
+        failed_before = {
+            str(t.get("name")) for t in known if t.get("state") == "failed" or t.get("failed_before")
+        }
         in_turn = sorted(jobs, key=lambda job: job.entry.name in failed_before)
         coming = on_cluster(in_turn, client) if dask else on_this_machine(in_turn, workers or cores())
         outcomes = _run(jobs, output, coming, failed_before)
@@ -185,13 +190,6 @@ def _check(output: Path) -> None:
             f"{output} was made by pcnet3d {printable(str(of))}, this is {package_version()}, and a study must not "
             f"mix them; choose another -o DIR, or install {of} to continue this one.",
         )
-
-
-def _failed_before(output: Path) -> set[str]:
-    """Names of takes that failed once; they come last, or a batch that is often stopped would try only them."""
-    takes = read_object(output / STATUS).get("takes")
-    known = [take for take in takes if isinstance(take, dict)] if isinstance(takes, list) else []
-    return {str(t.get("name")) for t in known if t.get("state") == "failed" or t.get("failed_before")}
 
 
 def _run(

@@ -12,14 +12,14 @@ from dataclasses import dataclass, fields, replace
 from decimal import Decimal
 from pathlib import Path
 from statistics import fmean
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 
 from ....models.angle_error.repeatability import difference_sd, figure_of, judged
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.measures import OF_LENGTH, SD_90, Measure, Row, grouped, nested, subgroup, text
+from ....pipeline.core.measures import OF_LENGTH, SD_90, Measure, grouped, nested, subgroup, text
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
@@ -136,12 +136,10 @@ def _comparable(take: Take) -> dict[str, Measure]:
     """The take's single figures by place, but no length without a scale, nor what is of the recording, the same as
     another figure, or only says what others rest on."""
     metric = take.need("poses").frame.metric
-    return {place(row): row for row in take.measures or () if _is_comparable(row, metric)}
-
-
-def _is_comparable(row: Row, metric: bool) -> TypeGuard[Measure]:
-    return (
-        isinstance(row, Measure)
+    return {
+        place(row): row
+        for row in take.measures or ()
+        if isinstance(row, Measure)
         and row.number is None
         and row.name not in _BASIS
         and row.group[:1] not in _OF_RECORDING
@@ -149,7 +147,7 @@ def _is_comparable(row: Row, metric: bool) -> TypeGuard[Measure]:
         and (row.group[:1] != ("symmetry",) or row.name == "symmetry_index")
         and (metric or row.unit not in OF_LENGTH)
         and bool(np.isfinite(row.value))
-    )
+    }
 
 
 def place(measure: Measure) -> str:

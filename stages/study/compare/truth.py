@@ -52,7 +52,10 @@ def read_truth(
         if kind in (".trc", ".c3d"):
             poses = _of_markers(read_trc(path) if kind == ".trc" else read_c3d(path), up, unit, fps)
         elif kind == ".bvh":
-            poses = _bvh(path, How(unit, up, fps))
+            captured = mocap_bvh.read(path, path.parent, How(unit, up, fps)).clip
+            _, _, frames, _ = parse(path.read_text(encoding="utf-8", errors="replace"))
+            left_out = len(frames) - len(captured)  # a T-pose at the beginning
+            poses = _poses(captured.joints, (left_out + np.arange(len(captured))) / captured.fps)
         elif kind == ".npz":
             poses = _npz(path, clip, How(unit, up, fps))
         else:
@@ -97,13 +100,6 @@ def _of_markers(found: Markers, up: Up | None, unit: str | None, fps: float | No
     (joints,) = bodies.values()
     joints = z_up(joints, up or found.up)
     return _poses(joints, found.time_s if fps is None else np.arange(len(joints)) / fps)
-
-
-def _bvh(path: Path, how: How) -> PoseSequence:
-    clip = mocap_bvh.read(path, path.parent, how).clip
-    _, _, frames, _ = parse(path.read_text(encoding="utf-8", errors="replace"))
-    left_out = len(frames) - len(clip)  # a T-pose at the beginning
-    return _poses(clip.joints, (left_out + np.arange(len(clip))) / clip.fps)
 
 
 def _npz(path: Path, name: str | None, how: How) -> PoseSequence:

@@ -96,7 +96,9 @@ def _live(
     inputs = inputs_of(options.with_(video=None if shown.video is None else shown.video.path), asked)
     with computing_on(options.device) as where, whole_folder(output, force, inputs) as folder:
         video = shown.video.path if shown.video else folder / _VIDEO if frames else None
-        recorded = _recorded(options, folder / KEYPOINTS, video)
+        # The run at the end, but for the person and the image's size, which are not known before.
+        others = {name: value for name, value in options.settings.items() if not name.startswith("detect.")}
+        recorded = options.with_(keypoints=folder / KEYPOINTS, video=video, detector=None, settings=others)
         _check_end(recorded)
         networks = _networks(asked, detect, options.told)
         watching = following(folder / LIVE, web) if view else nullcontext()
@@ -155,12 +157,6 @@ def _detect(recipe: Recipe) -> Detect:
             "leave it out, or give it to a later run of the video.",
         )
     return detect
-
-
-def _recorded(options: RunOptions, keypoints: Path, video: Path | None) -> RunOptions:
-    """The run at the end, but for the person and the image's size, which are not known before."""
-    others = {name: value for name, value in options.settings.items() if not name.startswith("detect.")}
-    return options.with_(keypoints=keypoints, video=video, detector=None, settings=others)
 
 
 def _end(recorded: RunOptions) -> Recipe:

@@ -1,6 +1,7 @@
 """A toy network that takes any red rectangle for a person, films of such people, and a recipe that is quick."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -175,10 +176,5 @@ def quick(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def call():
-    """call(WORDS): exit code and stderr of `pcnet3d run WORDS`."""
-
-    def run(*words: object) -> tuple[int, str]:
-        done = pcnet3d("run", *words)
-        return done.returncode, done.stderr
-
-    return run
+    """call(WORDS): `pcnet3d run WORDS`."""
+    return partial(pcnet3d, "run")

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from commands import refused, succeeded
 from golden.films import pressing_ctrl_c
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.pipeline.files.atomic import whole_folder
@@ -19,8 +20,7 @@ from pcnet3d.stages.export.stage import Export
 
 
 def test_a_video_alone_gives_everything(walk_film, toy, tmp_path, call):
-    code, said = call(walk_film.path, "--detector", toy, "-o", tmp_path / "out")
-    assert code == 0, said
+    said = succeeded(call(walk_film.path, "--detector", toy, "-o", tmp_path / "out")).stderr
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     assert {"keypoints.npz", "poses.npz", "take.rrd", "report.html"} <= set(summary["files"])
     assert [entry["role"] for entry in summary["inputs"]] == ["video"]
@@ -31,8 +31,7 @@ def test_a_video_alone_gives_everything(walk_film, toy, tmp_path, call):
 
 def test_a_part_of_a_video_keeps_its_clock(walk_film, toy, quick, tmp_path, call):
     part = ["--detector", toy, "--recipe", quick, "--time-range", "0.3:1"]
-    code, said = call(walk_film.path, *part, "-o", tmp_path / "out")
-    assert code == 0, said
+    succeeded(call(walk_film.path, *part, "-o", tmp_path / "out"))
     with np.load(tmp_path / "out/poses.npz") as poses:
         np.testing.assert_array_equal(poses["frame_index"], np.arange(9, 31))
         np.testing.assert_allclose(poses["time_s"], np.arange(9, 31) / 30, atol=1e-3)
@@ -46,39 +45,34 @@ def test_pick_shows_the_people_under_the_numbers_that_person_takes(film, toys, t
 
     video = film([toys.scene(box, seed=int(i >= 20)) for i, box in enumerate(toys.walking(40))])
     words = [video.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "here/out"]
-    assert call(*words, "--person", "pick")[0] == 0
+    succeeded(call(*words, "--person", "pick"))
     assert [path.name for path in (tmp_path / "here").iterdir()] == ["out-people.png"]
     sheet = cv2.imread(str(tmp_path / "here/out-people.png"))
     for cell in (sheet[:220, :220], sheet[:220, 220:440]):
         red = (cell[..., 2] > 200) & (cell[..., :2] < 80).all(axis=-1)
         assert 0.1 < red.mean() < 0.9
-    code, said = call(*words, "--person", "1")
-    assert code == 0, said
+    succeeded(call(*words, "--person", "1"))
     with np.load(tmp_path / "here/out/poses.npz") as poses:
         np.testing.assert_array_equal(poses["frame_index"], np.arange(20, 40))
 
 
 def test_a_run_looks_twice_at_everybody_unless_it_is_told_otherwise(walk_film, toy, quick, tmp_path, call):
     words = (walk_film.path, "--detector", toy, "--recipe", quick)
-    code, said = call(*words, "-o", tmp_path / "usual")
-    assert code == 0, said
+    succeeded(call(*words, "-o", tmp_path / "usual"))
     assert load_detections(tmp_path / "usual/keypoints.npz").method.endswith(", 2 looks")
-    assert call(*words, "--set", "detect.looks=1", "-o", tmp_path / "quick")[0] == 0
+    succeeded(call(*words, "--set", "detect.looks=1", "-o", tmp_path / "quick"))
     assert "looks" not in load_detections(tmp_path / "quick/keypoints.npz").method
     for wrong, why in (("0", "Expected 1 to 4 looks"), ("many", "looks")):
-        code, said = call(*words, "--set", f"detect.looks={wrong}", "-o", tmp_path / "none")
-        assert code == 2
-        assert why in said
+        refused(call(*words, "--set", f"detect.looks={wrong}", "-o", tmp_path / "none"), why)
         assert not (tmp_path / "none").exists()
 
 
 def test_its_keypoints_can_be_given_again(walk_film, toy, quick, tmp_path, call):
-    assert call(walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "a")[0] == 0
+    succeeded(call(walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "a"))
     recipe = tmp_path / "rest.toml"
     recipe.write_text(quick.read_text().replace('[[stages]]\nuse = "detect"\n', ""))
     keypoints = tmp_path / "a/keypoints.npz"
-    code, said = call(walk_film.path, "--keypoints", keypoints, "--recipe", recipe, "-o", tmp_path / "b")
-    assert code == 0, said
+    succeeded(call(walk_film.path, "--keypoints", keypoints, "--recipe", recipe, "-o", tmp_path / "b"))
     with np.load(tmp_path / "a/poses.npz") as a, np.load(tmp_path / "b/poses.npz") as b:
         np.testing.assert_array_equal(a["source"], b["source"])
 
@@ -87,41 +81,35 @@ def test_a_cutoff_that_the_rate_does_not_carry_is_refused_before_the_video_is_lo
     walk_film, toy, quick, tmp_path, call
 ):
     words = (walk_film.path, "--detector", toy, "--recipe", quick, "--set", "trajectories.cutoff_hz=20")
-    code, said = call(*words, "-o", tmp_path / "out")
-    assert code == 2
-    assert "got 20 Hz" in said
+    refused(call(*words, "-o", tmp_path / "out"), "got 20 Hz")
     assert not any(tmp_path.glob(".out.keypoints*"))  # what a run that fails later leaves
-    code, said = call(*words, "--fps", "60", "-o", tmp_path / "out")
-    assert code == 0, said
+    succeeded(call(*words, "--fps", "60", "-o", tmp_path / "out"))
 
 
 def test_a_rate_against_the_videos_own_is_told(walk_film, toy, quick, tmp_path, call):
     """Silent once where the keypoints were detected: a cadence of 197 instead of 98."""
     words = (walk_film.path, "--detector", toy, "--recipe", quick)
-    code, said = call(*words, "--fps", 100, "-o", tmp_path / "a")
-    assert code == 0
+    said = succeeded(call(*words, "--fps", 100, "-o", tmp_path / "a")).stderr
     assert "--fps 100 was used, but the video says" in said
-    code, said = call(*words, "--fps", 3000, "-o", tmp_path / "b")
-    assert code == 2
-    assert "Expected a frame rate of 1 to 1000" in said
+    refused(call(*words, "--fps", 3000, "-o", tmp_path / "b"), "Expected a frame rate of 1 to 1000")
 
 
 def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypatch):
     words = (walk_film.path, "--detector", toy, "--recipe", quick)
-    assert call(*words, "-o", tmp_path / "whole")[0] == 0
+    succeeded(call(*words, "-o", tmp_path / "whole"))
     shown = detect_video.images_ahead
     monkeypatch.setattr(detect_video, "images_ahead", pressing_ctrl_c(shown, 25))
-    code, said = call(*words, "-o", tmp_path / "part")
-    assert code == 130
-    assert "Interrupted at frame 26 of 40; --resume continues from there." in said
+    stopped = call(*words, "-o", tmp_path / "part")
+    assert stopped.returncode == 130
+    assert "Interrupted at frame 26 of 40; --resume continues from there." in stopped.stderr
     summary = json.loads((tmp_path / "part/summary.json").read_text())
     assert {"frame": 26, "frames": 40} in [said["values"] for said in summary["notices"]]
     with np.load(tmp_path / "part/poses.npz") as poses:
         assert len(poses["source"]) == 26
     monkeypatch.setattr(detect_video, "images_ahead", shown)
-    assert call(*words, "-o", tmp_path / "part", "--resume")[0] == 0
+    succeeded(call(*words, "-o", tmp_path / "part", "--resume"))
     _same(tmp_path / "part", tmp_path / "whole")
-    assert call(*words, "-o", tmp_path / "part", "--resume")[0] == 0  # nothing is left to detect
+    succeeded(call(*words, "-o", tmp_path / "part", "--resume"))  # nothing is left to detect
 
 
 def test_interrupted_before_anybody_was_found(film, toys, toy, quick, tmp_path, monkeypatch):
@@ -140,12 +128,10 @@ def test_interrupted_before_anybody_was_found(film, toys, toy, quick, tmp_path, 
 
 def test_resume_with_another_video(walk_film, film, toys, toy, quick, tmp_path, call):
     words = ("--detector", toy, "--recipe", quick, "-o", tmp_path / "out")
-    assert call(walk_film.path, *words)[0] == 0
+    succeeded(call(walk_film.path, *words))
     before = (tmp_path / "out/summary.json").read_bytes()
     other = film([toys.scene(box, seed=5) for box in toys.walking(40)], name="other.mp4")
-    code, said = call(other.path, *words, "--resume")
-    assert code == 2
-    assert "leave --resume out to start again" in said
+    refused(call(other.path, *words, "--resume"), "leave --resume out to start again")
     assert (tmp_path / "out/summary.json").read_bytes() == before
 
 
@@ -173,26 +159,22 @@ def _bad_videos(kind: str, video: Path, film, toys) -> Path:
 )
 def test_bad_videos(walk_film, film, toys, toy, tmp_path, call, kind, words):
     path = _bad_videos(kind, walk_film.path, film, toys)
-    code, said = call(path, "--detector", toy, "-o", tmp_path / "out")
-    assert code == 2
-    assert words in said
-    assert "Traceback" not in said
+    refused(call(path, "--detector", toy, "-o", tmp_path / "out"), words)
     assert not (tmp_path / "out").exists()
     assert not [left for left in tmp_path.iterdir() if ".partial-" in left.name]
 
 
 def test_a_wrong_extension_does_not_matter(walk_film, film, toys, toy, quick, tmp_path, call):
     path = _bad_videos("extension", walk_film.path, film, toys)
-    assert call(path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out")[0] == 0
+    succeeded(call(path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out"))
 
 
 def test_a_detector_of_another_kind(walk_film, toys, tmp_path, call):
     path = toys.constant_graph(
         tmp_path / "other.onnx", (1, 3, 224, 224), {"class": np.zeros((1, 1000), np.float32)}
     )
-    code, said = call(walk_film.path, "--detector", path, "-o", tmp_path / "out")
-    assert code == 2
-    assert "other.onnx is not a network that finds joints in images" in said
+    result = call(walk_film.path, "--detector", path, "-o", tmp_path / "out")
+    refused(result, "other.onnx is not a network that finds joints in images")
     assert not (tmp_path / "out").exists()
 
 
@@ -204,9 +186,7 @@ def test_a_detector_of_another_kind(walk_film, toys, tmp_path, call):
     ],
 )
 def test_neither_a_detector_nor_a_run_of_that_name(walk_film, toy, tmp_path, call, detector, more, words):
-    code, said = call(walk_film.path, "--detector", detector or toy, "-o", tmp_path / "out", *more)
-    assert code == 2
-    assert words in said
+    refused(call(walk_film.path, "--detector", detector or toy, "-o", tmp_path / "out", *more), words)
 
 
 @pytest.mark.parametrize("limit", [1_000, 28_000])
@@ -232,9 +212,7 @@ def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
 def test_room_is_asked_for_before_the_detection(walk_film, toy, tmp_path, call, monkeypatch):
     monkeypatch.setattr(shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 10**9, 1000))
     monkeypatch.setattr(detect_video, "images_ahead", lambda *_: pytest.fail("was detected before"))
-    code, said = call(walk_film.path, "--detector", toy, "-o", tmp_path / "out")
-    assert code == 2
-    assert "The run needs about 4 MB" in said
+    refused(call(walk_film.path, "--detector", toy, "-o", tmp_path / "out"), "The run needs about 4 MB")
     assert not (tmp_path / "out").exists()
 
 
@@ -253,15 +231,14 @@ def _disk_full_at_the_export(monkeypatch) -> None:
 
 def test_what_was_detected_survives_a_later_failure(walk_film, toy, quick, tmp_path, call, monkeypatch):
     words = (walk_film.path, "--detector", toy, "--recipe", quick)
-    assert call(*words, "-o", tmp_path / "whole")[0] == 0
+    succeeded(call(*words, "-o", tmp_path / "whole"))
     with monkeypatch.context() as patched:
         _disk_full_at_the_export(patched)
         first = call(*words, "-o", tmp_path / "part")
-    assert first[0] == 2
-    assert "--resume continues from there" in first[1]
+    refused(first, "--resume continues from there")
     assert not (tmp_path / "part").exists()
     monkeypatch.setattr(detect_video.Search, "look", lambda *_: pytest.fail("was detected again"))
-    assert call(*words, "-o", tmp_path / "part", "--resume")[0] == 0
+    succeeded(call(*words, "-o", tmp_path / "part", "--resume"))
     _same(tmp_path / "part", tmp_path / "whole")
     assert not [left.name for left in tmp_path.iterdir() if left.name.startswith(".")]
 
@@ -287,10 +264,9 @@ main()
     assert end.returncode == -signal.SIGKILL, end.stderr
     assert load_detections(tmp_path / ".part.keypoints.npz").frames_seen == 25
     assert [left for left in tmp_path.iterdir() if ".part.partial-" in left.name]
-    code, said = call(*words, "-o", out, "--resume")
-    assert code == 0, said
+    succeeded(call(*words, "-o", out, "--resume"))
     assert not [left.name for left in tmp_path.iterdir() if left.name.startswith(".")]
-    assert call(*words, "-o", tmp_path / "whole")[0] == 0
+    succeeded(call(*words, "-o", tmp_path / "whole"))
     _same(out, tmp_path / "whole")
 
 
@@ -300,15 +276,13 @@ def test_a_run_that_begins_anew_says_what_it_could_go_on_from(
     words = (walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out")
     with monkeypatch.context() as patched:
         _disk_full_at_the_export(patched)
-        assert call(*words)[0] == 2
-    code, said = call(*words)
-    assert code == 0
-    assert "an interrupted run left its work" in said
-    assert "an interrupted run left its work" not in call(*words)[1]
+        refused(call(*words))
+    assert "an interrupted run left its work" in succeeded(call(*words)).stderr
+    assert "an interrupted run left its work" not in call(*words).stderr
 
 
 def test_the_checkpoint_is_ours_to_replace(walk_film, toy, quick, tmp_path, call):
-    assert call(walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out")[0] == 0
+    succeeded(call(walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out"))
     with whole_folder(tmp_path / "out") as folder:
         (folder / "anything").write_text("new")
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["anything", "summary.json"]

@@ -1,9 +1,15 @@
-"""A person who stands."""
+"""A person who stands, and one who is filmed."""
 
 import numpy as np
 import pytest
 
+from golden.levelled import Filmed
 from pcnet3d.pipeline import H36M17
+
+
+@pytest.fixture(scope="module")
+def seen() -> Filmed:
+    return Filmed()
 
 
 @pytest.fixture

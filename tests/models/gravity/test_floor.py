@@ -42,10 +42,6 @@ def straight():
     return walker(seconds=10, turn_deg=0)
 
 
-def constant(value, count) -> np.ndarray:
-    return np.full(count, float(value))
-
-
 def camera_of(walk):
     return aimed(walk.root.mean(axis=0), 6, heading_deg=70, pitch_deg=25, roll_deg=6)
 
@@ -196,7 +192,7 @@ def test_level_feet_correct_votes_that_lean_sideways_and_not_those_that_lean_for
         leaning = Rotation.from_euler(axis, 6, degrees=True).apply(UP)
         votes = np.tile(leaning, (90, 1))
         feet = level_feet(standing, leaning, time_s)
-        alone, helped = (take_up(votes, constant(8, 90), time_s, e) for e in ([], [feet]))
+        alone, helped = (take_up(votes, np.full(90, 8.0), time_s, e) for e in ([], [feet]))
         before, after = angle_deg(alone.up, UP), angle_deg(helped.up, UP)
         assert before == pytest.approx(6)
         votes_know = np.radians(stated_deg(leaning, TILT_SHARE * 8)[1]) ** -2

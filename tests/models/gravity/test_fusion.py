@@ -4,20 +4,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from golden.ups import stated_deg
+from golden.ups import stated_deg, up_of
 from pcnet3d.models.gravity import direction, fuse, pool, take_up
 from pcnet3d.models.gravity.evidence import IMAGE, Evidence, held, of_image
 from pcnet3d.models.gravity.fusion import chi_square, decide, fused_up
 from pcnet3d.models.gravity.lines import tangent
-from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation
+from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg
 from pcnet3d.pipeline.core.rotations import angle_deg
 from refusals import refused
 
 TIMES = np.arange(120) / 30
-
-
-def up_of(pitch, roll=0.0):
-    return view_rotation(np.array(0.0), np.array(float(pitch)), np.array(float(roll)))[:, 2]
 
 
 def look(pitch, roll=0.0, sd_deg=0.6, failure=0.004):

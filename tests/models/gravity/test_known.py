@@ -26,9 +26,7 @@ def turning() -> tuple[PoseSequence, np.ndarray]:
     walk = walker(seconds=4)
     camera = side_camera(walk)
     poses = camera_poses(walk, camera)
-    roll = np.radians(np.linspace(-15, 15, len(poses)))
-    c, s, zero, one = np.cos(roll), np.sin(roll), 0 * roll, 0 * roll + 1
-    R = np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=-1).reshape(-1, 3, 3)
+    R = Rotation.from_euler("z", np.linspace(-15, 15, len(poses))[:, None], degrees=True).as_matrix()
     return poses.with_(joints=rotate(R, poses.joints.astype(float))), R @ camera.up
 
 

@@ -19,11 +19,6 @@ from pcnet3d.pipeline.core.camera import view_rotation
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, unit
 
 
-@pytest.fixture(scope="module")
-def seen():
-    return Filmed()
-
-
 @pytest.mark.parametrize(
     ("yaw", "pitch", "roll"),
     [

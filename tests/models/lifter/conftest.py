@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import commands
 from golden.bodies import feet_of
 from golden.lifters import MARKER_COLOURS
 from pcnet3d.examples.walker.camera import side_camera
@@ -240,17 +239,6 @@ def swaying():
 @pytest.fixture
 def coco(swaying):
     return swaying(40, COCO17)
-
-
-@pytest.fixture
-def pcnet3d():
-    """pcnet3d(*arguments) -> exit code, stderr."""
-
-    def run(*arguments):
-        done = commands.pcnet3d(*arguments)
-        return done.returncode, done.stderr
-
-    return run
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from commands import pcnet3d
+from commands import pcnet3d, succeeded
 from golden.films import film
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17
@@ -348,8 +348,7 @@ def test_the_command_prints_json_draws_and_ends_with_the_verdicts_code(walker, t
     options = [text for key, value in CAMERA.items() for text in ("-O", f"{key}={value}")]
     told = ["--adapter", "arrays", *options]
     picture = tmp_path / "new" / "a.png"
-    good = pcnet3d("inspect", saved(tmp_path, walker), *told, "--json", "--plot", picture)
-    assert good.returncode == 0, good.stderr
+    good = succeeded(pcnet3d("inspect", saved(tmp_path, walker), *told, "--json", "--plot", picture))
     assert json.loads(good.stdout)["people"][0]["verdict"] == "good"
     image = cv2.imread(str(picture))
     assert image is not None

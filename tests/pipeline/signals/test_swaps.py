@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from commands import pcnet3d, recipe_of
+from commands import pcnet3d, recipe_of, succeeded
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
@@ -212,8 +212,7 @@ def saved(path, poses):
 def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path, poses):
     few = saved(tmp_path / "few.npz", spoilt(poses, "legs exchanged", first=60, last=61))
     many = saved(tmp_path / "many.npz", spoilt(poses, "l_leg mirrored in depth", first=60, last=69))
-    result = pcnet3d("inspect", few, *OPTIONS)
-    assert result.returncode == 0, result.stderr
+    result = succeeded(pcnet3d("inspect", few, *OPTIONS))
     assert "2 of 240 frames look wrong: legs exchanged in frames 60-61 at 2.00 s." in result.stdout
     result = pcnet3d("inspect", many, *OPTIONS, "--json")
     assert result.returncode == 3, result.stderr
@@ -282,8 +281,7 @@ def test_the_command_line_repairs_counts_and_refuses_other_words(tmp_path, poses
     file = saved(tmp_path / "poses.npz", spoilt(poses, "legs exchanged", first=60, last=69))
     recipe = recipe_of(tmp_path / "recipe.toml", "clean", "rectify", "trajectories", "export")
     options = ("--poses", file, *OPTIONS, "--recipe", recipe, "-o", tmp_path / "out")
-    result = pcnet3d("run", *options, "--set", "read.swaps=repair")
-    assert result.returncode == 0, result.stderr
+    succeeded(pcnet3d("run", *options, "--set", "read.swaps=repair"))
     said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
     (said,) = [
         each["text"] for each in said if each["weight"] == "repair" and each["about"] == "left and right"

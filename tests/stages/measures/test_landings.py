@@ -14,7 +14,7 @@ from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, 
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
-from pcnet3d.stages.measures.jumps import cut_jumps, goes_on, jumps, without_leaps
+from pcnet3d.stages.measures.jumps import brief_hops, jumping, jumps, without_slips
 from pcnet3d.stages.measures.movements import knee_bends
 from pcnet3d.stages.measures.outcomes import BRIEFEST_S, Doubts, with_outcome
 from pcnet3d.stages.measures.stage import Measures
@@ -76,6 +76,16 @@ def test_a_bend_that_may_be_a_landing_is_not_counted_and_not_denied(lowest_s, st
     assert {"reason", "count_reason"} & bends.keys() == doubt
     jumped = nested(with_outcome("jumps", jumps(Airborne(), [], [], [], None, landings), 6.0))
     assert jumped["outcome"] == (CANNOT_BE_TOLD if doubt else NONE)
+
+
+def test_a_flight_of_legs_off_their_keypoints_is_not_counted_and_not_denied():
+    """A policeman "jumped at least once": a detector had laid his legs on the car behind him for five frames."""
+    flight = Flight(off_s=1.6, apex_s=1.85, land_s=2.1, fall=5.8, rise=0.18, off_feet=2, land_feet=2)
+    for limb, count in (("l_leg", 0), ("l_arm", 1)):
+        airborne = without_slips(Airborne((flight,)), {limb: [(1.8, 1.9)]})
+        gait = Gait({"r": [], "l": []}, [])
+        assert len(jumping(airborne, gait)) == count
+        assert len(brief_hops(airborne, gait)) == 1 - count
 
 
 def test_a_bend_of_one_frame_is_not_counted_and_not_denied():

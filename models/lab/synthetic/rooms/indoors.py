@@ -82,7 +82,7 @@ def room(seed: int) -> Room:
         canvas.shade(plane.rect(0, 0, 1.2, rng.uniform(0.3, 1)), rng.uniform(1.1, 1.45))
     things += _furniture(canvas, rng, low, high, taste.richness)
     paint_all(canvas, things)
-    return taken(canvas, tilt, "room", rng, rng.choice([0, 1, 2], p=[0.3, 0.6, 0.1]))
+    return taken(canvas, tilt, rng, rng.choice([0, 1, 2], p=[0.3, 0.6, 0.1]))
 
 
 def _place(rng: np.random.Generator, low: np.ndarray, high: np.ndarray, view: View) -> np.ndarray:

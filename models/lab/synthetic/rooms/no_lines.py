@@ -22,7 +22,7 @@ def no_lines(kind: str, seed: int) -> Room:
     paint, background = PAINTERS[kind]
     canvas = Canvas(held(rng, *tilt), background)
     paint(canvas, rng)
-    return taken(canvas, tilt, kind, rng, int(rng.integers(2)))
+    return taken(canvas, tilt, rng, int(rng.integers(2)))
 
 
 def _grass(canvas: Canvas, rng: np.random.Generator) -> None:

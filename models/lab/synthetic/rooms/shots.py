@@ -16,8 +16,7 @@ class Room:
 
     image: (H, W, 3) uint8 RGB. up: (3,) unit vector against gravity in camera axes (x right, y down, z away).
     focal_px: pixels. pitch_deg, roll_deg: as in models/lab/synthetic/cameras.py. boxes: (N, 4) x0 y0 x1 y1 of the
-    people,
-    pixels.
+    people, pixels.
     """
 
     image: np.ndarray
@@ -26,7 +25,6 @@ class Room:
     pitch_deg: float
     roll_deg: float
     boxes: np.ndarray
-    kind: str
 
 
 def angles(rng: np.random.Generator) -> tuple[float, float]:
@@ -35,13 +33,11 @@ def angles(rng: np.random.Generator) -> tuple[float, float]:
     return float(rng.triangular(-10, 8, 35)), float(roll)
 
 
-def taken(
-    canvas: Canvas, tilt: tuple[float, float], kind: str, rng: np.random.Generator, people: int
-) -> Room:
+def taken(canvas: Canvas, tilt: tuple[float, float], rng: np.random.Generator, people: int) -> Room:
     """What the camera makes of a painted canvas, tilt being its pitch and roll in degrees."""
     view = canvas.view
     canvas.gain = lit(canvas.gain, rng)
     image = through_lens(canvas.image(), view, rng.uniform(-0.05, 0.05))
     boxes = np.array([paint_person(image, view, rng) for _ in range(people)]).reshape(-1, 4)
     boxes = boxes[np.isfinite(boxes).all(axis=1)]
-    return Room(spoilt(image, rng), view.up, view.focal_px, *tilt, boxes, kind)
+    return Room(spoilt(image, rng), view.up, view.focal_px, *tilt, boxes)

@@ -20,7 +20,9 @@ def street(seed: int) -> Room:
     rng = np.random.default_rng([seed, 2])
     tilt, taste = angles(rng), style(rng, ("plaster", "bricks"))
     view = held(rng, *tilt)
-    canvas = _sky(view, rng)
+    canvas = Canvas(view, background=tuple(np.array([150, 185, 225]) * rng.uniform(0.7, 1.1)))
+    clouds = cv2.convertScaleAbs(fractal(int(rng.integers(2**31)), 3.5, side=64), alpha=9, beta=135)
+    canvas.gain = cv2.resize(clouds, canvas.gain.shape[::-1], interpolation=cv2.INTER_CUBIC)
     yaw = np.arctan2(view.heading[1], view.heading[0])
     along = yaw + rng.choice([-1, 1]) * rng.uniform(0, 0.6)  # the street's direction, from the view's
     wide = rng.uniform(5, 14)
@@ -33,14 +35,7 @@ def street(seed: int) -> Room:
         things += _row(rng, across, rng.uniform(12, 25), -1, taste, view)
     things += _street_things(rng, along, wide, view, taste.richness)
     paint_all(canvas, things)
-    return taken(canvas, tilt, "street", rng, rng.choice([0, 1, 2], p=[0.3, 0.5, 0.2]))
-
-
-def _sky(view: View, rng: np.random.Generator) -> Canvas:
-    canvas = Canvas(view, background=tuple(np.array([150, 185, 225]) * rng.uniform(0.7, 1.1)))
-    clouds = cv2.convertScaleAbs(fractal(int(rng.integers(2**31)), 3.5, side=64), alpha=9, beta=135)
-    canvas.gain = cv2.resize(clouds, canvas.gain.shape[::-1], interpolation=cv2.INTER_CUBIC)
-    return canvas
+    return taken(canvas, tilt, rng, rng.choice([0, 1, 2], p=[0.3, 0.5, 0.2]))
 
 
 def _ground(canvas: Canvas, rng: np.random.Generator, along: float, wide: float) -> None:

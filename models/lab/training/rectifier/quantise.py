@@ -8,7 +8,7 @@ the first layer reads coordinates. Weights take 7 bits: 8 overflow on x86 proces
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -20,9 +20,6 @@ from .....pipeline.files.atomic import whole_file
 from ....common.metrics import Figure
 from ....rectifier.onnx import PCNetRectifier
 from ...synthetic.sample_poses import sample_poses
-
-if TYPE_CHECKING:
-    import onnx
 
 LARGEST_CHANGE_DEG = 0.2  # mean, over sample_poses
 _SMALLEST = 96  # inputs and outputs of a layer that is worth it; below are those that read coordinates
@@ -60,7 +57,9 @@ def quantise(source: Path, output: Path) -> Figure:
         )
     model = onnx.load_from_string(Path(source).read_bytes())
     stated = {entry.key: entry.value for entry in model.metadata_props}
-    layers = _large_layers(model)
+    shapes = {entry.name: entry.dims for entry in model.graph.initializer}
+    connected = [node for node in model.graph.node if node.op_type in ("Gemm", "MatMul")]
+    layers = [node.name for node in connected if min(shapes.get(node.input[1], (0,))) >= _SMALLEST]
     if not layers:
         raise InputError(
             "wrong-network",
@@ -89,10 +88,3 @@ def rotation_change(one: PCNetRectifier, other: PCNetRectifier) -> Figure:
     """Degrees between the answers of two rectifiers to the same sample_poses."""
     joints = sample_poses(_POSES)
     return Figure.of(geodesic_deg(one.rotation(joints)[0], other.rotation(joints)[0]))
-
-
-def _large_layers(model: onnx.ModelProto) -> list[str]:
-    """Fully connected layers with constant weights of at least _SMALLEST inputs and outputs, by their nodes' names."""
-    shapes = {entry.name: entry.dims for entry in model.graph.initializer}
-    connected = [node for node in model.graph.node if node.op_type in ("Gemm", "MatMul")]
-    return [node.name for node in connected if min(shapes.get(node.input[1], (0,))) >= _SMALLEST]

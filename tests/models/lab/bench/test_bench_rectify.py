@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from commands import pcnet3d
+from commands import pcnet3d, succeeded
 from pcnet3d.models import load_rectifier
 from pcnet3d.pipeline import InputError
 
@@ -18,8 +18,7 @@ def test_it_measures_a_network_and_its_int8_form(tmp_path, monkeypatch):
         monkeypatch.setattr(bench, name, few)
     monkeypatch.setattr(quantising, "_POSES", 500)
     command = ["bench", "rectify", "--count", "80", "--rounds", "1", "--threads", "1", "-o", "speed.json"]
-    result = pcnet3d(*command, cwd=tmp_path)
-    assert result.returncode == 0, result.stderr
+    result = succeeded(pcnet3d(*command, cwd=tmp_path))
     assert "matrix products" in result.stdout
     assert "poses/s" in result.stdout
     assert "live, a frame" in result.stdout

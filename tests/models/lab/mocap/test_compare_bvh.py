@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from golden.skeleton import bvh
 from pcnet3d.stages.study.compare.truth import read_truth
 
 
-def test_a_t_pose_that_is_left_out_does_not_shift_the_clock(bvh, tmp_path):
+def test_a_t_pose_that_is_left_out_does_not_shift_the_clock(tmp_path):
     frames = np.zeros((40, 16, 3))
     frames[1:, 2] = 5.0
     (tmp_path / "01_01.bvh").write_text(bvh(frames, fps=120))

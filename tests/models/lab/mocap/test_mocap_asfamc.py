@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden.skeleton import SKELETON, bent, bvh
 from pcnet3d.models.lab.mocap import asfamc as mocap_asfamc
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.reading.mocap import bvh as mocap_bvh
@@ -45,7 +46,7 @@ TWO = """# made by a test
     one two
   end
 """
-# The joints that begin a bone, as CMU names them, by the joints of the fixtures' skeleton.
+# The joints that begin a bone, as CMU names them, by the joints of the golden skeleton.
 CMU = {
     "spine": "thorax", "neck": "lowerneck", "head": "head",
     **{f"{s}_{a}": f"{s}{b}" for s in "lr" for a, b in (
@@ -55,8 +56,8 @@ CMU = {
 }  # fmt: skip
 
 
-def asf(skeleton, axes):
-    """The fixtures' skeleton as ASF: a bone ends where its first child begins; others hang on bones without freedom."""
+def asf(axes):
+    """The golden skeleton as ASF: a bone ends where its first child begins; others hang on bones without freedom."""
     bones, hierarchy = [], {}
 
     def bone(name, offset, dof, parent, axis):
@@ -68,7 +69,7 @@ def asf(skeleton, axes):
         hierarchy.setdefault(parent, []).append(name)
 
     # A helper bone leads from each joint to each of its children; the child's own bone has no length.
-    for joint, (parent, offset) in skeleton.items():
+    for joint, (parent, offset) in SKELETON.items():
         if parent is None:
             continue
         above = "root" if parent == "hips" else CMU[parent]
@@ -139,10 +140,10 @@ def test_units():
     np.testing.assert_allclose(mocap_asfamc.pose(radians, *motion)[0][0, 2], [0, 0.112889, 0], atol=1e-6)
 
 
-def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path, skeleton, bvh, bent):
+def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path):
     """Random axis blocks; the BVH gets R = C M C^-1 as its own angles."""
     rng = np.random.default_rng(0)
-    joints = list(skeleton)
+    joints = list(SKELETON)
     axes = {joint: rng.uniform(-180, 180, 3).round(2) for joint in joints[1:]}
     angles = bent(20)
     frames, turned = [], np.zeros_like(angles)
@@ -155,7 +156,7 @@ def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path, skeleton, bvh, ben
     for frame in angles:
         root = [0, 0.9 * 0.45 / 0.0254, 0, *frame[0]]
         frames.append({"root": root, **{CMU[joint]: frame[i] for i, joint in enumerate(joints) if i}})
-    (tmp_path / "07.asf").write_text(asf(skeleton, axes))
+    (tmp_path / "07.asf").write_text(asf(axes))
     (tmp_path / "07_01.amc").write_text(amc(frames))
     (tmp_path / "07_01.bvh").write_text(bvh(turned))
     one = mocap_asfamc.read(tmp_path / "07_01.amc", tmp_path, How())
@@ -166,9 +167,9 @@ def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path, skeleton, bvh, ben
 
 
 @pytest.fixture
-def cmu(tmp_path, skeleton):
-    axes = {joint: np.zeros(3) for joint in skeleton}
-    (tmp_path / "HDM_tr.asf").write_text(asf(skeleton, axes))
+def cmu(tmp_path):
+    axes = {joint: np.zeros(3) for joint in SKELETON}
+    (tmp_path / "HDM_tr.asf").write_text(asf(axes))
     rest = {"root": [0, 16, 0, 0, 0, 0], **{name: [0, 0, 0] for name in CMU.values()}}
     (tmp_path / "HDM_tr_kick_1.amc").write_text(amc([rest] * 4))
     return tmp_path

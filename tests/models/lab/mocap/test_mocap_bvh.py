@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden.skeleton import MIXAMO, SKELETON, bent, bvh
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.files import bvh as bvh_file
 from pcnet3d.pipeline.reading.mocap import bvh as mocap_bvh
@@ -30,6 +31,13 @@ Frame Time: 0.0083333
 """
 
 
+def chain(numbers=(0,) * 9, order="ZYX", place=""):
+    rotations = " ".join(f"{axis}rotation" for axis in order)
+    return CHAIN.format(
+        order=rotations, more=6 if place else 3, place=place, numbers=" ".join(map(str, numbers))
+    )
+
+
 @pytest.fixture
 def read(tmp_path):
     def read(text, **how):
@@ -54,10 +62,7 @@ def joint(clip, name):
     ],
 )
 def test_the_channels_order_is_the_order_of_multiplication(order, angles, end):
-    rotations = " ".join(f"{axis}rotation" for axis in order)
-    text = CHAIN.format(
-        order=rotations, more=3, place="", numbers=" ".join(map(str, (1, 2, 3, *angles, 0, 0, 0)))
-    )
+    text = chain((1, 2, 3, *angles, 0, 0, 0), order)
     skeleton, channels, frames, fps = bvh_file.parse(text)
     assert fps == 120
     joints, _ = bvh_file.pose(skeleton, channels, frames, 1.0)
@@ -81,32 +86,24 @@ def test_a_rate_is_rounded_no_further_than_its_digits_leave_it_open():
         ("0.04", 25),
         ("2", 0.5),
     ]:
-        text = CHAIN.format(
-            order="Zrotation Yrotation Xrotation", more=3, place="", numbers=" ".join(["0"] * 9)
-        ).replace("0.0083333", frame_time)
+        text = chain().replace("0.0083333", frame_time)
         assert bvh_file.parse(text)[-1] == pytest.approx(fps, rel=1e-5 if fps != round(fps) else 1e-12)
 
 
 @pytest.mark.parametrize("frame_time", ["0", "-1", "nan", "inf", "1e-320"])
 def test_a_frame_time_that_is_none(frame_time):
-    text = CHAIN.format(
-        order="Zrotation Yrotation Xrotation", more=3, place="", numbers=" ".join(["0"] * 9)
-    ).replace("0.0083333", frame_time)
     with pytest.raises(InputError, match="s each"):
-        bvh_file.parse(text)
+        bvh_file.parse(chain().replace("0.0083333", frame_time))
 
 
 def test_position_channels_of_a_joint_stand_in_for_its_offset():
-    text = CHAIN.format(
-        order="Zrotation Yrotation Xrotation", more=6, place="Xposition Yposition Zposition ",
-        numbers="0 0 0 90 0 0 0 3 0 0 0 0",
-    )  # fmt: skip
+    text = chain((0, 0, 0, 90, 0, 0, 0, 3, 0, 0, 0, 0), place="Xposition Yposition Zposition ")
     joints, _ = bvh_file.pose(*bvh_file.parse(text)[:3], 0.01)
     np.testing.assert_allclose(joints[0, 1], [-0.03, 0, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize("order", ["ZXY", "XYZ", "YZX"])
-def test_a_t_pose(read, bvh, order):
+def test_a_t_pose(read, order):
     """Faces -y in Z-up axes, so the left hand is at +x."""
     found = read(bvh(np.zeros((3, 16, 3)), order=order))
     clip = found.clip
@@ -119,7 +116,7 @@ def test_a_t_pose(read, bvh, order):
     assert found.notes == ("unit cm, by the length of the legs",)
 
 
-def test_turning_left_is_about_the_vertical(read, bvh):
+def test_turning_left_is_about_the_vertical(read):
     """Hips turned by 90 degrees about Y: who faced -y now faces +x, the left hand at +y."""
     frames = np.zeros((2, 16, 3))
     frames[:, 0] = [0, 0, 90]  # Z, X, Y
@@ -131,7 +128,7 @@ def test_turning_left_is_about_the_vertical(read, bvh):
 @pytest.mark.parametrize(
     ("unit", "scale"), [("m", 1), ("cm", 100), ("mm", 1000), ("inch", 1 / 0.0254), ("asf", 17.7165)]
 )
-def test_any_unit_gives_the_same_metres(read, bvh, bent, unit, scale):
+def test_any_unit_gives_the_same_metres(read, unit, scale):
     frames = bent()
     metres = read(bvh(frames)).clip.joints
     guessed = read(bvh(frames, scale=scale))
@@ -142,21 +139,21 @@ def test_any_unit_gives_the_same_metres(read, bvh, bent, unit, scale):
     np.testing.assert_allclose(told.clip.joints, metres, atol=1e-4)
 
 
-def test_a_child_needs_its_unit_told(read, bvh):
+def test_a_child_needs_its_unit_told(read):
     child = bvh(np.zeros((3, 16, 3)), scale=60)
     with pytest.raises(InputError, match="--unit"):
         read(child)
     assert joint(read(child, unit="cm").clip, "head")[0, 2] < 1.1
 
 
-def test_bones_keep_their_length(read, bvh, bent, skeleton):
+def test_bones_keep_their_length(read):
     clip = read(bvh(bent())).clip
     for a, b in (("l_knee", "l_ankle"), ("r_shoulder", "r_elbow")):
         length = np.linalg.norm(joint(clip, a) - joint(clip, b), axis=-1)
-        np.testing.assert_allclose(length, np.linalg.norm(skeleton[b][1]), atol=1e-4)
+        np.testing.assert_allclose(length, np.linalg.norm(SKELETON[b][1]), atol=1e-4)
 
 
-def test_a_leading_t_pose_is_left_out_and_said_so(read, bvh, bent):
+def test_a_leading_t_pose_is_left_out_and_said_so(read):
     frames = bent(30)
     frames[0] = 0
     found = read(bvh(frames))
@@ -164,11 +161,11 @@ def test_a_leading_t_pose_is_left_out_and_said_so(read, bvh, bent):
     assert any("T-pose" in note for note in found.notes)
 
 
-def test_a_mirrored_skeleton_is_refused(read, bvh, mixamo):
+def test_a_mirrored_skeleton_is_refused(read):
     """Left and right names exchanged, knees bent: the knees bend the wrong way."""
     other = {
         joint: name.replace("Left", "?").replace("Right", "Left").replace("?", "Right")
-        for joint, name in mixamo.items()
+        for joint, name in MIXAMO.items()
     }
     frames = np.zeros((40, 16, 3))
     frames[:, [2, 5], 1] = 60  # shanks back about x
@@ -193,6 +190,6 @@ def test_a_mirrored_skeleton_is_refused(read, bvh, mixamo):
         (lambda t: "", "BVH"),
     ],
 )
-def test_a_damaged_file_is_refused(read, bvh, change, words):
+def test_a_damaged_file_is_refused(read, change, words):
     with pytest.raises(InputError, match=words):
         read(change(bvh(np.zeros((3, 16, 3)))))

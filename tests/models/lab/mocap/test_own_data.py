@@ -7,7 +7,6 @@ import pytest
 
 from golden.trainings import tiny
 from pcnet3d.models.lab.evaluation.evaluate import own_data
-from pcnet3d.models.lab.evaluation.rectifiers import clean_takes
 from pcnet3d.models.lab.mocap.split import read_parts
 from pcnet3d.models.lab.synthetic.views import seen, views
 from pcnet3d.pipeline import H36M17, InputError, rotate
@@ -101,14 +100,6 @@ def test_batches_have_the_targets_asked_for(clip_of, targets):
         poses = clip_of("01_1").joints
         nearest = np.abs(canonical[:, None] - (poses - poses[:, :1])).max(axis=(-2, -1)).min(axis=1)
         assert nearest.max() < 1e-4
-
-
-def test_judged_takes_have_the_targets_asked_for(clip_of):
-    clip = clip_of("01_1")
-    take = clean_takes([clip], "paper", targets="axes")[0]
-    np.testing.assert_allclose(
-        rotate(transpose(take.R), take.joints), clip.joints - clip.joints[:, :1], atol=1e-5
-    )
 
 
 def test_evaluation_of_own_test_subjects(files, tmp_path, capsys):

@@ -73,14 +73,6 @@ def test_lifted_frames_come_with_their_truth_at_their_scale(standing, tmp_path):
     assert takes.clips == ("01_01", "02_01")
 
 
-def test_what_is_no_file_of_lifted_takes_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"none\.npz"):
-        read_lifted([tmp_path / "none.npz"])
-    np.savez(tmp_path / "other.npz", joints=np.zeros(3))
-    with pytest.raises(InputError, match="testbed"):
-        read_lifted([tmp_path / "other.npz"])
-
-
 def test_a_subject_on_both_sides_is_refused():
     refuse_shared_subjects(["01_01", "02_05"], ["03_01"], "the test subjects")
     with pytest.raises(InputError, match="02"):

@@ -6,7 +6,7 @@ import pytest
 
 from pcnet3d.models.lab.synthetic.rooms import KINDS, no_lines, room, street
 from pcnet3d.models.lab.synthetic.rooms.spoilers import paint_person, through_lens
-from pcnet3d.models.lab.synthetic.rooms.views import Canvas, Plane, View, clip_near, held
+from pcnet3d.models.lab.synthetic.rooms.views import Canvas, Plane, View, clip_near
 from pcnet3d.pipeline.core.camera import view_rotation
 
 Z = np.array([0, 0, 1.0])
@@ -40,17 +40,6 @@ def off_vertical_deg(shot) -> np.ndarray:
         keep = ~((middle >= [x0, y0]) & (middle <= [x1, y1])).all(axis=1)
         lines, middle = lines[keep], middle[keep]
     return off_deg(lines, shot.up, shot.focal_px, np.array(shot.image.shape[1::-1]) / 2)
-
-
-def test_vertical_edge_projects_towards_vanishing_point_of_up():
-    rng = np.random.default_rng(1)
-    for _ in range(20):
-        camera = held(rng, 25.0, float(rng.uniform(-25, 25)))
-        foot = camera.position + 3 * camera.heading - 0.5 * Z
-        a, b = camera.project(np.stack([foot, foot + 0.8 * Z]))
-        ends = np.array([[*a, *b]])
-        assert off_deg(ends, camera.up, camera.focal_px, camera.centre)[0] < 1e-6
-        assert camera.up[1] < 0  # up is towards the image's top
 
 
 def test_image_shows_points_where_the_camera_projects_them():
@@ -126,15 +115,6 @@ def test_truth_is_what_its_angles_say(shot):
         assert (one.boxes[:, 2:] > one.boxes[:, :2]).all()
 
 
-@pytest.mark.parametrize("shot", [room, street])
-def test_images_have_vertical_lines_and_others(shot):
-    off = np.concatenate([off_vertical_deg(shot(seed)) for seed in range(5)])
-    share = np.mean(off < 1.5)
-    assert 0.12 < share < 0.6
-    assert np.mean((off > 10) & (off < 11.5)) < share / 5  # by chance
-    assert np.mean(off > 10) > 0.3  # level lines and clutter
-
-
 def test_box_holds_the_person():
     rng = np.random.default_rng(5)
     for _ in range(5):
@@ -148,7 +128,6 @@ def test_box_holds_the_person():
 def test_without_lines_nothing_points_to_gravity(kind):
     shot = no_lines(kind, 1)
     off = off_vertical_deg(shot)
-    assert shot.kind == kind
     assert np.sum(off < 1.5) <= max(2, 0.1 * len(off))
     if kind in ("noise", "clouds", "black"):
         assert len(off) == 0

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from commands import recipe_of, refused
+from commands import recipe_of, refused, succeeded
 from golden.studies import write_pair, write_study
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_keypoints
@@ -92,8 +92,7 @@ def test_a_second_batch_does_what_has_changed_and_keeps_the_rest(finished, pcnet
     os.utime(second)  # another time, the same content
     names = [row.split(",")[0] for row in good]
     before = [told(tmp_path / "out" / "takes" / name) for name in names]
-    result = pcnet3d("batch", manifest, "-o", tmp_path / "out")
-    assert result.returncode == 0, result.stderr
+    result = succeeded(pcnet3d("batch", manifest, "-o", tmp_path / "out"))
     assert [take["state"] for take in status(tmp_path / "out")["takes"]] == ["done", "kept"]
     after = [told(tmp_path / "out" / "takes" / name) for name in names]
     assert after[0] != before[0]
@@ -108,8 +107,7 @@ def test_a_device_is_for_every_take_and_refused_before_any_runs(small, pcnet3d, 
     twice = pcnet3d("batch", small, "-o", out, "--device", "cpu", "--set", "device=auto")
     refused(twice, "--device and --set device")
     assert not out.exists()
-    result = pcnet3d("batch", small, "-o", out, "--device", "cpu")
-    assert result.returncode == 0, result.stderr
+    succeeded(pcnet3d("batch", small, "-o", out, "--device", "cpu"))
     summaries = [json.loads(path.read_text()) for path in out.glob("takes/*/summary.json")]
     assert [summary["device"]["asked"] for summary in summaries] == ["cpu", "cpu"]
 
@@ -131,8 +129,7 @@ def test_what_compare_added_to_a_take_stays(finished, pcnet3d, tmp_path):
         (run / "compare").mkdir()
         (run / "summary.json").write_text(json.dumps({**summary, "files": [*summary["files"], "compare"]}))
     manifest, _ = only_good(source)
-    result = pcnet3d("batch", manifest, "-o", tmp_path / "out")
-    assert result.returncode == 0, result.stderr
+    result = succeeded(pcnet3d("batch", manifest, "-o", tmp_path / "out"))
     assert (first / "compare").is_dir()
     assert "2 of them before" in result.stdout
 
@@ -176,8 +173,7 @@ def test_stopped_on_the_way_it_goes_on_where_it_was(begun, apart, told, tmp_path
     wait_for(lambda: not any(map(alive, workers)), 20)
     rows = [line for line in manifest.read_text().splitlines() if not line.startswith("hang")]
     manifest.write_text("\n".join(rows) + "\n")
-    result = apart("batch", manifest, "-o", out)
-    assert result.returncode == 0, result.stderr
+    succeeded(apart("batch", manifest, "-o", out))
     assert status(out)["kept"] >= 1
     assert sorted(path.name for path in (out / "takes").iterdir()) == ["good_000", "good_001"]
     assert parquet.read_table(out / "study.parquet")["state"].to_pylist() == ["done", "done"]
@@ -252,8 +248,7 @@ def test_everybody_of_a_take_has_a_row(pcnet3d, tmp_path):
     write_pair(tmp_path / "pair.json")
     study = write_study(tmp_path, 1)
     study.write_text("name,poses,fps,person,recipe,subject\nboth,pair.json,30,all,quick.toml,s\n")
-    result = pcnet3d("batch", study, "-o", tmp_path / "out")
-    assert result.returncode == 0, result.stderr
+    succeeded(pcnet3d("batch", study, "-o", tmp_path / "out"))
     rows = parquet.read_table(tmp_path / "out" / "study.parquet").to_pylist()
     assert [(row["name"], row["subject"], row["person"], row["frames"]) for row in rows] == [
         ("both", "s", "0", 45), ("both", "s", "1", 45),
@@ -272,8 +267,7 @@ def test_a_subject_filmed_at_two_frame_rates_is_warned_of(pcnet3d, tmp_path):
     (tmp_path / "manifest.csv").write_text(
         "\n".join(["name,subject,visit,keypoints,fps,image-size,recipe", *lines]) + "\n"
     )
-    result = pcnet3d("batch", tmp_path / "manifest.csv", "-o", tmp_path / "out")
-    assert result.returncode == 0, result.stderr
+    result = succeeded(pcnet3d("batch", tmp_path / "manifest.csv", "-o", tmp_path / "out"))
     assert "warning: The takes of 1 subject were lifted at 30 to 60 frames per second" in result.stderr
     assert "lifted at 30 to 60 frames per second" in (tmp_path / "out/study.html").read_text(encoding="utf-8")
 

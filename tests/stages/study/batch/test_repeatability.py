@@ -6,7 +6,6 @@ import pytest
 from golden.measures import by_place
 from pcnet3d.stages.study.batch.repeatability import as_lines, icc, limits, repeatability, sem
 from pcnet3d.stages.study.batch.study import changes
-from refusals import refused
 
 # Six subjects and four judges: Shrout & Fleiss 1979, table 2; ICC(2,1) of table 4 and McGraw & Wong's interval of it.
 SHROUT_FLEISS = np.array(
@@ -103,8 +102,3 @@ def test_the_primary_outcome_is_tested_without_correction_and_the_others_with():
     # No other one is told where nothing changed, though some have p <= 0.05 by chance.
     assert any(change.p <= 0.05 for name, change in free.items() if name != names[0])
     assert not any(change.differs for name, change in declared.items() if name != names[0])
-
-
-def test_a_primary_outcome_that_no_take_has_is_refused():
-    with refused("name-unknown", "walking.cadense_spm"):
-        changes(study(6, 1.0, 1.0), "walking.cadense_spm")
