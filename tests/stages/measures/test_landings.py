@@ -14,7 +14,15 @@ from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, 
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
-from pcnet3d.stages.measures.jumps import brief_hops, jumping, jumps, without_slips
+from pcnet3d.stages.measures.jumps import (
+    brief_hops,
+    cut_jumps,
+    goes_on,
+    jumping,
+    jumps,
+    without_leaps,
+    without_slips,
+)
 from pcnet3d.stages.measures.movements import knee_bends
 from pcnet3d.stages.measures.outcomes import BRIEFEST_S, Doubts, with_outcome
 from pcnet3d.stages.measures.stage import Measures
