@@ -51,12 +51,12 @@ def test_a_zoom_is_told():
 @pytest.mark.parametrize(
     ("rows", "unchanged", "told"),
     [
-        (25, 0.005, ["width"]),
+        (25, 0.005, []),
         (45, 0.02, []),
+        (45, 0.005, ["rate"]),
         (65, 0.04, []),
         (65, 0.02, ["rate"]),
-        (65, 0.005, ["rate", "width"]),
-        (96, 0.04, ["rate", "width"]),
+        (97, 0.04, ["rate", "width"]),
     ],
 )
 def test_a_brief_take_is_called_changed_only_for_sure(monkeypatch, rows, unchanged, told):
