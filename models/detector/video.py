@@ -18,7 +18,7 @@ from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.signals.tracker import Sighting, Tracker, exchanges
 from .protocols import Detector, Found
-from .repeats import repeats, without_repeats
+from .repeated import repeated, without_repeats
 from .scene_cuts import Glance
 
 
@@ -113,7 +113,7 @@ class Search:
             **self._rows.arrays,
             cuts=np.array(self.cuts, dtype=np.int64),
             damaged=np.array([number for number in self.damaged if number < self.seen], dtype=np.int64),
-            repeated=repeats(change),
+            repeated=repeated(change),
             change=change,
             thumbnail=np.zeros((0, 0), np.uint8) if self._glance is None else self._glance.grey,
             frames=frames,

@@ -38,8 +38,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "(--time-range)."),
     "images-repeated": ("warning", "clock",
         "{repeated} of {of:~image} only {repeated:?repeats/repeat} the one before, {where}. Up to four in a "
-        "row are bridged evenly; speeds are less certain. "
-        "Record or export the video at the camera's own frame rate."),
+        "row are filled in by even movement; speeds are less certain. Record or export the video at the camera's own "
+        "frame rate."),
     "scene-changes": ("warning", "files",
         "The video cuts to another scene {count:~time}, at frame {frames}; people are not tracked across a cut."),
     "scenes-apart": ("note", "files",

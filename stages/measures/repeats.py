@@ -36,6 +36,7 @@ _AS_LONG = 0.8
 # 1.5 s below, arms with a box over the head 3.5.
 _HOLD_S = 3.0
 _HIGH = 3  # frames in the upper half of a repetition that is no slip of a detector
+_SLIPS = f"what is seen from {{}} lasts fewer than {_HIGH} frames"
 
 
 def repeats(
@@ -61,21 +62,6 @@ def repeats(
         slips.add((one.start_s, one.stop_s))
         return False
 
-    rows = _repeats(take, angle, driver, sd, least, shown, counts, briefest_s, stays)
-    return doubted(rows, slips, f"what is seen from {{}} is less than {_HIGH} frames long at the top")
-
-
-def _repeats(
-    take: Columns,
-    angle: str,
-    driver: np.ndarray,
-    sd: np.ndarray,
-    least: float,
-    shown: Iterable[str],
-    counts: Callable[[Repetition], bool],
-    briefest_s: float,
-    stays: Callable[[Repetition], bool],
-) -> list[Row]:
     usual = known_median(sd)
     noise = NOISE * usual if np.isfinite(usual) else 0.0
     asked, error = least, take.rise_error(angle, least, usual)
@@ -94,7 +80,7 @@ def _repeats(
     which = "another" if others else "an"
     uncertain = f"it is uncertain whether {which} angle rises by {asked:g} degrees and comes back"
     if near and not others:
-        return [Measure("count", 0), Remark("reason", uncertain), *basis(driver)]
+        return doubted([Measure("count", 0), Remark("reason", uncertain), *basis(driver)], slips, _SLIPS)
     whole_ones = [one for one in found if one.whole]
     if found:
         briefest_s = _AS_LONG * min(one.stop_s - one.start_s for one in whole_ones or found)
@@ -117,17 +103,30 @@ def _repeats(
         ]
     if near and not said:
         said = [Remark(unseen, uncertain)]
-    result: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
+    result = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
+    return doubted([*result, *_figures(take, angle, driver, sd, found, shown)], slips, _SLIPS)
+
+
+def _figures(
+    take: Columns,
+    angle: str,
+    driver: np.ndarray,
+    sd: np.ndarray,
+    found: Sequence[Repetition],
+    shown: Iterable[str],
+) -> list[Row]:
+    """When repetitions were and how high; of those seen whole also how long and how smooth. Arguments of `repeats`."""
     if not found:
-        return result
-    result += [
+        return []
+    result: list[Row] = [
         moments("start", (one.start_s for one in found)),
         moments("stop", (one.stop_s for one in found)),
         moments("peak_at", (one.peak_s for one in found)),
         *_peaks(take, angle, found, sd),
     ]
-    if not whole_ones:
+    if not (whole_ones := [one for one in found if one.whole]):
         return result
+    usual = known_median(sd)
     spans = np.array([(one.start_s, one.stop_s) for one in whole_ones])
     # Of a height above the valley, as of the whole rise. What a lifter has wrong of the posture in which a repetition
     # begins it has wrong of the same one at its end and in the next, so that all are too long, or all too short.

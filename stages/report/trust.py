@@ -54,7 +54,7 @@ def trust(take: Take, facts: Facts) -> Markup:
     if level == "care" and take.angle_errors == "none":
         words = "the errors of the angles are not known; read what is marked below."
     elif level == "good" and take.angle_errors == "none":
-        words = "nothing speaks against the figures; angles have no stated errors."
+        words = "no fault was found; the errors of the angles are not known."
     elif level == "care" and against_rate(take.said):
         words = "times and speeds hold only if the frame rate is right; read what is marked below."
     return gauge(level, f"{verdict}:", words, checks)

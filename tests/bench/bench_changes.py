@@ -1,12 +1,14 @@
 """How often keypoints that were changed by accident are doubted, and sound ones without cause.
 
-    python tests/bench/bench_changes.py [--network FILE]
+    python tests/bench/bench_changes.py [--network FILE] [--because REASON]
 
-Validation people before typical cameras and a noisy detector, whole takes and pieces of them.
+Validation people before typical cameras and a noisy detector, whole takes and pieces of them. With a reason, which goes
+into the ledger of looks at them, test people.
 """
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +17,7 @@ import numpy as np
 import typer
 
 from pcnet3d.models.lab.common.modules import run_command
+from pcnet3d.models.lab.evaluation.evaluate import note_look
 from pcnet3d.models.lab.evaluation.finished import at_rate
 from pcnet3d.models.lab.evaluation.testbed import BEDS, MIN_FRAMES, SeenTake, see
 from pcnet3d.models.lab.mocap.clips import read_clips
@@ -55,10 +58,16 @@ _EDITS = {
 _SPEEDS = (3.0, 2.0, 1 / 2, 1 / 4, 1 / 8)
 
 
-def main(network: Annotated[Path, typer.Option(help="The network.")] = changes.CHANGES) -> None:
+def main(
+    network: Annotated[Path, typer.Option(help="The network.")] = changes.CHANGES,
+    because: Annotated[str, typer.Option(help="Reason for a look at test people.")] = "",
+) -> None:
     """Print the shares that are doubted."""
     changes.CHANGES = network
-    clips = [clip for clip in read_clips("val") if len(clip) >= MIN_FRAMES]
+    if because:
+        digest = hashlib.sha256(network.read_bytes()).hexdigest()[:12]
+        note_look(Path(), "tests/bench/bench_changes.py", [f"changes@{digest}"], because)
+    clips = [clip for clip in read_clips("test" if because else "val") if len(clip) >= MIN_FRAMES]
     said: dict[str, list[tuple[bool, bool]]] = {}
 
     def note(what: str, code: str, keypoints: PoseSequence, size: tuple[int, int]) -> None:

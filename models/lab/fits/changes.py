@@ -81,9 +81,8 @@ def changed(take: Take, rng: np.random.Generator) -> tuple[np.ndarray, tuple[int
     at = np.arange(min(ROWS, int((len(points) - 1) / step) + 1)) * step
     if rng.uniform() < _BRIEF and len(at) > _BRIEFEST:
         at = at[: rng.integers(_BRIEFEST, len(at))]
-    if (
-        not slow and rng.uniform() < 0.5
-    ):  # frames that were left out, or between which a program has interpolated
+    # Frames that were left out, or between which a program has interpolated.
+    if not slow and rng.uniform() < 0.5:
         at = np.round(at)
     before = np.minimum(at.astype(int), len(points) - 1)
     after, share = np.minimum(before + 1, len(points) - 1), (at - before)[:, None, None]

@@ -12,7 +12,7 @@ import numpy as np
 import typer
 
 from ....models.detector.load import load_detector
-from ....models.detector.repeats import without_repeats
+from ....models.detector.repeated import without_repeats
 from ....models.gravity import told_up
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError

@@ -17,7 +17,7 @@ _BESIDE = 3  # images that move before and after more of them,
 _LEAP = 1.1  # times as far as those after it: without a leap somebody stands still
 
 
-def repeats(change: np.ndarray) -> np.ndarray:
+def repeated(change: np.ndarray) -> np.ndarray:
     """(R,) rows of images that repeat the one before. change: (T,) of each from the one before, NaN where unknown.
 
     Such an image differs much less from the one before than its neighbours do from theirs. Where many do so in a row
@@ -48,11 +48,11 @@ def _halts(change: np.ndarray, run: list[int]) -> bool:
 def without_repeats(found: Detections) -> Detections:
     """The same with nobody in repeated images, which show where people were before. Over few of them in a row people
     are taken to move evenly: as gaps, those of a padded frame rate would be most of a take."""
-    repeated = np.isin(found.frame_index, found.repeated)
-    kept, moved = ~repeated, {"joints": found.joints.copy(), "box": found.box.copy()}
-    for person in np.unique(found.person[repeated]):
+    again = np.isin(found.frame_index, found.repeated)
+    kept, moved = ~again, {"joints": found.joints.copy(), "box": found.box.copy()}
+    for person in np.unique(found.person[again]):
         mine = np.flatnonzero(found.person == person)
-        known = mine[~repeated[mine]]
+        known = mine[~again[mine]]
         if not len(known):
             continue
         seen = found.frame_index[known]

@@ -8,7 +8,7 @@ from pcnet3d.adapters.keypoints import read as read_keypoints
 from pcnet3d.adapters.video import read as read_video
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.models.detector.load import load_detector
-from pcnet3d.models.detector.repeats import repeats
+from pcnet3d.models.detector.repeated import repeated
 from pcnet3d.models.detector.scene_cuts import Glance
 from pcnet3d.models.detector.video import detect
 from pcnet3d.pipeline.files.detections import load_detections
@@ -38,7 +38,7 @@ STALLED = np.r_[0:20, [19] * 9, 29:40]
     ],
 )
 def test_what_changes_much_less_than_beside_it_repeats(change, found):
-    np.testing.assert_array_equal(repeats(np.array(change, np.float32)), list(found))
+    np.testing.assert_array_equal(repeated(np.array(change, np.float32)), list(found))
 
 
 def test_change_is_of_what_moves_not_of_light(toys):
