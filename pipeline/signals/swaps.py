@@ -8,7 +8,7 @@ its velocity takes it, unless that is a leap; the distance from there over its u
 distribution, whose tails let a real jerk or a bad point pass. Every change of state has its price. Anatomy
 (checks.handedness_cues) and the rhythm of a walk (alternation.py) tip the scale where continuity leaves it open, and
 never alone. How probable a state is over all sequences (forward-backward) tells what is certain: that limbs changed
-places is often clear when it is not on which side of the change they are wrong.
+places is often clear when it is not on which side of the change they are wrong, least of all of a long run.
 """
 
 from __future__ import annotations
@@ -40,11 +40,12 @@ _GAIT = 8.0
 # probable are right in about half of the cases, the others in 99 of 100 (CMU and ACCAD val subjects).
 _SHARPNESS = 2.0
 _CERTAIN = 10 / 11  # odds of ten to one
+# Who turns passes edge-on, where sides change places in an image and nothing leaps. A run that lasts as long as a turn
+# may be right, and what is beside it wrong.
+_TURN_S = 0.35
 _FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
 _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
-_ROWS = (
-    48  # whose costs are made at once: so few that BLAS shares them among no threads, which would wait long
-)
+_ROWS = 48  # whose costs are made at once: so few that BLAS shares them among no threads, which would wait
 _LOOKED_AT = 1024  # rows whose anatomy in all states is taken at once
 _PASSES = 3  # for runs that overlap
 
@@ -54,8 +55,8 @@ class Swap:
     """Rows first_row to last_row, both included, that are wrong in one way.
 
     kind: the name of one of `kinds`. evidence: log-likelihood that continuity gains when they are put right.
-    probability: that these rows are the wrong ones, the median over them. change: that right and wrong change places
-    at each of their ends inside the clip, whichever is which.
+    probability: that these rows are the wrong ones, the median over them; of a long exchange no more than anatomy and
+    rhythm say. change: that right and wrong change places at each of their ends inside the clip, whichever is which.
     """
 
     kind: str
@@ -200,14 +201,16 @@ def _runs(
         [_anatomy(np.stack([_turned(part, state, ways) for state in states]), layout).T for part in parts]
     )
     seconds = np.gradient(times)[:, None]
-    cost = seconds * (_PER_SECOND * states.any(axis=1) + _ANATOMY * (anatomy[:, :1] - anatomy))
-    cost += seconds * _GAIT * gait @ states.T
-    path, likely, changed = _decoded(continuity, cost, states)
+    cost = seconds * (_ANATOMY * (anatomy[:, :1] - anatomy) + _GAIT * gait @ states.T)
+    path, likely, changed = _decoded(continuity, cost + seconds * _PER_SECOND * states.any(axis=1), states)
+    odds = -_SHARPNESS * np.take_along_axis(cost, path[:, None], axis=1)  # logarithms, by anatomy and rhythm
     wrong = states[path]
     runs = []
     for k in range(len(ways)):
         on = np.concatenate([[0], wrong[:, k], [0, 0, 0]])
-        for first, end in np.flatnonzero(np.diff(on)).reshape(-1, 2):
+        spans = np.flatnonzero(np.diff(on)).reshape(-1, 2)
+        beside = np.diff(np.concatenate([[0], spans.ravel(), [len(clip)]]))[::2]  # rows that are right
+        for i, (first, end) in enumerate(spans):
             rows = np.arange(max(first, 2), min(end + 2, len(clip)))
             before, mid, now = on[rows - 1], on[rows], on[rows + 1]
             evidence = -float(continuity[rows, k, before ^ mid, mid ^ now].sum())
@@ -219,6 +222,10 @@ def _runs(
                 inner = (row for row in (first, end) if 0 < row < len(clip))
                 ends = [changed[row - off : row + off + 1, k].sum() for row in inner]
                 probability = float(np.median(likely[first:end, k]))
+                # That it is short says nothing of a run as long as a turn, or longer than what is beside it.
+                fewest = min((count for count in beside[i : i + 2] if count), default=0)
+                if ways[k].exchanged and (seconds[first:end].sum() > _TURN_S or end - first > fewest):
+                    probability = min(probability, float(1 / (1 + np.exp(-odds[first:end].sum()))))
                 change = float(min(*ends, 1.0))
                 runs.append((k, Swap(ways[k].name, int(first), int(end - 1), evidence, probability, change)))
     return sorted(runs, key=lambda run: run[1].first_row)
@@ -351,9 +358,8 @@ def _decoded(
     path = np.zeros(rows, dtype=int)
     path[-2:] = np.unravel_index(int((totals[-1] + ending).argmin()), price.shape)
     likely, turned = np.zeros((rows, states.shape[1])), np.zeros((rows, states.shape[1]))
-    if (
-        not path.any() and totals[-1][0, 0] == 0
-    ):  # what is right throughout costs nothing, and nothing costs less
+    # What is right throughout costs nothing, and nothing costs less.
+    if not path.any() and totals[-1][0, 0] == 0:
         return path, likely, turned
     for (first, end), total in zip(reversed(parts), totals[-2::-1], strict=True):
         before, own = cheapest(first, end, total)

@@ -77,7 +77,7 @@ def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
     wrong = exchanged(walk(), (50, 109))
     (found,) = find_swaps(wrong)
     assert found.change > 0.99
-    assert 0.5 < found.probability < 0.8
+    assert found.probability == pytest.approx(0.5)
     assert found.one_sided
     assert len(found) <= 60  # the labeling with fewer frames
     assert told(wrong, (found,)) == "legs exchanged before or after (which is unclear) frame 50"
@@ -88,6 +88,21 @@ def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
         assert "--set read.swaps" not in event.text
         np.testing.assert_array_equal(keypoints.joints, wrong.joints)
     assert [finding.weight for finding in swap_findings(wrong, (found,))] == ["note"]
+
+
+def test_right_rows_of_somebody_who_turns_are_not_called_exchanged_for_certain():
+    """From behind at rows 51 to 150, and named as if from the front but for 24 of these. The change edge-on shows in no
+    leap, so the 24 that are right look like the wrong ones."""
+    person = walker().world[-1] - walker().world[-1, 0]
+    angle = np.linspace(0.5 * np.pi, 2.5 * np.pi, 200, endpoint=False)[:, None]
+    across = person[:, 0] * np.cos(angle) - person[:, 1] * np.sin(angle)
+    pixels = 200 * np.stack([across, np.broadcast_to(-person[:, 2], across.shape)], axis=-1)
+    pixels += np.random.default_rng(0).normal(0, 2, pixels.shape)
+    turner = PoseSequence(pixels, H36M17, IMAGE, time_s=np.arange(200) / 30)
+    wrong = exchanged(turner, (51, 103), (128, 150))
+    found = find_swaps(exchanged(wrong, (51, 103), (128, 150), way=ARMS))
+    assert spans(found) == [(104, 127)] * 2
+    assert all(swap.one_sided for swap in found)
 
 
 def test_the_shorter_part_is_wrong_when_it_is_much_shorter():
