@@ -59,10 +59,8 @@ class OnnxFile:
         return self.session.run(None, dict(zip(self.inputs, values, strict=True)))
 
 
-_WARNINGS, _SILENT = (
-    2,
-    4,
-)  # severities of onnxruntime's log, from which it writes; the first one is its default
+# Severities of onnxruntime's log, from which it writes; the first one is its default.
+_WARNINGS, _SILENT = 2, 4
 _DTYPES = {"float": "float32", "float16": "float16", "double": "float64", "uint8": "uint8", "int32": "int32"}
 
 

@@ -58,9 +58,8 @@ class Schedule(BaseModel):
     warmup: NonNegativeInt
     cooldown: float = Field(gt=0, le=1)
     weight_decay: NonNegativeFloat
-    average: float = Field(
-        ge=0, lt=1
-    )  # decay of the weights' moving average, which is what is judged and kept
+    # Decay of the weights' moving average, which is what is judged and kept.
+    average: float = Field(ge=0, lt=1)
     optimiser: Literal["muon", "adamw"] = "muon"
     decline: Literal["linear", "cosine"] = "linear"
     every: PositiveInt = 250  # steps between looks at the validation, each with a checkpoint

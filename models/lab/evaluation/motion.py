@@ -29,12 +29,8 @@ from .testbed import LiftedTake
 STATED, ESTIMATED = "known noise, stated", "known noise, estimated"
 _SIX = f"Butterworth {CUTOFF_HZ:g} Hz"
 FIXED = (_SIX, "Butterworth 3 Hz", "Butterworth 1.5 Hz")
-_ALONG = {
-    "vertical": [2],
-    "horizontal": [0, 1],
-    "lateral": [0],
-    "depth": [1],
-}  # of axes lateral, depth, vertical
+# Of axes lateral, depth, vertical.
+_ALONG = {"vertical": [2], "horizontal": [0, 1], "lateral": [0], "depth": [1]}
 _QUARTERS = ("slowest quarter", "second", "third", "fastest quarter")
 
 

@@ -222,8 +222,7 @@ def _clean(clips: Sequence[Clip], seed: int, targets: Targets) -> dict[str, Call
 
 
 def _tables(
-    rectifiers: Sequence[Rectifier],
-    sets: dict[str, dict[str, Callable[[], list[Take]]]],
+    rectifiers: Sequence[Rectifier], sets: dict[str, dict[str, Callable[[], list[Take]]]]
 ) -> dict[str, Any]:
     """{method: {"rows": {set: figures}, "sources": ..., "views": ..., "motions": ...}}; figures are Judged.row's."""
     parts = ("rows", "sources", "views", "motions")
