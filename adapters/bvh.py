@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.core.errors import InputError
+from ..pipeline.core.errors import InputError, readable
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.markers import Up
@@ -44,12 +44,10 @@ def read(
         raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
     from ..pipeline.files.bvh import read_motion
 
+    with readable(path, "a BVH file"):
+        text = path.read_text(encoding="utf-8", errors="replace")
     try:
-        found = read_motion(path.read_text(encoding="utf-8", errors="replace"), unit)
-    except OSError as error:
-        raise InputError(
-            "cannot-open", f"Expected a BVH file at {path}: {error.strerror or error}."
-        ) from None
+        found = read_motion(text, unit)
     except InputError as error:
         raise InputError(
             error.code, f"{path}: {str(error).replace('--unit', 'unit= (--option unit=cm)')}"

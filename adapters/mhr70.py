@@ -39,9 +39,8 @@ _KEYPOINTS = {  # the keypoints, and the translation that belongs to them
 }
 _NUMBERS = ("frame_indices", "frame_index")  # the rows' video frames
 _SHAPE = (len(MHR70), 3)
-_PERSON = re.compile(
-    r"[_-](subj|subject|person|pid)[_-]?\d+$", re.IGNORECASE
-)  # behind an image's name: one of its people
+# Behind an image's name: one of its people.
+_PERSON = re.compile(r"[_-](subj|subject|person|pid)[_-]?\d+$", re.IGNORECASE)
 
 
 def sniff(path: Path) -> bool:

@@ -72,9 +72,8 @@ def read(path: Path, unit: str = "m") -> tuple[PoseSequence, ...]:
             f"{path}: expected OpenPose's 3D results ({_FIELDS[0]}), found none; adapter openpose "
             f"reads its 2D results.",
         )
-    found.layout = likely_layout(
-        found.joints, _LAYOUTS[len(found.layout)]
-    )  # the first body may be half in view
+    # The first body may be half in view.
+    found.layout = likely_layout(found.joints, _LAYOUTS[len(found.layout)])
     return found.sequences(CAMERA.with_(origin="camera", unit=unit), str(path), placed=True)
 
 

@@ -32,9 +32,8 @@ _FOCAL_35_MM = re.compile(r"camera\.focal_length\.35mm_equivalent$")  # com.appl
 _DURATION = re.compile(r"(\d+):(\d+):(\d+(?:\.\d*)?)")  # of a track, in Matroska
 _SHORT_S = 0.5  # by which images may end before the file does: sound goes on, or stamps are rounded
 _SQUARE = 0.02  # odd sizes of re-encoded videos have pixels that are nearly square
-_CAPTURE_RATE = re.compile(
-    r"capture[._-]?fps$", re.IGNORECASE
-)  # com.android.capture.fps of phones' slow motion
+# com.android.capture.fps of phones' slow motion.
+_CAPTURE_RATE = re.compile(r"capture[._-]?fps$", re.IGNORECASE)
 _BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")  # ISO base media, and QuickTime before it
 _STARTS = (
     b"\x1a\x45\xdf\xa3",  # Matroska, WebM

@@ -13,7 +13,7 @@ from ..adapters import video as videos
 from ..models.gravity.view import camera_of, static_camera
 from ..pipeline.core.camera import Camera, pitch_roll_deg
 from ..pipeline.core.device import computing_on
-from ..pipeline.core.errors import InputError
+from ..pipeline.core.errors import InputError, readable
 from ..pipeline.files.images import write_png
 from ..pipeline.files.video_frames import images_at
 from ..pipeline.reading.settings import OnDevice
@@ -111,12 +111,8 @@ def _image(path: Path) -> np.ndarray:
     """(H, W, 3) uint8 RGB."""
     import cv2
 
-    try:
+    with readable(path, "an image or a video"):
         content = np.frombuffer(path.read_bytes(), np.uint8)
-    except OSError as error:
-        raise InputError(
-            "cannot-open", f"Expected an image or a video at {path}: {error.strerror}."
-        ) from None
     image = cv2.imdecode(content, cv2.IMREAD_COLOR) if len(content) else None
     if image is None:
         raise InputError(

@@ -292,14 +292,10 @@ def _notices(levelled: Levelled, poses: PoseSequence, view: View | None) -> list
     """What the user is told about the take's up."""
     notices = [*levelled.up.notices]
     stands = view is not None and view.background is not None and not view.background.moves
-    if (
-        row := levelled.drift_at
-    ) is not None and not stands:  # before such a camera it is the person who leans
-        values: dict[str, Any] = {
-            "frame": int(poses.frame_index[row]),
-            "drift_deg": float(levelled.drift_deg),
-        }
-        notices.append(notice("up-drifts", rows=[row], **values))
+    # Before a camera that stands it is the person who leans.
+    if (row := levelled.drift_at) is not None and not stands:
+        frame, drift_deg = int(poses.frame_index[row]), float(levelled.drift_deg)
+        notices.append(notice("up-drifts", rows=[row], frame=frame, drift_deg=drift_deg))
     if not np.isnan(levelled.apart_deg):
         notices.append(notice("up-of-one-apart", apart_deg=float(levelled.apart_deg)))
     return notices

@@ -12,7 +12,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from ...pipeline.core.errors import InputError
+from ...pipeline.core.errors import InputError, readable
 from .beginning import first_bytes
 
 _PEEK_BYTES = 1 << 16  # more than the metadata that MMPose's demos write before the first frame
@@ -72,14 +72,8 @@ def _scanned(text: str) -> tuple[str, int]:
 
 def load(path: Path, what: str) -> Any:
     """The values of a whole JSON file. InputError, saying that `what` was expected, when it cannot be read."""
-    try:
+    with readable(path, what):
         text = path.read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise InputError("cannot-open", f"Expected {what} at {path}: {error.strerror}.") from None
-    except UnicodeDecodeError:
-        raise InputError(
-            "format-unknown", f"Expected {what} in {path}, got bytes that are not UTF-8 text."
-        ) from None
     if not text.strip():
         raise InputError("file-damaged", f"Expected {what} in {path}, but the file is empty.")
     try:
@@ -103,14 +97,10 @@ def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
     and (key, value) of any other. InputError, saying that `what` was expected, when the file cannot be read.
     """
     try:
-        with path.open(encoding="utf-8-sig") as file:
+        with readable(path, what), path.open(encoding="utf-8-sig") as file:
             yield from _elements(_Text(file))
-    except OSError as error:
-        raise InputError("cannot-open", f"Expected {what} at {path}: {error.strerror}.") from None
-    except UnicodeDecodeError:
-        raise InputError(
-            "format-unknown", f"Expected {what} in {path}, got bytes that are not UTF-8 text."
-        ) from None
+    except InputError:
+        raise
     except (RecursionError, ValueError):
         if path.stat().st_size <= _SMALL:  # say where
             raise InputError(

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
-from ...pipeline.core.errors import InputError
+from ...pipeline.core.errors import InputError, readable
 
 
 def filled_lines(path: Path, what: str) -> list[str]:
@@ -24,11 +24,9 @@ def filled_lines(path: Path, what: str) -> list[str]:
 def opened_table(path: Path, what: str) -> Iterator[TextIO]:
     """The file, opened for the csv module. what: in words, for InputError when it cannot be read, or is no table."""
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
+        with readable(path, what), path.open(encoding="utf-8-sig", newline="") as file:
             yield file
-    except OSError as error:
-        raise InputError("cannot-open", f"Expected {what} at {path}: {error.strerror}.") from None
-    except (UnicodeDecodeError, csv.Error):
+    except csv.Error:
         raise InputError(
             "format-unknown", f"Expected {what} in {path}, got a file that is not a text table."
         ) from None

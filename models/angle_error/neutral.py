@@ -25,9 +25,8 @@ KNEES_HIPS_TRUNK = (
 # Of what independent errors come to, the part with which 90 % of the differences of 52 lifted validation takes of three
 # people lie inside, each person with one weight (tests/bench/bench_neutral.py; of 1 it is 92 %, of 0.8 87 %).
 SHARE = 0.9
-STILL_DEG = (
-    10.0  # from the 5th to the 95th percentile, beyond which a knee, a hip or the trunk does not stand still
-)
+# From the 5th to the 95th percentile, beyond which a knee, a hip or the trunk does not stand still.
+STILL_DEG = 10.0
 
 
 def neutral_deg(

@@ -25,10 +25,8 @@ from ...pipeline.signals.angles import ANGLES, near, of_both
 from ..common.metrics import SD_90
 
 REPEATABILITY_FILE = Path(__file__).with_name("repeatability.json")
-SAME_FACING_DEG, SAME_PITCH_DEG = (
-    15.0,
-    6.0,
-)  # from about the same place: the person's facing, the camera's pitch
+# From about the same place: the person's facing, the camera's pitch.
+SAME_FACING_DEG, SAME_PITCH_DEG = 15.0, 6.0
 MOVEMENTS = {  # figures that do not follow from each other
     "walking": (
         "walking_speed", "cadence", "mean_step_length", "mean_step_width", "mean_stance", "mean_double_support",

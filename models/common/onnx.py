@@ -16,7 +16,7 @@ import numpy as np
 
 from ...pipeline.core.cores import cores
 from ...pipeline.core.device import AUTO, CPU, KINDS, placement
-from ...pipeline.core.errors import InputError
+from ...pipeline.core.errors import InputError, readable
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,10 +59,8 @@ class OnnxFile:
         return self.session.run(None, dict(zip(self.inputs, values, strict=True)))
 
 
-_WARNINGS, _SILENT = (
-    2,
-    4,
-)  # severities of onnxruntime's log, from which it writes; the first one is its default
+# Severities of onnxruntime's log, from which it writes; the first one is its default.
+_WARNINGS, _SILENT = 2, 4
 _DTYPES = {"float": "float32", "float16": "float16", "double": "float64", "uint8": "uint8", "int32": "int32"}
 
 
@@ -70,13 +68,10 @@ def open_onnx(path: str | Path, what: str = "a network", threads: int = 0) -> On
     """The network in a file, to compute where `pipeline.core.device.placement` says. what: in words, for InputError
     when there is no such file or it is no network, and when the device that was asked for by name cannot open it.
     threads: as of `session_of`."""
-    try:
+    with readable(path, f"{what} in an .onnx file"):
         content = Path(path).read_bytes()
+    try:
         session = session_of(content, threads)
-    except OSError as error:
-        raise InputError(
-            "cannot-open", f"Expected {what} in an .onnx file at {path}: {error.strerror}."
-        ) from None
     except Exception as error:  # onnxruntime's errors have no common class but Exception
         raise InputError(
             "cannot-open", f"Expected {what} in an .onnx file at {path}: {reason_of(error)}."

@@ -29,9 +29,8 @@ SIDES = ("r", "l")
 _OTHER = {"r": "l", "l": "r"}
 _AHEAD_S = (0.033, 0.067, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8)  # of the window, and as far back
 _OFFSETS_S = np.array([-s for s in reversed(_AHEAD_S)] + [0.0, *_AHEAD_S])
-_UNIT_S = (
-    1.5  # either way: over two strides a lifted leg is as long as the next time, whatever it is within one
-)
+# Either way: over two strides a lifted leg is as long as the next time, whatever it is within one.
+_UNIT_S = 1.5
 _VALUES = 9  # of a moment: three joints
 _MIRROR = np.array([1.0, -1.0, 1.0])  # BODY's y is right
 

@@ -24,9 +24,8 @@ FEWEST = 3  # steps of a walk
 _FEWEST_FLYING = 2  # of a run: nobody flies from foot to foot who stands, turns or sits down
 _TURNS_DEG = 30.0  # in one step
 _NEAREST = 5  # landings that tell how the pelvis swings there; two that see a turn are outvoted
-_SIDEWAYS = (
-    2.0  # times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step
-)
+# Times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step.
+_SIDEWAYS = 2.0
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,8 @@ from .events import FEWEST, Stance, Step, Stride, stances, strides, walks
 from .parameters import belt_drift, lengths
 
 _RUN_STEP_S = 0.6  # a step of a run, at most: of the slowest jogs 0.45
-_USUAL_SHARE = (
-    0.62  # of the time of a walk each foot is on the floor, mean of those that contacts were learned from
-)
+# Of the time of a walk each foot is on the floor, mean of those that contacts were learned from.
+_USUAL_SHARE = 0.62
 _ITERATIONS = 30
 _BESIDE_S = 0.3  # of a walk before its first landing and after its last, walked alike
 LEAST_STEP = 0.25  # lengths of a leg: by how much the ankles' separation changes from step to step at least

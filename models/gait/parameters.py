@@ -20,9 +20,8 @@ _FLAT = (0.2, 0.6)  # of a stance: the foot lies flat and its ankle moves least
 _FLAT_SAMPLES = 7
 _WAY_SAMPLES = 25
 _LONGEST_S = 0.8  # of a stance, for that: who stops moves the feet later
-_CARRIED = (
-    0.5  # of the speed at which feet go back under the body: less drift is the error of the path or the lift
-)
+# Of the speed at which feet go back under the body: less drift is the error of the path or the lift.
+_CARRIED = 0.5
 
 
 def lengths(

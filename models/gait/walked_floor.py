@@ -69,9 +69,8 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
     scatter = max(sd, float(np.linalg.norm(height - slope * along)) / np.sqrt(len(places) - 2))
     tilt = np.tan(np.radians(up_sd_deg))
     rise, step = np.diff(height), np.linalg.norm(np.diff(across[:, :2], axis=0), axis=1)
-    bends = float(np.median(np.abs(np.diff(height, 2)))) / (
-        _MEDIAN * np.sqrt(6)
-    )  # none on a ramp, few on stairs
+    # None on a ramp, few on stairs.
+    bends = float(np.median(np.abs(np.diff(height, 2)))) / (_MEDIAN * np.sqrt(6))
     difference_sd = np.hypot(np.sqrt(2) * max(sd, bends), tilt * step)
     stair, error = _STEEP * step, SD_90 * difference_sd
 

@@ -15,15 +15,7 @@ from .levelling import Levelled, level_moving, level_static, level_world, why_no
 from .people import level_people
 from .sampling import take_rotation
 from .seen import Seen
-from .votes import (
-    LEAN_DEG,
-    TILT_SHARE,
-    UNKNOWN_DEG,
-    Votes,
-    effective_number,
-    pool,
-    take_up,
-)
+from .votes import LEAN_DEG, TILT_SHARE, UNKNOWN_DEG, Votes, effective_number, pool, take_up
 
 __all__ = [
     "LEAN_DEG", "TILT_SHARE", "UNKNOWN_DEG", "Evidence", "Levelled", "Seen", "TakeUp", "Votes", "direction",

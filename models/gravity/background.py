@@ -17,10 +17,8 @@ _FEWEST = 25  # corners that have to be found again
 _BACK = 0.7  # pixels: where a corner that is followed there and back may end
 _WINDOW, _LEVELS = (31, 31), 4  # of the pyramid: corners are found again some 80 pixels away
 _STILL = 0.5 / _SIDE  # compression, and a tripod on a floor on which somebody walks: up to 0.3 pixels
-_MOST, _FEW = (
-    0.5,
-    0.2,
-)  # of the corners: most are still before a tripod; of few that are found again nothing is told
+# Of the corners: most are still before a tripod; of few that are found again nothing is told.
+_MOST, _FEW = 0.5, 0.2
 _SAME = 2.0  # pixels: corners that move as one picture does that is shifted and scaled
 _ZOOM = 0.05  # a second, of the picture's scale
 _DRIFT = 0.5  # of the way: net of it, below which a picture trembles to and fro

@@ -115,9 +115,8 @@ def doubtful(up: np.ndarray, failure: float) -> bool:
     any pitch."""
     pitch = pitch_roll_deg(np.asarray(up, dtype=np.float64))[0]
     level = view_rotation(np.array(0.0), np.asarray(pitch), np.array(0.0))[:, 2]
-    right = (
-        (1 - failure) * held(level) / (np.sqrt(2 * np.pi) * _USUAL_DEG[0][1])
-    )  # about its integral over pitch
+    # About its integral over pitch.
+    right = (1 - failure) * held(level) / (np.sqrt(2 * np.pi) * _USUAL_DEG[0][1])
     wrong = failure / (2 * _WIDEST_DEG)
     return bool(wrong / (wrong + right) > _DOUBT)
 

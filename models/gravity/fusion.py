@@ -21,18 +21,15 @@ from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from .evidence import IMAGE, Evidence, TakeUp, fuse, held, of_image
 
 _CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceeds once in a thousand
-_BODY_FAILURE = (
-    0.10  # takes whose skeletons all lean by far more than they state: unusual poses, backs, bad lifts
-)
+# Takes whose skeletons all lean by far more than they state: unusual poses, backs, bad lifts.
+_BODY_FAILURE = 0.10
 # Of the loser's being right: above, a bound that nine of ten takes stay under has to reach as far as its answer.
 _LOSER = 0.1
-_TOLD_WIDEST_DEG = (
-    60.0  # told gravity further than this from everything else is a mistake of the one who tells
-)
+# Told gravity further than this from everything else is a mistake of the one who tells.
+_TOLD_WIDEST_DEG = 60.0
 _TOLD_ERRORS = 3.0
-KNOWN_DEG = (
-    3.0  # root mean square error up to which a lifter is told up (models/gravity/known.py), and gains by it
-)
+# Root mean square error up to which a lifter is told up (models/gravity/known.py), and gains by it.
+KNOWN_DEG = 3.0
 
 
 @dataclass(frozen=True)

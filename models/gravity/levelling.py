@@ -20,9 +20,8 @@ from .moving import WINDOW_S, moving_up
 from .seen import Seen, of_frames, smoothed, trust
 from .votes import USUAL_SPREAD, pool
 
-HEADING_S = (
-    0.07  # standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns)
-)
+# Standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns).
+HEADING_S = 0.07
 HEADING_SHARE = 0.83  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
 # Mean error of a smoothed heading where the lifter states the usual spread, and how it grows with that
 # (models/lab/errors/report.py).

@@ -13,13 +13,10 @@ from ...pipeline.core.cores import cores
 _SIDE_PX = 1280  # images are searched at this longer side: finer shows texture, coarser loses edges
 _SHORTEST = 0.025  # of the longer side
 _MOST = 600  # segments, the longest
-_BORDER = (
-    0.006  # of the longer side; a segment along the image's border is the border of something that was cut
-)
-_ANGLE_DEG, _ENDS_PX = (
-    0.45,
-    0.8,
-)  # noise of a segment's direction: of its own, and of its ends at the searched size
+# Of the longer side; a segment along the image's border is the border of something that was cut.
+_BORDER = 0.006
+# Noise of a segment's direction: of its own, and of its ends at the searched size.
+_ANGLE_DEG, _ENDS_PX = 0.45, 0.8
 _USUAL = 0.05  # of the longer side: a segment that long weighs 1
 _WEIGHTS = (0.3, 4.0)
 

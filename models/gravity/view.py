@@ -35,10 +35,8 @@ FILE_SPREAD = 0.08
 _FREE, _BEYOND, _LEAST = 0.5, 3.0, 0.15
 _LOOKS = 3  # images of a camera that stands still
 _EVERY = 10  # video frames between the images of one that moves
-_GLIMPSES, _SOON_S = (
-    10,
-    0.1,
-)  # by which it is seen how the background moves, and between the two images of each
+# By which it is seen how the background moves, and between the two images of each.
+_GLIMPSES, _SOON_S = 10, 0.1
 _REACH = 0.09  # of a person's longer side about the bones: flesh, clothes, hair, hands
 _BOXES = 6  # along a bone
 _NO_BOX = np.zeros((0, 4))

@@ -21,9 +21,8 @@ ASSUMED_FOCAL = 1.0  # of the longer image side: between phones (0.7-0.85) and n
 HALF_WINDOW = 40  # frames on each side over which place and size are averaged
 CHANNELS = 4 * len(H36M17) + 6
 _IMAGE_UP = np.array([0.0, -1.0, 0.0])
-_STEEP = (
-    0.98  # of the cosine between ray and up beyond which up says nothing about what is upright in the image
-)
+# Of the cosine between ray and up beyond which up says nothing about what is upright in the image.
+_STEEP = 0.98
 _TRUNK = ("pelvis", "spine", "thorax", "l_hip", "r_hip", "l_shoulder", "r_shoulder")
 _OF_TRUNK = [joint in _TRUNK for joint in H36M17.joints]
 

@@ -35,6 +35,20 @@ class InputError(ValueError):
 
 
 @contextmanager
+def readable(path: object, what: str) -> Iterator[None]:
+    """InputError, saying that `what` was expected, where a file that is read inside cannot be opened or is no text in
+    UTF-8."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError("cannot-open", f"Expected {what} at {path}: {error.strerror or error}.") from None
+    except UnicodeDecodeError:
+        raise InputError(
+            "format-unknown", f"Expected {what} in {path}, got bytes that are not UTF-8 text."
+        ) from None
+
+
+@contextmanager
 def naming(place: object) -> Iterator[None]:
     """An InputError of what is inside begins with the place, a file or a line of it, unless it names that already."""
     try:

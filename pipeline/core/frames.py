@@ -109,9 +109,8 @@ GL_CAMERA = Frame("GL_CAMERA", "camera", ("right", "up", "toward"))
 PC_CAMERA = Frame("PC_CAMERA", "camera", ("away", "left", "up"))  # the paper's axes, formats.md "PC frame"
 IMAGE = Frame("IMAGE", "image", ("right", "down"), origin="image corner", unit="px")
 Z_UP = Frame("Z_UP", "world", ("north", "west", "up"), origin="world")
-Y_UP = Frame(
-    "Y_UP", "world", ("west", "up", "north"), origin="world"
-)  # (x,y,z) -> (z,x,y), formats.md section 10
+# (x,y,z) -> (z,x,y), formats.md section 10.
+Y_UP = Frame("Y_UP", "world", ("west", "up", "north"), origin="world")
 LEVEL = Frame("LEVEL", "level", ("back", "right", "up"))
 BODY = Frame("BODY", "body", ("back", "right", "up"))
 # Of a camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).

@@ -17,9 +17,8 @@ from .errors import InputError
 _COUNTS = (0, 4, 5, 8, 12)  # of OpenCV's polynomial coefficients; its 14 are of a tilted sensor
 _FOCAL = (0.2, 20.0)  # focal length over the longer side of the image: fisheye lenses to telephoto lenses
 _PIXEL_ASPECT = 2.0  # the most that one focal length may be over the other: anamorphic video has 1.46
-_OFF_CENTRE = (
-    0.1  # of a side, from the image's middle: lenses stay within some per cent, 4:3 in 16:9 is 0.125 off
-)
+# Of a side, from the image's middle: lenses stay within some per cent, 4:3 in 16:9 is 0.125 off.
+_OFF_CENTRE = 0.1
 _SAME_ASPECT = 0.01  # by which the aspect of two images may differ: video is cut to even or round numbers
 _STEPS = 30  # of Newton's method; lenses take 3 to 8, the border of a fisheye's image 20
 _STEP = 1e-6  # of finite differences, of the focal length

@@ -114,12 +114,10 @@ _COCO = (
 )  # fmt: skip
 
 H36M17 = Layout("H36M17", ("pelvis", *_R_LEG, *_L_LEG, *_TRUNK, *_L_ARM, *_R_ARM))  # order A, THE layout
-H36M17_B = Layout(
-    "H36M17_B", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_L_ARM, *_R_ARM)
-)  # SPIN/HMR: legs exchanged
-H36M17_C = Layout(
-    "H36M17_C", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_R_ARM, *_L_ARM)
-)  # 3DPCNet's printed names
+# SPIN/HMR: legs exchanged.
+H36M17_B = Layout("H36M17_B", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_L_ARM, *_R_ARM))
+# 3DPCNet's printed names.
+H36M17_C = Layout("H36M17_C", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_R_ARM, *_L_ARM))
 COCO17 = Layout("COCO17", _COCO)
 HALPE26 = Layout(
     "HALPE26",
@@ -245,9 +243,8 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
                 f"Layout {source.name} has no joint from which '{joint}' of {to.name} could be made.",
             )
         rows = source.indices(parts)
-        one = (
-            len(rows) == 1
-        )  # a mean of one costs as much as one of many, a thousand people in a file a second
+        # A mean of one costs as much as one of many, a thousand people in a file a second.
+        one = len(rows) == 1
         columns.append(poses.joints[:, rows[0]] if one else poses.joints[:, rows].mean(axis=1))
         confidences.append(poses.confidence[:, rows[0]] if one else poses.confidence[:, rows].min(axis=1))
         if parts != (joint,) and (joint, parts) not in _ALIASES:

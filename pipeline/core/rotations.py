@@ -51,9 +51,8 @@ def zxy_deg(R: np.ndarray) -> np.ndarray:
     there = np.isfinite(R).all(axis=(-2, -1))
     if there.any():
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore", UserWarning
-            )  # x at 90 degrees: one of the many triples that give it
+            # x at 90 degrees: one of the many triples that give it.
+            warnings.simplefilter("ignore", UserWarning)
             angles[there] = Rotation.from_matrix(R[there]).as_euler("ZXY", degrees=True)
     return angles
 

@@ -133,9 +133,8 @@ def _exchange(new: Path, path: Path) -> None:
     if not path.exists():
         os.replace(new, path)
         return
-    old = path.with_name(
-        f".{path.name}.old-{_us()}-{token_hex(4)}"
-    )  # not there: Windows renames onto no folder
+    # Not there: Windows renames onto no folder.
+    old = path.with_name(f".{path.name}.old-{_us()}-{token_hex(4)}")
     os.replace(path, old)
     try:
         os.replace(new, path)

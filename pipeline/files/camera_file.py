@@ -26,7 +26,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..core.errors import InputError
+from ..core.errors import InputError, readable
 from ..core.intrinsics import Intrinsics
 from ..plugins.options import did_you_mean
 from .number_yaml import number_yaml
@@ -117,17 +117,12 @@ def _cameras(path: Path) -> dict[str, Camera]:
 
 
 def _text(path: Path) -> str:
-    try:
+    with readable(path, _FORMATS):
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)
-    except OSError as error:
-        raise InputError("cannot-open", f"Expected {_FORMATS} at {path}: {error.strerror}.") from None
-    if len(content) > _LARGEST:
-        raise InputError("unsafe", f"Expected {_FORMATS}; {path} is larger than {_LARGEST} bytes.")
-    try:
+        if len(content) > _LARGEST:
+            raise InputError("unsafe", f"Expected {_FORMATS}; {path} is larger than {_LARGEST} bytes.")
         return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("format-unknown", f"Expected {_FORMATS}; {path} is not UTF-8 text.") from None
 
 
 def _parser(text: str) -> tuple[Callable[[str], Iterable[tuple[str, Camera]]], type[Exception]]:

@@ -22,9 +22,8 @@ if TYPE_CHECKING:
 _NEAR = 12  # frames that are decoded sooner than searched for
 _AHEAD = 2  # images that are decoded before they are asked for
 _BACK_S = 10.0  # before where a key frame should be, in a file that is searched without an index
-CONTAINERS = (
-    "mov,matroska,avi,asf,flv,mpeg,mpegts"  # FFmpeg's names of those that adapters/video.py recognises
-)
+# FFmpeg's names of those that adapters/video.py recognises.
+CONTAINERS = "mov,matroska,avi,asf,flv,mpeg,mpegts"
 _THIS_FILE = {"protocol_whitelist": "file", "format_whitelist": CONTAINERS}
 _NO_SEEKING = ("mpeg",)  # MPEG programme streams: behind a seek FFmpeg's stamps are one frame early
 

@@ -35,10 +35,8 @@ _FRAME_BYTES, _FIXED_BYTES = 5000, 1 << 22  # of a run without its video; 18,000
 _WRITERS = ("detect", "record", "export", "report")  # stages that are told where the run's folder is
 
 
-_KEPT = {
-    "detect": KEYPOINTS,
-    "lift": "lift.npz",
-}  # stages that keep what they have done so far, and the file's name
+# Stages that keep what they have done so far, and the file's name.
+_KEPT = {"detect": KEYPOINTS, "lift": "lift.npz"}
 _LEFT = ("resume", "checkpoint")  # options that name what the run itself leaves in its folder
 
 

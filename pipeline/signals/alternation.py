@@ -33,9 +33,8 @@ def alternation(vectors: np.ndarray, times: np.ndarray, agreed: float = AGREED) 
     """
     fits = np.zeros(len(times))
     flat = np.nan_to_num(vectors.astype(np.float64)).reshape(len(times), -1)
-    swing = (
-        flat @ np.linalg.svd(flat, full_matrices=False)[2][0]
-    )  # along the direction in which they are longest
+    # Along the direction in which they are longest.
+    swing = flat @ np.linalg.svd(flat, full_matrices=False)[2][0]
     frame_s = float(np.median(np.diff(times)))
     step_s = 1 / _STEPS_HZ
     rates = _STEPS_HZ[(step_s >= _LEAST_ROWS * frame_s) & (step_s <= np.ptp(times) / _FEWEST)]

@@ -31,13 +31,11 @@ REASONS = {
 }
 FINE, MISSING, UNDEFINED, UNTRUSTED, TOO_SHORT, UNSEEN, NO_NEUTRAL = REASONS
 
-_STRAIGHT = np.sin(
-    np.radians(20.0)
-)  # a limb's own plane counts as much as the reference when it is bent by this
+# A limb's own plane counts as much as the reference when it is bent by this.
+_STRAIGHT = np.sin(np.radians(20.0))
 _NO_AXIS = 0.05  # of a limb's axis, before it is made a unit vector; 0.34 for a straight leg in standing
-_ALONG = np.sin(
-    np.radians(15.0)
-)  # a segment within this of the axis that an angle turns about has no such angle
+# A segment within this of the axis that an angle turns about has no such angle.
+_ALONG = np.sin(np.radians(15.0))
 _AROUND = 270.0  # degrees from frame to frame, from which an angle has stepped around: it moves by 90 at most
 # How far the elbow's reference axis follows the arm from the sagittal plane out to the side; the axis is undefined at
 # one direction of the upper arm: for 2 that is 39 degrees behind and 33 above the horizontal, which no arm reaches.
@@ -185,11 +183,8 @@ def _union(*parts: tuple[str, ...]) -> tuple[str, ...]:
 
 ANGLES = _definitions()
 MIDLINE = tuple(name for name in ANGLES if name[1] != "_")  # those without a side
-MIRRORED_SIGN = (
-    "trunk_lean_frontal",
-    "pelvis_obliquity",
-    "thorax_pelvis_rotation",
-)  # change sign in a mirror
+# Change sign in a mirror.
+MIRRORED_SIGN = ("trunk_lean_frontal", "pelvis_obliquity", "thorax_pelvis_rotation")
 
 
 def of_both(name: str) -> str:

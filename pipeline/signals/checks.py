@@ -27,9 +27,8 @@ _STRONG = 0.2  # agreement at or below this contradicts
 _UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families' reference axes
 _TURNED_OVER = 0.8  # of the frames
 _OFF_UP_DEG = 60.0  # of the trunk, from which nobody is upright; a picture on its side makes 90
-_TRAVELS = (
-    0.5  # statures, that the pelvis goes in a picture of somebody who walks; somebody who lies goes 0.15
-)
+# Statures, that the pelvis goes in a picture of somebody who walks; somebody who lies goes 0.15.
+_TRAVELS = 0.5
 _MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
 _STRAY_S = 0.2  # of frames that the whole pose leaps to and from
 _FEW = 0.1  # of the frames

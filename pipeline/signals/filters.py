@@ -28,10 +28,8 @@ _ORDER = 4  # of both passes of the Butterworth filter together
 _ALL = 512  # rows of a take that is short; further than half of it away no row changes a spline's value
 _AT_ONCE = 1 << 17  # rows times paths that are filtered at once: some tens of megabytes
 _HALF_POWER = np.sqrt(0.5)  # gain at the cut-off
-_CUBIC, _SHORTEST = (
-    3,
-    5,
-)  # of a Savitzky-Golay filter the usual order, and the rows that it does not fit exactly
+# Of a Savitzky-Golay filter the usual order, and the rows that it does not fit exactly.
+_CUBIC, _SHORTEST = 3, 5
 
 
 def breaks(poses: PoseSequence) -> tuple[int, ...]:
@@ -124,10 +122,7 @@ def check_cutoff(cutoff_hz: float, fps: float) -> None:
 
 
 def lowpass(
-    x: np.ndarray,
-    time_s: np.ndarray,
-    cutoff_hz: float = CUTOFF_HZ,
-    seams: Sequence[int] = (),
+    x: np.ndarray, time_s: np.ndarray, cutoff_hz: float = CUTOFF_HZ, seams: Sequence[int] = ()
 ) -> np.ndarray:
     """x (T,) or (T, D) through a Butterworth filter of order 4 forwards and backwards: no phase shift.
 
@@ -171,10 +166,7 @@ def _butterworth(x: np.ndarray, warped: float) -> np.ndarray:
 
 
 def savitzky_golay(
-    x: np.ndarray,
-    time_s: np.ndarray,
-    cutoff_hz: float = CUTOFF_HZ,
-    seams: Sequence[int] = (),
+    x: np.ndarray, time_s: np.ndarray, cutoff_hz: float = CUTOFF_HZ, seams: Sequence[int] = ()
 ) -> np.ndarray:
     """x (T,) or (T, D), each row the value there of the polynomial of order 3 fitted to its window.
 

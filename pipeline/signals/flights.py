@@ -51,9 +51,8 @@ _PART_OFF = 0.03
 _SAME = 0.06  # statures by which two lifted floors differ that are one
 _BEFORE_S = 0.3  # before the feet leave the floor: where it is, and how far the legs stretch
 _STRETCHED = 90  # per cent of that time in which the centre of mass is nearer to the ankles
-_ONE_FOOT_S = (
-    0.12  # which leaves the floor so long before the other, or lands after it, has no part in the jump
-)
+# Which leaves the floor so long before the other, or lands after it, has no part in the jump.
+_ONE_FOOT_S = 0.12
 
 
 @dataclass(frozen=True)

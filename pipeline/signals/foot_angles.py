@@ -19,9 +19,8 @@ from ..core.layouts import FEET, H36M17
 from ..core.rotations import is_finite, unit
 from .angles import ANGLES, Angle, of_both
 
-_FLAT = np.sin(
-    np.radians(15.0)
-)  # a foot nearer to the vertical than this points nowhere in the horizontal plane
+# A foot nearer to the vertical than this points nowhere in the horizontal plane.
+_FLAT = np.sin(np.radians(15.0))
 _FACING = ("r_hip", "l_hip", "r_shoulder", "l_shoulder")
 
 

@@ -34,10 +34,8 @@ _STEP = 0.25  # legs: by how much the ankles' separation changes from step to st
 _FEWEST = 4  # steps
 _WALKS_DEG = 32.0  # of the knee that bears the body as the legs pass: lifted walks have 11 to 30 and the
 # longest strides 36, lifted runs 34 and more, of which only what no run has is told
-_EVEN, _ALIKE = (
-    1.35,
-    0.2,
-)  # of the times from passing to passing, and the spread of how far the ankles come apart
+# Of the times from passing to passing, and the spread of how far the ankles come apart.
+_EVEN, _ALIKE = 1.35, 0.2
 
 
 # Notices that leave the rate open, but for what a user says against the file.

@@ -45,9 +45,8 @@ _LAGS = range(-8, 9)
 _FARTHER, _MOVE_ALIKE = 1.4, 0.8
 # Of statures: how far poses are off their own keypoints. 142 lifts of noisy keypoints have 0.012 to 0.062.
 _OFF = 0.065
-_LATE = (
-    1.06  # times as far off as at another shift of two rows and more; one of 142 lifts has 1.056, others 1.02
-)
+# Times as far off as at another shift of two rows and more; one of 142 lifts has 1.056, others 1.02.
+_LATE = 1.06
 # Rows that were lost: at a regular row movements are longer than the mean of those beside them by this logarithm, and
 # in so large a share longer than three in four others. Of 140 noisy takes none has more than 0.26; where every fifth
 # row is lost it is 0.37 to 1.0.

@@ -58,9 +58,8 @@ class Tracker:
         self._tracks = {
             name: track for name, track in self._tracks.items() if frame - track[-1].frame <= _MEMORY
         }
-        known = sorted(
-            self._tracks, key=lambda name: -self._tracks[name][-1].frame
-        )  # of equals who was seen last
+        # Of equals who was seen last.
+        known = sorted(self._tracks, key=lambda name: -self._tracks[name][-1].frame)
         names = [-1] * len(people)
         if known:
             cost = np.array([_costs(_gone_on(self._tracks[name], frame), people) for name in known])

@@ -18,9 +18,8 @@ def drawn(image: np.ndarray, camera: Camera, look: Look) -> np.ndarray:
     """A copy of the frame (H, W, 3) uint8 RGB with its lines, the horizon and an arrow along up."""
     import cv2
 
-    out = (
-        np.ascontiguousarray(undistorted_image(image, camera.intrinsics)) // 2 + 64
-    )  # paler, so that the lines stand out
+    # Paler, so that the lines stand out.
+    out = np.ascontiguousarray(undistorted_image(image, camera.intrinsics)) // 2 + 64
     thick = max(1, round(max(image.shape[:2]) / 500))
     for (start, end), along in zip(look.ends, look.runs_along, strict=True):
         if along >= 0:

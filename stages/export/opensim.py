@@ -41,13 +41,10 @@ _LOCKED = (
     "in a model whose lumbar joint is locked at 0, trunk_* are its pelvis_*, r_thigh_trunk_flexion its hip_flexion_r "
     "and r_shoulder_flexion its arm_flex_r; where the back bends they are not"
 )
-_HIPS_IN_PELVIS = np.array(
-    [-0.0563, -0.0785, 0.0]
-)  # metres, the middle of its hip joints, before the model is scaled
-_OF_PELVIS = (
-    "trunk_lean_sagittal",
-    "pelvis_obliquity",
-)  # our angles of the lines that turn the pelvis, against gravity
+# Metres, the middle of its hip joints, before the model is scaled.
+_HIPS_IN_PELVIS = np.array([-0.0563, -0.0785, 0.0])
+# Our angles of the lines that turn the pelvis, against gravity.
+_OF_PELVIS = ("trunk_lean_sagittal", "pelvis_obliquity")
 
 
 def write_trc(take: Take, path: Path) -> tuple[Notice, ...]:

@@ -21,11 +21,8 @@ if TYPE_CHECKING:
     import rerun as rr
     import rerun.blueprint as rrb
 
-_EYE = (
-    -2.2,
-    1.1,
-    0.55,
-)  # in sizes of the person, before LEVEL's person, who faces -x, to the right and above
+# In sizes of the person, before LEVEL's person, who faces -x, to the right and above.
+_EYE = (-2.2, 1.1, 0.55)
 _ASIDE = np.radians(40.0)  # from the camera's direction: tilts to the side and to the front can both be seen
 _APART = 1.15  # sizes of the person between the two pelvises
 _FLOOR, _MOST_LINES, _AROUND = (70, 70, 70), 60, 2.5  # lines of the floor to each side; its margin, in sizes

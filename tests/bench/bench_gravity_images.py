@@ -19,8 +19,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from pcnet3d.models.common.metrics import RAYLEIGH_90, SD_90
 from pcnet3d.models.gravity.images import ImageUp, Unknown, up_from_images
-from pcnet3d.models.lab.synthetic.rooms import KINDS, Room, no_lines, room, street
 from pcnet3d.pipeline.core.rotations import angle_deg
+from rooms import KINDS, Room, no_lines, room, street
 
 _PITCHED_DEG = 10.0
 _QUITE_WRONG_DEG = 5.0

@@ -14,7 +14,6 @@ from pcnet3d.adapters import video as videos
 from pcnet3d.models.gravity import geocalib
 from pcnet3d.models.gravity.lines import UpOfImages
 from pcnet3d.models.gravity.view import _boxes, camera_of, static_camera
-from pcnet3d.models.lab.synthetic.rooms import no_lines, room, street
 from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
 from pcnet3d.pipeline.core.camera import Camera, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.frames import IMAGE
@@ -27,6 +26,7 @@ from pcnet3d.stages.calibrate import Calibrate, _notices
 from pcnet3d.stages.calibrate_command import pitch_roll_sd_deg
 from pcnet3d.stages.lift import Lift
 from refusals import refused
+from rooms import no_lines, room, street
 
 
 @pytest.fixture(scope="module")

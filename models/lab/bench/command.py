@@ -1,5 +1,4 @@
-"""`pcnet3d bench`: how fast rectifiers, whole runs from files and from a video, live, studies and the lifter's
-training are on this machine."""
+"""`pcnet3d bench`: how fast rectifiers, whole runs of files and of a video, live and studies are on this machine."""
 
 from __future__ import annotations
 
@@ -10,8 +9,7 @@ from .files import files
 from .live import live
 from .pipeline import pipeline
 from .rectify import rectify
-from .training import training
 
 bench = typer.Typer(help="Measure speed and memory on this machine.", no_args_is_help=True)
-for _command in (rectify, files, pipeline, live, batch, training):
+for _command in (rectify, files, pipeline, live, batch):
     bench.command()(_command)

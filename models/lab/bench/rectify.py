@@ -1,4 +1,4 @@
-"""How fast rectifiers are on this machine, beside what its processor can do:  pcnet3d bench rectify -o bench.json
+"""How fast rectifiers are on this machine, beside what its processor can do:  pcnet3d bench rectify
 
 Speeds of shared machines drift, so everything is measured in turns, several rounds.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -18,15 +17,11 @@ import typer
 
 from ....pipeline.core.device import CPU, computing_on, placement
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.pose import package_version
-from ....pipeline.files.atomic import refuse_unwritable_file, write_json
 from ....pipeline.reading.settings import OnDevice
-from ...common.metrics import plain
 from ...gravity.live import LiveRectifier
 from ...rectifier.load import load_rectifier
 from ...rectifier.onnx import PCNetRectifier
 from ..synthetic.sample_poses import sample_poses
-from ..training.rectifier.quantise import quantise, rotation_change
 from .run import gemm_gflops, took_s
 
 _SINGLES = 300
@@ -49,67 +44,40 @@ def rectify(
         int | None, typer.Option(min=1, help="CPU threads; by default all that the process may use.")
     ] = None,
     device: OnDevice = "auto",
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write this JSON file.")] = None,
 ) -> None:
-    """Measure a rectifier's speed, in float32 and in int8, beside the machine's own speed."""
-    if output is not None:
-        refuse_unwritable_file(output)
+    """Measure a rectifier's speed beside the machine's own speed, and that of others beside the first one."""
     with computing_on(device) as where:
         results = {**measure(rectifier, count, rounds, threads), "device": where.summary()}
-    if output is not None:
-        output.parent.mkdir(parents=True, exist_ok=True)
-        write_json(output, plain(results))
     print(as_text(results))
 
 
 def measure(names: list[str], count: int, rounds: int, threads: int | None = None) -> dict[str, Any]:
-    """Everything that is printed. Of every float32 network the int8 form is made and measured as well.
-
-    InputError for a name that is no network, or when the package onnx, which writes that form, is missing.
-    """
+    """Everything that is printed. InputError for a name that is no network."""
     import onnxruntime
 
     opened = {name: _open(name, threads) for name in names}
     poses = sample_poses(count)
     results: dict[str, Any] = {}
-    with tempfile.TemporaryDirectory() as folder:
-        for number, (name, network) in enumerate(list(opened.items())):
-            results[name] = {"method": network.method}
-            if network.precision == "float32":
-                _tell(f"{name}: int8")
-                path = Path(folder) / f"{number}.onnx"
-                try:
-                    quantise(network.path, path)
-                except InputError as error:
-                    _tell(str(error))
-                    continue
-                opened[f"{name} int8"] = int8 = PCNetRectifier(path, threads)
-                results[f"{name} int8"] = {
-                    "method": int8.method,
-                    "of": name,
-                    "rotation_change_deg": rotation_change(network, int8),
-                }
+    for name, network in opened.items():
+        _tell(f"{name}: start, single poses and live")
+        results[name] = {
+            "start_s": _start_s(network.path, placement().asked),
+            "single_ms": _frame_ms(lambda pose, _, network=network: network.rotation(pose[None]), poses),
+            "live_ms": _frame_ms(LiveRectifier(network).update, poses),
+        }
+    workers = next(iter(opened.values())).threads
+    speeds: dict[str, list[float]] = {name: [] for name in opened}
+    for turn in range(rounds):
+        _tell(f"{count:,} poses, round {turn + 1} of {rounds}")
         for name, network in opened.items():
-            _tell(f"{name}: start, single poses and live")
-            results[name] |= {
-                "start_s": _start_s(network.path, placement().asked),
-                "single_ms": _frame_ms(lambda pose, _, network=network: network.rotation(pose[None]), poses),
-                "live_ms": _frame_ms(LiveRectifier(network).update, poses),
-            }
-        workers = next(iter(opened.values())).threads
-        speeds: dict[str, list[float]] = {name: [] for name in opened}
-        for turn in range(rounds):
-            _tell(f"{count:,} poses, round {turn + 1} of {rounds}")
-            for name, network in opened.items():
-                speeds[name].append(len(poses) / took_s(partial(network.rotation, poses)))
+            speeds[name].append(len(poses) / took_s(partial(network.rotation, poses)))
+    first = next(iter(opened))
     for name, values in speeds.items():
-        result, rate = results[name], np.array(values)
-        result["poses_per_s"] = float(np.median(rate))
-        if "of" in result:
-            result["speed_ratio"] = float(np.median(rate / np.array(speeds[result["of"]])))
+        results[name]["poses_per_s"] = float(np.median(values))
+        if name != first:
+            results[name]["times_the_first"] = float(np.median(np.divide(values, speeds[first])))
     return {
-        "pcnet3d": package_version(), "onnxruntime": onnxruntime.__version__, "threads": workers, "poses": count,
-        "rounds": rounds, "gemm_gflops": gemm_gflops(), "rectifiers": results,
+        "onnxruntime": onnxruntime.__version__, "threads": workers, "gemm_gflops": gemm_gflops(), "rectifiers": results,
     }  # fmt: skip
 
 
@@ -121,10 +89,8 @@ def as_text(results: dict[str, Any]) -> str:
     ]
     for name, row in results["rectifiers"].items():
         text = f"{name}: {row['poses_per_s']:,.0f} poses/s"
-        if "of" in row:
-            change = row["rotation_change_deg"]
-            text += f" ({row['speed_ratio']:.2f} times {row['of']}), rotations change by "
-            text += f"{change.p50:.2f} / {change.mean:.2f} / {change.p95:.2f} degrees (p50 / mean / p95)"
+        if "times_the_first" in row:
+            text += f" ({row['times_the_first']:.2f} times {next(iter(results['rectifiers']))})"
         for kind, taken in (("a single pose", row["single_ms"]), ("live, a frame", row["live_ms"])):
             text += f"; {kind} {taken['p50']:.2f} ms (p50), {taken['p95']:.2f} ms (p95)"
         lines.append(f"{text}; a new process's first pose after {row['start_s']:.2f} s")

@@ -36,7 +36,7 @@ from pydantic import (
 )
 from torch import Tensor, nn
 
-from ....pipeline.core.errors import InputError
+from ....pipeline.core.errors import InputError, readable
 from ....pipeline.files.atomic import whole_file, write_json
 from ....pipeline.files.unpacked import check_size
 from ....pipeline.running.progress import counted
@@ -58,9 +58,8 @@ class Schedule(BaseModel):
     warmup: NonNegativeInt
     cooldown: float = Field(gt=0, le=1)
     weight_decay: NonNegativeFloat
-    average: float = Field(
-        ge=0, lt=1
-    )  # decay of the weights' moving average, which is what is judged and kept
+    # Decay of the weights' moving average, which is what is judged and kept.
+    average: float = Field(ge=0, lt=1)
     optimiser: Literal["muon", "adamw"] = "muon"
     decline: Literal["linear", "cosine"] = "linear"
     every: PositiveInt = 250  # steps between looks at the validation, each with a checkpoint
@@ -178,13 +177,10 @@ def fingerprint(arrays: Iterable[tuple[str, np.ndarray]]) -> str:
 def reading(path: Path, expected: str = "a checkpoint") -> Iterator[Path]:
     """For reading a checkpoint, or what else is `expected`: InputError in words for whatever is wrong with it."""
     try:
-        yield path
+        with readable(path, expected):
+            yield path
     except InputError:
         raise
-    except OSError as error:
-        raise InputError(
-            "cannot-open", f"Expected {expected} at {path}: {error.strerror or error}."
-        ) from None
     except Exception as error:  # torch's errors have no common class but Exception, and advise to unpickle
         reason = (str(error).splitlines() or [""])[:2][-1].strip(" \t.")[:200]
         way = (

@@ -88,11 +88,7 @@ def motions(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
                     known = {"speed": speed, "stated": half}
                     parts.append(
                         Stated(
-                            f"{part} {quantity}",
-                            truth.subject,
-                            np.where(upright, error, np.nan),
-                            half,
-                            known,
+                            f"{part} {quantity}", truth.subject, np.where(upright, error, np.nan), half, known
                         )
                     )
             yield joined(parts).judged()

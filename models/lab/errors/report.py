@@ -40,22 +40,12 @@ from .statements import HEADING_90, UP_90, statements
 from .walks import walks
 
 Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
-SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (
-    statements,
-    paths,
-    movements,
-    walks,
-)
+SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (statements, paths, movements, walks)
 _KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the nearest 5 degrees
 _ROWS = "errors.json"
 _BLAZEPOSE = Path("models", "pose_landmark_lite.onnx")  # of the data: another lifter
-FITTED = (
-    "bodies alone",
-    "image",
-    "moving",
-    "typical",
-    "typical, image",
-)  # in which angles' errors are fitted
+# In which angles' errors are fitted.
+FITTED = ("bodies alone", "image", "moving", "typical", "typical, image")
 
 PAGE = Page(
     "Stated errors",

@@ -28,10 +28,8 @@ from .within import within
 _MEAN_OF_RMS = np.sqrt(np.pi) / 2
 UP_90, HEADING_90 = 1.712, 2.062  # 90 % over mean of Rayleigh, of half a Gaussian
 _AWAY = H36M17.indices([name for name in H36M17.joints if name != "pelvis"])  # which is the origin
-_CHI_90, _RAYLEIGH_90 = (
-    2.5003,
-    2.1460,
-)  # roots of the 90 % quantiles of chi square, three and two degrees of freedom
+# Roots of the 90 % quantiles of chi square, three and two degrees of freedom.
+_CHI_90, _RAYLEIGH_90 = 2.5003, 2.1460
 
 
 def statements(finished: Finished) -> Iterator[Stated]:

@@ -36,10 +36,8 @@ _TILT_DEG = 10.0  # standard deviation from take to take, to the front and to th
 _NOISE_M = (0.015, 0.015, 0.04)  # standard deviation in every frame, each joint: right, down, away
 _SLOW_S = 0.25  # standard deviation of the smoothing's window
 _LAG_S = 0.1
-_OWN_M, _OWN_S = (
-    (0.02, 0.02, 0.06),
-    0.5,
-)  # slow errors of each joint, and how long they last; half of it all the take
+# Slow errors of each joint, and how long they last; half of it all the take.
+_OWN_M, _OWN_S = ((0.02, 0.02, 0.06), 0.5)
 
 
 @dataclass(frozen=True)

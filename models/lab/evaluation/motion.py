@@ -29,12 +29,8 @@ from .testbed import LiftedTake
 STATED, ESTIMATED = "known noise, stated", "known noise, estimated"
 _SIX = f"Butterworth {CUTOFF_HZ:g} Hz"
 FIXED = (_SIX, "Butterworth 3 Hz", "Butterworth 1.5 Hz")
-_ALONG = {
-    "vertical": [2],
-    "horizontal": [0, 1],
-    "lateral": [0],
-    "depth": [1],
-}  # of axes lateral, depth, vertical
+# Of axes lateral, depth, vertical.
+_ALONG = {"vertical": [2], "horizontal": [0, 1], "lateral": [0], "depth": [1]}
 _QUARTERS = ("slowest quarter", "second", "third", "fastest quarter")
 
 
@@ -54,24 +50,10 @@ PAGE = Page(
         ),
         Table(
             "",
-            "sets/*/better/*",
-            ["set", "smoother"],
-            {name: f"{{{name}:.0%}}" for name in _COLUMNS},
-            "In how many takes known noise has the smaller RMSE.",
-        ),
-        Table(
-            "",
             "sets/*/quarters/*/*/*",
             ["set", "part", "by the take's true speed", "smoother"],
             {"RMSE": "{rmse:.2f}", "r": "{r:.2f}"},
             "Medians over takes, vertical and horizontal.",
-        ),
-        Table(
-            "",
-            "sets/*/accel/*",
-            ["set", "smoother"],
-            {"Accel, mm/frame^2": "{value}"},
-            "All joints, truth unfiltered: p50 / mean / p95 over takes.",
         ),
     ],
 )
@@ -80,11 +62,10 @@ PAGE = Page(
 @dataclass(frozen=True, eq=False)
 class Scores:
     """One take. errors: {method: {(part, direction): (RMSE, r)}} of accelerations in m/s^2. speed: {part: the true root
-    mean square, m/s}. accel: {method: mm/frame^2 over all joints}."""
+    mean square, m/s}."""
 
     errors: dict[str, dict[tuple[str, str], tuple[float, float]]]
     speed: dict[str, float]
-    accel: dict[str, float]
 
 
 _SMOOTHERS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
@@ -97,7 +78,7 @@ _SMOOTHERS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 
 
 def tables(question: Question) -> dict[str, Any]:
-    """Everything the report says: {"sets": {label: {"takes", "errors", "quarters", "better", "accel"}}}."""
+    """Everything the report says: {"sets": {label: {"takes", "errors", "quarters"}}}."""
     sets = {one.label: over_takes(judged(question.takes(one))) for one in question.sets}
     return {**question.heading(), "sets": sets}
 
@@ -136,9 +117,6 @@ def take_scores(take: LiftedTake, joints: np.ndarray) -> Scores:
     found = {NO_MOTION: np.zeros_like(true)} | {n: accelerations(path, time_s) for n, path in paths.items()}
     parts = {name: [rows.index(row) for row in part] for name, part in PARTS.items()}
     velocity = velocities(truth[:, rows], time_s)
-    whole = {"unsmoothed": lifted, _SIX: filtered(lifted, time_s)}
-    if stated is not None:
-        whole[STATED] = known_noise(lifted, time_s, stated, lifted=True).values[0]
     return Scores(
         errors={
             name: {
@@ -149,34 +127,21 @@ def take_scores(take: LiftedTake, joints: np.ndarray) -> Scores:
             for name, signal in found.items()
         },
         speed={p: float(np.sqrt((velocity[:, at] ** 2).sum(axis=-1).mean())) for p, at in parts.items()},
-        accel={name: _accel(path, truth) for name, path in whole.items()},
     )
-
-
-def _accel(path: np.ndarray, truth: np.ndarray) -> float:
-    """The field's Accel: mean length of the difference of second differences, mm/frame^2, over all joints."""
-    bend = np.diff(path, 2, axis=0) - np.diff(truth, 2, axis=0)
-    return float(1000 * np.linalg.norm(bend, axis=-1).mean())
 
 
 def over_takes(scores: Sequence[Scores]) -> dict[str, Any]:
     """Figures of many takes. "errors": {method: {"PART, DIRECTION": {"rmse", "r": Figure}}}; "quarters": {PART: {the
-    quarter of the takes by true speed: {method: {"rmse", "r": medians over takes, vertical and horizontal}}}};
-    "better": {method: {"PART, DIRECTION": share of takes in which the stated known-noise smoother has the smaller
-    RMSE}}; "accel": {method: Figure}."""
-    table: dict[str, Any] = {
-        "takes": len(scores), "errors": {}, "quarters": {}, "better": {}, "accel": {}
-    }  # fmt: skip
+    quarter of the takes by true speed: {method: {"rmse", "r": medians over takes, vertical and horizontal}}}}."""
+    table: dict[str, Any] = {"takes": len(scores), "errors": {}, "quarters": {}}
     if not scores:
         return table
     ours = STATED if STATED in scores[0].errors else ESTIMATED
     for name, columns in scores[0].errors.items():
-        table["errors"][name], table["better"][name] = {}, {}
+        table["errors"][name] = {}
         for column in columns:
             rmse, r = np.array([take.errors[name][column] for take in scores]).T
-            own = np.array([take.errors[ours][column][0] for take in scores])
             table["errors"][name][", ".join(column)] = {"rmse": Figure.of(rmse), "r": Figure.of(r)}
-            table["better"][name][", ".join(column)] = float((own < rmse).mean())
     for part in PARTS:
         speed = np.array([take.speed[part] for take in scores])
         quarter = np.minimum(4 * speed.argsort().argsort() // len(speed), 3)
@@ -197,6 +162,4 @@ def over_takes(scores: Sequence[Scores]) -> dict[str, Any]:
             for i, words in enumerate(_QUARTERS)
             if (quarter == i).any()
         }  # fmt: skip
-    for name in scores[0].accel:
-        table["accel"][name] = Figure.of(np.array([take.accel[name] for take in scores]))
     return table

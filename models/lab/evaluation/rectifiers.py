@@ -53,15 +53,6 @@ PAGE = Page(
             },
         )
         for key, title in _TITLES.items()
-    ]
-    + [
-        Table(
-            "",
-            "rectifiers/*",
-            ["rectifier"],
-            {"degrees": "{equivariance}"},
-            "Deviation from rotation(Q x) = Q rotation(x).",
-        )
     ],
 )  # fmt: skip
 _BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
@@ -201,12 +192,11 @@ def lifted(question: Question, of: EvaluationSet) -> list[Take]:
 
 def tables(question: Question) -> dict[str, Any]:
     """{"rectifiers": _tables} of the people that the shipped networks never saw, lifted and clean."""
-    clips = [one.clips() for one in question.sets]
     kinds = {
-        one.label: {"lifted": partial(lifted, question, one), **_clean(own, question.seed, "body")}
-        for one, own in zip(question.sets, clips, strict=True)
+        one.label: {"lifted": partial(lifted, question, one), **_clean(one.clips(), question.seed, "body")}
+        for one in question.sets
     }
-    return {**question.heading(), "rectifiers": _tables(question.rectifiers, kinds, clips[0])}
+    return {**question.heading(), "rectifiers": _tables(question.rectifiers, kinds)}
 
 
 def own_tables(
@@ -222,7 +212,7 @@ def own_tables(
         "pcnet3d": package_version(), "data": str(data), "split": str(split or ""), "targets": targets,
         "seed": question.seed,
         "subjects": subjects, "about": about,
-        "rectifiers": _tables(question.rectifiers, {whom: _clean(clips, question.seed, targets)}, clips),
+        "rectifiers": _tables(question.rectifiers, {whom: _clean(clips, question.seed, targets)}),
     }  # fmt: skip
 
 
@@ -232,12 +222,9 @@ def _clean(clips: Sequence[Clip], seed: int, targets: Targets) -> dict[str, Call
 
 
 def _tables(
-    rectifiers: Sequence[Rectifier],
-    sets: dict[str, dict[str, Callable[[], list[Take]]]],
-    clips: Sequence[Clip],
+    rectifiers: Sequence[Rectifier], sets: dict[str, dict[str, Callable[[], list[Take]]]]
 ) -> dict[str, Any]:
-    """{method: {"rows": {set: figures}, "sources": ..., "views": ..., "motions": ..., "equivariance": Figure}};
-    figures are Judged.row's, equivariance is on `clips`."""
+    """{method: {"rows": {set: figures}, "sources": ..., "views": ..., "motions": ...}}; figures are Judged.row's."""
     parts = ("rows", "sources", "views", "motions")
     results: dict[str, Any] = {r.method: {part: {} for part in parts} for r in rectifiers}
     for label, kinds in sets.items():
@@ -260,8 +247,6 @@ def _tables(
                 if kind != "clean, wide views":
                     for name, use in motion.items():
                         result["motions"][f"{label}, {kind}, {name}"] = judged.row(~lies & use)
-    for rectifier in rectifiers:
-        results[rectifier.method]["equivariance"] = equivariance(rectifier, clips)
     return results
 
 
@@ -275,17 +260,3 @@ def view_of(R_camera_from_body: np.ndarray) -> dict[str, np.ndarray]:
         "front": azimuth < 45, "side": (azimuth >= 45) & (azimuth <= 135), "back": azimuth > 135,
         "high": height > 20, "low": height < -20,
     }  # fmt: skip
-
-
-def equivariance(rectifier: Rectifier, clips: Sequence[Clip], count: int = 2000) -> Figure:
-    """Degrees between rotation(Q x) and Q rotation(x), Q uniform over all rotations, x from the paper's views."""
-    from scipy.spatial.transform import Rotation
-
-    rng = np.random.default_rng(0)
-    world = np.concatenate([clip.joints for clip in clips])
-    joints, fine = seen(world[rng.integers(len(world), size=count)], views("paper", rng, count))
-    joints = joints[fine]
-    Q = Rotation.random(len(joints), rng=rng).as_matrix()
-    return Figure.of(
-        geodesic_deg(rectifier.rotation(rotate(Q, joints))[0], Q @ rectifier.rotation(joints)[0])
-    )

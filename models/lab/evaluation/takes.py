@@ -23,16 +23,7 @@ from . import take_acceleration
 from .people import mean, pooled
 from .sets import Question
 from .tables import Page, Table
-from .take_answers import (
-    CAMERA_AXES,
-    TRUE_AXES,
-    Answer,
-    answers,
-    constant,
-    joints_of,
-    named,
-    simulated_look,
-)
+from .take_answers import CAMERA_AXES, TRUE_AXES, Answer, answers, constant, joints_of, named, simulated_look
 from .testbed import LiftedTake
 
 _LONG_S = 2.0

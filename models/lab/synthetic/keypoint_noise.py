@@ -40,10 +40,8 @@ def _exchanged(*parts: str) -> list[int]:
     return order
 
 
-EXCHANGED_LIMBS = (
-    _exchanged("hip", "knee", "ankle"),
-    _exchanged("shoulder", "elbow", "wrist"),
-)  # orders of joints
+# Orders of joints.
+EXCHANGED_LIMBS = (_exchanged("hip", "knee", "ankle"), _exchanged("shoulder", "elbow", "wrist"))
 
 
 def confidence_of(miss: Any, hidden: Any, gaussian: Any) -> Any:

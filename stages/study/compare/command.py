@@ -203,13 +203,8 @@ def _aligned(
     if not how.r >= WEAK:
         said = notice("angles-apart" if may_differ else "angles-weak", **both, r=how.r)
     elif how.runner_up > AMBIGUOUS * how.r:
-        fits: dict[str, Any] = {
-            "run": side.name,
-            "r": how.r,
-            "runner_up": how.runner_up,
-            "offset_s": offset_s,
-        }
-        said = notice("shift-unknown" if may_differ else "shift-ambiguous", **fits)
+        code = "shift-unknown" if may_differ else "shift-ambiguous"
+        said = notice(code, run=side.name, r=how.r, runner_up=how.runner_up, offset_s=offset_s)
     elif how.r < UNUSUAL and not together:
         return how, [notice("angles-unusual", **both, r=how.r, usual=UNUSUAL)]
     else:

@@ -34,9 +34,8 @@ def as_page(comparison: Comparison) -> str:
     for pair in comparison.pairs:
         of = f": {pair.side.name}" if len(comparison.pairs) > 1 else ""
         sections += [(f"{name}{of}", section(pair)) for name, section in _SECTIONS.items()]
-    spread = (
-        _spread(comparison) if len(comparison.pairs) > 1 else Markup("")
-    )  # of two, it says no more than their agreement
+    # Of two, it says no more than their agreement.
+    spread = _spread(comparison) if len(comparison.pairs) > 1 else Markup("")
     sections += [("View-consistency", spread), ("How they were aligned", _together(comparison))]
     names = " and ".join([comparison.reference.name, *(pair.side.name for pair in comparison.pairs)])
     about = [f"Reference: {comparison.reference.name} ({comparison.reference.about})"]

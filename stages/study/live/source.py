@@ -91,9 +91,8 @@ def _opened(source: str) -> Source:
             )
         # Unbuffered: what is in the pipe is taken, and nothing more is waited for.
         pipe = open(sys.stdin.fileno(), "rb", buffering=0, closefd=False)  # noqa: SIM115 (stdin stays open)
-        is_file = stat.S_ISREG(
-            os.fstat(pipe.fileno()).st_mode
-        )  # by `< FILE`, which has all of its images at once
+        # By `< FILE`, which has all of its images at once.
+        is_file = stat.S_ISREG(os.fstat(pipe.fileno()).st_mode)
         return Source("pipe", _stream(pipe, "the pipe", "pipe"), None, waits=is_file)
     protocol, colon, _ = source.partition("://")
     if colon:

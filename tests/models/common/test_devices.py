@@ -12,7 +12,6 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.onnx import PlacedSession, open_onnx
 from pcnet3d.models.lab.bench import rectify as bench
-from pcnet3d.models.lab.training.rectifier import quantise as quantising
 from pcnet3d.models.lifter.builtin import SHIPPED
 from pcnet3d.pipeline.cli import _points, load_command
 from pcnet3d.pipeline.core.camera import Camera
@@ -183,8 +182,8 @@ def test_devices_are_listed(cuda, capsys):
     assert "coreml    not offered  onnxruntime, on macOS" in capsys.readouterr().out
 
 
-# mmfi, train and `bench training` compute with torch, whose --device is its own; an int8 form is made for processors.
-WITHOUT = {"inspect", "view", "list", "imu", "mocap", "mmfi", "train", "training", "quantise"}
+# mmfi and train compute with torch, whose --device is its own; an int8 form is made for processors.
+WITHOUT = {"inspect", "view", "list", "imu", "mocap", "mmfi", "train", "quantise"}
 
 
 @pytest.mark.parametrize("name", sorted(_points().keys() - WITHOUT))
@@ -198,16 +197,16 @@ def test_every_command_that_opens_networks_takes_the_same_option(name):
 
 
 @pytest.mark.parametrize(("fails_after", "device"), [(10**9, "cuda"), (50, "cpu")])
-def test_a_bench_says_where_it_computed(cuda, monkeypatch, tmp_path, capsys, fails_after, device):
+def test_a_bench_says_where_it_computed(cuda, monkeypatch, capsys, fails_after, device):
     monkeypatch.setattr(cuda, "fails_after", fails_after)
     monkeypatch.setattr(
         bench, "_start_s", lambda path, device: 0.1
     )  # a process that has the real onnxruntime
-    monkeypatch.setattr(quantising, "_POSES", 200)
-    bench.rectify(["pcnet"], count=80, rounds=1, threads=1, device="auto", output=tmp_path / "speed.json")
-    found = json.loads((tmp_path / "speed.json").read_text())["device"]
-    assert found["networks"]["pcnet.onnx"] == device
-    assert any("pcnet.onnx fails on cuda" in note for note in found["notes"]) == (device == "cpu")
+    told, as_text = {}, bench.as_text
+    monkeypatch.setattr(bench, "as_text", lambda results: told.update(results["device"]) or as_text(results))
+    bench.rectify(["pcnet"], count=80, rounds=1, threads=1, device="auto")
+    assert told["networks"]["pcnet.onnx"] == device
+    assert any("pcnet.onnx fails on cuda" in note for note in told["notes"]) == (device == "cpu")
     assert ("pcnet.onnx computed on cuda; the products on the CPU" in capsys.readouterr().out) == (
         device == "cuda"
     )

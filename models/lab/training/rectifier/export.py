@@ -91,10 +91,8 @@ def _folded(path: Path) -> dict[str, Tensor]:
             halves.setdefault(bias, []).append(stored.tensors[node.input[2]])
     weights |= {name: torch.cat(parts) for name, parts in halves.items()}
     for tensor in stored.tensors.values():
-        if tensor.is_floating_point() and tensor.shape == (
-            JOINTS,
-            JOINTS,
-        ):  # half is the skeleton's where alpha is 0
+        # Half is the skeleton's where alpha is 0.
+        if tensor.is_floating_point() and tensor.shape == (JOINTS, JOINTS):
             weights["encoder.graph.learned"] = 2 * tensor - skeleton_adjacency()
             weights["encoder.graph.alpha"] = torch.zeros(())
         elif tensor.is_floating_point() and tensor.ndim == 3 and tensor.shape[:2] == (JOINTS, 1):

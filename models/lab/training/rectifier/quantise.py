@@ -74,7 +74,9 @@ def quantise(source: Path, output: Path) -> Figure:
         whole = onnx.load(str(partial))
         onnx.helper.set_model_props(whole, stated | {"precision": "int8", "quantised_from": original.method})
         onnx.save(whole, str(partial))
-        change = rotation_change(original, PCNetRectifier(partial))
+        joints = sample_poses(_POSES)
+        before, after = (network.rotation(joints)[0] for network in (original, PCNetRectifier(partial)))
+        change = Figure.of(geodesic_deg(before, after))
         if not change.mean < LARGEST_CHANGE_DEG:
             raise InputError(
                 "wrong-network",
@@ -82,9 +84,3 @@ def quantise(source: Path, output: Path) -> Figure:
                 f"{LARGEST_CHANGE_DEG} that are allowed; it was not written.",
             )
     return change
-
-
-def rotation_change(one: PCNetRectifier, other: PCNetRectifier) -> Figure:
-    """Degrees between the answers of two rectifiers to the same sample_poses."""
-    joints = sample_poses(_POSES)
-    return Figure.of(geodesic_deg(one.rotation(joints)[0], other.rotation(joints)[0]))

@@ -49,7 +49,6 @@ def test_a_perfect_lift_has_the_truths_acceleration(take):
             rmse, r = row["wrist", "vertical"]
             assert rmse < 0.1 * size
             assert r > 0.99
-    assert scores.accel["unsmoothed"] < 0.1
 
 
 def test_a_known_error_is_smoothed_better_than_by_a_filter(take):
@@ -57,7 +56,6 @@ def test_a_known_error_is_smoothed_better_than_by_a_filter(take):
     errors = {name: row["wrist, vertical"]["rmse"].p50 for name, row in table["errors"].items()}
     assert errors[STATED] < 0.8 * errors["Butterworth 6 Hz"]
     assert errors[STATED] < 0.8 * errors[NO_MOTION]
-    assert table["better"]["Butterworth 6 Hz"]["wrist, vertical"] == 1
     text = written({
         "pcnet3d": "0", "lifter": "l", "seed": 0, "bed": "wild", "sets": {"S": table}
     }, PAGE)  # fmt: skip

@@ -4,10 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.synthetic.rooms import KINDS, no_lines, room, street
-from pcnet3d.models.lab.synthetic.rooms.spoilers import paint_person, through_lens
-from pcnet3d.models.lab.synthetic.rooms.views import Canvas, Plane, View, clip_near
 from pcnet3d.pipeline.core.camera import view_rotation
+from rooms import KINDS, no_lines, room, street
+from rooms.spoilers import paint_person, through_lens
+from rooms.views import Canvas, Plane, View, clip_near
 
 Z = np.array([0, 0, 1.0])
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from .....pipeline.core.camera import view_rotation
+from pcnet3d.pipeline.core.camera import view_rotation
+
 from .textures import texture
 
 NEAR = 0.12  # metres; what is nearer to the camera is clipped
