@@ -33,6 +33,10 @@ _FEWEST = 20  # rows
 _SPARSE_S = 1.0  # a row; nothing is made of hours with a few
 _SEEN = 0.8  # share of the joints that are seen
 _GAP_S = 0.15
+# What a joint's place leaps from row to row over how far it gets in half a second: keypoints that tremble more say
+# nothing of how the body moves. Takes shown three times too quickly: 0.34 in the median, one in 33 over 0.6; those of
+# a man who stands still, small in a blurred image, 0.68.
+_TREMBLES, _SOON = 0.6, 15  # the latter in rows
 # Down to which probability that nothing was changed something is said, from so many rows on, and from which change: of
 # the 166 validation takes before four cameras each, and 6,000 pieces of 1 to 3 s, one in 250 has its rate doubted. Of
 # brief takes the width is not judged: a woman who walks past in 66 frames of a video was "1.5 times too wide" for sure.
@@ -80,8 +84,8 @@ def features(points: np.ndarray, seen: np.ndarray) -> np.ndarray:
 
 
 def changes_of(keypoints: PoseSequence, image_size: tuple[int, int]) -> Changes | None:
-    """Of keypoints in pixels, in any layout with LIMBS; None where too little of the body is seen, or the rate is
-    unknown."""
+    """Of keypoints in pixels, in any layout with LIMBS; None where too little of the body is seen, the rate is unknown,
+    or the keypoints tremble more than the body moves."""
     if (
         any(name not in keypoints.layout for name in LIMBS.joints)
         or keypoints.time_s is None
@@ -98,7 +102,7 @@ def changes_of(keypoints: PoseSequence, image_size: tuple[int, int]) -> Changes 
             return None  # limbs that nobody saw move as the detector guesses
         seen &= ~(keypoints.confidence[:, limbs] <= 0)
     points, seen = _even(points - np.array(image_size) / 2, seen, keypoints.times)
-    if len(points) < _FEWEST or seen.mean() < _SEEN:
+    if len(points) < _FEWEST or seen.mean() < _SEEN or _trembles(points, seen):
         return None
     starts = np.arange(0, max(len(points) - ROWS, 0) + 1, HOP)
     starts = starts[np.unique(np.linspace(0, len(starts) - 1, _WINDOWS).astype(int))]
@@ -151,6 +155,15 @@ def _doubted(what: str, of: np.ndarray, values: np.ndarray, rows: int) -> bool:
     none = int(np.abs(values).argmin())
     limit = [limit for fewest, limit in _DOUBT[what] if rows >= fewest][-1:]
     return bool(limit) and of[none - 1 : none + 2].sum() < limit[0] and abs(float(of @ values)) > _FAR[what]
+
+
+def _trembles(points: np.ndarray, seen: np.ndarray) -> bool:
+    """Whether points (T, J, 2), LIMBS at FPS, move about the hips by noise more than by anything else."""
+    body = points - points[:, LIMBS.indices(("l_hip", "r_hip"))].mean(axis=1, keepdims=True)
+    body = np.where(seen[..., None], body, np.nan)
+    noise = np.nanmean(np.diff(body, 2, axis=0) ** 2) / 6  # of white noise in a place, whose second difference is 6
+    moved = np.nanmean((body[_SOON:] - body[:-_SOON]) ** 2) / 2
+    return bool(noise > _TREMBLES**2 * moved)
 
 
 def _together(logits: np.ndarray) -> np.ndarray:

@@ -130,15 +130,15 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Interrupted at frame {frame} of {frames}; --resume continues from there."),
     # The camera
     "camera-moves": ("note", "camera",
-        "The camera {how}: the background moves by {percent_a_second:.0f} % of the image per second. If the camera "
-        "stands still, give --camera static."),
+        "The camera {how}: the background moves by {percent_a_second:.0f} % of the image per second. If it neither "
+        "moves nor zooms, give --camera static."),
     "camera-moves-against-told": ("warning", "camera",
         "You gave --camera static, but the camera {how}: the background moves by {percent_a_second:.0f} % of the "
         "image per second. If it does move, give --camera moving."),
     "camera-stands-against-told": ("warning", "camera",
         "You gave --camera moving, but the background stands still; with --camera static, up is more certain."),
     "camera-motion-unknown": ("note", "camera",
-        "It is unclear whether the camera moves: too few corners of the background can be tracked."),
+        "It is unclear whether the camera moves: the corners of the background are too few, or each moves its own way."),
     "image-without-up": ("note", "camera",
         "The image was not used to find which way is up: {reason}."),
     "image-up-in-frames": ("note", "camera",

@@ -49,7 +49,8 @@ _OVER_FEET = 0.2  # statures from the feet to the centre of mass; who hops on th
 # one has such a part, with and without noise, and of those over 0.2 s into a flight or before its end nine in ten.
 _PART_OFF = 0.03
 _SAME = 0.06  # statures by which two lifted floors differ that are one
-_BEFORE_S = 0.3  # before the feet leave the floor: where it is, and how far the legs stretch
+_BEFORE_S = 0.3  # before the feet leave the floor: where it is
+_STRETCH_S = (-0.2, 0.05)  # from where the feet leave the floor: in which the legs stretch most
 _STRETCHED = 90  # per cent of that time in which the centre of mass is nearer to the ankles
 # Which leaves the floor so long before the other, or lands after it, has no part in the jump.
 _ONE_FOOT_S = 0.12
@@ -62,10 +63,10 @@ class Rule:
     statures, what the path may be off it. middle: of the flight's duration, how far from its middle the highest point
     may be. drift: of the fall, how far sideways the path may bend. floor_s: the floor is looked for so far around, NaN
     for the whole take. high: statures, the parabola's height at least; 0 where the fall is judged, for then least_s
-    says it. knees: their share of a leg's height, the rest is the ankle's. heel: statures by which the centre of mass
-    is higher where the feet leave the floor than on stretched legs, for a path that tells heights better than when the
-    feet leave; NaN for others. fall_s: the fall's share of error is this by the flight's time (beside SCALE_SD), NaN
-    for a fall that is not judged."""
+    says it. knees: their share of a leg's height, the rest is the ankle's. heel: statures by which the ankles are
+    higher where the feet leave the floor than on it, for a path that tells heights better than when the feet leave; NaN
+    for others. fall_s: the fall's share of error is this by the flight's time (beside SCALE_SD), NaN for a fall that is
+    not judged."""
 
     since_s: float
     until_s: float
@@ -85,8 +86,8 @@ class Rule:
 # Times are medians of 88 captured flights, and of their lifts through cameras (train and validation subjects).
 MEASURED = Rule(since_s=0.008, until_s=0.03, noise=0.04, off=np.inf, middle=0.15, drift=0.25, fewest=6)
 LIFTED = Rule(
-    since_s=0.0, until_s=0.015, noise=np.inf, off=0.015, middle=0.25, least_s=0.17, high=0.0, floor_s=1.0, knees=0.4,
-    heel=0.08, fall_s=0.03,
+    since_s=0.0, until_s=0.02, noise=np.inf, off=0.015, middle=0.25, least_s=0.17, high=0.0, floor_s=1.0, knees=0.4,
+    heel=0.057, fall_s=0.03,
 )  # fmt: skip
 # Hops that are too brief to be sure of: four frames at 30 a second. Of 147 lifted takes in which no jump is found
 # (validation people, typical cameras) four have such a hop, and in all of these the captured ankles are off the floor.
@@ -124,8 +125,8 @@ def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None 
     level: as there; with rule LIFTED lifted joints, whose root has each frame's own height (models/place/airborne.py).
     stature_m: the person's, where the poses are in metres; a lifted fall is one of gravity within its error, of any
     person's stature where it is not known. rise is half of the fall times the square of the time that it takes
-    (Linthorne, Am J Phys 69(11), 2001); of lifted poses the mean of that and of how high the path is over that of
-    stretched legs.
+    (Linthorne, Am J Phys 69(11), 2001); of lifted poses how high the path is over that of stretched legs on their toes,
+    which is nearer to the captured rise.
     """
     path = _path(level, rule)
     if path is None:
@@ -222,16 +223,14 @@ def _flight(path: _Path, rows: slice, line: np.ndarray, stature_m: float | None)
     off_s, land_s = (_edge(path, line, rows, way, on) for (_, way), on in zip(edges, feet, strict=True))
     if not off_s < fit.apex_s < land_s:
         return None
-    off_s, land_s, fall = off_s - rule.since_s, land_s + rule.until_s, fit.fall
-    if np.isfinite(rule.heel) and stature_m is not None:
-        fall = GRAVITY / stature_m
-    rise = fall * (fit.apex_s - off_s) ** 2 / 2
+    off_s, land_s = off_s - rule.since_s, land_s + rule.until_s
+    rise = fit.fall * (fit.apex_s - off_s) ** 2 / 2
     if np.isfinite(rule.heel):
-        push = slice(*np.searchsorted(time_s, [off_s - _BEFORE_S, off_s]).tolist())
+        push = slice(*np.searchsorted(time_s, off_s + np.array(_STRETCH_S)).tolist())
         stretched = float(np.nanpercentile(path.centre[push, 2] - path.lowest[push], _STRETCHED))
         before, after = (_low(path.lowest, time_s, float(time_s[row]), way) for row, way in edges)
         floor = (before + after) / 2 if abs(after - before) < _SAME else before
-        rise = (rise + fit.highest - floor - stretched - rule.heel) / 2
+        rise = max(fit.highest - floor - stretched - rule.heel, 0.0)
     return Flight(off_s, fit.apex_s, land_s, fit.fall, rise, *feet)
 
 

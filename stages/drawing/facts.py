@@ -88,13 +88,15 @@ class Facts:
             return f"{self.camera_motion}, and up moves with it"
         if self.standing_deg is None:
             return self.camera_motion
-        digits = 1 if self.up_bound_deg and "." in bound_in_words(self.up_bound_deg[1]) else 0
-        pitch, roll = tilts = [round(of, digits) for of in self.standing_deg]
+        bound = self.up_bound_deg[1] if self.up_bound_deg else 0.0
+        digits = 1 if bound and "." in bound_in_words(bound) else 0
+        pitch, roll = (round(of, digits) if abs(of) > bound else 0.0 for of in self.standing_deg)
         by_pitch, by_roll = (
-            f"by {of:.{digits}f} degree{'s' * bool(digits or of != 1)}" for of in map(abs, tilts)
+            f"by {of:.{digits}f} degree{'s' * bool(digits or of != 1)}" for of in (abs(pitch), abs(roll))
         )
-        looks = f"{'down' if pitch > 0 else 'up'} {by_pitch}" if pitch else "level"
-        turned = f"turned {'counter-' * (roll > 0)}clockwise {by_roll}" if roll else "not turned"
+        about = "about " if bound else ""
+        looks = f"{'down' if pitch > 0 else 'up'} {by_pitch}" if pitch else f"{about}level"
+        turned = f"turned {'counter-' * (roll > 0)}clockwise {by_roll}" if roll else f"{about}upright"
         return f"{self.camera_motion}; it looks {looks} (pitch), and its image is {turned} (roll)"
 
     @property

@@ -52,7 +52,7 @@ def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> _Errors:
     if not airborne.judged:
         return _Errors(np.nan, np.nan)
     rise = np.hypot(0.052 * (flight.land_s - flight.off_s), 0.004 * up_deg)
-    return _Errors(float(np.hypot(0.027, 0.003 * up_deg)), float(rise))
+    return _Errors(float(np.hypot(0.029, 0.003 * up_deg)), float(rise))
 
 
 def without_slips(airborne: Airborne, against: Mapping[str, Sequence[tuple[float, float]]]) -> Airborne:

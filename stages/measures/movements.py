@@ -71,10 +71,11 @@ def knee_bends(
         walks = any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps)
         if walks or absorbs(flights, bend.peak_s) or straightens(bend):
             return False
-        meanwhile = apart[(take.times >= bend.start_s) & (take.times <= bend.stop_s)]
-        meanwhile = meanwhile[np.isfinite(meanwhile)]
+        lasts = (take.times >= bend.start_s) & (take.times <= bend.stop_s)
+        meanwhile = apart[lasts & np.isfinite(apart)]
         stays = not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
-        span = (bend.start_s, bend.stop_s)
+        seen_s = take.times[lasts & np.isfinite(bent)]
+        span = (float(seen_s[0]), float(seen_s[-1])) if len(seen_s) else (bend.start_s, bend.stop_s)
         if not stays:
             feet_move.add(span)
         elif ankle is not None and lands(ankle, take.times, bend.peak_s):
@@ -84,11 +85,12 @@ def knee_bends(
         return stays and span not in may_land | off
 
     right, left = take("r_knee_flexion"), take("l_knee_flexion")
+    bent = np.minimum(right, left)
     sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
     bends = repeats(
         take,
         "knee_flexion",
-        np.minimum(right, left),
+        bent,
         sd,
         BEND,
         KNEES_HIPS_TRUNK,

@@ -57,13 +57,24 @@ def test_a_tripod_stands_and_a_shifted_one_does_not():
     assert not stands({0: picture(), 30: picture(), 60: picture(4.0)}, boxes)
 
 
-def glimpses(right, person=0.0, zoom=0.0):
+def test_a_crowd_does_not_move_as_one_picture():
+    crowd, rng = picture(), np.random.default_rng(2)
+    for left in range(0, _SIDE, 80):
+        right, down = rng.uniform(-15, 15, 2)
+        crowd[:, left : left + 80] = picture(right, down)[:, left : left + 80]
+    of_crowd, of_pan = (shift(picture(), seen, [_NOBODY, _NOBODY]) for seen in (crowd, picture(15.0)))
+    assert of_crowd is not None
+    assert of_pan is not None
+    assert of_crowd.together < 0.4 < 0.9 < of_pan.together
+
+
+def glimpses(right, person=0.0, zoom=0.0, together=1.0):
     """Ten glimpses over ten seconds; right: (10,) and person, in longer sides of the image a second."""
     return [
         Glimpse(
             float(i),
             0.1,
-            Shift(0.1 * way, 0.0, float(abs(way) < 1e-4), 0.1 * zoom),
+            Shift(0.1 * way, 0.0, float(abs(way) < 1e-4), together, 0.1 * zoom),
             np.array([0.1 * person, 0]),
         )
         for i, way in enumerate(np.broadcast_to(right, 10))
@@ -79,6 +90,7 @@ def glimpses(right, person=0.0, zoom=0.0):
         (-0.1, np.nan, 0.0, "panning", True),
         (0.001 * np.array([1, -1] * 5), 0.0, 0.0, "hand-held", False),
         (0.03 * np.array([1, -1] * 5), 0.0, 0.0, "hand-held", True),
+        (0.0009, 0.0, 0.0, "hand-held", False),  # half a degree in all
         (0.2 * np.array([1, 1, 1, -1, -1, -1, -1, 1, 1, 1]), 0.2, 0.0, "panning", True),
         (0.01, 0.0, 0.3, "zooming", True),
     ],
@@ -90,5 +102,6 @@ def test_how_a_camera_moves(right, person, zoom, kind, moves):
     assert found.moves == (found.kind not in ("still", "hand-held") or found.reach > TREMBLE)
 
 
-def test_nothing_is_told_without_a_glimpse():
+def test_nothing_is_told_without_a_glimpse_or_of_a_crowd():
     assert background_of([]) is None
+    assert background_of(glimpses(0.1, together=0.3)) is None

@@ -81,6 +81,12 @@ def test_nothing_is_said_of_a_moment(rows, first):
     assert not change_doubts(keypoints(PIXELS[first : first + rows]), SIZE)
 
 
+def test_nothing_is_said_of_keypoints_that_tremble_more_than_the_body_moves():
+    """A man who stood beside a road moved "2.3 times too quickly"."""
+    still = np.repeat(PIXELS[:1], 90, axis=0)
+    assert changes_of(keypoints(still + np.random.default_rng(1).normal(0, 6, still.shape)), SIZE) is None
+
+
 @pytest.mark.parametrize("times", [4, 8])
 def test_slow_motion_is_told(times):
     slow = walker(seconds=3.0, fps=30.0 * times)

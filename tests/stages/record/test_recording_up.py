@@ -164,15 +164,22 @@ def test_the_summary_says_how_well_up_is_known_and_what_it_rests_on(make_take):
         "up: Known to within 5° (90 %). It is based on the body's posture (75 %), the feet's places (25 %)."
         in text
     )
-    assert "looks level (pitch), and its image is not turned (roll)" in text
+    assert "looks about level (pitch), and its image is about upright (roll)" in text
     assert "relative to the camera" not in text
 
 
 def test_the_summary_of_a_tilted_camera(make_take):
-    R = view_rotation(*(np.array(angle) for angle in (30.0, -12.0, -1.0)))
+    R = view_rotation(*(np.array(angle) for angle in (30.0, -12.0, -8.0)))
     text = told(make_take(), R_source_from_level=R)
     assert "looks up by 12 degrees (pitch)" in text
-    assert "turned clockwise by 1 degree (roll)" in text
+    assert "turned clockwise by 8 degrees (roll)" in text
+
+
+def test_a_tilt_within_the_error_of_up_has_no_sign(make_take):
+    """A camera above a road "looks up by 4 degrees", where up was known to within 11."""
+    R = view_rotation(*(np.array(angle) for angle in (30.0, -4.0, 4.0)))
+    text = told(make_take(), R_source_from_level=R)
+    assert "looks about level (pitch), and its image is about upright (roll)" in text
 
 
 def test_the_summary_of_a_moving_camera(make_take):
