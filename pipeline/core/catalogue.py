@@ -138,7 +138,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "camera-stands-against-told": ("warning", "camera",
         "You gave --camera moving, but the background stands still; with --camera static, up is more certain."),
     "camera-motion-unknown": ("note", "camera",
-        "It is unclear whether the camera moves: the corners of the background are too few, or each moves its own way."),
+        "It is unclear whether the camera moves: the background has too few corners, or they move each its own way."),
     "image-without-up": ("note", "camera",
         "The image was not used to find which way is up: {reason}."),
     "image-up-in-frames": ("note", "camera",
