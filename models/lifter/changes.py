@@ -161,7 +161,9 @@ def _trembles(points: np.ndarray, seen: np.ndarray) -> bool:
     """Whether points (T, J, 2), LIMBS at FPS, move about the hips by noise more than by anything else."""
     body = points - points[:, LIMBS.indices(("l_hip", "r_hip"))].mean(axis=1, keepdims=True)
     body = np.where(seen[..., None], body, np.nan)
-    noise = np.nanmean(np.diff(body, 2, axis=0) ** 2) / 6  # of white noise in a place, whose second difference is 6
+    noise = (
+        np.nanmean(np.diff(body, 2, axis=0) ** 2) / 6
+    )  # of white noise in a place, whose second difference is 6
     moved = np.nanmean((body[_SOON:] - body[:-_SOON]) ** 2) / 2
     return bool(noise > _TREMBLES**2 * moved)
 
