@@ -24,6 +24,7 @@ from ..core.layouts import Layout
 from ..core.pose import PoseSequence
 from .alternation import alternation
 from .checks import handedness_cues, without_made_nose
+from .hidden_states import SHARPNESS, decoded
 
 _LEG = ("hip", "knee", "ankle", "big_toe", "small_toe", "heel", "foot_index")
 _ARM = ("shoulder", "elbow", "wrist", "pinky", "index", "thumb")
@@ -36,16 +37,13 @@ _ANATOMY = 2.0  # a second, for each cue that says the opposite
 # A second, for a walker's sides that are widest apart and the wrong way round. Four times an anatomical cue: those are
 # noisy in every frame. With 16 swaps that are there were taken for the rhythm of a run (val subjects).
 _GAIT = 8.0
-# Vectors are weighed as if hardly independent; with twice the log-likelihood, the runs that are called 50 to 80 %
-# probable are right in about half of the cases, the others in 99 of 100 (CMU and ACCAD val subjects).
-_SHARPNESS = 2.0
 _CERTAIN = 10 / 11  # odds of ten to one
 # Who turns passes edge-on, where sides change places in an image and nothing leaps. A run that lasts as long as a turn
 # may be right, and what is beside it wrong.
 _TURN_S = 0.35
+_BESIDE = 3  # rows beside a run, by which it is seen whether each of its own is turned
 _FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
 _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
-_ROWS = 48  # whose costs are made at once: so few that BLAS shares them among no threads, which would wait
 _LOOKED_AT = 1024  # rows whose anatomy in all states is taken at once
 _PASSES = 3  # for runs that overlap
 
@@ -202,8 +200,10 @@ def _runs(
     )
     seconds = np.gradient(times)[:, None]
     cost = seconds * (_ANATOMY * (anatomy[:, :1] - anatomy) + _GAIT * gait @ states.T)
-    path, likely, changed = _decoded(continuity, cost + seconds * _PER_SECOND * states.any(axis=1), states)
-    odds = -_SHARPNESS * np.take_along_axis(cost, path[:, None], axis=1)  # logarithms, by anatomy and rhythm
+    path, likely, changed = decoded(
+        continuity, cost + seconds * _PER_SECOND * states.any(axis=1), states, _prices(states)
+    )
+    odds = -SHARPNESS * np.take_along_axis(cost, path[:, None], axis=1)  # logarithms, by anatomy and rhythm
     wrong = states[path]
     runs = []
     for k in range(len(ways)):
@@ -226,9 +226,25 @@ def _runs(
                 fewest = min((count for count in beside[i : i + 2] if count), default=0)
                 if ways[k].exchanged and (seconds[first:end].sum() > _TURN_S or end - first > fewest):
                     probability = min(probability, float(1 / (1 + np.exp(-odds[first:end].sum()))))
+                elif ways[k].exchanged:
+                    probability = min(probability, _turned_share(vectors[k], first, end))
                 change = float(min(*ends, 1.0))
                 runs.append((k, Swap(ways[k].name, int(first), int(end - 1), evidence, probability, change)))
     return sorted(runs, key=lambda run: run[1].first_row)
+
+
+def _turned_share(vectors: np.ndarray, first: int, end: int) -> float:
+    """Of rows first to end - 1, those whose vectors (T, M, D) are nearer to the way from just before to just after once
+    they are turned; 1 where one of these is not there, for limbs swing."""
+    if first == 0 or end == len(vectors):
+        return 1.0
+    before, after = (
+        np.nansum(beside, axis=0)
+        for beside in (vectors[max(first - _BESIDE, 0) : first], vectors[end : end + _BESIDE])
+    )
+    share = np.linspace(0, 1, end - first + 2)[1:-1, None, None]
+    way = (1 - share) * before + share * after
+    return float((np.nansum(vectors[first:end] * way, axis=(1, 2)) < 0).mean())
 
 
 def _states(ways: int) -> np.ndarray:
@@ -296,105 +312,12 @@ def _trunk(joints: np.ndarray, layout: Layout) -> float:
     return float(np.nanmedian(length)) if np.isfinite(length).any() else 0.0
 
 
-def _prices(states: np.ndarray, changed: np.ndarray) -> np.ndarray:
-    """(S, S) what it costs to go from one state to another. states: (S, K); changed: (S, S, K) which ways are."""
+def _prices(states: np.ndarray) -> np.ndarray:
+    """(S, S) what it costs to go from one state to another. states: (S, K)."""
+    changed = states[:, None] ^ states
     changes = np.asarray(changed.any(axis=-1))
     wrong, deep = (np.asarray(part.any(axis=1)) for part in (states, states[:, 2:]))
     price = np.where(deep | deep[:, None], _DEPTH_PRICE, _PRICE) * changes
     # Overturned depth shares its evidence with every other way, and it must not count for both.
     price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
     return price
-
-
-def _decoded(
-    continuity: np.ndarray, cost: np.ndarray, states: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(T,) index of each row's state in the likeliest sequence (Viterbi); over all sequences (forward-backward, Baum et
-    al. 1970) (T, K) how probable each row is wrong in each way, and (T, K) how probable that has changed since the row
-    before; both 0 where the likeliest sequence has nothing wrong, and so asks for neither. continuity: (T, K, 2, 2) of
-    each way; cost: (T, S), 0 in state 0, in which nothing is wrong; states: (S, K).
-
-    The hidden state is that of two rows, because a row is expected from the two before it.
-    """
-    rows, count = cost.shape
-    changed = states[:, None] ^ states
-    price = _prices(states, changed)
-    # Three rows in a row, (3, N) states, and which of a way's four costs applies to them, (4 K, N).
-    allowed = np.isfinite(price)
-    triples = np.nonzero(allowed[:, :, None] & allowed)
-    first_two, last_two = changed[triples[:2]], changed[triples[1:]]
-    pick = np.eye(4)[2 * first_two + last_two].reshape(len(triples[0]), -1).T
-    prices = price[triples[1:]]
-    steps = continuity.reshape(rows, -1)
-
-    def costs(first: int, end: int) -> np.ndarray:
-        """(end - first, S, S, S) of rows whose states, with the two before them, are these."""
-        found = np.full((end - first, count, count, count), np.inf)
-        found[:, *triples] = steps[first:end] @ pick + prices + cost[first:end, triples[2]]
-        return found
-
-    def cheapest(first: int, end: int, total: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
-        """Costs (S, S) of the cheapest sequences up to each row before `end`, beginning with `total`, those up to row
-        first - 1; and the rows' own costs."""
-        totals, own = [total], costs(first, end)
-        for step in own:
-            totals.append(np.minimum.reduce(totals[-1][:, :, None] + step))
-        return totals, own
-
-    def reached(first: int, end: int, share: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
-        """As `cheapest`, probabilities over all sequences up to each row, and the rows' own weights."""
-        shares, own = [share], _weights(costs(first, end))
-        for step in own:
-            both = np.add.reduce(shares[-1][:, :, None] * step)
-            shares.append(both / both.sum())
-        return shares, own
-
-    # Of all rows only each part's beginning is kept; what lies between is made again on the way back.
-    parts = [(first, min(first + _ROWS, rows)) for first in range(2, rows, _ROWS)]
-    totals = [price[0][:, None] + price + cost[0][:, None] + cost[1]]
-    for part in parts:
-        totals.append(cheapest(*part, totals[-1])[0][-1])
-    ending = np.broadcast_to(price[0], price.shape)  # or the part behind a change would be wrong more cheaply
-    path = np.zeros(rows, dtype=int)
-    path[-2:] = np.unravel_index(int((totals[-1] + ending).argmin()), price.shape)
-    likely, turned = np.zeros((rows, states.shape[1])), np.zeros((rows, states.shape[1]))
-    # What is right throughout costs nothing, and nothing costs less.
-    if not path.any() and totals[-1][0, 0] == 0:
-        return path, likely, turned
-    for (first, end), total in zip(reversed(parts), totals[-2::-1], strict=True):
-        before, own = cheapest(first, end, total)
-        for t in range(end - 1, first - 1, -1):
-            i, j = path[t - 1 : t + 1]
-            path[t - 2] = (before[t - first][:, i] + own[t - first][:, i, j]).argmin()
-    if not path.any():
-        return path, likely, turned
-    shares = [_weights(totals[0])]
-    for part in parts:
-        shares.append(reached(*part, shares[-1])[0][-1])
-    backward = _weights(ending)
-    for (first, end), share in zip(reversed(parts), shares[-2::-1], strict=True):
-        forward, own = reached(first, end, share)
-        behind = [backward]
-        for step in own[::-1]:
-            both = np.einsum("ijk,jk->ij", step, behind[-1])
-            behind.append(both / both.sum())
-        backward = behind.pop()
-        likely[first:end], turned[first:end], _ = _judged(forward[1:], behind[::-1], states, changed)
-    likely[1:2], turned[1:2], likely[:1] = _judged([shares[0]], [backward], states, changed)
-    return path, likely, turned
-
-
-def _judged(
-    forward: list[np.ndarray], backward: list[np.ndarray], states: np.ndarray, changed: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of rows with these probabilities (S, S) each, (N, K) how probable they are wrong, (N, K) how probable that has
-    changed since the row before, and (N, K) how probable the row before is wrong."""
-    both = np.array(forward) * np.array(backward)
-    both /= both.sum(axis=(1, 2), keepdims=True)
-    return both.sum(axis=1) @ states, np.tensordot(both, changed), both.sum(axis=2) @ states
-
-
-def _weights(cost: np.ndarray) -> np.ndarray:
-    """Probabilities of these costs (S, S), or of each row's (N, S, S, S), up to a factor of each."""
-    least = cost.min(axis=(-3, -2, -1)[-min(cost.ndim, 3) :], keepdims=True)
-    return np.exp(_SHARPNESS * (least - cost))

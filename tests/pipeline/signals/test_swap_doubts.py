@@ -105,6 +105,14 @@ def test_right_rows_of_somebody_who_turns_are_not_called_exchanged_for_certain()
     assert all(swap.one_sided for swap in found)
 
 
+@pytest.mark.parametrize(("turned", "share"), [((), 0.0), ((0, 1, 13), 3 / 14), (range(14), 1.0)])
+def test_of_a_run_that_flickers_each_row_is_judged_by_what_is_beside_the_run(turned, share):
+    """Of arms that were exchanged in three frames fourteen were called exchanged, for one end cost less than four."""
+    vectors = np.tile([[[-100.0, 370.0]]], (40, 3, 1)) + np.random.default_rng(0).normal(0, 20, (40, 3, 2))
+    vectors[[20 + row for row in turned]] *= -1
+    assert swaps._turned_share(vectors, 20, 34) == pytest.approx(share)
+
+
 def test_the_shorter_part_is_wrong_when_it_is_much_shorter():
     (found,) = find_swaps(exchanged(walk(), (100, 109)))
     assert spans([found]) == [(100, 109)]
