@@ -147,8 +147,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "According to {source} of the image, the camera's pitch is {pitch_deg:.1f} and its roll {roll_deg:.1f} "
         "degrees, within {within_deg:.1f}."),
     "image-focal": ("note", "camera",
-        "According to the image, the focal length is {focal_px:.0f} pixels, within {within_px:.0f}, unless the video was "
-        "cropped off-centre."),
+        "According to the image, the focal length is {focal_px:.0f} pixels, within {within_px:.0f}, unless the video "
+        "was cropped off-centre."),
     "focal-against-lines": ("warning", "camera",
         "You gave a focal length of {focal_px:.0f} pixels, but according to the straight lines of the image it is "
         "about {fits:.0f}. If the lines are right, place and speed are wrong. Your value is used (--focal)."),
