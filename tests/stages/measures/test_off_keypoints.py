@@ -1,9 +1,11 @@
-"""Limbs that are exchanged between poses and keypoints, on the walker with exact keypoints."""
+"""Limbs that are exchanged between poses and keypoints, or that the detector is unsure of, on the walker with exact
+keypoints."""
 
+import numpy as np
 import pytest
 
 from pcnet3d.pipeline import H36M17, Take
-from pcnet3d.pipeline.signals.reprojection import residuals_of
+from pcnet3d.pipeline.signals.reprojection import residuals_of, straight_in_image
 from pcnet3d.pipeline.signals.swaps import kinds
 from pcnet3d.stages.measures.off_keypoints import exchanged
 
@@ -30,3 +32,22 @@ def test_legs_that_are_elsewhere_are_not_said_to_be_exchanged(filmed):
     assert codes(filmed.with_(poses=filmed.poses.with_(joints=joints))) == []
     assert codes(filmed) == []
     assert exchanged(filmed.with_(keypoints=None), None) == []
+
+
+def scored(take: Take, joint: str, score: float, detector: str = "movenet@0") -> Take:
+    """The detector gives 0.8 to all joints but to this one in rows 20 to 50."""
+    confidence = np.full(take.keypoints.joints.shape[:2], 0.8)
+    confidence[20:50, H36M17.index(joint)] = score
+    return take.with_(
+        keypoints=take.keypoints.with_(confidence=confidence).noted("detect", detector=detector)
+    )
+
+
+def test_keypoints_that_the_detector_is_unsure_of_show_no_punch(filmed):
+    """Of a jogger 60 pixels tall, whose arms stay bent, the wrist's keypoint jumped: "Punched with the right arm"."""
+    straight = straight_in_image(scored(filmed, "r_wrist", 0.4))
+    assert np.isnan(straight["r_arm"][25:45]).all()
+    assert np.isfinite(straight["r_arm"][:15]).all()
+    assert np.isfinite(straight["l_arm"]).all()
+    for other in (scored(filmed, "r_wrist", 0.6), scored(filmed, "r_wrist", 0.4, "yolo@0")):
+        assert np.isfinite(straight_in_image(other)["r_arm"]).all()
