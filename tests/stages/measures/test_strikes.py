@@ -268,13 +268,13 @@ def test_errors_grow_where_a_limb_contradicts_its_keypoints_and_nowhere_else():
         )
         for side in "rl"
     }
-    found = widened(series, residuals)
+    found = widened(series, residuals, {})
     assert agrees(residuals) > 0
     wide = found["r_elbow_flexion"]
     assert (wide.reason[22:38] != 0).all()  # beyond MAX_SD_DEG
     assert (wide.sd_deg[:18] == 8).all()
     assert (found["l_elbow_flexion"].sd_deg == 8).all()
-    assert widened(series, None) == series
+    assert widened(series, None, {}) == series
 
 
 def test_a_residual_of_one_frame_is_the_keypoints():
