@@ -25,7 +25,7 @@ from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
-from ..pipeline.signals.reprojection import residuals_of
+from ..pipeline.signals.reprojection import limb_scores, residuals_of
 from .lift import Lift
 from .trajectories import Smoother
 
@@ -78,7 +78,7 @@ class Angles:
         if noise is None and poses.lifted and (by := _by_disagreement(take, series)) is not None:
             series, basis = by, "disagreement"
         if basis != "none":
-            series = widened(series, residuals_of(take))
+            series = widened(series, residuals_of(take), limb_scores(take))
         said: list[Notice] = []
         if (neutral := take.told.neutral) is not None:
             of = _standing(neutral) if isinstance(neutral, str) else _Standing(series, times, neutral)

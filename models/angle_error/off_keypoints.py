@@ -1,4 +1,5 @@
-"""Elbows and knees of limbs that contradict their keypoints: their stated errors grow with the residual.
+"""Elbows and knees of limbs that contradict their keypoints: their stated errors grow with the residual. And arms of
+which the detector is unsure: theirs grow as its score falls.
 
 Putting such limbs back on their rays with their bone lengths was tried and is no gain: with the noisy keypoints of the
 test bed MPJPE, knees and elbows became worse at every threshold, with exact ones they gained 0.1 mm at most.
@@ -13,6 +14,7 @@ import numpy as np
 
 from ...pipeline.signals.angles import FINE, UNTRUSTED
 from ...pipeline.signals.reprojection import LIMBS, Residuals
+from ...pipeline.signals.visibility import SURE_SCORE
 from .take_angles import MAX_SD_DEG, AngleSeries
 
 # Of the take's usual residual, within which a limb agrees with its keypoints: what is usual tells how good these are,
@@ -21,6 +23,17 @@ _USUAL = 3.0
 # Root mean square errors of elbows and knees on lifted validation takes with noisy keypoints are 13 to 14 and 10 to 12
 # degrees up to 0.08 statures, 17 and 16 at 0.12, 25 and 20 beyond 0.15: by so much a stature, as squares.
 _GROWS_DEG = 120.0
+# Of the man before four cameras (SURE_SCORE) the elevation of arms errs by 7 degrees (root mean square) where their
+# score is 0.6 and more, by 9 at 0.5, 12, 15 and 18 at 0.475, 0.425 and 0.375, beside a stated 7 to 8: by so much a unit
+# of the score, as squares. The knees' errors do not grow so.
+_UNSURE_DEG = 150.0
+_OF_ARMS = (
+    "shoulder_elevation",
+    "shoulder_flexion",
+    "shoulder_abduction",
+    "upper_arm_sagittal",
+    "elbow_flexion",
+)
 _FRAMES = 5  # median over so many: an error of one frame is the keypoint's, which the lifter has not followed
 
 
@@ -39,9 +52,12 @@ def steady(residual: np.ndarray) -> np.ndarray:
     return np.where(known, median_filter(np.where(known, residual, 0.0), _FRAMES, mode="nearest"), np.nan)
 
 
-def widened(series: Mapping[str, AngleSeries], residuals: Residuals | None) -> dict[str, AngleSeries]:
-    """The angles (T,), those of elbows and knees with the error that their limb's residual adds; one whose error
-    becomes larger than MAX_SD_DEG is not to be trusted. residuals: None where nothing tells them."""
+def widened(
+    series: Mapping[str, AngleSeries], residuals: Residuals | None, scores: Mapping[str, np.ndarray]
+) -> dict[str, AngleSeries]:
+    """The angles (T,), those of elbows and knees with the error that their limb's residual adds, those of arms with
+    what an unsure detector adds; one whose error becomes larger than MAX_SD_DEG is not to be trusted. residuals: None
+    where nothing tells them. scores: of reprojection.limb_scores."""
     result = dict(series)
     for limb in LIMBS if residuals is not None else ():
         side, part = limb.split("_")
@@ -50,6 +66,11 @@ def widened(series: Mapping[str, AngleSeries], residuals: Residuals | None) -> d
         excess = np.sqrt(np.fmax(steady(residuals.limb(limb)) ** 2 - agrees(residuals) ** 2, 0.0))
         if name in result and excess.any():
             result[name] = _widened(result[name], _GROWS_DEG * excess)
+    for limb, score in scores.items():
+        lacks = np.fmax(SURE_SCORE - score.min(axis=1), 0.0)
+        if limb.endswith("arm") and lacks.any():
+            for name in (f"{limb[0]}_{angle}" for angle in _OF_ARMS):
+                result[name] = _widened(result[name], _UNSURE_DEG * lacks)
     return result
 
 

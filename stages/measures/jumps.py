@@ -58,7 +58,7 @@ def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> _Errors:
 def without_slips(airborne: Airborne, against: Mapping[str, Sequence[tuple[float, float]]]) -> Airborne:
     """Flights in the middle of which a leg contradicts its keypoints are uncertain: a detector may have taken something
     else for the legs. Of 59 flights of lifted takes (validation people, and jumps of train people) none is one.
-    against: of off_keypoints.contradicted."""
+    against: of off_keypoints.not_shown."""
 
     def slips(flight: Flight) -> bool:
         return contradicts((flight.off_s + flight.land_s) / 2, against, "r_leg", "l_leg")

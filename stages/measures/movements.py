@@ -44,7 +44,6 @@ _STAYS = (
     0.4  # legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing
 )
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
-_OFF = "does not fit its keypoints from {}"
 
 
 def knee_bends(
@@ -58,7 +57,7 @@ def knee_bends(
 ) -> tuple[list[Row], Spans]:
     """Rows, and the (begin, end) of bends that may be landings: behind a fall of ankle, (T,) of Airborne. apart: (T,)
     how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which
-    the feet seem to move may be one in place then. against: of off_keypoints.contradicted."""
+    the feet seem to move may be one in place then. against: of off_keypoints.not_shown."""
     feet_move, may_land, off = (set[tuple[float, float]]() for _ in range(3))
     flights = [(flight.off_s, flight.land_s) for flight in jumped]
 
@@ -106,7 +105,7 @@ def knee_bends(
         why = f"it is uncertain whether a bend reaches the {_SQUAT:g} degrees of a squat"
         bends.append(Measure("squats", least) if least == most else Remark("squats_reason", why))
     bends = doubted(bends, may_land, "what is seen from {} may be a landing, not a bend")
-    bends = doubted(bends, off, f"a leg {_OFF}")
+    bends = doubted(bends, off, "a leg does not fit its keypoints from {}")
     if not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
         when = spans_in_words(sorted(feet_move))
         bends.append(
@@ -119,7 +118,7 @@ def arm_raises(
     take: Columns, punches: Group, lifted: PoseSequence | None, against: Mapping[str, Spans]
 ) -> list[Row]:
     """Arms that rise, but for those that punch at their highest: a movement is told once. lifted: joints in LEVEL of
-    lifted poses, which do not show every punch. against: of off_keypoints.contradicted."""
+    lifted poses, which do not show every punch. against: of off_keypoints.not_shown."""
     rows: list[Row] = []
     curves: list[Curve] = []
     for words, side in SIDES.items():
@@ -156,4 +155,4 @@ def _arm(
     briefest_s = BRIEFEST_S["arm_raises"]
     arm = repeats(take, angle, take(angle), take.sd(angle), RAISE, shown, raises, briefest_s)
     arm = doubted(arm, may_be, "what is seen from {} may be a punch, not a raise")
-    return doubted(arm, off, f"the arm {_OFF}")
+    return doubted(arm, off, "the detector is unsure of the elbow, or the arm off its keypoints, from {}")

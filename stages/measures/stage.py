@@ -45,7 +45,7 @@ from .figures import (
 from .floor import floor
 from .jumps import brief_hops, cut_jumps, jumping, jumps, without_leaps, without_slips
 from .movements import arm_raises, knee_bends
-from .off_keypoints import contradicted, exchanged, off_keypoints
+from .off_keypoints import exchanged, not_shown, off_keypoints
 from .outcomes import BRIEFEST_S, NO_DOUBTS, Doubts, doubts_of, with_outcome
 from .repeats import repeats
 from .smoothness import path_length
@@ -98,7 +98,7 @@ class Measures:
         source = take.need("poses")
         residuals = residuals_of(take)
         asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), doubts_of(take.said)
-        against = contradicted(residuals, source.times)
+        against = not_shown(take, residuals)
         found = measures(filtered, rectified, kinematics, source, gait, *asked, against)
         found += tuple(within("off_keypoints", off_keypoints(residuals, source.times)))
         said = exchanged(take, residuals)
@@ -146,7 +146,7 @@ def measures(
     the angles (stages.angles.Angles) and paths (stages.trajectories.trajectory); source: the poses that
     were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
     in_image: signals.reprojection.straight_in_image; doubt: of outcomes.doubts_of; against: of
-    off_keypoints.contradicted.
+    off_keypoints.not_shown.
 
     Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
     of angles by what they are stated with; of ranges, of right less left and from repetition to repetition (peak_mdc90)

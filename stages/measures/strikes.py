@@ -137,6 +137,7 @@ def strikes(
                     movement,
                     found[movement, side],
                     near.get((movement, side), False),
+                    movement == "punches" and lifted and in_image is None,
                 ),
                 side_of(f"{side}_"),
             )
@@ -217,11 +218,11 @@ def _trimmed(limb: _Limb, times: np.ndarray, one: Repetition) -> Repetition:
 
 
 def _told(
-    level: PoseSequence, limb: _Limb, movement: str, found: Sequence[Repetition], near: bool
+    level: PoseSequence, limb: _Limb, movement: str, found: Sequence[Repetition], near: bool, blind: bool
 ) -> list[Row]:
     if is_finite(limb.driver[:, None]).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the limb"), *basis(limb.driver)]
-    if limb.image is not None and not np.isfinite(limb.image).any():
+    if blind:
         return [Remark("reason", NO_IMAGE), *basis(limb.driver)]
     gaps = hiding(
         limb.driver, level.times, _least(limb, movement), breaks(level), briefest_s=BRIEFEST_S[movement]

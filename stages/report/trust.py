@@ -14,6 +14,8 @@ from ...pipeline.signals.angles import ANGLES
 from ...pipeline.signals.checks import moves
 from ...pipeline.signals.filters import stretches
 from ...pipeline.signals.rates import against_rate
+from ...pipeline.signals.reprojection import limb_scores
+from ...pipeline.signals.visibility import SURE_SCORE
 from ..angles import ANGLE_ERRORS
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
@@ -162,6 +164,16 @@ def _view(take: Take) -> Check:
     level: Level = "good" if missing < _WHOLE and gone[worst] < _ONE else "care"
     if missing < _WHOLE and level == "care":
         words += f" The {spoken(poses.layout.joints[worst])} is missing in {100 * gone[worst]:.0f} % of the frames."
+    scores = limb_scores(take)
+    shares = {
+        name: float((scores[limb] < SURE_SCORE).any(axis=1).mean())
+        for limb, name in _LIMBS.items()
+        if limb in scores
+    }
+    if unsure := [f"the {name} in {100 * share:.0f} %" for name, share in shares.items() if share > _ONE]:
+        texts.append(
+            f"The detector is unsure of {', '.join(unsure)} of the frames, and may have guessed there."
+        )
     if texts:
         return "In view", "care", [*texts, words]
     if take.keypoints is None:

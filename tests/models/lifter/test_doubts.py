@@ -36,6 +36,26 @@ def test_nothing_is_said_of_the_sides_of_a_moment():
     assert not sides_doubts(asked, lifted(asked).poses)
 
 
+@pytest.mark.parametrize(
+    ("better", "unseen", "told"),
+    [
+        ((-0.061, -0.028, -0.455), [], ["left-and-right"]),
+        # A man who leans aside.
+        ((0.061, 0.028, -0.455), [], []),
+        ((0.064, -0.222, -0.06), [], ["left-and-right"]),
+        # A woman to the hips, facing us.
+        ((0.064, -0.222, -0.06), ["l_knee", "r_knee", "l_ankle", "r_ankle"], []),
+    ],
+)
+def test_neither_one_sign_alone_nor_a_trunk_exchanges_sides(monkeypatch, better, unseen, told):
+    misfits = iter([np.exp(better), np.ones(3)])
+    monkeypatch.setattr("pcnet3d.models.lifter.sides._misfits", lambda *_: next(misfits))
+    pixels = PIXELS.copy()
+    pixels[:, H36M17.indices(unseen)] = np.nan
+    asked = ToLift(keypoints(pixels), SIZE)
+    assert [each.code for each in sides_doubts(asked, lifted(asked).poses)] == told
+
+
 def test_a_walk_as_it_was_filmed_has_no_changes():
     assert not change_doubts(keypoints(), SIZE)
 

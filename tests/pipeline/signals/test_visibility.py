@@ -9,7 +9,7 @@ from pcnet3d.pipeline import H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.signals.angles import UNSEEN
-from pcnet3d.pipeline.signals.visibility import not_seen, size_doubted, unseen
+from pcnet3d.pipeline.signals.visibility import mean_scores, not_seen, size_doubted, unseen
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.rectify import Rectify
@@ -167,3 +167,12 @@ def test_a_size_that_many_keypoints_exceed_is_doubted_not_the_keypoints():
     assert size_doubted(keypoints, None) is None
     hardly = keypoints.with_(confidence=np.full((30, 17), 0.1))
     assert size_doubted(hardly, (640, 360)) is None
+
+
+def test_scores_are_means_over_a_quarter_of_a_second_and_of_movenet_only():
+    given = keypoints(score=np.where(np.arange(FRAMES) % 2, 0.3, 0.5)[:, None])
+    assert mean_scores(given, given.frame_index, TIMES) is None
+    found = given.noted("detect", detector="movenet@0").rows(0, 60)
+    scores = mean_scores(found, given.frame_index, TIMES)
+    np.testing.assert_allclose(scores[4:50], 0.4, atol=0.02)
+    assert np.isnan(scores[70:]).all()

@@ -1,11 +1,16 @@
-"""Limbs that are exchanged between poses and keypoints, on the walker with exact keypoints."""
+"""Limbs that are exchanged between poses and keypoints, or that the detector is unsure of, on the walker with exact
+keypoints."""
 
+import numpy as np
 import pytest
 
+from pcnet3d.models.angle_error.off_keypoints import widened
+from pcnet3d.models.angle_error.take_angles import AngleSeries
 from pcnet3d.pipeline import H36M17, Take
-from pcnet3d.pipeline.signals.reprojection import residuals_of
+from pcnet3d.pipeline.signals.angles import ANGLES
+from pcnet3d.pipeline.signals.reprojection import limb_scores, residuals_of, straight_in_image
 from pcnet3d.pipeline.signals.swaps import kinds
-from pcnet3d.stages.measures.off_keypoints import exchanged
+from pcnet3d.stages.measures.off_keypoints import exchanged, not_shown
 
 LEGS, ARMS = kinds(H36M17, depth=False)
 
@@ -30,3 +35,49 @@ def test_legs_that_are_elsewhere_are_not_said_to_be_exchanged(filmed):
     assert codes(filmed.with_(poses=filmed.poses.with_(joints=joints))) == []
     assert codes(filmed) == []
     assert exchanged(filmed.with_(keypoints=None), None) == []
+
+
+def scored(take: Take, joint: str, score: float, detector: str = "movenet@0") -> Take:
+    """The detector gives 0.8 to all joints but to this one in rows 20 to 50."""
+    confidence = np.full(take.keypoints.joints.shape[:2], 0.8)
+    confidence[20:50, H36M17.index(joint)] = score
+    return take.with_(
+        keypoints=take.keypoints.with_(confidence=confidence).noted("detect", detector=detector)
+    )
+
+
+def test_keypoints_that_the_detector_is_unsure_of_show_no_punch(filmed):
+    """Of a jogger 60 pixels tall, whose arms stay bent, the wrist's keypoint jumped: "Punched with the right arm"."""
+    straight = straight_in_image(scored(filmed, "r_wrist", 0.4))
+    assert np.isnan(straight["r_arm"][25:45]).all()
+    assert np.isfinite(straight["r_arm"][:15]).all()
+    assert np.isfinite(straight["l_arm"]).all()
+    for other in (scored(filmed, "r_wrist", 0.6), scored(filmed, "r_wrist", 0.4, "yolo@0")):
+        assert np.isfinite(straight_in_image(other)["r_arm"]).all()
+
+
+def test_errors_grow_where_the_detector_is_unsure_of_an_arm_and_nowhere_else(filmed):
+    """Of a woman seen from behind: "left arm raised to 81 degrees (± 11)", where it was at 50, hidden by her body."""
+    n = len(filmed.poses)
+    own = AngleSeries(np.full(n, 81.0), np.full(n, 7.0), np.zeros(n, np.int8), np.full(n, 7.0))
+    series = {f"{side}_{angle}": own for side in "rl" for angle in ("shoulder_elevation", "knee_flexion")}
+    series |= {name: own for name in ANGLES if name not in series}
+    found = widened(series, None, limb_scores(scored(filmed, "l_elbow", 0.35)))
+    wide = found["l_shoulder_elevation"].sd_deg
+    np.testing.assert_allclose(wide[25:45], np.hypot(7, 22.5))
+    assert (wide[:15] == 7).all()
+    assert found["r_shoulder_elevation"].sd_deg.max() == found["l_knee_flexion"].sd_deg.max() == 7
+
+
+def test_raises_rest_on_the_elbow(filmed):
+    times = filmed.poses.times
+
+    def arms(*scores):
+        take = scored(filmed, *scores)
+        return [not_shown(take, residuals_of(take))[f"{side}_arm"] for side in "lr"]
+
+    ((begin, end),), right = arms("l_elbow", 0.4)
+    assert right == []
+    assert times[18] <= begin <= times[22]
+    assert times[47] <= end <= times[52]
+    assert arms("l_wrist", 0.4) == arms("l_elbow", 0.55) == arms("l_elbow", 0.4, "yolo@0") == [[], []]

@@ -21,7 +21,7 @@ from pcnet3d.stages.measures.figures import moments
 from pcnet3d.stages.measures.movements import BEND, arm_raises
 from pcnet3d.stages.measures.outcomes import with_outcome
 from pcnet3d.stages.measures.repeats import repeats
-from pcnet3d.stages.measures.strikes import _kicks, _Limb, _once, _punches, _trimmed, strikes
+from pcnet3d.stages.measures.strikes import HIDES_PUNCHES, _kicks, _Limb, _once, _punches, _trimmed, strikes
 from pcnet3d.stages.report.measures import happened
 
 # A person who stands: hips, knees, ankles, arms that hang.
@@ -153,6 +153,8 @@ def test_without_a_punch_lifted_poses_do_not_say_that_there_was_none():
         found = strikes(level, LEVELLED, lifted)
         assert nested(with_outcome("punches", found["punches"], 2.0))["outcome"] == punches
         assert nested(with_outcome("kicks", found["kicks"], 2.0))["outcome"] == NONE
+    unsure = strikes(level, LEVELLED, True, {f"{side}_arm": np.full(60, np.nan) for side in "rl"})["punches"]
+    assert nested(unsure)["right"]["reason"] == HIDES_PUNCHES  # there was an image
 
 
 def test_a_guard_that_rises_slowly_is_no_part_of_the_punch():
@@ -266,13 +268,13 @@ def test_errors_grow_where_a_limb_contradicts_its_keypoints_and_nowhere_else():
         )
         for side in "rl"
     }
-    found = widened(series, residuals)
+    found = widened(series, residuals, {})
     assert agrees(residuals) > 0
     wide = found["r_elbow_flexion"]
     assert (wide.reason[22:38] != 0).all()  # beyond MAX_SD_DEG
     assert (wide.sd_deg[:18] == 8).all()
     assert (found["l_elbow_flexion"].sd_deg == 8).all()
-    assert widened(series, None) == series
+    assert widened(series, None, {}) == series
 
 
 def test_a_residual_of_one_frame_is_the_keypoints():

@@ -160,6 +160,18 @@ def test_a_limb_that_leaves_the_image_was_not_seen(good):
     assert "left ankle is missing in 2" in told(gone)
 
 
+def test_a_limb_that_the_detector_is_unsure_of_was_not_seen(good):
+    """An arm hidden by the body, of which MoveNet guessed a place with scores of 0.4, was "not out of sight"."""
+    score = np.full(good.keypoints.joints.shape[:2], 0.8)
+    score[:, good.keypoints.layout.index("l_wrist")] = 0.4
+    keypoints = good.keypoints.with_(confidence=score)
+    assert level(good.with_(keypoints=keypoints)) == "good"  # of scores that nobody knows
+    take = good.with_(keypoints=keypoints.noted("detect", detector="movenet@0"))
+    assert level(take) == "care"
+    assert "The detector is unsure of the left arm in 100 % of the frames" in told(take)
+    assert "out of sight" not in told(take)
+
+
 def test_of_unusable_poses_nothing_else_is_judged(walk_take):
     """Up was "known to within 8 degrees" beside limbs that vary by a third of their length."""
     flat = known(walk_take, 2.7).with_(findings=(own_notice("test.flat", "no depth", "unusable"),))
