@@ -18,10 +18,11 @@ from ..pipeline.core.take import Take
 from ..pipeline.files.detections import Detections, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
+from ..pipeline.files.video_frames import shown_size
 from ..pipeline.reading.choose import choose_person
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
 from ..pipeline.signals.swap_repair import treated
-from ..pipeline.signals.tracker import LARGER, REACH
+from ..pipeline.signals.tracker import LARGER, PACE, REACH
 
 _LISTED = 5  # people named in a note
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
@@ -79,7 +80,7 @@ class Detect:
         assert keypoints is not None
         take = take.with_(keypoints=keypoints)
         doubts = rate_doubts(told.fps, video)
-        return take.saying(*_notices(found, people, chosen), *doubts, *swapped)
+        return take.saying(*_notices(found, people, chosen, shown_size(video)), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:
@@ -96,8 +97,10 @@ def _longest(found: Detections, people: tuple[PoseSequence, ...]) -> PoseSequenc
     return max(people, key=rank)
 
 
-def _notices(found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence) -> list[Notice]:
-    """What the user should know about who was found where."""
+def _notices(
+    found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence, size: tuple[int, int]
+) -> list[Notice]:
+    """What the user should know about who was found where. size: the image's width and height."""
     notices = [notice("detected", detector=found.method)]
     if len(people) > 1:
         longest = sorted(people, key=len, reverse=True)[:_LISTED]
@@ -105,7 +108,7 @@ def _notices(found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSe
         more = f" and {len(people) - _LISTED} more" if len(people) > _LISTED else ""
         first, last = (int(frame) for frame in chosen.frame_index[[0, -1]])
         values: dict[str, Any] = {"people": len(people), "listed": listed + more, "person": chosen.person}
-        again = [one.person for one in people if one is not chosen and _may_be(found, one, chosen)]
+        again = [one.person for one in people if one is not chosen and _may_be(found, one, chosen, size)]
         values["unsure"] = (
             f"; {' and '.join(again[:_LISTED])} may be {chosen.person} again: a person who is lost for a second gets "
             "a new number"
@@ -119,17 +122,22 @@ def _notices(found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSe
     return notices
 
 
-def _may_be(found: Detections, one: PoseSequence, other: PoseSequence) -> bool:
-    """Whether two tracks may be of one person: never in one image, and as large and within reach wherever one goes on
-    for the other. In another scene anything is within reach."""
+def _may_be(found: Detections, one: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> bool:
+    """Whether two tracks may be of one person: never in one image, in one scene, and wherever one goes on for the
+    other, as large and within reach of one who had not gone out of the image. size: the image's width and height."""
     rows = np.isin(found.person, [int(one.person), int(other.person)])
-    corners = found.box[rows].reshape(-1, 2, 2)
-    turns = np.flatnonzero(np.diff(found.person[rows]))
-    frames = found.frame_index[rows]
-    cut = np.diff(np.searchsorted(found.cuts, frames, side="right"))[turns] > 0
-    size = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
-    way = np.linalg.norm(np.diff(corners.mean(axis=1), axis=0), axis=1)[turns]
-    larger, smaller = (of(size[turns], size[turns + 1]) for of in (np.maximum, np.minimum))
-    reach = (REACH + _FASTEST * np.diff(found.time_s[rows])[turns]) * larger
-    alike = larger <= LARGER * smaller
-    return bool((np.diff(frames) > 0).all() and (cut | (alike & (way <= reach))).all())
+    corners, time_s, frames = found.box[rows].reshape(-1, 2, 2), found.time_s[rows], found.frame_index[rows]
+    ends = np.flatnonzero(np.diff(found.person[rows]))
+    goes_on = ends + 1
+    if (np.diff(frames) <= 0).any() or np.ptp(np.searchsorted(found.cuts, frames, side="right")):
+        return False
+    body, middle = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1), corners.mean(axis=1)
+    larger, smaller = (of(body[ends], body[goes_on]) for of in (np.maximum, np.minimum))
+    away_s = time_s[goes_on] - time_s[ends]
+    way = np.linalg.norm(middle[goes_on] - middle[ends], axis=1)
+    near = way <= (REACH + _FASTEST * away_s) * larger
+    before = np.maximum(ends - PACE, np.concatenate([[0], goes_on[:-1]]))
+    went_s = np.maximum(time_s[ends] - time_s[before], 1e-9)
+    gone_to = middle[ends] + (middle[ends] - middle[before]) * (away_s / went_s)[:, None]
+    left = (corners[ends, 0] <= 0) & (gone_to < 0) | (corners[ends, 1] >= size) & (gone_to > size)
+    return bool(((larger <= LARGER * smaller) & near & ~left.any(axis=1)).all())

@@ -6,6 +6,7 @@ import av
 import numpy as np
 import pytest
 
+from golden.detections import detected, scored
 from golden.films import pressing_ctrl_c
 from pcnet3d.adapters.keypoints import read as read_keypoints
 from pcnet3d.adapters.keypoints import sniff
@@ -256,8 +257,30 @@ def test_who_is_lost_and_found_again_is_not_counted_as_somebody_else(walk_film, 
     chosen = Detect()(video).notices[1]
     assert chosen.values["people"] == 2
     assert bool(chosen.values["unsure"]) == again
-    found = detect(walk_film, Lost())
-    assert _may_be(replace(found, cuts=np.array([2])), *found.people())  # another scene
+
+
+@pytest.mark.parametrize(
+    ("last", "pace", "first", "again"),
+    [
+        ((100, 100), (0, 0), (130, 100), True),
+        ((100, 215), (0, 2), (130, 100), False),  # went out below; a runner further up is another one
+        ((100, 215), (0, 0), (130, 100), True),  # stood there, the feet out of the image
+        ((100, 170), (0, 2), (130, 100), True),  # may have stopped
+        ((10, 100), (-3, 0), (60, 100), False),  # went out on the left
+        ((310, 100), (3, 0), (270, 100), False),
+        ((100, 25), (0, -2), (100, 60), False),
+        ((310, 230), (0, 0), (10, 10), True),
+    ],
+)
+def test_who_went_out_of_the_image_is_nobody_who_is_in_it_later(last, pace, first, again):
+    """Of a marathon: a runner who had left over the lower edge was said to be perhaps the next one."""
+    until = np.arange(20)
+    middle = np.concatenate([last + np.outer(until - 19, pace), np.tile(first, (20, 1))]).astype(np.float32)
+    points = middle[:, None] + np.linspace([-15, -30], [15, 30], 17, dtype=np.float32)
+    found = detected(np.concatenate([until, until + 60]), scored(points), np.repeat([0, 1], 20))
+    assert _may_be(found, *found.people(), (320, 240)) == again
+    cut = replace(found, cuts=np.array([60]))  # two people of two scenes were said to be perhaps one
+    assert not _may_be(cut, *cut.people(), (320, 240))
 
 
 def test_a_detector_that_goes_on_with_somebody_else_gives_two_people(walk_film, monkeypatch):
