@@ -74,25 +74,27 @@ class Detections:
             doubts.append(notice("scene-changes", count=len(self.cuts), frames=_listed(self.cuts)))
         if len(self.damaged):
             doubts.append(notice("video-damaged", frames=_listed(self.damaged)))
-        if len(self.repeated):
-            doubts.append(self._repeats())
-        return doubts
+        return doubts + self._repeats(person)
 
-    def _repeats(self) -> Notice:
-        """A notice of repeated images; of most of all, quick movements are lost."""
-        runs = np.split(self.repeated, np.flatnonzero(np.diff(self.repeated) > 1) + 1)
+    def _repeats(self, person: PoseSequence) -> list[Notice]:
+        """A notice of repeated images while a person is seen; where most repeat, quick movements are lost."""
+        seen, (first, last) = person.frame_index, person.frame_index[[0, -1]]
+        repeated = self.repeated[(self.repeated > first) & (self.repeated <= last)]
+        if not len(repeated):
+            return []
+        runs = np.split(repeated, np.flatnonzero(np.diff(repeated) > 1) + 1)
         apart, long = np.diff([run[0] for run in runs]), np.array([len(run) for run in runs[:-1]])
         alike = abs(apart - np.median(apart)) <= 1 if len(apart) >= _REGULAR else np.zeros(1, bool)
         if alike.mean() > _ALIKE:
-            fps = np.ptp(self.frame_index) / np.ptp(self.time_s)
+            fps = np.ptp(seen) / np.ptp(person.times)
             fps *= 1 - long[alike].sum() / apart[alike].sum()
             where = f"regularly, as of {fps:.2g} frames a second, so times are off by up to one frame"
         else:
             spans = [f"{run[0]} to {run[-1]}" if len(run) > 1 else run[0] for run in runs]
             where = f"at frame {_listed(spans)}"
-        compared = int(np.isfinite(self.change).sum())
-        weight: Weight = "suspicious" if len(self.repeated) > _MOST * compared else "warning"
-        return notice("images-repeated", weight=weight, repeated=len(self.repeated), of=compared, where=where)
+        compared = int(np.isfinite(self.change[first + 1 : last + 1]).sum())
+        weight: Weight = "suspicious" if len(repeated) > _MOST * compared else "warning"
+        return [notice("images-repeated", weight=weight, repeated=len(repeated), of=compared, where=where)]
 
     def _hardly_anybody(self, person: PoseSequence) -> list[Notice]:
         """A notice where MoveNet, whose scores are known, is so unsure of a person that it may be none."""
