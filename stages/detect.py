@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from ..pipeline.files.detections import Detections, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.files.video_frames import shown_size
-from ..pipeline.reading.choose import choose_person
+from ..pipeline.reading.choose import choose_person, longest
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
 from ..pipeline.signals.swap_repair import treated
 from ..pipeline.signals.tracker import LARGER, PACE, REACH
@@ -35,7 +35,7 @@ class Detect:
     a network that finds people by itself. folder: where keypoints.npz goes. checkpoint: a file for the detections so
     far, written every minute. resume: the checkpoint of an interrupted run, to go on from.
 
-    The keypoints are those of the person that the user names, else of the longest track (of equals the largest)."""
+    The keypoints are those of the person that the user names, else of the longest track (`longest`)."""
 
     detector: str = "movenet"
     person_detector: str | None = None
@@ -73,8 +73,8 @@ class Detect:
             self.folder.mkdir(parents=True, exist_ok=True)
             found.save(self.folder / KEYPOINTS)
         people = found.people()
-        longest = told.person in (None, "longest")
-        chosen = _longest(found, people) if longest else choose_person(people, told.person, str(video.path))
+        by_length = told.person in (None, "longest")
+        chosen = longest(people) if by_length else choose_person(people, told.person, str(video.path))
         keypoints = chosen if told.fps is None else timed(chosen, told.fps)
         _, keypoints, swapped, _ = treated(None, keypoints, told.swaps)
         assert keypoints is not None
@@ -87,36 +87,14 @@ class Detect:
             found.save(self.checkpoint)
 
 
-def _longest(found: Detections, people: tuple[PoseSequence, ...]) -> PoseSequence:
-    """Who is in the most frames; of several, the largest."""
-    sides = found.box[:, 2:] - found.box[:, :2]
-
-    def rank(poses: PoseSequence) -> tuple[int, float]:
-        return len(poses), float(sides[found.person == int(poses.person)].prod(axis=1).mean())
-
-    return max(people, key=rank)
-
-
 def _notices(
     found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence, size: tuple[int, int]
 ) -> list[Notice]:
     """What the user should know about who was found where. size: the image's width and height."""
-    notices = [notice("detected", detector=found.method)]
-    if len(people) > 1:
-        longest = sorted(people, key=len, reverse=True)[:_LISTED]
-        listed = ", ".join(f"{one.person} ({len(one)})" for one in longest)
-        more = f" and {len(people) - _LISTED} more" if len(people) > _LISTED else ""
-        first, last = (int(frame) for frame in chosen.frame_index[[0, -1]])
-        values: dict[str, Any] = {"people": len(people), "listed": listed + more, "person": chosen.person}
-        again = [one.person for one in people if one is not chosen and _may_be(found, one, chosen, size)]
-        values["unsure"] = (
-            f"; {' and '.join(again[:_LISTED])} may be {chosen.person} again: a person who is lost for a second gets "
-            "a new number"
-            if again
-            else ""
-        )
-        notices.append(notice("person-chosen", **values, first=first, last=last))
-    notices += found.doubts(chosen)
+    notices = [notice("detected", detector=found.method), *found.doubts(chosen)]
+    again = [one.person for one in people if one is not chosen and _may_be(found, one, chosen, size)]
+    if again:
+        notices.append(notice("lost-and-found", again=" and ".join(again[:_LISTED]), person=chosen.person))
     if found.frames_seen < found.frames:
         notices.append(notice("interrupted", frame=found.frames_seen, frames=found.frames))
     return notices

@@ -22,7 +22,7 @@ _NUMBERS = {  # dimensions, kind of dtype
     "box": (2, "f"), "cuts": (1, "i"), "thumbnail": (2, "u"), "frames": (0, "i"), "frames_seen": (0, "i"),
     "damaged": (1, "i"), "repeated": (1, "i"), "change": (1, "f"),
 }  # fmt: skip
-_LISTED = 5  # frames named in a sentence
+_LISTED = 5  # frames or people named in a sentence
 # Times from repeated images to the next, at least, so many of which are alike, one frame more or less, where a frame
 # rate was padded. Where most images repeat, as of 10 frames a second in 30, accelerations were up to twice too high.
 _REGULAR, _ALIKE, _MOST = 4, 0.6, 0.5
@@ -68,13 +68,24 @@ class Detections:
         return self.source.partition(" ")[0]
 
     def doubts(self, person: PoseSequence) -> list[Notice]:
-        """Notices of what makes one of the people doubtful as somebody, and the images as those of one take."""
-        doubts = self._hardly_anybody(person)
+        """Notices of who else was found, and of what makes one of the people doubtful as somebody, and the images as
+        those of one take."""
+        doubts = [*self._others(person), *self._hardly_anybody(person)]
         if len(self.cuts):
             doubts.append(notice("scene-changes", count=len(self.cuts), frames=_listed(self.cuts)))
         if len(self.damaged):
             doubts.append(notice("video-damaged", frames=_listed(self.damaged)))
         return doubts + self._repeats(person)
+
+    def _others(self, person: PoseSequence) -> list[Notice]:
+        """A notice of everybody, the longest tracks first, where one of them was used."""
+        tracks = {int(name): self.frame_index[self.person == name] for name in np.unique(self.person)}
+        if len(tracks) == 1:
+            return []
+        longest = sorted(tracks.items(), key=lambda track: -len(track[1]))
+        listed = [f"{name} ({len(frames)}, {frames[0]} to {frames[-1]})" for name, frames in longest]
+        values = {"people": len(tracks), "listed": _listed(listed), "person": person.person}
+        return [notice("person-chosen", **values)]
 
     def _repeats(self, person: PoseSequence) -> list[Notice]:
         """A notice of repeated images while a person is seen; where most repeat, quick movements are lost."""

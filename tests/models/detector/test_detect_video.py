@@ -226,11 +226,8 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
     default = Detect()(take)
     assert default.keypoints.person == "0"
     chosen = default.notices[1]
-    assert (chosen.code, chosen.values["listed"], chosen.values["unsure"]) == (
-        "person-chosen",
-        "0 (40), 1 (35)",
-        "",
-    )
+    assert (chosen.code, chosen.values["listed"]) == ("person-chosen", "0 (40, 0 to 39), 1 (35, 5 to 39)")
+    assert not any(each.code == "lost-and-found" for each in default.notices)
     assert not any(each.code == "interrupted" for each in default.notices)
     other = Detect()(take.telling(person="1")).keypoints
     assert (other.person, len(other)) == ("1", 35)
@@ -254,9 +251,9 @@ def test_who_is_lost_and_found_again_is_not_counted_as_somebody_else(walk_film, 
 
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Lost())
     video = Take("walk", video=walk_film)
-    chosen = Detect()(video).notices[1]
-    assert chosen.values["people"] == 2
-    assert bool(chosen.values["unsure"]) == again
+    notices = Detect()(video).notices
+    assert notices[1].values["people"] == 2
+    assert any(each.code == "lost-and-found" for each in notices) == again
 
 
 @pytest.mark.parametrize(
@@ -295,8 +292,8 @@ def test_a_detector_that_goes_on_with_somebody_else_gives_two_people(walk_film, 
             )
 
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Crossing())
-    chosen = Detect()(Take("walk", video=walk_film)).notices[1]
-    assert (chosen.values["listed"], chosen.values["unsure"]) == ("1 (30), 0 (10)", "")
+    _, chosen = Detect()(Take("walk", video=walk_film)).notices
+    assert chosen.values["listed"] == "1 (30, 10 to 39), 0 (10, 0 to 9)"
 
 
 def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, monkeypatch):
