@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..models.detector.load import PersonKind, load_detector
+from ..models.detector.topdown import Follower
 from ..models.detector.video import detect
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.messages import how_many
@@ -25,6 +26,7 @@ from ..pipeline.signals.swap_repair import treated
 from ..pipeline.signals.tracker import LARGER, PACE, REACH
 
 _LISTED = 5  # people named in a note
+_MISSED = ". It follows one person at a time and misses others in view; --set detect.person_detector=yolox finds them"
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 
@@ -80,7 +82,9 @@ class Detect:
         assert keypoints is not None
         take = take.with_(keypoints=keypoints)
         doubts = rate_doubts(told.fps, video)
-        return take.saying(*_notices(found, people, chosen, shown_size(video)), *doubts, *swapped)
+        others = _MISSED if isinstance(detector, Follower) else ""
+        detected = notice("detected", detector=found.method, others=others)
+        return take.saying(detected, *_notices(found, people, chosen, shown_size(video)), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:
@@ -91,7 +95,7 @@ def _notices(
     found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence, size: tuple[int, int]
 ) -> list[Notice]:
     """What the user should know about who was found where. size: the image's width and height."""
-    notices = [notice("detected", detector=found.method), *found.doubts(chosen)]
+    notices = found.doubts(chosen)
     again = [one.person for one in people if one is not chosen and _may_be(found, one, chosen, size)]
     if again:
         notices.append(notice("lost-and-found", again=" and ".join(again[:_LISTED]), person=chosen.person))

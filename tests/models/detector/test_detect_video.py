@@ -227,6 +227,7 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
     assert default.keypoints.person == "0"
     chosen = default.notices[1]
     assert (chosen.code, chosen.values["listed"]) == ("person-chosen", "0 (40, 0 to 39), 1 (35, 5 to 39)")
+    assert default.notices[0].values["others"] == ""  # this detector misses nobody
     assert not any(each.code == "lost-and-found" for each in default.notices)
     assert not any(each.code == "interrupted" for each in default.notices)
     other = Detect()(take.telling(person="1")).keypoints
