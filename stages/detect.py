@@ -69,7 +69,8 @@ class Detect:
             raise InputError(
                 "nothing-usable",
                 f"Nobody was found in any of the {how_many(frames, 'frame')} of {video.path} by {found.method}; give "
-                "another --detector, or check that the person is upright in the image and large enough.",
+                "another --detector, or check that the person is upright in the image, large enough, and in view with "
+                "shoulders and hips.",
             )
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)

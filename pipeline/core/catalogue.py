@@ -128,6 +128,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "hardly-a-person": ("warning", "view",
         "Person {person} may not be a person: shoulders and hips score {score:.2f} (people have 0.6 or more). Look "
         "at the key frames."),
+    "hardly-seen": ("warning", "view",
+        "Person {person} was found in {frames:~frame} only, too few for most results. MoveNet finds people by their "
+        "shoulders and hips: keep these in the image."),
     "interrupted": ("warning", "files",
         "Interrupted at frame {frame} of {frames}; --resume continues from there."),
     # The camera

@@ -30,6 +30,7 @@ _WORDS = ("layout", "method", "source")
 # Mean score of shoulders and hips, median over a take, that MoveNet of one person gives to people: 0.57 and more, also
 # to those 17 pixels high or on their heads; trees in videos without anybody have 0.38 to 0.5.
 _SURE = 0.5
+_FEWEST = 10  # frames of a person, as of `--person all`
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,14 +109,18 @@ class Detections:
         return [notice("images-repeated", weight=weight, repeated=len(repeated), of=compared, where=where)]
 
     def _hardly_anybody(self, person: PoseSequence) -> list[Notice]:
-        """A notice where MoveNet, whose scores are known, is so unsure of a person that it may be none."""
+        """Notices where MoveNet, whose scores are known, finds a person in few images of many, or is so unsure of one
+        that it may be none."""
         if not self.method.startswith("movenet@"):
             return []
+        frames = len(person)
+        few = frames < _FEWEST and 2 * frames < self.frames_seen
+        found = [notice("hardly-seen", person=person.person, frames=frames)] if few else []
         torso = person.layout.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
         sure = float(np.median(person.confidence[:, torso].mean(axis=1)))
-        if not sure < _SURE:
-            return []
-        return [notice("hardly-a-person", person=person.person, score=sure)]
+        if sure < _SURE:
+            found.append(notice("hardly-a-person", person=person.person, score=sure))
+        return found
 
     def people(self) -> tuple[PoseSequence, ...]:
         """One sequence a person in IMAGE, in order of appearance."""

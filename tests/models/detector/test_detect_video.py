@@ -17,6 +17,7 @@ from pcnet3d.models.detector.protocols import Found
 from pcnet3d.models.detector.video import detect
 from pcnet3d.pipeline import InputError, Take
 from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.pipeline.core.messages import how_many
 from pcnet3d.pipeline.files import video_frames
 from pcnet3d.pipeline.files.detections import Detections, load_detections
 from pcnet3d.pipeline.reading.settings import RunOptions
@@ -74,6 +75,18 @@ def test_a_person_of_whom_the_detector_is_hardly_sure_is_named(walk_film, toy, t
             told.save(tmp_path / "keypoints.npz")
             (person,) = read_keypoints(tmp_path / "keypoints.npz")
             assert person.notices == said
+
+
+@pytest.mark.parametrize(("frames", "of", "method", "few"), [
+    (1, 237, "movenet@0", True), (9, 237, "movenet@0", True), (10, 237, "movenet@0", False),
+    (1, 1, "movenet@0", False), (1, 237, "simcc@0", False),
+])  # fmt: skip
+def test_who_is_found_in_few_images_is_said_to_lack_shoulders_or_hips(frames, of, method, few):
+    """A head and shoulders at a desk were a person in 1 of 237 frames, and nothing said why."""
+    found = detected(np.arange(frames), scored(np.zeros((frames, 17, 2))), np.zeros(frames, int))
+    told = replace(found, method=method, frames=of, frames_seen=of)
+    said = [each.text for each in told.doubts(*told.people())]
+    assert [f"found in {how_many(frames, 'frame')} only" in text for text in said] == [True] * few
 
 
 def test_of_a_part_only_its_frames_are_decoded(walk_film, toys, toy, monkeypatch):
