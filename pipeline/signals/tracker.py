@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 REACH = 0.5  # of the body's size: how far a person's joints may have moved, on average, since last seen
-_MEMORY = 30  # frames after which somebody who was lost counts as a new person
+MEMORY = 30  # frames after which somebody who was lost counts as a new person
 PACE = 10  # frames over which it is seen how people move on
 _NEVER = 1e6
 # Somebody else goes on where joints move by so much of the body's size from one frame to the next, or farther by so
@@ -56,7 +56,7 @@ class Tracker:
             return []
         frame = people[0].frame
         self._tracks = {
-            name: track for name, track in self._tracks.items() if frame - track[-1].frame <= _MEMORY
+            name: track for name, track in self._tracks.items() if frame - track[-1].frame <= MEMORY
         }
         known = sorted(
             self._tracks, key=lambda name: -self._tracks[name][-1].frame
