@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from ..models.detector.load import PersonKind, load_detector
+from ..models.detector.topdown import Follower
 from ..models.detector.video import detect
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.messages import how_many
@@ -18,12 +19,14 @@ from ..pipeline.core.take import Take
 from ..pipeline.files.detections import Detections, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
-from ..pipeline.reading.choose import choose_person
+from ..pipeline.files.video_frames import shown_size
+from ..pipeline.reading.choose import choose_person, longest
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
 from ..pipeline.signals.swap_repair import treated
-from ..pipeline.signals.tracker import LARGER, REACH
+from ..pipeline.signals.tracker import LARGER, PACE, REACH
 
 _LISTED = 5  # people named in a note
+_MISSED = ". It follows one person at a time and misses others in view; --set detect.person_detector=yolox finds them"
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 
@@ -34,7 +37,7 @@ class Detect:
     a network that finds people by itself. folder: where keypoints.npz goes. checkpoint: a file for the detections so
     far, written every minute. resume: the checkpoint of an interrupted run, to go on from.
 
-    The keypoints are those of the person that the user names, else of the longest track (of equals the largest)."""
+    The keypoints are those of the person that the user names, else of the longest track (`longest`)."""
 
     detector: str = "movenet"
     person_detector: str | None = None
@@ -66,70 +69,58 @@ class Detect:
             raise InputError(
                 "nothing-usable",
                 f"Nobody was found in any of the {how_many(frames, 'frame')} of {video.path} by {found.method}; give "
-                "another --detector, or check that the person is upright in the image and large enough.",
+                "another --detector, or check that the person is upright in the image, large enough, and in view with "
+                "shoulders and hips.",
             )
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)
             found.save(self.folder / KEYPOINTS)
         people = found.people()
-        longest = told.person in (None, "longest")
-        chosen = _longest(found, people) if longest else choose_person(people, told.person, str(video.path))
+        by_length = told.person in (None, "longest")
+        chosen = longest(people) if by_length else choose_person(people, told.person, str(video.path))
         keypoints = chosen if told.fps is None else timed(chosen, told.fps)
         _, keypoints, swapped, _ = treated(None, keypoints, told.swaps)
         assert keypoints is not None
         take = take.with_(keypoints=keypoints)
         doubts = rate_doubts(told.fps, video)
-        return take.saying(*_notices(found, people, chosen), *doubts, *swapped)
+        others = _MISSED if isinstance(detector, Follower) else ""
+        detected = notice("detected", detector=found.method, others=others)
+        return take.saying(detected, *_notices(found, people, chosen, shown_size(video)), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:
             found.save(self.checkpoint)
 
 
-def _longest(found: Detections, people: tuple[PoseSequence, ...]) -> PoseSequence:
-    """Who is in the most frames; of several, the largest."""
-    sides = found.box[:, 2:] - found.box[:, :2]
-
-    def rank(poses: PoseSequence) -> tuple[int, float]:
-        return len(poses), float(sides[found.person == int(poses.person)].prod(axis=1).mean())
-
-    return max(people, key=rank)
-
-
-def _notices(found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence) -> list[Notice]:
-    """What the user should know about who was found where."""
-    notices = [notice("detected", detector=found.method)]
-    if len(people) > 1:
-        longest = sorted(people, key=len, reverse=True)[:_LISTED]
-        listed = ", ".join(f"{one.person} ({len(one)})" for one in longest)
-        more = f" and {len(people) - _LISTED} more" if len(people) > _LISTED else ""
-        first, last = (int(frame) for frame in chosen.frame_index[[0, -1]])
-        values: dict[str, Any] = {"people": len(people), "listed": listed + more, "person": chosen.person}
-        again = [one.person for one in people if one is not chosen and _may_be(found, one, chosen)]
-        values["unsure"] = (
-            f"; {' and '.join(again[:_LISTED])} may be {chosen.person} again: a person who is lost for a second gets "
-            "a new number"
-            if again
-            else ""
-        )
-        notices.append(notice("person-chosen", **values, first=first, last=last))
-    notices += found.doubts(chosen)
+def _notices(
+    found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence, size: tuple[int, int]
+) -> list[Notice]:
+    """What the user should know about who was found where. size: the image's width and height."""
+    notices = found.doubts(chosen)
+    again = [one.person for one in people if one is not chosen and _may_be(found, one, chosen, size)]
+    if again:
+        notices.append(notice("lost-and-found", again=" and ".join(again[:_LISTED]), person=chosen.person))
     if found.frames_seen < found.frames:
         notices.append(notice("interrupted", frame=found.frames_seen, frames=found.frames))
     return notices
 
 
-def _may_be(found: Detections, one: PoseSequence, other: PoseSequence) -> bool:
-    """Whether two tracks may be of one person: never in one image, and as large and within reach wherever one goes on
-    for the other. In another scene anything is within reach."""
+def _may_be(found: Detections, one: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> bool:
+    """Whether two tracks may be of one person: never in one image, in one scene, and wherever one goes on for the
+    other, as large and within reach of one who had not gone out of the image. size: the image's width and height."""
     rows = np.isin(found.person, [int(one.person), int(other.person)])
-    corners = found.box[rows].reshape(-1, 2, 2)
-    turns = np.flatnonzero(np.diff(found.person[rows]))
-    frames = found.frame_index[rows]
-    cut = np.diff(np.searchsorted(found.cuts, frames, side="right"))[turns] > 0
-    size = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
-    way = np.linalg.norm(np.diff(corners.mean(axis=1), axis=0), axis=1)[turns]
-    larger, smaller = (of(size[turns], size[turns + 1]) for of in (np.maximum, np.minimum))
-    reach = (REACH + _FASTEST * np.diff(found.time_s[rows])[turns]) * larger
-    alike = larger <= LARGER * smaller
-    return bool((np.diff(frames) > 0).all() and (cut | (alike & (way <= reach))).all())
+    corners, time_s, frames = found.box[rows].reshape(-1, 2, 2), found.time_s[rows], found.frame_index[rows]
+    ends = np.flatnonzero(np.diff(found.person[rows]))
+    goes_on = ends + 1
+    if (np.diff(frames) <= 0).any() or np.ptp(np.searchsorted(found.cuts, frames, side="right")):
+        return False
+    body, middle = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1), corners.mean(axis=1)
+    larger, smaller = (of(body[ends], body[goes_on]) for of in (np.maximum, np.minimum))
+    away_s = time_s[goes_on] - time_s[ends]
+    way = np.linalg.norm(middle[goes_on] - middle[ends], axis=1)
+    near = way <= (REACH + _FASTEST * away_s) * larger
+    before = np.maximum(ends - PACE, np.concatenate([[0], goes_on[:-1]]))
+    went_s = np.maximum(time_s[ends] - time_s[before], 1e-9)
+    gone_to = middle[ends] + (middle[ends] - middle[before]) * (away_s / went_s)[:, None]
+    left = (corners[ends, 0] <= 0) & (gone_to < 0) | (corners[ends, 1] >= size) & (gone_to > size)
+    return bool(((larger <= LARGER * smaller) & near & ~left.any(axis=1)).all())

@@ -16,10 +16,12 @@ from ...pipeline.files.detections import Detections
 from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
-from ...pipeline.signals.tracker import Sighting, Tracker, exchanges
+from ...pipeline.signals.tracker import MEMORY, Sighting, Tracker, exchanges
 from .protocols import Detector, Found
 from .repeated import repeated, without_repeats
 from .scene_cuts import Glance
+
+_UNSEEN_S = 0.2  # somebody may be in view for so long before they are looked for
 
 
 class _Rows:
@@ -58,12 +60,17 @@ class Search:
 
     cuts: frames that begin another scene. damaged: frames whose data the decoder calls corrupt, some of them perhaps
     not looked at yet. seen: frames up to the last image.
+
+    To find nobody takes longest: once everybody has been lost for as long as names are kept, people are looked for in
+    one of `every` frames.
     """
 
-    def __init__(self, detector: Detector) -> None:
+    def __init__(self, detector: Detector, first: int = 0, every: int = 1) -> None:
         self.cuts: list[int] = []
         self.damaged: list[int] = []
-        self.seen = 0
+        self.seen = first
+        self._every = every
+        self._last = first  # frame with anybody, or the first of a scene
         self._detector = detector
         self._rows = _Rows(len(detector.layout))
         self._tracker = Tracker()
@@ -79,10 +86,14 @@ class Search:
             self.cuts.append(number)
             self._tracker.cut()
             self._before = ()
+            self._last = number
         elif self._glance is not None:
             self._change[number] = self._glance.change_to(now)
         self._glance = now if self._glance is None or now.shows else self._glance
-        self._before = self._people(image)
+        alone = number - self._last
+        self._before = () if alone > MEMORY and alone % self._every else self._people(image)
+        if self._before:
+            self._last = number
         names = self._tracker.names([_sighting(number, found) for found in self._before])
         named = list(zip(names, self._before, strict=True))
         for name, person in named:
@@ -152,6 +163,7 @@ class Search:
         self._change = array("f", resume.change.tolist())
         self.cuts, self.damaged = resume.cuts.tolist(), resume.damaged.tolist()
         self.seen = resume.frames_seen
+        self._last = max(int(resume.frame_index[-1]), scene)
 
 
 def _sighting(frame: int, found: Found) -> Sighting:
@@ -174,8 +186,8 @@ def detect(
     cannot be decoded, or not one image of it, or `resume` is of something else.
     """
     first, total = video.span[0], video.span[1] + 1
-    search = Search(detector)
-    search.seen = first
+    every = max(int(_UNSEEN_S * video.fps), 1) if total > 1 else 1
+    search = Search(detector, first, every)
     if resume is not None:
         if (resume.source, resume.method, resume.frames) != (source, detector.method, total):
             raise InputError(

@@ -119,13 +119,18 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "usual){how}. Give the keypoints of this video, numbered by its frames."),
     # Detecting
     "detected": ("note", "files",
-        "The 2D keypoints were detected in the video by {detector}."),
+        "The 2D keypoints were detected in the video by {detector}{others}."),
     "person-chosen": ("note", "files",
-        "People were tracked under {people:~number} (frames in brackets): {listed}{unsure}. Number {person} was "
-        "used, in frames {first} to {last}; --person chooses another."),
+        "People were tracked under {people:~number} (how many frames, from which to which): {listed}. Number "
+        "{person} was used; --person chooses another."),
+    "lost-and-found": ("note", "files",
+        "{again} may be {person} again: a person who is lost for a second gets a new number."),
     "hardly-a-person": ("warning", "view",
         "Person {person} may not be a person: shoulders and hips score {score:.2f} (people have 0.6 or more). Look "
         "at the key frames."),
+    "hardly-seen": ("warning", "view",
+        "Person {person} was found in {frames:~frame} only, too few for most results. MoveNet finds people by their "
+        "shoulders and hips: keep these in the image."),
     "interrupted": ("warning", "files",
         "Interrupted at frame {frame} of {frames}; --resume continues from there."),
     # The camera

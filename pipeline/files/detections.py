@@ -22,7 +22,7 @@ _NUMBERS = {  # dimensions, kind of dtype
     "box": (2, "f"), "cuts": (1, "i"), "thumbnail": (2, "u"), "frames": (0, "i"), "frames_seen": (0, "i"),
     "damaged": (1, "i"), "repeated": (1, "i"), "change": (1, "f"),
 }  # fmt: skip
-_LISTED = 5  # frames named in a sentence
+_LISTED = 5  # frames or people named in a sentence
 # Times from repeated images to the next, at least, so many of which are alike, one frame more or less, where a frame
 # rate was padded. Where most images repeat, as of 10 frames a second in 30, accelerations were up to twice too high.
 _REGULAR, _ALIKE, _MOST = 4, 0.6, 0.5
@@ -30,6 +30,7 @@ _WORDS = ("layout", "method", "source")
 # Mean score of shoulders and hips, median over a take, that MoveNet of one person gives to people: 0.57 and more, also
 # to those 17 pixels high or on their heads; trees in videos without anybody have 0.38 to 0.5.
 _SURE = 0.5
+_FEWEST = 10  # frames of a person, as of `--person all`
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,41 +69,58 @@ class Detections:
         return self.source.partition(" ")[0]
 
     def doubts(self, person: PoseSequence) -> list[Notice]:
-        """Notices of what makes one of the people doubtful as somebody, and the images as those of one take."""
-        doubts = self._hardly_anybody(person)
+        """Notices of who else was found, and of what makes one of the people doubtful as somebody, and the images as
+        those of one take."""
+        doubts = [*self._others(person), *self._hardly_anybody(person)]
         if len(self.cuts):
             doubts.append(notice("scene-changes", count=len(self.cuts), frames=_listed(self.cuts)))
         if len(self.damaged):
             doubts.append(notice("video-damaged", frames=_listed(self.damaged)))
-        if len(self.repeated):
-            doubts.append(self._repeats())
-        return doubts
+        return doubts + self._repeats(person)
 
-    def _repeats(self) -> Notice:
-        """A notice of repeated images; of most of all, quick movements are lost."""
-        runs = np.split(self.repeated, np.flatnonzero(np.diff(self.repeated) > 1) + 1)
+    def _others(self, person: PoseSequence) -> list[Notice]:
+        """A notice of everybody, the longest tracks first, where one of them was used."""
+        tracks = {int(name): self.frame_index[self.person == name] for name in np.unique(self.person)}
+        if len(tracks) == 1:
+            return []
+        longest = sorted(tracks.items(), key=lambda track: -len(track[1]))
+        listed = [f"{name} ({len(frames)}, {frames[0]} to {frames[-1]})" for name, frames in longest]
+        values = {"people": len(tracks), "listed": _listed(listed), "person": person.person}
+        return [notice("person-chosen", **values)]
+
+    def _repeats(self, person: PoseSequence) -> list[Notice]:
+        """A notice of repeated images while a person is seen; where most repeat, quick movements are lost."""
+        seen, (first, last) = person.frame_index, person.frame_index[[0, -1]]
+        repeated = self.repeated[(self.repeated > first) & (self.repeated <= last)]
+        if not len(repeated):
+            return []
+        runs = np.split(repeated, np.flatnonzero(np.diff(repeated) > 1) + 1)
         apart, long = np.diff([run[0] for run in runs]), np.array([len(run) for run in runs[:-1]])
         alike = abs(apart - np.median(apart)) <= 1 if len(apart) >= _REGULAR else np.zeros(1, bool)
         if alike.mean() > _ALIKE:
-            fps = np.ptp(self.frame_index) / np.ptp(self.time_s)
+            fps = np.ptp(seen) / np.ptp(person.times)
             fps *= 1 - long[alike].sum() / apart[alike].sum()
             where = f"regularly, as of {fps:.2g} frames a second, so times are off by up to one frame"
         else:
             spans = [f"{run[0]} to {run[-1]}" if len(run) > 1 else run[0] for run in runs]
             where = f"at frame {_listed(spans)}"
-        compared = int(np.isfinite(self.change).sum())
-        weight: Weight = "suspicious" if len(self.repeated) > _MOST * compared else "warning"
-        return notice("images-repeated", weight=weight, repeated=len(self.repeated), of=compared, where=where)
+        compared = int(np.isfinite(self.change[first + 1 : last + 1]).sum())
+        weight: Weight = "suspicious" if len(repeated) > _MOST * compared else "warning"
+        return [notice("images-repeated", weight=weight, repeated=len(repeated), of=compared, where=where)]
 
     def _hardly_anybody(self, person: PoseSequence) -> list[Notice]:
-        """A notice where MoveNet, whose scores are known, is so unsure of a person that it may be none."""
+        """Notices where MoveNet, whose scores are known, finds a person in few images of many, or is so unsure of one
+        that it may be none."""
         if not self.method.startswith("movenet@"):
             return []
+        frames = len(person)
+        few = frames < _FEWEST and 2 * frames < self.frames_seen
+        found = [notice("hardly-seen", person=person.person, frames=frames)] if few else []
         torso = person.layout.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
         sure = float(np.median(person.confidence[:, torso].mean(axis=1)))
-        if not sure < _SURE:
-            return []
-        return [notice("hardly-a-person", person=person.person, score=sure)]
+        if sure < _SURE:
+            found.append(notice("hardly-a-person", person=person.person, score=sure))
+        return found
 
     def people(self) -> tuple[PoseSequence, ...]:
         """One sequence a person in IMAGE, in order of appearance."""

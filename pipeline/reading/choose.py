@@ -55,6 +55,11 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     return names[person]
 
 
+def longest(people: tuple[PoseSequence, ...]) -> PoseSequence:
+    """Who is in the most frames; of several, the largest in the image."""
+    return max(people, key=lambda poses: (len(poses), _area(poses, "")))
+
+
 def same_person(
     poses: PoseSequence, tracks: tuple[PoseSequence, ...], names: tuple[str, str]
 ) -> PoseSequence:

@@ -18,7 +18,7 @@ from ..files.video_frames import shown_size
 from ..signals.findings import findings_of
 from ..signals.shapes import copied, keypoints_movement, keypoints_unlike, repeated, rows_lost
 from ..signals.swap_repair import treated
-from .choose import RANKS, choose_person, misfit, same_person
+from .choose import RANKS, choose_person, longest, misfit, same_person
 from .clock import (
     Clock,
     check_numbers,
@@ -188,8 +188,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     if (asked := options.time_range) is not None:
         whole = lead.times if video is None else _seconds(video, options)
         told = [range_note(asked, whole)]
-        if source is not None:
-            source = _part(source.with_(time_s=lead.times), asked)
+        source = source and _part(source.with_(time_s=lead.times), asked)
         poses, keypoints = (each and _part(each, asked) for each in (poses, keypoints))
         video = video and replace(video, part=rows_within(asked, _seconds(video, options)))
         lead = _lead(poses, keypoints)
@@ -328,7 +327,7 @@ def _check_person(person: str | None, *found: PoseSequence | None) -> None:
     names = [poses.person for poses in found if poses is not None]
     if person not in (None, *RANKS, *names):
         raise InputError(
-            "name-unknown", f"There is no person '{person}' in these files; found {' and '.join(names)}."
+            "name-unknown", f"There is no person '{person}' in these files, only {' and '.join(names)}."
         )
 
 
@@ -359,8 +358,7 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
             raise InputError(
                 "people-mixed",
                 f"{options.poses} has {how_many(len(poses), 'row')}, as many as all {len(tracks)} people of "
-                f"{file.path} together: the lifter treated several people as one (MotionBERT without --focus); lift "
-                "one person at a time.",
+                f"{file.path} together: the lifter took them for one (MotionBERT without --focus); lift one at a time.",
             )
     others = files.poses if files.poses and len(files.poses.people) > 1 and len(tracks) > 1 else None
     if others and poses is not None and files.nameless:
@@ -376,6 +374,8 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
                 f"is not in the second, which has {', '.join(map(str, names))}; choose by a name that both have, or "
                 "leave one file out.",
             )
+    if poses is None and person in (None, "longest") and all(track.detected_in for track in tracks):
+        return file.normalised(longest(tracks))  # as the run that detected them
     return file.normalised(choose_person(tracks, person, str(file.path)))
 
 

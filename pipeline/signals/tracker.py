@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 REACH = 0.5  # of the body's size: how far a person's joints may have moved, on average, since last seen
-_MEMORY = 30  # frames after which somebody who was lost counts as a new person
-_PACE = 10  # frames over which it is seen how people move on
+MEMORY = 30  # frames after which somebody who was lost counts as a new person
+PACE = 10  # frames over which it is seen how people move on
 _NEVER = 1e6
 # Somebody else goes on where joints move by so much of the body's size from one frame to the next, or farther by so
 # much a second that nobody is seen, and then stay: so far from where they were going, or so many times larger or
@@ -56,7 +56,7 @@ class Tracker:
             return []
         frame = people[0].frame
         self._tracks = {
-            name: track for name, track in self._tracks.items() if frame - track[-1].frame <= _MEMORY
+            name: track for name, track in self._tracks.items() if frame - track[-1].frame <= MEMORY
         }
         # Of equals who was seen last.
         known = sorted(self._tracks, key=lambda name: -self._tracks[name][-1].frame)
@@ -73,7 +73,7 @@ class Tracker:
 
     def knows(self, name: int, sighting: Sighting) -> None:
         """Go on from what is known: who somebody was; in order of time."""
-        before = [seen for seen in self._tracks.pop(name, []) if sighting.frame - seen.frame <= _PACE]
+        before = [seen for seen in self._tracks.pop(name, []) if sighting.frame - seen.frame <= PACE]
         self._tracks[name] = [*before, sighting]
         self._people = max(self._people, name + 1)
 

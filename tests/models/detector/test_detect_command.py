@@ -25,6 +25,7 @@ def test_a_video_alone_gives_everything(walk_film, toy, tmp_path, call):
     assert {"keypoints.npz", "poses.npz", "take.rrd", "report.html"} <= set(summary["files"])
     assert [entry["role"] for entry in summary["inputs"]] == ["video"]
     assert "The 2D keypoints were detected in the video by movenet@" in said
+    assert "follows one person at a time and misses others in view" in said
     with np.load(tmp_path / "out/poses.npz") as poses:
         np.testing.assert_array_equal(poses["frame_index"], np.arange(40))
 

@@ -6,6 +6,7 @@ import av
 import numpy as np
 import pytest
 
+from golden.detections import detected, scored
 from golden.films import pressing_ctrl_c
 from pcnet3d.adapters.keypoints import read as read_keypoints
 from pcnet3d.adapters.keypoints import sniff
@@ -16,6 +17,7 @@ from pcnet3d.models.detector.protocols import Found
 from pcnet3d.models.detector.video import detect
 from pcnet3d.pipeline import InputError, Take
 from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.pipeline.core.messages import how_many
 from pcnet3d.pipeline.files import video_frames
 from pcnet3d.pipeline.files.detections import Detections, load_detections
 from pcnet3d.pipeline.reading.settings import RunOptions
@@ -75,6 +77,18 @@ def test_a_person_of_whom_the_detector_is_hardly_sure_is_named(walk_film, toy, t
             assert person.notices == said
 
 
+@pytest.mark.parametrize(("frames", "of", "method", "few"), [
+    (1, 237, "movenet@0", True), (9, 237, "movenet@0", True), (10, 237, "movenet@0", False),
+    (1, 1, "movenet@0", False), (1, 237, "simcc@0", False),
+])  # fmt: skip
+def test_who_is_found_in_few_images_is_said_to_lack_shoulders_or_hips(frames, of, method, few):
+    """A head and shoulders at a desk were a person in 1 of 237 frames, and nothing said why."""
+    found = detected(np.arange(frames), scored(np.zeros((frames, 17, 2))), np.zeros(frames, int))
+    told = replace(found, method=method, frames=of, frames_seen=of)
+    said = [each.text for each in told.doubts(*told.people())]
+    assert [f"found in {how_many(frames, 'frame')} only" in text for text in said] == [True] * few
+
+
 def test_of_a_part_only_its_frames_are_decoded(walk_film, toys, toy, monkeypatch):
     shown = []
     turned = video_frames._upright
@@ -109,6 +123,44 @@ def test_interrupted_and_resumed_is_bitwise_the_same(eventful, whole, toy, tmp_p
     part.save(tmp_path / "part.npz")
     resumed = detect(eventful, load_detector(toy), "here", load_detections(tmp_path / "part.npz"))
     assert same(resumed, whole)
+
+
+class _Counting:
+    """A detector and the images that it looked at."""
+
+    def __init__(self, detector) -> None:
+        self._detector, self.looks = detector, 0
+        self.method, self.layout = detector.method, detector.layout
+
+    def people(self, image, before=()):
+        self.looks += 1
+        return self._detector.people(image, before)
+
+
+@pytest.mark.parametrize("nobody", [29, 62])
+def test_who_comes_where_nobody_was_for_long_is_seen_a_little_later(
+    film, toys, toy, tmp_path, monkeypatch, nobody
+):
+    """Every image of an empty room was searched with all looks, at a tenth of the usual speed."""
+    boxes = toys.walking(80)
+    shown = [None if 8 <= i < 8 + nobody else box for i, box in enumerate(boxes)]
+    empty = film([toys.scene(box, size=(360, 240)) for box in shown])
+    counting = _Counting(load_detector(toy))
+    whole = detect(empty, counting, "here")
+    found = whole.frame_index[whole.frame_index >= 8]
+    if nobody < 30:
+        assert (counting.looks, found[0]) == (80, 8 + nobody)
+        return
+    assert 0 <= whole.time_s[8] - empty.time_s[8 + nobody] < 0.2
+    np.testing.assert_array_equal(found, np.arange(found[0], 80))
+    assert counting.looks == 8 + 30 + len(range(36, nobody, 6)) + len(found)
+    for stop in (20, 45, 50, 69, 75):
+        with monkeypatch.context() as patched:
+            patched.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, stop))
+            detect(empty, load_detector(toy), "here", keep=lambda found: found.save(tmp_path / "part.npz"))
+        part = load_detections(tmp_path / "part.npz")
+        assert part.frames_seen == stop + 1
+        assert same(detect(empty, load_detector(toy), "here", part), whole)
 
 
 def test_damage_is_said_and_kept(film, toys, toy, tmp_path):
@@ -225,11 +277,9 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
     default = Detect()(take)
     assert default.keypoints.person == "0"
     chosen = default.notices[1]
-    assert (chosen.code, chosen.values["listed"], chosen.values["unsure"]) == (
-        "person-chosen",
-        "0 (40), 1 (35)",
-        "",
-    )
+    assert (chosen.code, chosen.values["listed"]) == ("person-chosen", "0 (40, 0 to 39), 1 (35, 5 to 39)")
+    assert default.notices[0].values["others"] == ""  # this detector misses nobody
+    assert not any(each.code == "lost-and-found" for each in default.notices)
     assert not any(each.code == "interrupted" for each in default.notices)
     other = Detect()(take.telling(person="1")).keypoints
     assert (other.person, len(other)) == ("1", 35)
@@ -237,7 +287,7 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
         Detect()(take.telling(person="7"))
 
 
-@pytest.mark.parametrize(("found_in", "again"), [(2, False), (34, True)])
+@pytest.mark.parametrize(("found_in", "again"), [(2, False), (32, True)])
 def test_who_is_lost_and_found_again_is_not_counted_as_somebody_else(walk_film, monkeypatch, found_in, again):
     """One network looks at one person at a time: a man lost for a somersault came back as the third of two people. The
     second was a woman far from him in the very next image, whom he "may be"."""
@@ -253,11 +303,33 @@ def test_who_is_lost_and_found_again_is_not_counted_as_somebody_else(walk_film, 
 
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Lost())
     video = Take("walk", video=walk_film)
-    chosen = Detect()(video).notices[1]
-    assert chosen.values["people"] == 2
-    assert bool(chosen.values["unsure"]) == again
-    found = detect(walk_film, Lost())
-    assert _may_be(replace(found, cuts=np.array([2])), *found.people())  # another scene
+    notices = Detect()(video).notices
+    assert notices[1].values["people"] == 2
+    assert any(each.code == "lost-and-found" for each in notices) == again
+
+
+@pytest.mark.parametrize(
+    ("last", "pace", "first", "again"),
+    [
+        ((100, 100), (0, 0), (130, 100), True),
+        ((100, 215), (0, 2), (130, 100), False),  # went out below; a runner further up is another one
+        ((100, 215), (0, 0), (130, 100), True),  # stood there, the feet out of the image
+        ((100, 170), (0, 2), (130, 100), True),  # may have stopped
+        ((10, 100), (-3, 0), (60, 100), False),  # went out on the left
+        ((310, 100), (3, 0), (270, 100), False),
+        ((100, 25), (0, -2), (100, 60), False),
+        ((310, 230), (0, 0), (10, 10), True),
+    ],
+)
+def test_who_went_out_of_the_image_is_nobody_who_is_in_it_later(last, pace, first, again):
+    """Of a marathon: a runner who had left over the lower edge was said to be perhaps the next one."""
+    until = np.arange(20)
+    middle = np.concatenate([last + np.outer(until - 19, pace), np.tile(first, (20, 1))]).astype(np.float32)
+    points = middle[:, None] + np.linspace([-15, -30], [15, 30], 17, dtype=np.float32)
+    found = detected(np.concatenate([until, until + 60]), scored(points), np.repeat([0, 1], 20))
+    assert _may_be(found, *found.people(), (320, 240)) == again
+    cut = replace(found, cuts=np.array([60]))  # two people of two scenes were said to be perhaps one
+    assert not _may_be(cut, *cut.people(), (320, 240))
 
 
 def test_a_detector_that_goes_on_with_somebody_else_gives_two_people(walk_film, monkeypatch):
@@ -272,8 +344,8 @@ def test_a_detector_that_goes_on_with_somebody_else_gives_two_people(walk_film, 
             )
 
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Crossing())
-    chosen = Detect()(Take("walk", video=walk_film)).notices[1]
-    assert (chosen.values["listed"], chosen.values["unsure"]) == ("1 (30), 0 (10)", "")
+    _, chosen = Detect()(Take("walk", video=walk_film)).notices
+    assert chosen.values["listed"] == "1 (30, 10 to 39), 0 (10, 0 to 9)"
 
 
 def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, monkeypatch):

@@ -1,5 +1,7 @@
 """Images that repeat the one before: told from somebody who stands still, and left out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -101,6 +103,23 @@ def test_a_film_of_which_most_repeats_makes_speeds_suspicious(shown, toy):
     found = detect(shown(np.arange(60) // 3), load_detector(toy))
     (said,) = found.doubts(*found.people())
     assert (said.code, said.weight) == ("images-repeated", "suspicious")
+
+
+def test_only_images_in_which_the_person_is_seen_count(shown, toy):
+    """A walker out of the picture after 1.4 s was said to be affected by repeats at the end of the film."""
+    found = detect(shown(STALLED), load_detector(toy))
+    assert found.repeated.tolist() == list(range(20, 29))
+
+    def repeats(first: int, last: int) -> list[tuple[int, int]]:
+        rows = (found.frame_index >= first) & (found.frame_index <= last)
+        names = ("frame_index", "time_s", "person", "joints", "confidence", "box")
+        seen = replace(found, **{name: getattr(found, name)[rows] for name in names})
+        said = (each for each in seen.doubts(*seen.people()) if each.code == "images-repeated")
+        return [(each.values["repeated"], each.values["of"]) for each in said]
+
+    assert repeats(0, 39) == [(9, 39)]
+    assert repeats(10, 39) == [(9, 29)]
+    assert repeats(0, 19) == repeats(29, 39) == repeats(5, 5) == []
 
 
 @pytest.mark.parametrize("stop", [18, 19, 24, 28, 29])

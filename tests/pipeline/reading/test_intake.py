@@ -220,7 +220,9 @@ def test_a_person_who_is_in_no_file_is_refused(tmp_path, lifted):
     path = drawn_tracks(tmp_path / "ap.json", {1: list(range(ROWS))})
     with pytest.raises(InputError, match="no person '9'"):
         open_take(RunOptions(poses=lifted, keypoints=path, fps=25, person="9"))
-    with pytest.raises(InputError, match="no person '9'"):
+    with pytest.raises(
+        InputError, match=r"no person '9' in these files, only 0\."
+    ):  # "found 0" was read as none
         open_take(RunOptions(poses=lifted, fps=25, person="9"))
 
 

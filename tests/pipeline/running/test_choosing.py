@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from golden.detections import AS_COCO
+from golden.detections import AS_COCO, detected, scored
 from golden.estimators import alphapose3d
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence
@@ -54,6 +54,25 @@ def test_equals_are_to_be_chosen_by_name(facing_camera):
         said = rf"x holds 2 people who are equally the {rank}: a \(5 frames\), b \(5 frames\); choose one by name"
         with pytest.raises(InputError, match=said):
             choose_person(people, rank, "x")
+
+
+def test_of_a_runs_own_detections_the_run_on_them_takes_whom_the_first_one_took(tmp_path):
+    """It refused to choose, and that there were others was said by the first run alone."""
+    points = np.random.default_rng(0).random((17, 2)) * 50
+    frames, people = np.concatenate([np.arange(12)] * 3), np.repeat([0, 1, 2], 12)
+    scale = np.array([1, 3, 2])[people][:, None, None]
+    rows = ~((people == 0) & (frames == 5))  # the first is missing once, of the others the second is larger
+    found = detected(frames[rows], scored((scale * points)[rows]), people[rows], source=f"{'0' * 64} 1")
+    found.save(tmp_path / "keypoints.npz")
+    options = RunOptions(keypoints=tmp_path / "keypoints.npz", image_size=(640, 360))
+    listed = "1 (12, 0 to 11), 2 (12, 0 to 11), 0 (11, 0 to 11)"
+    for asked, used in ((None, "1"), ("longest", "1"), ("0", "0")):
+        take = open_take(options.model_copy(update={"person": asked}))
+        assert take.keypoints.person == used
+        (said,) = (each.values for each in take.notices if each.code == "person-chosen")
+        assert said == {"people": 3, "listed": listed, "person": used}
+    with pytest.raises(InputError, match=r"no person '7'; it holds 0 \(11 frames\), 1 \(12 frames\), 2"):
+        open_take(options.model_copy(update={"person": "7"}))
 
 
 def test_a_world_has_no_image(facing_camera):
