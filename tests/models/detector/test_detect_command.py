@@ -91,7 +91,7 @@ def test_a_rate_against_the_videos_own_is_told(walk_film, toy, quick, tmp_path, 
     words = (walk_film.path, "--detector", toy, "--recipe", quick)
     said = succeeded(call(*words, "--fps", 100, "-o", tmp_path / "a")).stderr
     assert "--fps 100 was used, but the video says" in said
-    refused(call(*words, "--fps", 3000, "-o", tmp_path / "b"), "Expected a frame rate of 1 to 1000")
+    refused(call(*words, "--fps", 3000, "-o", tmp_path / "b"), "Expected a rate of 1 to 1000")
 
 
 def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypatch):
