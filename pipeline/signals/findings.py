@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..core.anthropometry import implied_stature
+from ..core.anthropometry import STATURES_M, implied_stature
 from ..core.catalogue import Weight
 from ..core.layouts import H36M17
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from .checks import (
-    STATURES_M,
     UNSTEADY,
     bone_spread,
     chirality,
