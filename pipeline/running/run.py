@@ -44,8 +44,8 @@ _LEFT = ("resume", "checkpoint")  # options that name what the run itself leaves
 def checkpoints_of(output: Path) -> dict[str, Path]:
     """By stage, where a run into that folder keeps what it has detected and lifted until it is complete; the files
     stay when the run fails or is killed."""
-    output = output.resolve()
-    return {stage: output.with_name(f".{output.name}.{name}") for stage, name in _KEPT.items()}
+    output = output.resolve()  # "/" has no name, and `whole_folder` refuses it
+    return {stage: output.parent / f".{output.name}.{name}" for stage, name in _KEPT.items()}
 
 
 class How(TypedDict, total=False):
