@@ -17,7 +17,8 @@ import numpy as np
 
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.rotations import transpose
-from ..pipeline.signals.imu import Imu, imu_from_samples
+from ..pipeline.signals.imu import MOST_HZ, Imu, imu_from_samples
+from ..pipeline.signals.rates import check_fps
 from .kit.beginning import first_bytes
 from .kit.quaternions import rotations
 from .kit.tables import filled_lines
@@ -48,6 +49,8 @@ def read(
     Raises InputError for missing columns, cells that are no numbers, a rate that contradicts the time stamps, and
     signals that are no specific force with its orientation (pipeline/signals/imu.py).
     """
+    if rate_hz is not None:
+        check_fps(rate_hz, "--rate", MOST_HZ)
     lines = [line for line in filled_lines(path, "an IMU's CSV file") if _content(line)]
     names = _names(lines)
     wanted = (*_FORCE, *(_QUATERNION if set(_QUATERNION) & set(names) else ()))

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.core.anthropometry import implied_stature
+from ..pipeline.core.anthropometry import STATURES_M, implied_stature
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Frame
 from ..pipeline.core.layouts import COCO23, remap
@@ -28,7 +28,6 @@ _AXES = Frame("RTMW3D", "camera", ("left", "toward", "up"), origin="crop")
 _IMAGE_AXES = (0, 2)  # left and up
 _COUNT = 133
 _BIN_M = 2.1744869 / 144
-_STATURES_M = (0.4, 2.6)
 
 
 def sniff(path: Path) -> bool:
@@ -42,9 +41,9 @@ def read(path: Path, stature_m: float = 1.7) -> tuple[PoseSequence, ...]:
     frame_index counts from 0; scores are maxima of bins, no probabilities, and those above 1 are clipped. Raises
     InputError when the file is not of this form or its depth alone is more than the body is tall.
     """
-    if not _STATURES_M[0] <= stature_m <= _STATURES_M[1]:
+    if not STATURES_M[0] <= stature_m <= STATURES_M[1]:
         raise InputError(
-            "bad-value", f"Expected stature_m of {_STATURES_M[0]} to {_STATURES_M[1]} m, got {stature_m:g}."
+            "bad-value", f"Expected stature_m of {STATURES_M[0]} to {STATURES_M[1]} m, got {stature_m:g}."
         )
     people = bodies(path, "RTMW3D's results", _COUNT, COCO23).sequences(_AXES, str(path), _IMAGE_AXES)
     return tuple(_metric(rebase_said(poses), stature_m, path) for poses in people)

@@ -14,7 +14,8 @@ import numpy as np
 
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Y_UP, Z_UP
-from ..pipeline.signals.imu import Imu, imu_from_samples
+from ..pipeline.signals.imu import MOST_HZ, Imu, imu_from_samples
+from ..pipeline.signals.rates import check_fps
 from .kit.beginning import first_bytes
 from .kit.quaternions import rotations
 from .kit.tables import filled_lines
@@ -55,6 +56,7 @@ def read(path: Path, reference: Path | None = None, rate_hz: float = _RATE_HZ) -
     reference: the calib_imu_ref.txt, when it is not the one that lies beside the file. The files hold no clock: the
     first frame is at 0 s. Raises InputError for a file that is cut short or damaged.
     """
+    check_fps(rate_hz, "--rate", MOST_HZ)
     names, numbers = _samples(path)
     unknown = [sensor for sensor in names if sensor not in _SEGMENTS]
     if unknown:

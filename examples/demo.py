@@ -15,7 +15,7 @@ from ..pipeline.core.messages import show
 from ..pipeline.core.pose import Rectified, package_version
 from ..pipeline.core.rotations import angle_deg, rotate
 from ..pipeline.core.take import Take
-from ..pipeline.files.atomic import SUMMARY, whole_folder
+from ..pipeline.files.atomic import SUMMARY, check_replaceable, whole_folder
 from ..pipeline.reading.flags import Force
 from ..pipeline.reading.settings import OnDevice, RunOptions
 from ..pipeline.running.conclusion import conclude, point_to, show_files
@@ -35,6 +35,7 @@ def demo(
     force: Force = False,
 ) -> None:
     """Run the built-in example: a person walks, squats and raises both arms in front of a tilted camera."""
+    check_replaceable(output, force)
     inputs = Path(f"{output}-input")
     walk = walker()
     camera = side_camera(walk)

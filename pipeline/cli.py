@@ -6,6 +6,7 @@ import ast
 import inspect as signatures
 import io
 import json
+import math
 import os
 import signal
 import sys
@@ -42,7 +43,7 @@ def _points() -> dict[str, EntryPoint]:
 
 
 class _Command(TyperCommand):
-    """A command that says how an option without a flag of its own is given."""
+    """A command that says how an option without a flag of its own is given, and takes finite numbers only."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own = {flag for parameter in self.params for flag in parameter.opts}
@@ -54,7 +55,14 @@ class _Command(TyperCommand):
             for flag in flags:
                 if settings := settings_named(flag):
                     raise InputError("name-unknown", f"There is no {flag}; give {in_words(settings)}.")
-        return super().parse_args(ctx, args)
+        rest = super().parse_args(ctx, args)
+        for parameter in self.params:
+            value = ctx.params.get(parameter.name)
+            if isinstance(value, float) and not math.isfinite(value):
+                raise InputError(
+                    "bad-value", f"Expected a finite number for {parameter.opts[-1]}, got {value}."
+                )
+        return rest
 
 
 class _Commands(TyperGroup):

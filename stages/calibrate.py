@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from ..models.common.metrics import RAYLEIGH_90
+from ..models.common.onnx import open_onnx
 from ..models.gravity.view import camera_of
 from ..pipeline.core.camera import Background, Camera, pitch_roll_deg
 from ..pipeline.core.errors import InputError
@@ -15,7 +16,9 @@ from ..pipeline.core.measures import half_bar
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
+from ..pipeline.files.camera_file import read_camera
 from ..pipeline.files.video_frames import images_at, shown_size
+from ..pipeline.plugins.registry import open_model, registered
 from ..pipeline.signals.flow import SIDE, flow_notice, flow_of, pairs_of
 
 
@@ -48,12 +51,17 @@ class Calibrate:
         return [take.saying(*_notices(found, take.moving), *_motion(found.background, told)) for take in seen]
 
     def check_told(self, told: Told) -> None:
-        """InputError for two focal lengths."""
+        """InputError for two focal lengths, and for a file or a network that is not there, before a run has looked at
+        the whole video in vain."""
         if self.camera_file is not None and told.focal_px is not None:
             raise InputError(
                 "option-conflict",
                 "Expected a focal length or a camera file, not both; the file has a focal length.",
             )
+        if self.camera_file is not None:
+            read_camera(self.camera_file, self.camera_name)
+        if self.gravity_network not in (None, *registered("gravity_networks")):  # those would be downloaded
+            open_onnx(open_model("gravity_networks", self.gravity_network), "a gravity network")
 
     def _found(
         self, told: Told, video: Video, people: Sequence[PoseSequence], span: tuple[int, int]
@@ -61,8 +69,6 @@ class Calibrate:
         self.check_told(told)
         intrinsics = None
         if self.camera_file is not None:
-            from ..pipeline.files.camera_file import read_camera
-
             intrinsics = read_camera(self.camera_file, self.camera_name, shown_size(video))
         camera = "static" if told.standing else told.camera
         return camera_of(video, people, span, told.focal_px, camera, intrinsics, self.gravity_network)

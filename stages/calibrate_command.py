@@ -14,6 +14,7 @@ from ..models.gravity.view import camera_of, static_camera
 from ..pipeline.core.camera import Camera, pitch_roll_deg
 from ..pipeline.core.device import computing_on
 from ..pipeline.core.errors import InputError, readable
+from ..pipeline.core.take import Told
 from ..pipeline.files.images import write_png
 from ..pipeline.files.video_frames import images_at
 from ..pipeline.reading.settings import OnDevice
@@ -44,7 +45,7 @@ def calibrate(
     The exit code is 3 if the lines do not show them. People may be in the image.
     """
     with computing_on(device) as where:
-        found, image = _looked(files, focal, gravity_network)
+        found, image = _looked(files, Told(focal_px=focal).focal_px, gravity_network)
     content = {**figures(found), "device": where.summary()}
     print(json.dumps(content, indent=1) if as_json else in_words(found))
     if picture is not None and found.looks:

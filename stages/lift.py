@@ -21,6 +21,7 @@ from ..pipeline.core.lifted import Lifted, ToLift
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
+from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Handedness, Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.plugins.protocols import Lifter
@@ -99,7 +100,10 @@ class Lift:
         size = image_size(take)
         keypoints, takes, strays = take.need("keypoints"), self._opened.takes, 0
         if "gaps" in takes and keypoints.time_s is not None:
-            keypoints, strays = _without_strays(seen_only(keypoints, size), keypoints)
+            seen = seen_only(keypoints, size)
+            if size is not None and not is_finite(seen.joints).any():
+                refuse_outside(keypoints, np.array(size))
+            keypoints, strays = _without_strays(seen, keypoints)
         asked = self._asked(take, keypoints, size)
         lifted = self._lifted(asked)
         if "up" in takes and (up := _known_up(take, lifted.poses)) is not None:

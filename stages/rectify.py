@@ -59,6 +59,10 @@ class Rectify:
                 "bad-value", f"Expected a window_s of more than 0 seconds, got {self.window_s:g}."
             )
 
+    def check_told(self, told: Told) -> None:
+        """InputError for a rectifier that cannot be used, before that too."""
+        _facing(self.rectifier)
+
     def __call__(self, take: Take) -> Take:
         return self.together([take])[0]
 

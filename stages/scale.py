@@ -73,10 +73,8 @@ def scale(poses: PoseSequence, stature_m: float, sd: float | None = None) -> tup
 
     The limb bones of a person of that stature come from the table of segment proportions in
     pipeline/core/anthropometry.py. sd: standard deviation of the scale, as a share, if flights give it; otherwise that
-    of a stature that the user gives. Raises InputError for a stature that no person has or when no limb is seen.
+    of a stature that the user gives. Raises InputError when no limb is seen.
     """
-    if not 0.4 < stature_m < 2.6:
-        raise InputError("bad-value", f"Expected a stature in metres, got {stature_m}.")
     implied = implied_stature(poses.joints)
     if not implied > 0:
         raise InputError(

@@ -18,6 +18,7 @@ import numpy as np
 
 from .layouts import H36M17
 
+STATURES_M = (0.4, 2.6)  # of people, from newborns on
 ANKLE_HEIGHT = 0.039  # ankle joint above the sole
 HIPS_WIDTH = 0.100
 SHOULDERS_WIDTH = 0.220

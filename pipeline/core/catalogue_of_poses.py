@@ -68,7 +68,7 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
     "left-and-right": ("suspicious", "poses",
         "Left and right are doubtful: {evidence}."),
     "stature": ("suspicious", "poses",
-        "The limbs imply a stature of {stature_m:.3g} m. Check that the unit of the file is really metres."),
+        "The limbs imply a stature of {stature_m:.3g} m. Check that the unit of the file is really {unit}."),
     "upside-down": ("suspicious", "poses",
         "The head is below the feet in {share_percent:.0f} % of the frames: the file's vertical axis seems to be "
         "upside down, or the person does a handstand. If its y points up, read it with --adapter arrays -O "

@@ -9,6 +9,7 @@ from typing import Any, Literal, overload
 
 import numpy as np
 
+from .anthropometry import STATURES_M
 from .camera import Camera
 from .errors import InputError
 from .measures import Row
@@ -100,6 +101,16 @@ class Told:
         angles = [angle for angle in (pitch, roll) if angle is not None]
         if self.camera not in (None, "static", "moving"):
             raise InputError("bad-value", f"Expected a camera that is static or moving, got '{self.camera}'.")
+        figures = (
+            (self.focal_px, 0, np.inf, "a focal length of more than 0 pixels (--focal)"),
+            (self.stature_m, *STATURES_M, "a stature between {} and {} metres (--stature)".format(*STATURES_M)),
+            (min(self.image_size or (2,)), 1, np.inf, "an image of 2x2 pixels or more (--set read.image_size)"),
+        )  # fmt: skip
+        for figure, least, most, what in figures:
+            if figure is not None and not least < figure < most:
+                raise InputError(
+                    "bad-value", f"Expected {what}, got {figure:g}; leave it out if it is not known."
+                )
         if self.gravity is not None and angles:
             raise InputError(
                 "option-conflict", "Expected the camera's gravity, or its pitch and roll, not both."

@@ -107,7 +107,7 @@ def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -
     """
     path = path.resolve()
     _tidy_up(path)
-    _check_replaceable(path, force, inputs)
+    check_replaceable(path, force, inputs)
     made = [parent for parent in path.parents if not parent.exists()]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -121,7 +121,7 @@ def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -
     try:
         yield partial
         sign(partial)
-        _check_replaceable(path, force, inputs)  # somebody may have put something there meanwhile
+        check_replaceable(path, force, inputs)  # somebody may have put something there meanwhile
         _exchange(partial, path)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
@@ -177,8 +177,9 @@ def _dead(folder: Path, prefix: str, suffix: str = "") -> list[Path]:
     return found
 
 
-def _check_replaceable(path: Path, force: bool, inputs: Iterable[Path]) -> None:
+def check_replaceable(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -> None:
     """InputError unless `path` is free, empty, or ours to replace."""
+    path = path.resolve()
     if Path.cwd().resolve().is_relative_to(path):
         raise InputError(
             "already-there",

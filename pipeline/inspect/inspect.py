@@ -140,7 +140,7 @@ def inspect(
             except InputError as error:
                 found.append(notice("refused", reason=str(error)))
             else:
-                found += [*source_findings(source), *pose_findings(poses)]
+                found += [*source_findings(source), *pose_findings(poses, source.frame.unit)]
         looked_at = poses if poses is not None else source
         swaps = find_swaps(looked_at) if poses is not None or source.frame.dims == 2 else ()
         found += swap_findings(looked_at, swaps)

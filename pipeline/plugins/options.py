@@ -65,19 +65,19 @@ def call(function: Callable[..., Any], *args: Any, what: str, options: dict[str,
 def checked(function: Callable[..., Any], *args: Any, what: str, options: dict[str, Any]) -> dict[str, Any]:
     """The options in the types that the signature asks for; several values in one text stand between commas.
     InputError for an unknown option or a value of another type."""
-    from pydantic import TypeAdapter, ValidationError
+    from pydantic import ConfigDict, TypeAdapter, ValidationError
 
     parameters = _parameters(function, args)
     open_ended = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters)
     known = {parameter.name for parameter in parameters if parameter.kind is not parameter.VAR_KEYWORD}
     hints = option_types(function)
-    found = {}
+    found, finite = {}, ConfigDict(allow_inf_nan=False)
     for name, value in options.items():
         if name not in known and not open_ended:
             raise InputError("name-unknown", f"{what} has no option '{name}'; {did_you_mean(name, known)}")
         listed = value.split(",") if isinstance(value, str) and _is_tuple(hints.get(name)) else value
         try:
-            found[name] = TypeAdapter(hints[name]).validate_python(listed) if name in hints else value
+            found[name] = TypeAdapter(hints.get(name, Any), config=finite).validate_python(listed)
         except ValidationError as error:
             raise InputError(
                 "bad-value", f"{what}: option {name}={value!r}: {error.errors()[0]['msg']}."

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import zipfile
 from collections import Counter
 from importlib.util import find_spec
@@ -31,6 +30,7 @@ _OF_TRAINING = {"testbed": {"take_start", "lifted", "truth"}, "mocap": {"clip_st
 _MILLIMETRES = (500.0, 2500.0)  # how far a body's joints lie apart along an axis, crouching to standing
 _LISTED = 6  # entries of an archive or kinds of files in a folder that are named
 _SHOWN = 60  # characters of a text
+_BROKEN = "JSON that is incomplete or damaged"
 _READ_JSON = 1 << 24  # a longer file is not read to find out whether it is whole
 
 
@@ -42,10 +42,8 @@ def in_words(path: Path) -> str:
         with path.open("rb") as file:
             start = file.read(1 << 12)
             file.seek(0)
-            if not start:
-                return "empty (0 bytes)"
             if start.startswith(_NPY):
-                return _array(file, path.stat().st_size)
+                return _array(file)
         if start.startswith(_ZIP) and path.suffix == ".npz":
             return _archive(path)
         if path.suffix.lower() == ".json":
@@ -83,6 +81,17 @@ def why_no_joints(path: Path) -> str:
     return ""
 
 
+def refuse_damaged(path: Path) -> None:
+    """InputError for a file that no program can read, or that would run code: empty, cut short, damaged, or pickled."""
+    try:
+        load(path)
+    except InputError as error:
+        if error.code in ("file-damaged", "nothing-usable", "unsafe"):
+            raise
+    if path.suffix.lower() == ".json" and (words := in_words(path)).startswith(_BROKEN):
+        raise InputError("file-damaged", f"{path} is {words}; write or copy it again.")
+
+
 def why_no_input(path: Path, gives: str | None) -> str:
     """A sentence on a folder of results of ours, or a file in it, that no adapter reads, or on a file of many takes for
     training, and what to give instead; "" for anything else. gives: what was expected, as an adapter says it. Never
@@ -108,15 +117,12 @@ def _folder(path: Path) -> str:
     return f"a folder of {listed}" if listed else "a folder without files"
 
 
-def _array(file: IO[bytes], size: int | None = None) -> str:
-    """size: of the whole file in bytes, to tell one that was cut short."""
+def _array(file: IO[bytes]) -> str:
     version = np.lib.format.read_magic(file)
     header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, _, dtype = header(file)
     what = "Python objects, which would have to be unpickled," if dtype.hasobject else str(dtype)
-    held = dtype.itemsize * math.prod(shape)
-    cut = size is not None and not dtype.hasobject and size - file.tell() < held
-    return f"an array of shape {shape}, {what}".rstrip(",") + (", cut short" if cut else "")
+    return f"an array of shape {shape}, {what}".rstrip(",")
 
 
 def _archive(path: Path) -> str:
@@ -135,7 +141,7 @@ def _json(path: Path, start: bytes) -> str:
         try:
             json.loads(path.read_bytes().decode("utf-8-sig"))
         except json.JSONDecodeError as error:
-            return f"JSON that is incomplete or damaged at line {error.lineno}, column {error.colno}"
+            return f"{_BROKEN} at line {error.lineno}, column {error.colno}"
         except (ValueError, RecursionError):
             return "JSON of another kind than detectors and lifters write"
     return f"JSON that begins with {start.decode('utf-8', 'replace')[:_SHOWN]!r}"

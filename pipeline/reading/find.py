@@ -50,7 +50,7 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     if len(fits) == 1:
         return fits[0]
     flag = "--set read.keypoints_adapter" if gives == "keypoints" else "--adapter"
-    from .describe import in_words, why_no_input, why_no_joints
+    from .describe import in_words, refuse_damaged, why_no_input, why_no_joints
 
     if why := why_no_joints(path):
         raise InputError("format-unknown", f"{path} is {in_words(path)}. {why}")
@@ -63,12 +63,14 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
         raise InputError("format-unknown", others)
     if why := why_no_input(path, gives):
         raise InputError("format-unknown", why)
-    own = gives != "keypoints" and path.suffix in (".npy", ".npz")
+    refuse_damaged(path)
+    wanted = gives or "poses"
+    own = wanted == "poses" and path.suffix in (".npy", ".npz")
     arrays = " For your own array of joints: --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=m."
     raise InputError(
         "format-unknown",
-        f"No adapter recognises {path} as {gives or 'poses'}: it is {in_words(path)}. If it is one of "
-        f"{', '.join(known)}, name it with {flag}.{arrays if own else ''}",
+        f"No adapter recognises {path} as {wanted}: it is {in_words(path)}. If it is one of "
+        f"{', '.join(adapters(wanted))}, name it with {flag}.{arrays if own else ''}",
     )
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, ValidationError
 from typer.models import ParameterInfo
 
 from ..core.device import Device
@@ -141,7 +141,7 @@ class RunOptions(BaseModel):
     become the fields that they name. InputError for an unknown option and for a value of another type.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     video: Annotated[Path | None, typer.Argument(help="The recorded video.")] = None
     poses: Annotated[Path | None, _option(_INPUT, "3D poses from a lifter: a file or a folder.")] = None
@@ -162,7 +162,7 @@ class RunOptions(BaseModel):
         Tells("fps", by_reading=True),
     ] = None
     time_range: Annotated[
-        tuple[float, float] | None,
+        tuple[float, Annotated[float, AllowInfNan()]] | None,
         BeforeValidator(_time_range),
         _option(_INPUT, "Process only this part: START:END in seconds, such as 2.5:8, 2: or :8."),
     ] = None

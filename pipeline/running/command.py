@@ -5,12 +5,13 @@ from __future__ import annotations
 import typer
 
 from ..core.messages import debug
+from ..files.atomic import check_replaceable
 from ..reading.flags import Force, Output, Resume, Strict, offering
 from ..reading.settings import RunOptions
 from .conclusion import conclude, point_to, show_files
 from .plan import planned
 from .progress import stages, tell, tell_people, telling_of_kept
-from .run import checkpoints_of, run_files, run_people
+from .run import checkpoints_of, inputs_of, run_files, run_people
 
 
 @offering()
@@ -23,6 +24,7 @@ def run(
     video first.
     """
     chosen = planned(options)
+    check_replaceable(output, force, inputs_of(options, chosen))
     if options.person == "pick":
         from .pick import pick
 

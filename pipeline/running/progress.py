@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol, TypeVar
 
+from ..core.errors import InputError
 from ..core.messages import is_quiet, is_verbose, on_terminal, say, say_all
 from ..core.take import Take
 from .people import PersonRun
@@ -112,10 +113,10 @@ def telling_of_kept(checkpoints: Sequence[Path], resumed: bool) -> Iterator[None
         say("note", words)
     try:
         yield
-    except BaseException:
+    except BaseException as error:
         if any(path.is_file() for path in checkpoints):
-            words = "finished work is kept; the same command with --resume continues from there"
-            say("note", words)
+            the = "put right what is named below, and the" if isinstance(error, InputError) else "the same"
+            say("note", f"finished work is kept; {the} command with --resume continues from there")
         raise
 
 

@@ -20,6 +20,7 @@ from ..core.take import Take, Told
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
 from ..files.names import KEYPOINTS
 from ..plugins.options import files_among
+from ..reading.clock import Clock
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
 from ..signals.filters import rate
@@ -43,8 +44,8 @@ _LEFT = ("resume", "checkpoint")  # options that name what the run itself leaves
 def checkpoints_of(output: Path) -> dict[str, Path]:
     """By stage, where a run into that folder keeps what it has detected and lifted until it is complete; the files
     stay when the run fails or is killed."""
-    output = output.resolve()
-    return {stage: output.with_name(f".{output.name}.{name}") for stage, name in _KEPT.items()}
+    output = output.resolve()  # "/" has no name, and `whole_folder` refuses it
+    return {stage: output.parent / f".{output.name}.{name}" for stage, name in _KEPT.items()}
 
 
 class How(TypedDict, total=False):
@@ -138,6 +139,8 @@ def run_into(
         }
         for i in takes:
             pipelines[i].check_rate(_frame_rate(takes[i]))
+            if not everybody:  # of several, only who is not there then is left out
+                _check_neutral(takes[i])
         require_space(folder.parent, bytes_needed(recipe, *takes.values()), "The run")
         ended |= _by_scene(pipelines, takes, done)
     runs = []
@@ -188,6 +191,21 @@ def _frame_rate(take: Take) -> float:
     video, told = take.need("video"), take.told.fps
     first, last = video.span
     return rate(video.time_s[first : last + 1]) if told is None else told
+
+
+def _check_neutral(take: Take) -> None:
+    """InputError for a neutral posture that is not in the take's time."""
+    told, rows = take.told, take.keypoints if take.poses is None else take.poses
+    if isinstance(told.neutral, tuple):
+        if rows is None:
+            video = take.need("video")
+            times = Clock(video, told.fps, None).seconds(np.array(video.span), video.path)
+        else:
+            times = rows.times
+        (start, end), (first, last) = told.neutral, times[[0, -1]]
+        if not (start < last and first < end):
+            words = f"Expected a --neutral within the take, which is from {first:.6g} to {last:.6g} s"
+            raise InputError("bad-value", f"{words}, got {start:g} to {end:g} s.")
 
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:

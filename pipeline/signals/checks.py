@@ -39,7 +39,6 @@ _LEAP = 0.4  # trunk lengths that the joints move on average from one frame to t
 NEAR_S = 1 / 15
 _FASTEST = 30.0  # trunk lengths a second that the pelvis goes, 15 m/s: the fastest sprinter went at 12.4
 _SHORTEST_S = 1 / 60  # between rows: the noise of faster cameras is as large from row to row
-STATURES_M = (0.4, 2.6)
 # Trunk lengths: the joints of lifts wander by 0.1 to 0.55 in a video of one photo; somebody who boxes on the spot makes
 # 0.95, who walks or waves 1.6 and more.
 _WANDER = 0.7

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..core.anthropometry import implied_stature
+from ..core.anthropometry import STATURES_M, implied_stature
 from ..core.catalogue import Weight
 from ..core.layouts import H36M17
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from .checks import (
-    STATURES_M,
     UNSTEADY,
     bone_spread,
     chirality,
@@ -56,9 +55,9 @@ def findings_of(
     """All that `pcnet3d inspect` would find in poses as a run has them. poses: as pose_findings takes them; source: the
     same person as the adapter gives it, where there was a file; swaps: of find_swaps in these poses, where it was asked
     already."""
-    before = [] if source is None else source_findings(source)
+    before, unit = ([], "m") if source is None else (source_findings(source), source.frame.unit)
     swaps = find_swaps(poses) if swaps is None else swaps
-    return (*row_findings(poses), *before, *pose_findings(poses), *swap_findings(poses, swaps))
+    return (*row_findings(poses), *before, *pose_findings(poses, unit), *swap_findings(poses, swaps))
 
 
 def row_findings(source: PoseSequence) -> list[Notice]:
@@ -139,8 +138,8 @@ def source_findings(source: PoseSequence) -> list[Notice]:
     return []
 
 
-def pose_findings(poses: PoseSequence) -> list[Notice]:
-    """What the body shows. poses: H36M17 relative to the pelvis, in CAMERA or a world's axes."""
+def pose_findings(poses: PoseSequence, unit: str = "m") -> list[Notice]:
+    """What the body shows. poses: H36M17 relative to the pelvis, in CAMERA or a world's axes. unit: of their file."""
     few = [notice("too-few-frames")] if len(_complete(poses)) < _FEWEST_ROWS else []
     return [
         *few,
@@ -148,7 +147,7 @@ def pose_findings(poses: PoseSequence) -> list[Notice]:
         *_bones(poses),
         *_sides(poses),
         *_handedness(poses),
-        *_stature(poses),
+        *_stature(poses, unit),
         *upside_down(poses),
         *_leaps(poses),
         *_seams(poses),
@@ -266,12 +265,12 @@ def _handedness(poses: PoseSequence) -> list[Notice]:
     return [notice(codes[evidence.verdict], evidence=str(evidence))]
 
 
-def _stature(poses: PoseSequence) -> list[Notice]:
+def _stature(poses: PoseSequence, unit: str) -> list[Notice]:
     stature = implied_stature(poses.joints)
     if not poses.frame.metric or np.isnan(stature) or _ADULTS_M[0] <= stature <= _ADULTS_M[1]:
         return []
     weight: Weight = "suspicious" if STATURES_M[0] < stature < STATURES_M[1] else "unusable"
-    return [notice("stature", weight=weight, stature_m=stature)]
+    return [notice("stature", weight=weight, stature_m=stature, unit=unit)]
 
 
 def _leaps(poses: PoseSequence) -> list[Notice]:

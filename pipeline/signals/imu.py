@@ -18,6 +18,7 @@ from ..core.rotations import angle_deg, is_finite, rotate, transpose
 from .filters import rate
 
 GRAVITY_MPS2 = 9.80665  # standard gravity (CGPM 1901)
+MOST_HZ = 10_000.0  # samples a second; sensors for people take up to 2000
 
 # Where on the 17 joints each segment's sensor is: from a joint towards another, and how much of the way. Sensors of
 # the forearm sit at the wrist, a foot's goes with the ankle; sacrum and pelvis joint count as one place.

@@ -60,13 +60,12 @@ _QUICK = {"walk": _Limit(0.68, 0.47), "run": _Limit(0.40, 0.22)}
 _REGULAR = 2.0  # times the duration of a quicker step; feet that pass each other at odd times are no gait
 
 
-def check_fps(fps: float) -> float:
-    """The rate itself. InputError for one outside 1 to 1000 frames a second."""
-    if not _RATES[0] <= fps <= _RATES[1]:
+def check_fps(fps: float, flag: str = "--fps", most: float = _RATES[1]) -> float:
+    """The rate itself. InputError for one outside 1 to `most` a second. flag: of the option that gives it."""
+    if not _RATES[0] <= fps <= most:
         raise InputError(
             "bad-value",
-            f"Expected a frame rate of {_RATES[0]:g} to {_RATES[1]:g} frames per second (--fps), got {fps:g}; give the "
-            "rate at which the camera recorded.",
+            f"Expected a rate of {_RATES[0]:g} to {most:g} a second ({flag}), got {fps:g}; give that of the recording.",
         )
     return fps
 

@@ -102,6 +102,9 @@ LIFT = "--poses X3D.npy --fps 30"
         (f"{LIFT} --set read.gravity=0,1,0 --set read.pitch=3", ["not both"]),
         (f"{LIFT} --recipe short.toml --camera moving", ["'rectify'"]),
         (f"{LIFT} --stature 180", ["metres", "180"]),
+        (f"{LIFT} --focal 0", ["--focal", "got 0"]),
+        (f"{LIFT} --focal nan", ["--focal", "got nan"]),
+        ("--keypoints ap.json --fps 30 --set read.image_size=0x0", ["read.image_size", "got 0"]),
         (f"{LIFT} --recipe none.toml", ["none.toml"]),
         ("--poses notes.txt --fps 30", ["notes.txt", "No adapter"]),
         ("--poses cut.npy --fps 30 --adapter motionbert", ["cut.npy"]),
@@ -121,6 +124,15 @@ def test_bad_options_and_files_get_a_sentence_and_exit_2(lifted, tmp_path, argum
     before = sorted(path.name for path in tmp_path.iterdir())
     refused(pcnet3d("run", *arguments.split(), "-o", tmp_path / "out", cwd=tmp_path), *words)
     assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("place", ["/", "."])
+@pytest.mark.parametrize("command", ["demo", f"run {LIFT}", f"run {LIFT} --person pick"])
+def test_the_current_folder_and_those_that_hold_it_are_refused_before_any_work(
+    lifted, tmp_path, command, place
+):
+    refused(pcnet3d(*command.split(), "-o", place, cwd=tmp_path), "cannot be replaced; choose another -o")
+    assert [path.name for path in tmp_path.iterdir()] == ["X3D.npy"]
 
 
 @pytest.mark.parametrize(

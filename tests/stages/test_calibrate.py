@@ -139,6 +139,14 @@ def test_what_is_no_image_gets_one_sentence(tmp_path, content):
     commands.refused(pcnet3d("calibrate", path), "pcnet3d: Expected an image")
 
 
+def test_a_focal_length_that_cannot_be_gets_one_sentence(shown, tmp_path):
+    cv2.imwrite(str(tmp_path / "one.png"), shown.image[:, :, ::-1])
+    for focal in (0, -5):
+        commands.refused(
+            pcnet3d("calibrate", tmp_path / "one.png", "--focal", focal), "--focal", f"got {focal}"
+        )
+
+
 def test_errors_of_pitch_and_roll_are_those_of_up(shown):
     rng = np.random.default_rng(0)
     covariance = np.diag(np.radians([0.5, 0.8, 0.6]) ** 2)

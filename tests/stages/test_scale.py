@@ -45,12 +45,6 @@ def test_without_a_stature_the_unit_is_kept_and_said():
     assert Scale()(Take("t", poses=take.poses.with_(frame=CAMERA))).notices == ()
 
 
-@pytest.mark.parametrize("stature", [0, 180, -1.8, float("nan")])
-def test_a_stature_in_other_units_is_refused(stature):
-    with refused("bad-value"):
-        scale(PoseSequence(adult(1.0)[None], H36M17, ARBITRARY), stature)
-
-
 def test_a_body_without_limbs_cannot_be_scaled():
     with refused("nothing-usable"):
         scale(PoseSequence(np.full((2, 17, 3), np.nan), H36M17, ARBITRARY), 1.8)

@@ -22,6 +22,7 @@ from ....pipeline.reading.mocap import bvh as mocap_bvh
 from ....pipeline.reading.mocap import joints as mocap_joints
 from ....pipeline.reading.mocap.clip import read_mocap
 from ....pipeline.reading.mocap.common import How, upright_share, z_up
+from ....pipeline.signals.rates import check_fps
 
 
 def read_truth(
@@ -43,6 +44,8 @@ def read_truth(
         raise InputError("cannot-open", f"Expected motion capture at {path}, found no file there.")
     if unit is not None and unit not in UNITS:
         raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
+    if fps is not None:
+        check_fps(fps, "--rate")
     kind = path.suffix.lower()
     if clip is not None and kind != ".npz":
         raise InputError(

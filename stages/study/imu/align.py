@@ -126,6 +126,13 @@ def align(time_s: np.ndarray, video: np.ndarray, imu: Signal, search_s: float) -
     return Alignment(lag, rate, float(time_s[0]), heading, score, _runner_up(lags, scores, lag))
 
 
+def check_overlap(time_s: np.ndarray, imu: Signal, search_s: float) -> None:
+    """InputError when the IMU was not recorded within the video's times (T,) at any lag within +-search_s."""
+    held = imu.time_s[is_finite(imu.values)]
+    if not len(held) or min(time_s[-1], held[-1]) - max(time_s[0], held[0]) + search_s < _LEAST_S:
+        raise InputError("files-apart", _no_overlap(time_s, imu, search_s))
+
+
 def heading_deg(video: np.ndarray, imu: np.ndarray) -> float:
     """The turn about the vertical that brings an IMU's accelerations (T, 3) nearest to a video's."""
     return _score(video, imu)[1]

@@ -40,7 +40,7 @@ from ....pipeline.signals.filters import CUTOFF_HZ, breaks, check_cutoff, rate
 from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
 from ..compare.truth import people_in_a_world
 from ..methods import method_name, methods
-from .align import Alignment, Signal, agreement, align, heading_deg
+from .align import Alignment, Signal, agreement, align, check_overlap, heading_deg
 from .motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
 from .output import IMU_RECORDING, Comparison, as_markdown, as_page, write_recording
 
@@ -249,6 +249,7 @@ def compare(
         video, signal, means = _norms(run, sensor, time_s, cutoff_hz)
     else:
         video, signal, means = _vectors(run, sensor, pelvis, root, time_s, cutoff_hz, rectifiers)
+    check_overlap(time_s, signal, search_s)  # before the pelvis may be blamed
     own, step_s = list(video)[-1], float(time_s[1] - time_s[0])
     known_s = is_finite(video[own]).sum() * step_s
     if known_s < _LEAST_S:

@@ -121,24 +121,19 @@ def _live(
             take = run.take
             assert take is not None
             tell(take)
-        except (InputError, KeyboardInterrupt) as error:
+        except (Exception, KeyboardInterrupt) as error:  # none may cost a recording that cannot be made again
             if seen.person is None and (video is None or shown.video or not any(seen.size)):  # none is kept
                 raise
-            say("warning", f"recorded, but not processed as a take: {error or 'interrupted'}")
-        except Exception as error:  # nothing of ours may cost a recording that cannot be made again
             fault = error
-            say("warning", "recorded, but not processed as a take: a fault of this program, below.")
+            say("warning", "recorded, but not processed as a take, for the reason below")
         add_to_summary(folder, device=where.summary(), live=seen.summary)
     show_files(output)
+    show(f"what was known at the time: pcnet3d view {quoted(output / LIVE)}")
     if fault is not None:
         raise fault
-    shown_then = f"what was known at the time: pcnet3d view {quoted(output / LIVE)}"
-    if take is None:
-        print(shown_then)
-    else:
-        show(shown_then)
-        conclude({"": take})
-        point_to(output)
+    assert take is not None
+    conclude({"": take})
+    point_to(output)
     if seen.full is not None:
         raise seen.full
 

@@ -87,12 +87,31 @@ def test_a_cutoff_that_the_rate_does_not_carry_is_refused_before_the_video_is_lo
     succeeded(call(*words, "--fps", "60", "-o", tmp_path / "out"))
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ("--stature 175", "--stature"),
+        ("--focal -5", "--focal"),
+        ("--neutral 0:55-0:59", "got 55 to 59 s"),
+        ("--set rectify.rectifier=foo", "no rectifier 'foo'"),
+        ("--set calibrate.gravity_network=foo", "no gravity network 'foo'"),
+        ("--set calibrate.camera_file=foo.toml", "foo.toml"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_before_the_video_is_looked_at(
+    walk_film, toy, tmp_path, call, monkeypatch, given, said
+):
+    monkeypatch.setattr(detect_video, "images_ahead", lambda *_: pytest.fail("was detected before"))
+    refused(call(walk_film.path, "--detector", toy, *given.split(), "-o", tmp_path / "out"), said)
+    assert not list(tmp_path.glob("*out*"))
+
+
 def test_a_rate_against_the_videos_own_is_told(walk_film, toy, quick, tmp_path, call):
     """Silent once where the keypoints were detected: a cadence of 197 instead of 98."""
     words = (walk_film.path, "--detector", toy, "--recipe", quick)
     said = succeeded(call(*words, "--fps", 100, "-o", tmp_path / "a")).stderr
     assert "--fps 100 was used, but the video says" in said
-    refused(call(*words, "--fps", 3000, "-o", tmp_path / "b"), "Expected a frame rate of 1 to 1000")
+    refused(call(*words, "--fps", 3000, "-o", tmp_path / "b"), "Expected a rate of 1 to 1000")
 
 
 def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypatch):

@@ -71,6 +71,11 @@ def test_a_lifter_that_cannot_be_opened_ends_the_run_before_it_reads_anything(tm
         recipe.build()
 
 
+def test_keypoints_that_all_lie_outside_the_image_are_not_called_missing(files, tmp_path):
+    words = ("run", "--keypoints", files.keypoints, "--set", "read.image_size=30x30", "--fps", 30)
+    refused(pcnet3d(*words, "-o", tmp_path / "out"), "30 x 30 pixels", "100 % lie outside it: they reach")
+
+
 def test_run_with_a_lifter(files, per_frame, facing_camera, tmp_path):
     lifter = per_frame(ZERO, facing_camera, name="mine.onnx")
     folder = tmp_path / "out"

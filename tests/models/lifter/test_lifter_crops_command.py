@@ -125,7 +125,7 @@ def test_a_network_of_other_shapes_is_one_sentence(files, make, tmp_path, change
 def test_a_network_that_fails_half_way_leaves_no_results(files, make, quick, tmp_path):
     """The walker goes to the right, beyond what it can do."""
     words = ("run", files.video, "--keypoints", files.keypoints, "--recipe", quick, "-o", tmp_path / "out")
-    kept = "finished work is kept; the same command with --resume continues from there"
+    kept = "finished work is kept; put right what is named below, and the command with --resume continues"
     result = pcnet3d(*words, "--lifter", make("instanthmr", fails_from=0.0))
     refused(result, "instanthmr.onnx@", "failed at video frame", kept)
     assert not (tmp_path / "out").exists()

@@ -277,6 +277,10 @@ def test_millimetres_called_metres_are_doubted(tmp_path, facing_camera):
     np.save(tmp_path / "a.npy", np.repeat(facing_camera[None] * 1000, ROWS, axis=0))
     take = open_take(RunOptions(poses=tmp_path / "a.npy", adapter="arrays", fps=25, options=IN_METRES))
     assert "stature" in [said.code for said in take.said]
+    for unit in ("m", "cm"):  # it said metres whatever the user had told
+        told = {**IN_METRES, "unit": unit}
+        take = open_take(RunOptions(poses=tmp_path / "a.npy", adapter="arrays", fps=25, options=told))
+        assert f"is really {unit}." in next(said.text for said in take.said if said.code == "stature")
 
 
 @pytest.mark.parametrize(
@@ -310,12 +314,13 @@ def _half_an_array(path):
             lambda path: np.savez(path, a=np.zeros((3, 4)), b=np.array("x")),
             r"'a' \(an array of shape \(3, 4\)",
         ),
-        ("a.npy", lambda path: np.save(path, [None]), "Python objects"),
-        ("a.npy", lambda path: path.write_bytes(b"\x93NUMPY\x01"), "damaged"),
-        ("a.npy", _half_an_array, r"of shape \(30, 17, 3\), float32, cut short"),
-        ("a.npz", lambda path: path.write_bytes(b"PK\x03\x04"), "damaged"),
         ("a.json", lambda path: path.write_text('{"poses": 3}'), "JSON that begins with '{\"poses"),
         ("a.doc", lambda path: path.write_bytes(b"\xd0\xcf"), r"begins with b'\\xd0\\xcf'"),
+        (
+            "b.doc",
+            lambda path: path.write_bytes(b"\xd0\xcf"),
+            "one of alphapose3d, amass,(?!.*(coco|video,|imu))",
+        ),
         ("a", lambda path: path.mkdir(), "a folder without files"),
     ],
 )
@@ -323,6 +328,28 @@ def test_a_file_that_nobody_recognises_is_described(tmp_path, name, write, words
     write(tmp_path / name)
     with pytest.raises(InputError, match=f"it is .*{words}"):
         read(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("name", "write", "code"),
+    [
+        ("a.npy", lambda path: path.touch(), "file-damaged"),
+        ("a.csv", lambda path: path.touch(), "file-damaged"),
+        ("a.npy", lambda path: path.write_bytes(b"\x93NUMPY\x01"), "file-damaged"),
+        ("a.npy", _half_an_array, "file-damaged"),
+        ("a.npz", lambda path: path.write_bytes(b"PK\x03\x04"), "file-damaged"),
+        ("a.json", lambda path: path.write_text('[{"x"'), "file-damaged"),
+        ("a.npy", lambda path: np.save(path, np.zeros((0, 17, 3))), "nothing-usable"),
+        ("a.npy", lambda path: np.save(path, [None]), "unsafe"),
+    ],
+)
+def test_of_a_damaged_file_only_the_fault_is_said(tmp_path, name, write, code):
+    write(tmp_path / name)
+    for read_as in ("poses", None):
+        with pytest.raises(InputError) as caught:
+            find_adapter(tmp_path / name, gives=read_as)
+        assert caught.value.code == code
+        assert "adapter" not in str(caught.value)
 
 
 def test_an_array_of_ones_own_is_told_how_to_come_in(tmp_path):

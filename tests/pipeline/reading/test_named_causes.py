@@ -135,7 +135,7 @@ def test_results_of_a_run_are_told_from_files_of_others(tmp_path, name, gives):
     with refused("format-unknown", f"--keypoints {tmp_path / 'keypoints.npz'}"):
         open_take(RunOptions(video=tmp_path / name))  # a folder was called no video file, and no more
     for other in ("keypoints.npz", "own.npz"):  # damaged, and put there by the user
-        with refused("format-unknown", "it is empty"):
+        with refused("file-damaged", "is empty"):
             find_adapter(tmp_path / other, gives=gives)
 
 

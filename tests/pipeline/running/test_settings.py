@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
@@ -141,6 +142,7 @@ def test_settings_of_reading_are_fields():
         ("rectfy.pitch_deg=3", ["no stage 'rectfy'", "did you mean rectify"]),
         ("clean.spkie=3", ["'clean'", "'spkie'", "did you mean spike"]),
         ("clean.spike=wide", ["'clean'", "spike='wide'", "number"]),
+        ("clean.spike=nan", ["'clean'", "spike='nan'", "finite"]),
         ("lift.flip=true", ["lift.flip", "'lift'", "this run does not have"]),
         ("lift=off", ["lift=off", "'lift'", "this run does not have"]),
         ("read.fps=30", ["read.fps", "it is --fps"]),
@@ -161,6 +163,7 @@ def test_a_setting_that_cannot_be_used_is_refused_with_its_reason(setting, words
     ("given", "words"),
     [
         ({"fps": "fast"}, ["--fps=fast", "number"]),
+        ({"pitch": "inf"}, ["--set read.pitch=inf", "finite"]),
         ({"handedness": "ignroe"}, ["--set read.handedness=ignroe", "'ignore'"]),
         ({"image_size": "640"}, ["WIDTHxHEIGHT", "'640'"]),
         ({"gravity": "0,1"}, ["--set read.gravity=X,Y,Z", "'0,1'"]),
@@ -171,6 +174,20 @@ def test_a_setting_that_cannot_be_used_is_refused_with_its_reason(setting, words
 def test_a_value_of_another_type_is_one_sentence(given, words):
     with refused(None, *words):
         RunOptions(**given)
+
+
+@pytest.mark.parametrize(
+    ("field", "values", "flag"),
+    [
+        ("focal_px", [0, -5, np.inf, np.nan], "--focal"),
+        ("stature_m", [0, 0.3, 175, -1.8, np.nan], "0.4 and 2.6 metres (--stature)"),
+        ("image_size", [(0, 0), (640, 1)], "read.image_size"),
+    ],
+)
+def test_a_figure_that_cannot_be_is_refused_where_it_is_told(field, values, flag):
+    for value in values:
+        with refused("bad-value", flag):
+            Told(**{field: value})
 
 
 def test_options_do_not_change():

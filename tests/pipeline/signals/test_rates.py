@@ -13,7 +13,7 @@ from pcnet3d.pipeline.signals.rates import check_fps, pace_doubts, rate_doubts, 
 
 @pytest.mark.parametrize("fps", [0, -30, 0.5, 3000, float("nan"), float("inf")])
 def test_rates_of_no_camera(fps):
-    with pytest.raises(InputError, match="1 to 1000 frames per second"):
+    with pytest.raises(InputError, match="1 to 1000 a second"):
         check_fps(fps)
 
 

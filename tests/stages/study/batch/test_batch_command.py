@@ -52,7 +52,7 @@ def test_each_take_fails_for_itself_and_says_why(finished):
         "good": ("done", 0), "broken": ("failed", 2), "crash": ("failed", -signal.SIGABRT), "hang": ("failed", 124),
     }  # fmt: skip
     assert ".npy" in takes["broken"]["reason"]
-    assert [takes[name]["code"] for name in ("good", "broken", "crash")] == ["", "format-unknown", ""]
+    assert [takes[name]["code"] for name in ("good", "broken", "crash")] == ["", "file-damaged", ""]
     assert "SIGABRT" in takes["crash"]["reason"]
     assert "--timeout" in takes["hang"]["reason"]
     for name in ("broken", "crash", "hang"):
@@ -283,8 +283,8 @@ def test_a_folders_truncated_file_fails_with_its_reason(pcnet3d, tmp_path):
     assert "0 takes done (0 of them before), 2 failed" in result.stdout
     assert "no doubts" not in result.stdout  # of no run at all
     reasons = {take["name"]: take["reason"] for take in status(tmp_path / "out")["takes"]}
-    assert "it is damaged or cut short" in reasons["X3D"]
-    assert "it is empty (0 bytes)" in reasons["empty"]
+    assert "is damaged or was cut short" in reasons["X3D"]
+    assert "is empty (0 bytes)" in reasons["empty"]
 
 
 def test_a_cluster_and_workers_at_once_are_refused(small, pcnet3d, tmp_path):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import commands
 from golden.measures import rows_of
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
@@ -330,6 +331,10 @@ def test_bad_input_has_words(runs, sides, tmp_path):
         compare([runs / "side", runs / "front"], clip="a_1")
     with refused("cannot-open"):
         compare([runs / "side"], truth=Path("nothing.trc"))
+    for figure in ("nan", "inf"):
+        commands.refused(
+            commands.pcnet3d("compare", runs / "side", runs / "front", "--offset", figure), figure
+        )
     for align in ("stamps", "correlate"):
         with pytest.raises(InputError, match="--offset"):
             compare([runs / "side", runs / "front"], align=align, offset=100.0)
@@ -337,6 +342,13 @@ def test_bad_input_has_words(runs, sides, tmp_path):
     with pytest.raises(InputError, match="did not make"):
         compare([runs / "side", runs / "front"], output=tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+@pytest.mark.parametrize("value", [0, -3, "nan"])
+def test_a_figure_that_cannot_be_is_blamed_and_not_the_file(runs, tmp_path, value):
+    words = ["compare", runs / "side", "-o", tmp_path / "out", "--truth", runs / "front/markers.trc"]
+    commands.refused(commands.pcnet3d(*words, "--rate", value), "--rate", f"got {value}")
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_run_without_angles_has_words(runs, tmp_path):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import commands
 from golden.sensors import write_csv
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.imu import Faults, strapped
@@ -250,6 +251,7 @@ def test_g_is_said_and_gives_the_same(compared, made, tmp_path):
     ("segments", "options", "words"),
     [
         (("r_forearm", "pelvis"), {"offset": 100.0}, "--offset"),
+        (("r_forearm",), {"offset": 100.0}, "--offset"),  # without a pelvis', whose movement was blamed
         (("r_forearm", "pelvis"), {"cutoff": 50.0}, "30 frames a second"),
         (("r_forearm",), {"root": Path("nothing.txt")}, "--root"),
         (("r_forearm", "r_forearm"), {}, "two for the same"),
@@ -258,6 +260,14 @@ def test_g_is_said_and_gives_the_same(compared, made, tmp_path):
 def test_bad_input_has_words(made, segments, options, words):
     with pytest.raises(InputError, match=words):
         compare(made, *segments, **options)
+
+
+@pytest.mark.parametrize(
+    ("option", "value"), [("--rate", 0), ("--rate", -3), ("--rate", "nan"), ("--offset", "nan")]
+)
+def test_a_figure_that_cannot_be_is_blamed_and_not_the_file(made, option, value):
+    words = ("imu", made / "run", "--imu", made / "r_forearm.csv", "--segment", "r_forearm")
+    commands.refused(commands.pcnet3d(*words, option, value), option, f"got {value}")
 
 
 def test_what_is_no_run_and_no_imu_has_words(made, tmp_path):
