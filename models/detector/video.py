@@ -4,7 +4,7 @@ up again."""
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +20,9 @@ from ...pipeline.signals.tracker import Sighting, Tracker, exchanges
 from .protocols import Detector, Found
 from .repeated import repeated, without_repeats
 from .scene_cuts import Glance
+
+# Images before an interruption that are seen again, for no file keeps any; the last may be dark, and show nothing.
+_AGAIN = 30
 
 
 class _Rows:
@@ -81,7 +84,7 @@ class Search:
             self._before = ()
         elif self._glance is not None:
             self._change[number] = self._glance.change_to(now)
-        self._glance = now if self._glance is None or now.shows else self._glance
+        self._compare_with(now)
         self._before = self._people(image)
         names = self._tracker.names([_sighting(number, found) for found in self._before])
         named = list(zip(names, self._before, strict=True))
@@ -89,6 +92,9 @@ class Search:
             self._rows.add(number, time_s, name, person)
         self.seen = number + 1
         return named
+
+    def _compare_with(self, now: Glance) -> None:
+        self._glance = now if self._glance is None or now.shows else self._glance
 
     def _people(self, image: np.ndarray) -> Sequence[Found]:
         """InputError for a detector of another package that answers something else."""
@@ -115,7 +121,6 @@ class Search:
             damaged=np.array([number for number in self.damaged if number < self.seen], dtype=np.int64),
             repeated=repeated(change),
             change=change,
-            thumbnail=np.zeros((0, 0), np.uint8) if self._glance is None else self._glance.grey,
             frames=frames,
             frames_seen=seen,
             layout=self._detector.layout.name,
@@ -128,8 +133,9 @@ class Search:
         """Whether anybody was found."""
         return len(self._rows) > 0
 
-    def take_up(self, resume: Detections) -> None:
-        """Know what is known, and be in the state of after the last frame that was looked at."""
+    def take_up(self, resume: Detections, last: Iterable[np.ndarray]) -> None:
+        """Know what is known, and be in the state of after the last frame that was looked at. last: images up to that
+        frame's."""
         scene = int(resume.cuts.max(initial=0))
         before = []
         columns = (
@@ -148,7 +154,9 @@ class Search:
                 self._tracker.cut()
             if frame == resume.frames_seen - 1:
                 before.append(found)
-        self._before, self._glance = before, Glance(resume.thumbnail) if resume.thumbnail.size else None
+        self._before = before
+        for image in last:
+            self._compare_with(Glance.at(image))
         self._change = array("f", resume.change.tolist())
         self.cuts, self.damaged = resume.cuts.tolist(), resume.damaged.tolist()
         self.seen = resume.frames_seen
@@ -184,7 +192,8 @@ def detect(
                 f"{how_many(resume.frames, 'frame')}, now {detector.method} on {total}); leave --resume out to start "
                 "again.",
             )
-        search.take_up(resume)
+        again = max(first, resume.frames_seen - _AGAIN), resume.frames_seen - 1
+        search.take_up(resume, (image for _, image in images_ahead(video, *again, [])))
     seen = total
 
     def keep_now() -> None:

@@ -263,11 +263,15 @@ main()
     end = subprocess.run([sys.executable, "-c", script, "run", *words, "-o", out], capture_output=True)
     assert end.returncode == -signal.SIGKILL, end.stderr
     assert load_detections(tmp_path / ".part.keypoints.npz").frames_seen == 25
+    with np.load(tmp_path / ".part.keypoints.npz") as kept:  # a small image was in it, and in the result
+        assert not [name for name in kept.files if kept[name].dtype == np.uint8]
     assert [left for left in tmp_path.iterdir() if ".part.partial-" in left.name]
     succeeded(call(*words, "-o", out, "--resume"))
     assert not [left.name for left in tmp_path.iterdir() if left.name.startswith(".")]
     succeeded(call(*words, "-o", tmp_path / "whole"))
     _same(out, tmp_path / "whole")
+    with np.load(out / "keypoints.npz") as found:
+        assert not [name for name in found.files if found[name].dtype == np.uint8]
 
 
 def test_a_run_that_begins_anew_says_what_it_could_go_on_from(
