@@ -20,6 +20,7 @@ from .checks import (
     leaps,
     movement,
     moves,
+    on_its_side,
     upside_down,
     whole_rows,
 )
@@ -149,7 +150,7 @@ def pose_findings(poses: PoseSequence) -> list[Notice]:
         *_sides(poses),
         *_handedness(poses),
         *_stature(poses),
-        *upside_down(poses),
+        *(upside_down(poses) or on_its_side(poses)),
         *_leaps(poses),
         *_seams(poses),
         *shape_findings(poses),
