@@ -47,6 +47,15 @@ def test_which_axis_is_up_is_checked_and_can_be_told(walk, tmp_path):
     np.testing.assert_allclose(read_truth(tmp_path / "x.trc", up="z").joints, walk.world, atol=1e-4)
 
 
+@pytest.mark.parametrize(("unit", "size"), [("mm", "0.001"), ("inch", "0.04"), (None, "1.75e")])
+def test_a_person_of_no_persons_size_has_another_unit(walk, tmp_path, unit, size):
+    """In a wrong unit the run was scaled to a person of 2 mm, from whom its joints differed by 0 mm."""
+    points = y_up(walk.world) * (1 if unit else 1000)
+    trc(tmp_path / "x.trc", H36M17.joints, points)
+    with pytest.raises(InputError, match=rf"stature of {size}.* give its unit with --unit"):
+        read_truth(tmp_path / "x.trc", unit=unit)
+
+
 @pytest.mark.filterwarnings("error")
 def test_a_joint_that_never_is_there_says_nothing_of_up(walk, tmp_path):
     for joint in ("l_wrist", "r_knee"):
