@@ -13,7 +13,7 @@ from ..core.errors import InputError
 from ..core.frames import IMAGE
 from ..core.layouts import Layout, layout_named
 from ..core.notices import Notice, notice
-from ..core.pose import PoseSequence
+from ..core.pose import MadeBy, PoseSequence
 from .arrays import load_all, write_arrays
 from .names import KEYPOINTS
 
@@ -121,6 +121,7 @@ class Detections:
                 frame_index=self.frame_index[mine],
                 person=str(person),
                 scene=scenes[person],
+                made_by=MadeBy("estimated", self.method),
                 detected_in=self.video_sha256,
             ).noted(
                 "detect",

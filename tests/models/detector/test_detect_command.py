@@ -24,6 +24,8 @@ def test_a_video_alone_gives_everything(walk_film, toy, tmp_path, call):
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     assert {"keypoints.npz", "poses.npz", "take.rrd", "report.html"} <= set(summary["files"])
     assert [entry["role"] for entry in summary["inputs"]] == ["video"]
+    made_by = summary["keypoints"]["made_by"]
+    assert (made_by["kind"], made_by["by"].partition("@")[0]) == ("estimated", "movenet")
     assert "The 2D keypoints were detected in the video by movenet@" in said
     with np.load(tmp_path / "out/poses.npz") as poses:
         np.testing.assert_array_equal(poses["frame_index"], np.arange(40))
