@@ -52,7 +52,7 @@ from .glossary import COUNTED, explained
 
 _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
-    "sd": "usual ±", "beyond_anatomy_frames": "frames beyond anatomy",
+    "usual_error": "usual ±", "beyond_anatomy_frames": "frames beyond anatomy",
     "walking_speed": "speed", "walks": "stretches",
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
@@ -345,7 +345,7 @@ def _cell_of(member: Mapping[str, Any], name: str) -> Cell:
         return _percent(value(member, name) or 0)
     if leaf is None or isinstance(leaf, Remark):
         return None if leaf is None else leaf.text
-    if name == "sd" and isinstance(leaf, Measure):
+    if name == "usual_error" and isinstance(leaf, Measure):
         return _shown(half_bar(leaf.value))
     whole = isinstance(leaf, Measure) and not leaf.unit  # a count
     cell = _cell(leaf.value) if whole else _both(leaf)

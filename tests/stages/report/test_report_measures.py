@@ -61,6 +61,7 @@ def test_what_counts_is_told_by_its_threshold():
         ("r_wrist_path", "length", "right wrist path (m)"),
         ("peak", "degps", "peak (°/s)"),
         ("count", "", "count"),
+        ("usual_error", "deg", "usual ± (°)"),
     ],
 )
 def test_a_figure_is_named_with_its_unit(name, unit, words):
