@@ -189,11 +189,14 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
 
 def worded(name: str) -> str:
     """The name of a figure or a group in words."""
-    if name not in _WORDS and name.startswith("sd_"):
-        return f"SD of {spoken(name.removeprefix('sd_'))}"
-    if name not in _WORDS and name.endswith("_reason"):
+    if name in _WORDS:
+        return _WORDS[name]
+    for prefix, words in (("mean_", "mean"), ("sd_", "SD of")):
+        if name.startswith(prefix):
+            return f"{words} {worded(name.removeprefix(prefix))}"
+    if name.endswith("_reason"):
         return f"why no {spoken(name.removesuffix('_reason'))}"
-    return _WORDS.get(name, spoken(name))
+    return spoken(name)
 
 
 def named(leaf: Any, length: str = "m") -> str:
