@@ -15,7 +15,7 @@ reads = "keypoints.npz of a pcnet3d run on a video alone"
 
 def sniff(path: Path) -> bool:
     """Whether the file is an archive with the arrays of `pipeline.files.detections`."""
-    return arrays_in(path) >= {"frames_seen", "thumbnail", "layout"}
+    return arrays_in(path) >= {"frames_seen", "change", "layout"}
 
 
 def read(path: Path) -> tuple[PoseSequence, ...]:

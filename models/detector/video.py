@@ -4,7 +4,7 @@ up again."""
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,8 @@ from .repeated import repeated, without_repeats
 from .scene_cuts import Glance
 
 _UNSEEN_S = 0.2  # somebody may be in view for so long before they are looked for
+# Images before an interruption that are seen again, for no file keeps any; the last may be dark, and show nothing.
+_AGAIN = 30
 
 
 class _Rows:
@@ -89,7 +91,7 @@ class Search:
             self._last = number
         elif self._glance is not None:
             self._change[number] = self._glance.change_to(now)
-        self._glance = now if self._glance is None or now.shows else self._glance
+        self._compare_with(now)
         alone = number - self._last
         self._before = () if alone > MEMORY and alone % self._every else self._people(image)
         if self._before:
@@ -100,6 +102,9 @@ class Search:
             self._rows.add(number, time_s, name, person)
         self.seen = number + 1
         return named
+
+    def _compare_with(self, now: Glance) -> None:
+        self._glance = now if self._glance is None or now.shows else self._glance
 
     def _people(self, image: np.ndarray) -> Sequence[Found]:
         """InputError for a detector of another package that answers something else."""
@@ -126,7 +131,6 @@ class Search:
             damaged=np.array([number for number in self.damaged if number < self.seen], dtype=np.int64),
             repeated=repeated(change),
             change=change,
-            thumbnail=np.zeros((0, 0), np.uint8) if self._glance is None else self._glance.grey,
             frames=frames,
             frames_seen=seen,
             layout=self._detector.layout.name,
@@ -139,8 +143,9 @@ class Search:
         """Whether anybody was found."""
         return len(self._rows) > 0
 
-    def take_up(self, resume: Detections) -> None:
-        """Know what is known, and be in the state of after the last frame that was looked at."""
+    def take_up(self, resume: Detections, last: Iterable[np.ndarray]) -> None:
+        """Know what is known, and be in the state of after the last frame that was looked at. last: images up to that
+        frame's."""
         scene = int(resume.cuts.max(initial=0))
         before = []
         columns = (
@@ -159,11 +164,13 @@ class Search:
                 self._tracker.cut()
             if frame == resume.frames_seen - 1:
                 before.append(found)
-        self._before, self._glance = before, Glance(resume.thumbnail) if resume.thumbnail.size else None
+        self._before = before
+        for image in last:
+            self._compare_with(Glance.at(image))
         self._change = array("f", resume.change.tolist())
         self.cuts, self.damaged = resume.cuts.tolist(), resume.damaged.tolist()
         self.seen = resume.frames_seen
-        self._last = max(int(resume.frame_index[-1]), scene)
+        self._last = int(resume.frame_index.max(initial=max(scene, self._last)))
 
 
 def _sighting(frame: int, found: Found) -> Sighting:
@@ -196,7 +203,8 @@ def detect(
                 f"{how_many(resume.frames, 'frame')}, now {detector.method} on {total}); leave --resume out to start "
                 "again.",
             )
-        search.take_up(resume)
+        again = max(first, resume.frames_seen - _AGAIN), resume.frames_seen - 1
+        search.take_up(resume, (image for _, image in images_ahead(video, *again, [])))
     seen = total
 
     def keep_now() -> None:

@@ -48,6 +48,9 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
     "angles-unusual": ("warning", "motion",
         "The angles of {run} and {other} correlate less (r {r:.2f}) than those of one motion usually do (r "
         f"{{usual:g}} or more). {_ONE}"),
+    "mirror-images": ("warning", "motion",
+        "{run} fits {other} better with left and right exchanged (r {of_image:.2f} against {r:.2f}): the video of one "
+        "of them is mirrored, the shift is off by half a stride, or the other side moved."),
     "shift-unknown": ("warning", "clock",
         f"{_FITS} {_APART} If they are the same motion, {_NARROW}, or give --align stamps if both began together."),
     "shift-ambiguous": ("warning", "clock",

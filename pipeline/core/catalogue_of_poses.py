@@ -74,6 +74,10 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
         "upside down, or the person does a handstand. If its y points up, read it with --adapter arrays -O "
         "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary "
         "if it has no scale)."),
+    "on-its-side": ("suspicious", "poses",
+        "The trunk is tilted by more than {off_deg:.0f} degrees from the file's vertical axis in {share_percent:.0f} % "
+        "of the frames: the person lies or crawls, or another axis is up. In that case say which (-O up=y or z; with "
+        "--adapter arrays -O frame=Y_UP or Z_UP)."),
     "picture-upside-down": ("suspicious", "poses",
         "The head is below the feet in {share_percent:.0f} % of the frames: turn the image before the run, unless "
         "the person does a handstand."),

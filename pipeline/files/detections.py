@@ -13,13 +13,13 @@ from ..core.errors import InputError
 from ..core.frames import IMAGE
 from ..core.layouts import Layout, layout_named
 from ..core.notices import Notice, notice
-from ..core.pose import PoseSequence
+from ..core.pose import MadeBy, PoseSequence
 from .arrays import load_all, write_arrays
 from .names import KEYPOINTS
 
 _NUMBERS = {  # dimensions, kind of dtype
     "frame_index": (1, "i"), "time_s": (1, "f"), "person": (1, "i"), "joints": (3, "f"), "confidence": (2, "f"),
-    "box": (2, "f"), "cuts": (1, "i"), "thumbnail": (2, "u"), "frames": (0, "i"), "frames_seen": (0, "i"),
+    "box": (2, "f"), "cuts": (1, "i"), "frames": (0, "i"), "frames_seen": (0, "i"),
     "damaged": (1, "i"), "repeated": (1, "i"), "change": (1, "f"),
 }  # fmt: skip
 _LISTED = 5  # frames or people named in a sentence
@@ -39,11 +39,11 @@ class Detections:
 
     frame_index, person: (N,) numbers of the video frame and of the person. time_s: (N,) seconds. joints: (N, J, 2)
     pixels. confidence: (N, J) in [0, 1]. box: (N, 4) left, top, right, bottom. frames: of the video, up to the last to
-    be looked at; `frames_seen` of them were. cuts: (C,) frames that begin another scene. thumbnail: the last frame that
-    showed anything, small. layout: name of the joints' layout. method: of the detector. source: what these rest on, the
-    video's SHA-256 first; another run may only go on when its own is the same. damaged: (D,) frames whose data the
-    decoder called corrupt. repeated: (R,) frames whose image only repeats the one before. change: (F,) grey values, of
-    each frame's image from the one before (`Glance.change_to`), NaN where unknown.
+    be looked at; `frames_seen` of them were. cuts: (C,) frames that begin another scene. layout: name of the joints'
+    layout. method: of the detector. source: what these rest on, the video's SHA-256 first; another run may only go on
+    when its own is the same. damaged: (D,) frames whose data the decoder called corrupt. repeated: (R,) frames whose
+    image only repeats the one before. change: (F,) grey values, of each frame's image from the one before
+    (`Glance.change_to`), NaN where unknown.
     """
 
     frame_index: np.ndarray
@@ -53,7 +53,6 @@ class Detections:
     confidence: np.ndarray
     box: np.ndarray
     cuts: np.ndarray
-    thumbnail: np.ndarray
     frames: int
     frames_seen: int
     layout: str
@@ -140,6 +139,7 @@ class Detections:
                 frame_index=self.frame_index[mine],
                 person=str(person),
                 scene=scenes[person],
+                made_by=MadeBy("estimated", self.method),
                 detected_in=self.video_sha256,
             ).noted(
                 "detect",

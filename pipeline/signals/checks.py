@@ -216,14 +216,25 @@ def nobody_upright(rectified: Rectified) -> Notice | None:
     told = sum(rectified.up_shares.get(source, 0.0) for source in TOLD_UP)
     if not rectified.level_ok or rectified.in_world or told > 0.5:
         return None
-    trunk = rectified.level.joint("thorax") - rectified.level.joint("pelvis")
-    off_deg = angle_deg(trunk, np.array([0, 0, 1]))
+    return _off_up(rectified.level, "nobody-upright")
+
+
+def on_its_side(poses: PoseSequence) -> list[Notice]:
+    """The same of a world's own up, which may be another axis than the one that was told: a walker moved along it, or
+    kicked. poses: H36M17; joints alone do not tell a person who lies, but one whose pelvis travels hardly lies."""
+    found = _off_up(poses, "on-its-side") if poses.frame.family == "world" else None
+    return [found] if found else []
+
+
+def _off_up(poses: PoseSequence, code: str) -> Notice | None:
+    """A notice of that code where the trunk is far off up, in LEVEL's or a world's axes, nearly all the time."""
+    off_deg = angle_deg(poses.joint("thorax") - poses.joint("pelvis"), poses.frame.basis @ _UP["world"])
     off_deg = off_deg[np.isfinite(off_deg)]
     share = float((off_deg > _OFF_UP_DEG).mean()) if len(off_deg) else 0.0
     if share < _TURNED_OVER:
         return None
-    weight: Weight = "warning" if _stays(rectified.level) else "suspicious"
-    return notice("nobody-upright", weight=weight, off_deg=_OFF_UP_DEG, share_percent=100 * share)
+    weight: Weight = "warning" if _stays(poses) else "suspicious"
+    return notice(code, weight=weight, off_deg=_OFF_UP_DEG, share_percent=100 * share)
 
 
 def up_of_unusable(rectified: Rectified, verdict: str | None) -> bool:

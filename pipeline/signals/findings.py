@@ -19,6 +19,7 @@ from .checks import (
     leaps,
     movement,
     moves,
+    on_its_side,
     upside_down,
     whole_rows,
 )
@@ -148,7 +149,7 @@ def pose_findings(poses: PoseSequence, unit: str = "m") -> list[Notice]:
         *_sides(poses),
         *_handedness(poses),
         *_stature(poses, unit),
-        *upside_down(poses),
+        *(upside_down(poses) or on_its_side(poses)),
         *_leaps(poses),
         *_seams(poses),
         *shape_findings(poses),

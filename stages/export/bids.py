@@ -25,7 +25,7 @@ from ...pipeline.files.atomic import whole_file
 from ...pipeline.signals.filters import rate
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .c3d import contacts
-from .markers import nothing_in, over_the_floor, require_metres
+from .markers import frame_over_the_floor, nothing_in, over_the_floor, require_metres
 from .provenance import provenance
 
 _MADE_BY, _NONE = "pcnet3d", "n/a"
@@ -69,7 +69,7 @@ def write_bids(take: Take, path: Path) -> tuple[Notice, ...]:
     if events := list(_events(take)):
         _write(folder / f"{stem}_events.tsv", (("onset", "duration", "trial_type"), *events))
     _write_json(folder / f"{stem}_motion.json", _sidecar(take, channels))
-    frame = {"SpatialAxes": "PRS", "Description": provenance(take)["axes"]}
+    frame = {"SpatialAxes": "PRS", "Description": str(frame_over_the_floor(take, LEVEL))}
     _write_json(folder / f"{stem}_channels.json", {"reference_frame": {"Levels": {"level": frame}}})
     _write(
         path / "README.md", [["Motion of people in videos, by pcnet3d; errors are one standard deviation."]]
@@ -126,7 +126,7 @@ def _sidecar(take: Take, channels: Iterable[_Channel]) -> dict[str, Any]:
         "TrackedPointsCount": len({channel.tracked_point for channel in channels} - {_NONE}),
         **{f"{kind}ChannelCount": kinds[kind] for kind in _TYPES},
         "SoftwareVersions": package_version(),
-        "Provenance": provenance(take),
+        "Provenance": provenance(take, frame_over_the_floor(take, LEVEL)),
     }
 
 

@@ -15,7 +15,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.c3d import LAST
 from ...pipeline.files.markers import C3D_GROUP, check_c3d
-from .markers import markers, nothing_in
+from .markers import frame_over_the_floor, markers, nothing_in
 from .provenance import provenance
 
 _LONGEST, _MOST = 100, 255  # characters of a text, texts of a parameter: a C3D file counts both in one byte
@@ -61,7 +61,8 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
     file.add_parameter("POINT", "X_SCREEN", ["-X"])
     file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
     _add_events(file, take, 0.0 if numbered else begin_s)
-    lines = [part for name, text in provenance(take).items() for part in _wrapped(f"{name}: {text}")]
+    frame = frame_over_the_floor(take, LEVEL, "mm")
+    lines = [part for name, text in provenance(take, frame).items() for part in _wrapped(f"{name}: {text}")]
     file.add_parameter(C3D_GROUP, "PROVENANCE", lines[:_MOST])
     with whole_file(path) as partial:
         file.write(str(partial))

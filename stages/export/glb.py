@@ -297,8 +297,9 @@ def _continuous(turns: np.ndarray) -> np.ndarray:
 
 
 def _extras(take: Take, found: Armature) -> dict[str, Any]:
+    frame = ANIMATION.with_(origin="below the first pelvis, where the feet are lowest", unit=found.unit)
     return {
-        "provenance": provenance(take),
+        "provenance": provenance(take, frame),
         "axes": ", ".join(f"{axis} {word}" for axis, word in zip("xyz", ANIMATION.axes, strict=True)),
         "length_unit": found.unit,
         "begins_s": float(found.time_s[0]),

@@ -68,9 +68,21 @@ def nothing_in(values: np.ndarray, path: Path) -> tuple[Notice, ...]:
 def over_the_floor(take: Take, root: np.ndarray, frame: Frame) -> np.ndarray:
     """The pelvis path (N, 3), in the axes of a frame of LEVEL's family, from the height of the floor; as it is where
     the measures have not found that."""
-    floor = value(subgroup(grouped(take.measures or ()), "floor"), "floor_height")
     up = rotate(frame.basis @ LEVEL.basis.T, np.array([[0.0, 0.0, 1.0]]))[0]
-    return root - (floor or 0.0) * up
+    return root - (_floor_height(take) or 0.0) * up
+
+
+def frame_over_the_floor(take: Take, frame: Frame, unit: str | None = None) -> Frame:
+    """The frame, for readers, of points that `over_the_floor` has moved. unit: that of the file, if not the take's."""
+    origin, path = "pelvis", take.need("filtered")
+    if path.root is not None:
+        origin = "world" if take.need("rectified").in_world else "camera"
+        origin += "" if _floor_height(take) is None else ", heights from the floor"
+    return frame.with_(origin=origin, unit=unit or path.frame.unit)
+
+
+def _floor_height(take: Take) -> float | None:
+    return value(subgroup(grouped(take.measures or ()), "floor"), "floor_height")
 
 
 def evenly(take: Take, frame: Frame) -> Markers:

@@ -45,4 +45,4 @@ def write_netcdf(take: Take, path: Path) -> None:
         file.source_software = "pcnet3d"
         file.time_unit = "seconds"
         file.fps = level.fps
-        file.provenance = json.dumps(provenance(take, level.history))
+        file.provenance = json.dumps(provenance(take, level.frame, level.history))

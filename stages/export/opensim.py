@@ -18,7 +18,7 @@ from ...pipeline.core.rotations import from_columns, rotate, unit, zxy_deg
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.signals.angles import FINE, trunk_axes
-from .markers import OPENSIM, markers, nothing_in, over_the_floor
+from .markers import OPENSIM, frame_over_the_floor, markers, nothing_in, over_the_floor
 from .provenance import provenance
 
 # Our angles that a coordinate of OpenSim's Rajagopal 2016 model measures the same way, and its sign. Those against the
@@ -105,7 +105,9 @@ def write_mot(take: Take, path: Path) -> tuple[Notice, ...]:
             "trunk_tx, trunk_ty and trunk_tz are metres, of the pelvis's origin in the model before scaling, "
             f"{forward:.0f} mm in front of the middle of the hips and {up:.0f} mm above it"
         )
-    lines = [f"{name}: {text}" for name, text in provenance(take).items()]
+    lines = [
+        f"{name}: {text}" for name, text in provenance(take, frame_over_the_floor(take, OPENSIM)).items()
+    ]
     head = [
         path.name,
         "version=1",

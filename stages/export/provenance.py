@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ...pipeline.core.frames import Frame
 from ...pipeline.core.pose import Step, package_version
 from ...pipeline.core.take import Take
 from ..drawing.facts import facts_of, listed
@@ -9,17 +10,20 @@ from ..drawing.facts import facts_of, listed
 RELATIVE = "relative to the camera"
 
 
-def provenance(take: Take, history: tuple[Step, ...] | None = None) -> dict[str, str]:
-    """Name and value of each line, one line of text each: version, take, inputs, axes, unit of length ("m" or
-    "arbitrary"), warnings, steps. history: those steps, for what has not been through all of the take's."""
+def provenance(
+    take: Take, frame: Frame | None = None, history: tuple[Step, ...] | None = None
+) -> dict[str, str]:
+    """Name and value of each line, one line of text each: version, take, inputs, axes, unit of length, warnings, steps.
+    frame: that of the file's points; by default LEVEL, with the pelvis path apart from the joints. history: those
+    steps, for what has not been through all of the take's."""
     facts, rectified = facts_of(take), take.need("rectified")
     lines = {"pcnet3d": package_version(), "take": take.name}
     for entry in take.inputs:
         told = {key: entry[key] for key in ("file", "sha256", "adapter") if key in entry}
         lines[f"input {entry.get('role', '')}"] = listed(told)
-    lines["axes"] = str(rectified.level.frame)
-    lines["length_unit"] = facts.poses.frame.unit
-    if rectified.level.root is not None:
+    lines["axes"] = str(frame or rectified.level.frame)
+    lines["length_unit"] = (frame or facts.poses.frame).unit
+    if frame is None and rectified.level.root is not None:
         lines["root"] = "the pelvis, from the camera's centre or the world's origin"
     if rectified.camera == "moving":
         lines["horizontal"] = RELATIVE

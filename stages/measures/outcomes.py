@@ -19,6 +19,7 @@ BRIEFEST_S = {
 # Notices that leave open which way the body is turned: lifters and the measures of a movement expect people upright.
 _TURNED = {
     "nobody-upright": "the image may be turned",
+    "on-its-side": "another axis of the file may be up",
     "picture-upside-down": "the image may be upside down",
     "upside-down": "the vertical axis of the file may be upside down",
 }

@@ -223,7 +223,7 @@ def _range(take: Columns, name: str) -> list[Row]:
         with_error("p05", "deg", low, at_low),
         with_error("p95", "deg", high, at_high),
         with_error("p05_p95", "deg", high - low, take.range_sd(name, high - low, (at_low, at_high))),
-        *([Measure("sd", known_median(sd), "deg")] if np.isfinite(sd).any() else []),
+        *([Measure("usual_error", known_median(sd), "deg")] if np.isfinite(sd).any() else []),
         *([Measure("beyond_anatomy_frames", beyond)] if beyond else []),
         *basis(values),
     ]

@@ -52,7 +52,7 @@ from .glossary import COUNTED, explained
 
 _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
-    "sd": "usual ±", "beyond_anatomy_frames": "frames beyond anatomy",
+    "usual_error": "usual ±", "beyond_anatomy_frames": "frames beyond anatomy",
     "walking_speed": "speed", "walks": "stretches",
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
@@ -189,11 +189,14 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
 
 def worded(name: str) -> str:
     """The name of a figure or a group in words."""
-    if name not in _WORDS and name.startswith("sd_"):
-        return f"SD of {spoken(name.removeprefix('sd_'))}"
-    if name not in _WORDS and name.endswith("_reason"):
+    if name in _WORDS:
+        return _WORDS[name]
+    for prefix, words in (("mean_", "mean"), ("sd_", "SD of")):
+        if name.startswith(prefix):
+            return f"{words} {worded(name.removeprefix(prefix))}"
+    if name.endswith("_reason"):
         return f"why no {spoken(name.removesuffix('_reason'))}"
-    return _WORDS.get(name, spoken(name))
+    return spoken(name)
 
 
 def named(leaf: Any, length: str = "m") -> str:
@@ -345,7 +348,7 @@ def _cell_of(member: Mapping[str, Any], name: str) -> Cell:
         return _percent(value(member, name) or 0)
     if leaf is None or isinstance(leaf, Remark):
         return None if leaf is None else leaf.text
-    if name == "sd" and isinstance(leaf, Measure):
+    if name == "usual_error" and isinstance(leaf, Measure):
         return _shown(half_bar(leaf.value))
     whole = isinstance(leaf, Measure) and not leaf.unit  # a count
     cell = _cell(leaf.value) if whole else _both(leaf)

@@ -260,7 +260,6 @@ def detected(
         confidence=points[..., 2],
         box=np.concatenate([points[..., :2].min(axis=1), points[..., :2].max(axis=1)], axis=1),
         cuts=np.array(cuts, np.int64),
-        thumbnail=np.zeros((32, 32), np.uint8),
         frames=count,
         frames_seen=count,
         layout=COCO17.name,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,10 @@ UNUSUAL = 0.75
 # Of r: another shift that fits as well. All walks before two cameras have one (docs/visits.md), and in most the best
 # shift is wrong; of takes without such a one, of walks with turns, squats, lifts, it is wrong in one of fifty at most.
 AMBIGUOUS = 0.9
+# By which r of the mirror image is larger where one of two takes is mirrored. Of 87 captures against their own mirror
+# image it was in 62, by time stamps in 77; of some 450 pairs of different takes of one person in one, a forehand and a
+# backhand.
+CLEARLY = 0.15
 _FINEST_S = 1 / 60  # step of the search
 _LEAST_SHARE = 0.5  # of the largest common motion at any shift; less makes chance peaks
 _SAME_PEAK_S = 0.25
@@ -94,6 +98,12 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     runner_up = float(others.max()) if len(others) else float("nan")
     # To 0.1 ms: takes of one clock come out at 0, and lose no row at their ends.
     return Alignment("cross-correlation", round(float(best.x), 4), -float(best.fun), runner_up)
+
+
+def mirrored(side: Side) -> Side:
+    """The side as its mirror image bends the limbs: the other ones, and by the same angles."""
+    other = {name: side.angles[{"r": "l", "l": "r"}[name[0]] + name[1:]] for name in _ANGLES}
+    return replace(side, angles=side.angles | other)
 
 
 def size_ratio(side: np.ndarray, reference: np.ndarray) -> float:

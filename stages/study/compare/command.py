@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -28,7 +29,7 @@ from ....pipeline.signals.angles import ANGLES
 from ....pipeline.signals.filters import rate
 from ..rates import is_lifted, rates_apart
 from .accelerations import accelerations
-from .align import AMBIGUOUS, UNUSUAL, WEAK, Alignment, correlated, size_ratio, stamped
+from .align import AMBIGUOUS, CLEARLY, UNUSUAL, WEAK, Alignment, correlated, mirrored, size_ratio, stamped
 from .changes import changes, from_same_place, other_cadence
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
@@ -191,25 +192,32 @@ def _aligned(
     both: dict[str, Any] = {"run": side.name, "other": reference.name}
     if may_differ and differ:
         return None, [notice("told-apart", **both, what=" and ".join(differ))]
-    try:
+
+    def aligned(of: Side) -> Alignment:
         if align == "stamps" or (align == "auto" and together):
-            how = stamped(side, reference, offset_s)
-        else:
-            how = correlated(side, reference, offset_s, search_s)
+            return stamped(of, reference, offset_s)
+        return correlated(of, reference, offset_s, search_s)
+
+    try:
+        how = aligned(side)
     except InputError:
         if not may_differ:
             raise
         return None, [notice("no-common-time", **both, search_s=search_s, offset_s=offset_s)]
+    doubts = []
+    with suppress(InputError):  # where one side of the body alone is known
+        if (of_image := aligned(mirrored(side)).r) > max(UNUSUAL, how.r + CLEARLY):
+            doubts = [notice("mirror-images", **both, r=how.r, of_image=of_image)]
     if not how.r >= WEAK:
         said = notice("angles-apart" if may_differ else "angles-weak", **both, r=how.r)
     elif how.runner_up > AMBIGUOUS * how.r:
         code = "shift-unknown" if may_differ else "shift-ambiguous"
         said = notice(code, run=side.name, r=how.r, runner_up=how.runner_up, offset_s=offset_s)
     elif how.r < UNUSUAL and not together:
-        return how, [notice("angles-unusual", **both, r=how.r, usual=UNUSUAL)]
+        return how, [notice("angles-unusual", **both, r=how.r, usual=UNUSUAL), *doubts]
     else:
-        return how, []
-    return None if may_differ else how, [said]
+        return how, doubts
+    return None if may_differ else how, [said, *doubts]
 
 
 def _beyond(pair: Pair) -> list[Notice]:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.frames import Z_UP, change_frame
 from ....pipeline.core.layouts import H36M17, remap
@@ -22,6 +23,7 @@ from ....pipeline.reading.mocap import bvh as mocap_bvh
 from ....pipeline.reading.mocap import joints as mocap_joints
 from ....pipeline.reading.mocap.clip import read_mocap
 from ....pipeline.reading.mocap.common import How, upright_share, z_up
+from ....pipeline.signals.checks import STATURES_M
 from ....pipeline.signals.rates import check_fps
 
 
@@ -37,8 +39,8 @@ def read_truth(
     C3D or .npz file lacks are NaN; it has to have hips, knees and ankles.
 
     clip: which of a .npz file of several. up, unit, fps: of files that do not say it, or say it wrong. InputError when
-    the file is not what it should be, has no joints of these names or does not stand upright, and for what is said of a
-    format that leaves no choice.
+    the file is not what it should be, has no joints of these names, does not stand upright or is of no
+    person's size, and for what is said of a format that leaves no choice.
     """
     if not path.is_file():
         raise InputError("cannot-open", f"Expected motion capture at {path}, found no file there.")
@@ -74,6 +76,13 @@ def read_truth(
             "wrong-axes",
             f"{path}: the head or the hips are above the feet in only {100 * share:.0f} % of the frames; give the "
             "vertical axis with --up.",
+        )
+    stature_m = implied_stature(poses.joints)
+    if stature_m < STATURES_M[0] or stature_m > STATURES_M[1]:
+        raise InputError(
+            "wrong-axes",
+            f"{path}: expected a person's limbs, got those of a stature of {stature_m:.3g} m if lengths are in "
+            f"{unit or 'the unit that it says'}; give its unit with --unit.",
         )
     return poses
 

@@ -24,6 +24,8 @@ def test_a_video_alone_gives_everything(walk_film, toy, tmp_path, call):
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     assert {"keypoints.npz", "poses.npz", "take.rrd", "report.html"} <= set(summary["files"])
     assert [entry["role"] for entry in summary["inputs"]] == ["video"]
+    made_by = summary["keypoints"]["made_by"]
+    assert (made_by["kind"], made_by["by"].partition("@")[0]) == ("estimated", "movenet")
     assert "The 2D keypoints were detected in the video by movenet@" in said
     assert "follows one person at a time and misses others in view" in said
     with np.load(tmp_path / "out/poses.npz") as poses:
@@ -283,11 +285,15 @@ main()
     end = subprocess.run([sys.executable, "-c", script, "run", *words, "-o", out], capture_output=True)
     assert end.returncode == -signal.SIGKILL, end.stderr
     assert load_detections(tmp_path / ".part.keypoints.npz").frames_seen == 25
+    with np.load(tmp_path / ".part.keypoints.npz") as kept:  # a small image was in it, and in the result
+        assert not [name for name in kept.files if kept[name].dtype == np.uint8]
     assert [left for left in tmp_path.iterdir() if ".part.partial-" in left.name]
     succeeded(call(*words, "-o", out, "--resume"))
     assert not [left.name for left in tmp_path.iterdir() if left.name.startswith(".")]
     succeeded(call(*words, "-o", tmp_path / "whole"))
     _same(out, tmp_path / "whole")
+    with np.load(out / "keypoints.npz") as found:
+        assert not [name for name in found.files if found[name].dtype == np.uint8]
 
 
 def test_a_run_that_begins_anew_says_what_it_could_go_on_from(

@@ -163,6 +163,19 @@ def test_who_comes_where_nobody_was_for_long_is_seen_a_little_later(
         assert same(detect(empty, load_detector(toy), "here", part), whole)
 
 
+def test_a_cut_over_black_is_noticed_after_an_interruption_in_the_black(
+    film, toys, toy, tmp_path, monkeypatch
+):
+    shown = [toys.scene(box, seed=int(i >= 20)) for i, box in enumerate(toys.walking(30))]
+    video = film(shown[:15] + [np.zeros_like(shown[0])] * 5 + shown[20:])
+    with monkeypatch.context() as patched:
+        patched.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, 17))
+        part = detect(video, load_detector(toy))
+    resumed = detect(video, load_detector(toy), resume=part)
+    assert resumed.cuts.tolist() == [20]
+    assert same(resumed, detect(video, load_detector(toy)))
+
+
 def test_damage_is_said_and_kept(film, toys, toy, tmp_path):
     """Zeros in a stream, which decoders bridge by images of their own: a run went through without a word."""
     shown = film([toys.scene(box) for box in toys.walking(40)], name="film.ts")

@@ -185,6 +185,13 @@ def test_frames_put_on_the_floor_one_by_one_are_found_and_a_take_put_there_once_
     assert faults(looked_at(tmp_path, rebased, WORLD)) == {"rebase": "suspicious"}
 
 
+def test_a_world_whose_other_axis_is_up_is_suspicious(walker, tmp_path):
+    """The poses were called good, and the walker kicked. Who stays where they are may lie."""
+    assert faults(looked_at(tmp_path, walker, WORLD)) == {"on-its-side": "suspicious"}
+    stays = walker - walker[:, :1] + walker[:, :1] / 100
+    assert faults(looked_at(tmp_path, stays, WORLD)) == {"on-its-side": "warning"}
+
+
 @pytest.mark.parametrize(
     ("spoil", "name"), [(flat, "flat"), (invented, "axis-invented"), (rubber, "bones"), (leaping, "leaps")]
 )

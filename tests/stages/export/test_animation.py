@@ -286,6 +286,7 @@ def test_glb_keeps_to_the_format(walked, glb):
     extras = found["asset"]["extras"]
     assert (extras["length_unit"], extras["axes"]) == ("m", "x left, y up, z front")
     assert extras["provenance"]["take"] == "walker"
+    assert all(extras[name] in extras["provenance"]["axes"] for name in ("length_unit", "axes"))
     animation = found["animations"][0]
     for sampler in animation["samplers"]:
         times, values = arrays[sampler["input"]][:, 0], arrays[sampler["output"]]

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,8 @@ import pytest
 
 from golden.measures import rows_of
 from golden.waving import FPS, ROWS, WALK, exported, made
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
+from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take
+from pcnet3d.pipeline.core.frames import METRES, Frame
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.bids import write_bids
 from pcnet3d.stages.export.stage import Export
@@ -213,6 +215,47 @@ def test_every_table_says_where_it_comes_from(take, tmp_path):
     assert any("smoother" in text and "columns_of ['r_wrist'" in text for text in told.values())
 
 
+def written_by(writer: str, folder: Path) -> tuple[str, str, np.ndarray]:
+    """The axes and the unit that a file states, and the pelvis (T, 3) or a point of it that the file has."""
+    if writer == "c3d":
+        file = pytest.importorskip("ezc3d", reason="the extra c3d is not installed").c3d(
+            str(folder / "markers.c3d")
+        )
+        lines = file["parameters"]["PCNET3D"]["PROVENANCE"]["value"]
+        told = "\n".join(lines).replace("\n  ", " ").splitlines()
+        pelvis = file["data"]["points"][:3, H36M17.index("pelvis")].T
+        assert file["parameters"]["POINT"]["UNITS"]["value"] == ["mm"]
+    elif writer == "mot":
+        told = (folder / "angles.mot").read_text().splitlines()
+        names, *rows = (line.split("\t") for line in told[told.index("endheader") + 1 :])
+        pelvis = np.array(rows, float)[:, [names.index(f"trunk_t{axis}") for axis in "xyz"]]
+    else:
+        (path,) = folder.glob("bids/*/motion/*_channels.json")
+        said = json.loads(path.read_text())["reference_frame"]["Levels"]["level"]["Description"]
+        sidecar = path.with_name(path.name.replace("channels", "motion"))
+        told = [f"{name}: {text}" for name, text in json.loads(sidecar.read_text())["Provenance"].items()]
+        assert f"axes: {said}" in told
+        rows = [line.split("\t") for line in sidecar.with_suffix(".tsv").read_text().splitlines()]
+        pelvis = np.array([row[1:4] for row in rows], float)
+    assert not any(line.startswith("root:") for line in told)
+    said = dict(line.split(": ", 1) for line in told if ": " in line)
+    return said["axes"], said["length_unit"], pelvis
+
+
+@pytest.mark.parametrize("measures", [{}, WALK])
+@pytest.mark.parametrize("writer", ["c3d", "mot", "bids"])
+def test_what_a_file_says_of_its_axes_is_what_it_holds(facing_camera, tmp_path, writer, measures):
+    """All of them said the pelvis was the origin, one other axes than its own, one another unit."""
+    take = made(facing_camera, walks=True).with_(measures=rows_of(measures))
+    text, unit, pelvis = written_by(writer, exported(take, tmp_path, writer))
+    told = re.fullmatch(r"\w+ \(x (\w+), y (\w+), z (\w+), right-handed; origin camera(.*); (\w+)\)", text)
+    axes, floor = Frame("told", "level", told.groups()[:3]), told[4] == ", heights from the floor"
+    assert (told[5], floor) == (unit, measures == WALK)
+    root = take.filtered.root - [0, 0, WALK["floor"]["floor_height"] if floor else 0]
+    off = pelvis * METRES[unit] - root @ (axes.basis @ LEVEL.basis.T).T
+    assert np.nanmax(np.linalg.norm(off, axis=1)) < (0.1 if writer == "mot" else 1e-5)
+
+
 def test_a_moving_camera_is_told_in_every_row(take, tmp_path):
     moving = take.with_(rectified=replace(Rectify("geometric")(take.telling(camera="moving")).rectified))
     rows = list(
@@ -294,6 +337,7 @@ def test_netcdf_has_the_layout_of_movement(take, tmp_path):
         assert data.attrs["fps"] == pytest.approx(FPS)
         said = json.loads(data.attrs["provenance"])
         assert said["take"] == "waving"
+        assert said["axes"] == data.position.axes
         steps = [text.split(" (")[0] for name, text in said.items() if name.startswith("step")]
         assert steps == ["read", "rectify"]  # its positions went through no filter
         np.testing.assert_allclose(data.time, take.poses.times)

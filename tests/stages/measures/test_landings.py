@@ -163,7 +163,7 @@ def test_a_take_that_is_too_short_is_not_said_to_last_another_time_than_the_page
     assert not re.search(r"\d", said["reason"])
 
 
-@pytest.mark.parametrize("code", ["nobody-upright", "picture-upside-down", "upside-down"])
+@pytest.mark.parametrize("code", ["nobody-upright", "picture-upside-down", "upside-down", "on-its-side"])
 @pytest.mark.parametrize(("weight", "none_is"), [("suspicious", CANNOT_BE_TOLD), ("warning", NONE)])
 def test_in_an_image_that_may_be_turned_nothing_is_said_to_be_absent(take, code, weight, none_is):
     """A woman walked in a video on its side, and the page said that there was no walking, or that she had kicked."""

@@ -275,7 +275,11 @@ def test_a_duck_is_a_knee_bend_and_no_squat(walk, take, depth_deg, squats):
         },
         **{f"{side}_knee_flexion_sd_deg": np.full(len(walk), 8.0) for side in "rl"},
     )
-    bends = nested(STAGES[3](take.with_(kinematics=shallow)).measures)["knee_bends"]
+    found = nested(STAGES[3](take.with_(kinematics=shallow)).measures)
+    assert (
+        found["range_of_motion"]["r_knee_flexion"]["usual_error_deg"] == 8.0
+    )  # no `sd`, which is of the person
+    bends = found["knee_bends"]
     assert (bends["count"], bends["squats"]) == (1, squats)
     assert bends["peak_deg"][0] == pytest.approx(depth_deg, abs=1)
     assert bends["peak_error_deg"] == [8.0]

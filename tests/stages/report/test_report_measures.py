@@ -61,6 +61,9 @@ def test_what_counts_is_told_by_its_threshold():
         ("r_wrist_path", "length", "right wrist path (m)"),
         ("peak", "degps", "peak (°/s)"),
         ("count", "", "count"),
+        ("thigh_trunk_lowest", "deg", "thigh furthest back (°)"),
+        ("mean_thigh_trunk_lowest", "deg", "mean thigh furthest back (°)"),
+        ("usual_error", "deg", "usual ± (°)"),
     ],
 )
 def test_a_figure_is_named_with_its_unit(name, unit, words):
