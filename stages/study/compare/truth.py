@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ....pipeline.core.anthropometry import implied_stature
+from ....pipeline.core.anthropometry import STATURES_M, implied_stature
 from ....pipeline.core.errors import InputError, naming
 from ....pipeline.core.frames import Z_UP, change_frame
 from ....pipeline.core.layouts import H36M17, remap
@@ -23,7 +23,6 @@ from ....pipeline.reading.mocap import bvh as mocap_bvh
 from ....pipeline.reading.mocap import joints as mocap_joints
 from ....pipeline.reading.mocap.clip import read_mocap
 from ....pipeline.reading.mocap.common import How, upright_share, z_up
-from ....pipeline.signals.checks import STATURES_M
 from ....pipeline.signals.rates import check_fps
 
 
