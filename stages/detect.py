@@ -26,7 +26,9 @@ from ..pipeline.signals.swap_repair import treated
 from ..pipeline.signals.tracker import LARGER, PACE, REACH
 
 _LISTED = 5  # people named in a note
-_MISSED = ". It follows one person at a time and misses others in view; --set detect.person_detector=yolox finds them"
+_MISSED = (
+    ". It follows one person at a time; anybody else in view is missed (--set detect.person_detector=yolox finds all)"
+)
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 

@@ -155,4 +155,5 @@ def _arm(
     briefest_s = BRIEFEST_S["arm_raises"]
     arm = repeats(take, angle, take(angle), take.sd(angle), RAISE, shown, raises, briefest_s)
     arm = doubted(arm, may_be, "what is seen from {} may be a punch, not a raise")
-    return doubted(arm, off, "the detector is unsure of the elbow, or the arm off its keypoints, from {}")
+    why = "the detector is unsure of the elbow, or the arm does not fit its keypoints"
+    return doubted(arm, off, f"what is seen from {{}} may be none: {why}")
