@@ -163,7 +163,7 @@ def _trembles(points: np.ndarray, seen: np.ndarray) -> bool:
     body = np.where(seen[..., None], body, np.nan)
     noise = (
         np.nanmean(np.diff(body, 2, axis=0) ** 2) / 6
-    )  # of white noise in a place, whose second difference is 6
+    )  # which is what white noise in a place makes of its square
     moved = np.nanmean((body[_SOON:] - body[:-_SOON]) ** 2) / 2
     return bool(noise > _TREMBLES**2 * moved)
 

@@ -72,12 +72,12 @@ def refuse_outside(keypoints: PoseSequence, size: np.ndarray) -> None:
     shown = keypoints.joints[is_finite(keypoints.joints)]
     outside = ((shown < 0) | (shown > size)).any(axis=-1).mean() if len(shown) else 0.0
     if outside > _MAX_OUTSIDE:
-        right, down = shown.max(axis=0)
+        (left, top), (right, bottom) = shown.min(axis=0), shown.max(axis=0)
         raise InputError(
             "files-apart",
             f"Expected keypoints inside an image of {size[0]:.0f} x {size[1]:.0f} pixels, but {100 * outside:.0f} % "
-            f"lie outside it: they reach {right:.0f} pixels to the right and {down:.0f} down; give the size of the "
-            "image that they were detected in.",
+            f"lie outside it: they reach from {left:.0f} to {right:.0f} pixels across and from {top:.0f} to "
+            f"{bottom:.0f} down; give the size of the image that they were detected in.",
         )
 
 

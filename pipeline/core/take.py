@@ -104,7 +104,7 @@ class Told:
         figures = (
             (self.focal_px, 0, np.inf, "a focal length of more than 0 pixels (--focal)"),
             (self.stature_m, *STATURES_M, "a stature between {} and {} metres (--stature)".format(*STATURES_M)),
-            (min(self.image_size or (2,)), 1, np.inf, "an image of 2x2 pixels or more (--set read.image_size)"),
+            (min(self.image_size or (2,)), 1, np.inf, "sides of an image of 2 pixels or more (--set read.image_size)"),
         )  # fmt: skip
         for figure, least, most, what in figures:
             if figure is not None and not least < figure < most:

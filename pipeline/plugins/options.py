@@ -65,7 +65,7 @@ def call(function: Callable[..., Any], *args: Any, what: str, options: dict[str,
 def checked(function: Callable[..., Any], *args: Any, what: str, options: dict[str, Any]) -> dict[str, Any]:
     """The options in the types that the signature asks for; several values in one text stand between commas.
     InputError for an unknown option or a value of another type."""
-    from pydantic import ConfigDict, TypeAdapter, ValidationError
+    from pydantic import ConfigDict, PydanticUserError, TypeAdapter, ValidationError
 
     parameters = _parameters(function, args)
     open_ended = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters)
@@ -76,8 +76,13 @@ def checked(function: Callable[..., Any], *args: Any, what: str, options: dict[s
         if name not in known and not open_ended:
             raise InputError("name-unknown", f"{what} has no option '{name}'; {did_you_mean(name, known)}")
         listed = value.split(",") if isinstance(value, str) and _is_tuple(hints.get(name)) else value
+        hint = hints.get(name, Any)
         try:
-            found[name] = TypeAdapter(hints.get(name, Any), config=finite).validate_python(listed)
+            adapter = TypeAdapter(hint, config=finite)
+        except PydanticUserError:  # of a type that has a configuration of its own
+            adapter = TypeAdapter(hint)
+        try:
+            found[name] = adapter.validate_python(listed)
         except ValidationError as error:
             raise InputError(
                 "bad-value", f"{what}: option {name}={value!r}: {error.errors()[0]['msg']}."

@@ -41,7 +41,8 @@ _CERTAIN = 10 / 11  # odds of ten to one
 # Who turns passes edge-on, where sides change places in an image and nothing leaps. A run that lasts as long as a turn
 # may be right, and what is beside it wrong.
 _TURN_S = 0.35
-_BESIDE = 3  # rows beside a run, by which it is seen whether each of its own is turned
+# Rows beside a run, by which it is seen whether each of its own is turned, and the share of them that have to be.
+_BESIDE, _MOST = 3, 0.75
 _FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
 _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
 _LOOKED_AT = 1024  # rows whose anatomy in all states is taken at once
@@ -226,16 +227,16 @@ def _runs(
                 fewest = min((count for count in beside[i : i + 2] if count), default=0)
                 if ways[k].exchanged and (seconds[first:end].sum() > _TURN_S or end - first > fewest):
                     probability = min(probability, float(1 / (1 + np.exp(-odds[first:end].sum()))))
-                elif ways[k].exchanged:
-                    probability = min(probability, _turned_share(vectors[k], first, end))
+                elif ways[k].exchanged and (share := _turned_share(vectors[k], first, end)) < _MOST:
+                    probability = min(probability, share)
                 change = float(min(*ends, 1.0))
                 runs.append((k, Swap(ways[k].name, int(first), int(end - 1), evidence, probability, change)))
     return sorted(runs, key=lambda run: run[1].first_row)
 
 
 def _turned_share(vectors: np.ndarray, first: int, end: int) -> float:
-    """Of rows first to end - 1, those whose vectors (T, M, D) are nearer to the way from just before to just after once
-    they are turned; 1 where one of these is not there, for limbs swing."""
+    """Of rows first to end - 1, those whose vectors (T, M, D), where there are any, are nearer to the way from just
+    before to just after once they are turned; 1 where one of these is not there, for limbs swing."""
     if first == 0 or end == len(vectors):
         return 1.0
     before, after = (
@@ -244,7 +245,9 @@ def _turned_share(vectors: np.ndarray, first: int, end: int) -> float:
     )
     share = np.linspace(0, 1, end - first + 2)[1:-1, None, None]
     way = (1 - share) * before + share * after
-    return float((np.nansum(vectors[first:end] * way, axis=(1, 2)) < 0).mean())
+    known = np.isfinite(vectors[first:end]).any(axis=(1, 2))
+    turned = np.nansum(vectors[first:end] * way, axis=(1, 2)) < 0
+    return float(turned[known].mean()) if known.any() else 1.0
 
 
 def _states(ways: int) -> np.ndarray:

@@ -88,15 +88,15 @@ class Facts:
             return f"{self.camera_motion}, and up moves with it"
         if self.standing_deg is None:
             return self.camera_motion
-        bound = self.up_bound_deg[1] if self.up_bound_deg else 0.0
-        digits = 1 if bound and "." in bound_in_words(bound) else 0
-        pitch, roll = (round(of, digits) if abs(of) > bound else 0.0 for of in self.standing_deg)
+        bound = bound_in_words(self.up_bound_deg[1]) if self.up_bound_deg else ""
+        digits = 1 if "." in bound else 0
+        pitch, roll = tilts = [round(of, digits) for of in self.standing_deg]
+        within = f" ± {bound} degrees" if bound else ""
         by_pitch, by_roll = (
-            f"by {of:.{digits}f} degree{'s' * bool(digits or of != 1)}" for of in (abs(pitch), abs(roll))
+            f"by {of:.{digits}f}{within or ' degree' + 's' * (of != 1)}" for of in map(abs, tilts)
         )
-        about = "about " if bound else ""
-        looks = f"{'down' if pitch > 0 else 'up'} {by_pitch}" if pitch else f"{about}level"
-        turned = f"turned {'counter-' * (roll > 0)}clockwise {by_roll}" if roll else f"{about}upright"
+        looks = f"{'down' if pitch > 0 else 'up'} {by_pitch}" if pitch else f"level{within}"
+        turned = f"turned {'counter-' * (roll > 0)}clockwise {by_roll}" if roll else f"upright{within}"
         return f"{self.camera_motion}; it looks {looks} (pitch), and its image is {turned} (roll)"
 
     @property

@@ -52,9 +52,8 @@ def floor(
     # Places that are measured are alike to a millimetre; where the ankles are above the soles is not known so well.
     stated = judged and filtered.root_covariance is not None
     height_sd = found.height_sd if stated else float("nan")
-    known = len(up) and (
-        stated or filtered.measured_root is not None
-    )  # the path of others may rise by itself
+    # The path of others may rise by itself.
+    known = len(up) and (stated or filtered.measured_root is not None)
     slope_sd_deg = found.slope_sd_deg if known else float("nan")
     height = found.height - _ANKLE * implied_stature(filtered.joints)
     rise: list[Row] = [

@@ -40,9 +40,8 @@ BEND, RAISE = 35.0, 50.0  # degrees that a repetition rises by at least
 # Degrees of knee flexion from which a knee bend is a squat: a half squat is 70 to 100, a deep one more (Schoenfeld,
 # J Strength Cond Res 24(12), 2010, "Squatting kinematics and kinetics"); less is a partial one, or a duck.
 _SQUAT = 70.0
-_STAYS = (
-    0.4  # legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing
-)
+# Legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing.
+_STAYS = 0.4
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
 

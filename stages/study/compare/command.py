@@ -206,7 +206,7 @@ def _aligned(
         return None, [notice("no-common-time", **both, search_s=search_s, offset_s=offset_s)]
     doubts = []
     with suppress(InputError):  # where one side of the body alone is known
-        if (of_image := aligned(mirrored(side)).r) > max(UNUSUAL, how.r + CLEARLY):
+        if (of_image := aligned(mirrored(side)).r) > UNUSUAL and of_image > how.r + CLEARLY:
             doubts = [notice("mirror-images", **both, r=how.r, of_image=of_image)]
     if not how.r >= WEAK:
         said = notice("angles-apart" if may_differ else "angles-weak", **both, r=how.r)

@@ -129,6 +129,8 @@ def _live(
         add_to_summary(folder, device=where.summary(), live=seen.summary)
     show_files(output)
     show(f"what was known at the time: pcnet3d view {quoted(output / LIVE)}")
+    if fault is not None and seen.full is not None:
+        say("warning", str(seen.full))
     if fault is not None:
         raise fault
     assert take is not None

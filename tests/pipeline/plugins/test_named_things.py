@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import SimpleNamespace
@@ -31,6 +31,7 @@ from pcnet3d.pipeline.core.intrinsics import Intrinsics
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.plugins import registry
+from pcnet3d.pipeline.plugins.options import checked
 from pcnet3d.pipeline.reading.load import load
 from pcnet3d.pipeline.running.runner import run_together
 from pcnet3d.stages import lift as stage_of_lift
@@ -330,3 +331,18 @@ def test_listing_imports_nothing_heavy():
     )
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
     assert (result.returncode, result.stdout.strip()) == (0, ""), result.stderr
+
+
+@dataclass(frozen=True)
+class _Window:
+    seconds: float
+
+
+def test_an_option_of_another_package_may_be_a_dataclass():
+    def of_plugin(window: _Window, share: float = 0.5) -> None: ...
+
+    found = checked(of_plugin, what="a stage", options={"window": {"seconds": 2}, "share": "0.25"})
+    assert found == {"window": _Window(2.0), "share": 0.25}
+    with pytest.raises(InputError) as refused:
+        checked(of_plugin, what="a stage", options={"share": "nan"})
+    assert refused.value.code == "bad-value"

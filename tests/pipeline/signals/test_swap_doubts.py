@@ -113,6 +113,15 @@ def test_of_a_run_that_flickers_each_row_is_judged_by_what_is_beside_the_run(tur
     assert swaps._turned_share(vectors, 20, 34) == pytest.approx(share)
 
 
+def test_a_row_without_limbs_leaves_an_exchange_certain():
+    wrong = exchanged(walk(), (40, 46))
+    joints = wrong.joints.copy()
+    joints[42, LEGS.pairs] = np.nan
+    (found,) = find_swaps(wrong.with_(joints=joints))
+    assert spans([found]) == [(40, 46)]
+    assert found.certain
+
+
 def test_the_shorter_part_is_wrong_when_it_is_much_shorter():
     (found,) = find_swaps(exchanged(walk(), (100, 109)))
     assert spans([found]) == [(100, 109)]
