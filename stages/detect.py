@@ -26,7 +26,7 @@ from ..pipeline.signals.swap_repair import treated
 from ..pipeline.signals.tracker import LARGER, PACE, REACH
 
 _LISTED = 5  # people named in a note
-_MISSED = ". It follows one person at a time; anybody else in view is missed (--set detect.person_detector=yolox finds all)"
+_MISSED = ". It follows one person at a time; others in view are missed (--set detect.person_detector=yolox)"
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 

@@ -86,7 +86,7 @@ FAULTS = [
           "models/place/test_airborne.py::test_falls_give_metres_with_their_error"),
     Fault("stages/measures/jumps.py", "GRAVITY / 8", "GRAVITY / 4",
           "models/place/test_airborne.py::test_rebounds_have_the_time_on_the_floor_between"),
-    Fault("stages/export/markers.py", "root - (floor or 0.0) * up", "root + (floor or 0.0) * up",
+    Fault("stages/export/markers.py", "root - (_floor_height", "root + (_floor_height",
           "stages/export/test_pelvis.py"),
     Fault("stages/report/trust.py", "min(_LEVELS.index(level)", "max(_LEVELS.index(level)",
           "stages/report/test_trust.py"),

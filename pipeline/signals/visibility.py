@@ -63,8 +63,7 @@ def mean_scores(keypoints: PoseSequence, frame_index: np.ndarray, times: np.ndar
     """(T, 17) scores of H36M17's joints, each the mean over a quarter of a second, to compare with SURE_SCORE; NaN
     where no frame has keypoints. None unless MoveNet found them: other detectors' scores have another meaning.
     Arguments as of `unseen`."""
-    found_by = [str(step.options.get("detector")) for step in keypoints.history if step.name == "detect"]
-    if not any(name.startswith("movenet@") for name in found_by):
+    if keypoints.made_by.by.partition("@")[0] != "movenet":
         return None
     seen = remap(keypoints, H36M17)
     rows = np.minimum(np.searchsorted(seen.frame_index, frame_index), len(seen) - 1)

@@ -7,6 +7,7 @@ from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.signals.angles import UNSEEN
 from pcnet3d.pipeline.signals.visibility import mean_scores, not_seen, size_doubted, unseen
@@ -172,7 +173,7 @@ def test_a_size_that_many_keypoints_exceed_is_doubted_not_the_keypoints():
 def test_scores_are_means_over_a_quarter_of_a_second_and_of_movenet_only():
     given = keypoints(score=np.where(np.arange(FRAMES) % 2, 0.3, 0.5)[:, None])
     assert mean_scores(given, given.frame_index, TIMES) is None
-    found = given.noted("detect", detector="movenet@0").rows(0, 60)
+    found = given.with_(made_by=MadeBy("estimated", "movenet@0")).rows(0, 60)
     scores = mean_scores(found, given.frame_index, TIMES)
     np.testing.assert_allclose(scores[4:50], 0.4, atol=0.02)
     assert np.isnan(scores[70:]).all()

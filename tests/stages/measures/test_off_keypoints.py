@@ -7,6 +7,7 @@ import pytest
 from pcnet3d.models.angle_error.off_keypoints import widened
 from pcnet3d.models.angle_error.take_angles import AngleSeries
 from pcnet3d.pipeline import H36M17, Take
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.pipeline.signals.reprojection import limb_scores, residuals_of, straight_in_image
 from pcnet3d.pipeline.signals.swaps import kinds
@@ -41,9 +42,8 @@ def scored(take: Take, joint: str, score: float, detector: str = "movenet@0") ->
     """The detector gives 0.8 to all joints but to this one in rows 20 to 50."""
     confidence = np.full(take.keypoints.joints.shape[:2], 0.8)
     confidence[20:50, H36M17.index(joint)] = score
-    return take.with_(
-        keypoints=take.keypoints.with_(confidence=confidence).noted("detect", detector=detector)
-    )
+    made_by = MadeBy("estimated", detector)
+    return take.with_(keypoints=take.keypoints.with_(confidence=confidence, made_by=made_by))
 
 
 def test_keypoints_that_the_detector_is_unsure_of_show_no_punch(filmed):

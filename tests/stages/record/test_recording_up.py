@@ -164,9 +164,7 @@ def test_the_summary_says_how_well_up_is_known_and_what_it_rests_on(make_take):
         "up: Known to within 5° (90 %). It is based on the body's posture (75 %), the feet's places (25 %)."
         in text
     )
-    assert (
-        "looks level ± 5 degrees (pitch), and its image is upright ± 5 degrees (roll)" in text
-    )
+    assert "looks level ± 5 degrees (pitch), and its image is upright ± 5 degrees (roll)" in text
     assert "relative to the camera" not in text
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from golden.measures import rows_of
 from pcnet3d.pipeline.core.notices import notice, own_notice
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.pipeline.signals.findings import findings_of
 from pcnet3d.stages.drawing.facts import facts_of
@@ -166,7 +167,7 @@ def test_a_limb_that_the_detector_is_unsure_of_was_not_seen(good):
     score[:, good.keypoints.layout.index("l_wrist")] = 0.4
     keypoints = good.keypoints.with_(confidence=score)
     assert level(good.with_(keypoints=keypoints)) == "good"  # of scores that nobody knows
-    take = good.with_(keypoints=keypoints.noted("detect", detector="movenet@0"))
+    take = good.with_(keypoints=keypoints.with_(made_by=MadeBy("estimated", "movenet@0")))
     assert level(take) == "care"
     assert "The detector is unsure of the left arm in 100 % of the frames" in told(take)
     assert "out of sight" not in told(take)
