@@ -100,9 +100,9 @@ def settled(bodies: TakeUp, look: Look, told: bool = False) -> Settled:
     answers = f"{_words(look, 'the image')}, {_words(bodies, 'the skeletons')}"
     believed = "image is" if image else "skeletons are"
     apart = float(angle_deg(bodies.up, look.up))
-    said = notice(
-        "image-against-bodies", seen_in=seen_in, apart_deg=apart, answers=answers, believed=believed
-    )
+    pitch, roll = pitch_roll_deg(np.asarray(bodies.up if image else look.up, dtype=np.float64))
+    values = {"seen_in": seen_in, "apart_deg": apart, "answers": answers, "believed": believed}
+    said = notice("image-against-bodies", **values, pitch=float(pitch), roll=float(roll))
     return Settled(image, said, close)
 
 

@@ -80,9 +80,11 @@ def airborne(take: Take) -> Airborne:
         return Airborne(reason=no_place(rectified), looked=False)
     if not rectified.level_ok:
         return Airborne(reason=f"the take is not levelled: {rectified.level_reason}")
-    seen = is_finite(level.joints[:, level.layout.indices(NEEDED)]).all(axis=1) & is_finite(level.root)
+    seen = is_finite(level.joints[:, level.layout.indices(NEEDED)]).all(axis=1)
     if seen.sum() < _FEWEST:
         return Airborne(reason=f"fewer than {_FEWEST} frames have the trunk, both arms and both legs")
+    if (seen & is_finite(level.root)).sum() < _FEWEST:
+        return Airborne(reason=f"where the person is is known in fewer than {_FEWEST} frames")
     if level.measured_root is not None:
         found, cut = flights(level, MEASURED), cut_off(level, MEASURED)
         return Airborne(

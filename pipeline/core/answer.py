@@ -122,8 +122,12 @@ def _raised(arms: Group) -> list[_Told]:
     if right == left and right[0] and _together(*sides.values()):
         return [(right[0], f"raised both arms {_counted(list(sides.values()))}"), *held]
     counts = {side: _count(of) for side, of in sides.items()}
+    unknown = [side for side, count in counts.items() if not count and text(sides[side], "reason")]
+    other = f"; of the {unknown[0]} arm it cannot be told" if unknown else ""
     raised = (
-        (count, f"raised the {side} arm {_counted([sides[side]])}") for side, count in counts.items() if count
+        (count, f"raised the {side} arm {_counted([sides[side]])}{other}")
+        for side, count in counts.items()
+        if count
     )
     return [*raised, *held]
 

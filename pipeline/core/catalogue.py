@@ -227,9 +227,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "gaps-filled": ("repair", "",
         "{count:~missing joint position} in gaps of up to {max_gap_s} s {count:?was/were} interpolated."),
     "images-lacking": ("repair", "",
-        "The recording has no images {when}; filters bridge gaps of up to {bridged_s} s."),
+        "The video has no images {when}; filters bridge gaps of up to {bridged_s} s."),
     "images-lacking-long": ("warning", "view",
-        "The recording has no images {when}; walks and repetitions end there."),
+        "The video has no images {when}; walks and repetitions end there."),
     "joints-missing": ("warning", "",
         "{count:~joint position is/joint positions are} still missing."),
     "not-in-image": ("warning", "view",
@@ -276,7 +276,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "lies for long, or the lifter tilted the poses."),
     "image-against-bodies": ("warning", "up",
         "The image's {seen_in} and the skeletons disagree about up by {apart_deg:.0f} degrees: {answers}. The "
-        "{believed} believed. Where the image is right, tell it: --set read.pitch=... --set read.roll=..."),
+        "{believed} believed. If the other answer is right: --set read.pitch={pitch:.0f} --set read.roll={roll:.0f}"),
     "told-up-contradicted": ("warning", "up",
         "The gravity that you gave and {other} differ by {apart_deg:.0f} degrees, more than their errors explain; "
         "your value is used."),

@@ -93,26 +93,23 @@ def wrong_rows(poses: PoseSequence, swaps: Iterable[Swap]) -> np.ndarray:
 def told(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
     """Each kind with its frames, such as "legs exchanged in frames 17-21 at 0.57 s, 53 at 1.77 s"; "" without. Those
     that are not certain come after, with what is not."""
-    ranges: dict[str, list[str]] = {}
+    beside = ", or in those beside them (which is unclear)"
+    ranges: dict[tuple[str, str], list[str]] = {}
     frames = [int(frame) for frame in poses.frame_index]
     for swap in sorted(swaps, key=lambda swap: (not swap.certain, swap.one_sided, swap.first_row)):
         first, last = frames[swap.first_row], frames[swap.last_row]
         span = f"{first}" if first == last else f"{first}-{last}"
         if poses.time_s is not None:
             span += f" at {poses.time_s[swap.first_row]:.2f} s"
-        if swap.certain:
-            ranges.setdefault(f"{swap.kind} in frames", []).append(span)
-        elif swap.one_sided:
-            ends = [frames[row] for row in (swap.first_row, swap.last_row + 1) if 0 < row < len(poses)]
-            told = ranges.setdefault(f"{swap.kind} before or after (which is unclear) frames", [])
-            told += [f"{end}" for end in ends if f"{end}" not in told]
-        else:
-            ranges.setdefault(f"perhaps {swap.kind} in frames", []).append(span)
+        what = f"{'' if swap.certain or swap.one_sided else 'perhaps '}{swap.kind} in frames"
+        ranges.setdefault((what, beside if swap.one_sided else ""), []).append(span)
     said = []
-    for what, told in ranges.items():
+    for (what, or_where), told in ranges.items():
         one = len(told) == 1 and "-" not in told[0]
         more = ", ..." if len(told) > _MOST_RANGES else ""
-        said.append(f"{what.removesuffix('s') if one else what} {', '.join(told[:_MOST_RANGES])}{more}")
+        said.append(
+            f"{what.removesuffix('s') if one else what} {', '.join(told[:_MOST_RANGES])}{more}{or_where}"
+        )
     return "; ".join(said)
 
 

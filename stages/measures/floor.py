@@ -20,6 +20,7 @@ from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.filters import breaks
 from .figures import with_error
 
+_STEEPEST_DEG = 45.0  # nobody walks on a steeper floor
 _ANKLE = 0.039  # statures above the sole (Winter, Biomechanics and Motor Control, 4th ed. 2009, figure 4.1)
 
 
@@ -35,7 +36,7 @@ def floor(
         return [Remark("reason", no_place(rectified))]
     walked = grouped(walking)
     if text(walked, "reason"):
-        return [Remark("reason", "it cannot be told when the feet are on the floor")]
+        return [Remark("reason", "no steps could be looked for, whose places would show it")]
     ankles = {side: filtered.joint(f"{side}_ankle").astype(np.float64) for side in SIDES}
     flat = [
         (side, rows)
@@ -49,6 +50,9 @@ def floor(
     found = walked_floor(places.reshape(-1, 3), own, shared, up_sd_deg)
     if found is None:
         return [Remark("reason", f"feet stand in fewer than {FEWEST} places")]
+    if not abs(found.slope_deg) < _STEEPEST_DEG:
+        slope = f"the floor would slope by {abs(found.slope_deg):.0f} degrees"
+        return [Remark("reason", f"{slope}: up, the focal length or the camera's motion is wrong")]
     # Places that are measured are alike to a millimetre; where the ankles are above the soles is not known so well.
     stated = judged and filtered.root_covariance is not None
     height_sd = found.height_sd if stated else float("nan")

@@ -196,15 +196,19 @@ def jumps(
             "length",
             ((i, flight.rise * stature, error.rise * stature) for i, (flight, error) in each),
         ),
-        *_numbered("contact_time", "s", _contacts(found, errors)),
+        *_numbered("contact_time", "s", _contacts(found, errors, airborne.uncertain)),
     ]
 
 
-def _contacts(found: Sequence[Flight], errors: Sequence[_Errors]) -> Iterator[tuple[int, float, float]]:
-    """(number of the jump, seconds on the floor before it, error) of rebounds."""
+def _contacts(
+    found: Sequence[Flight], errors: Sequence[_Errors], uncertain: Sequence[tuple[float, float]]
+) -> Iterator[tuple[int, float, float]]:
+    """(number of the jump, seconds on the floor before it, error) of rebounds. uncertain: of Airborne."""
     for i in range(1, len(found)):
-        contact_s = found[i].off_s - found[i - 1].land_s
-        if 0 < contact_s < _REBOUND_S:
+        start_s, stop_s = found[i - 1].land_s, found[i].off_s
+        contact_s = stop_s - start_s
+        left = any(start_s < until_s and since_s < stop_s for since_s, until_s in uncertain)
+        if 0 < contact_s < _REBOUND_S and not left:
             yield i, contact_s, errors[i].time_s
 
 

@@ -80,7 +80,10 @@ def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
     assert found.probability == pytest.approx(0.5)
     assert found.one_sided
     assert len(found) <= 60  # the labeling with fewer frames
-    assert told(wrong, (found,)) == "legs exchanged before or after (which is unclear) frame 50"
+    assert (
+        told(wrong, (found,))
+        == "legs exchanged in frames 0-49 at 0.00 s, or in those beside them (which is unclear)"
+    )
     for how in ("report", "repair", "mask"):
         _, keypoints, (event,), _ = treated(None, wrong, how)
         assert event.weight == "warning"
