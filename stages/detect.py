@@ -20,13 +20,12 @@ from ..pipeline.files.detections import Detections, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.files.video_frames import shown_size
-from ..pipeline.reading.choose import choose_person, longest
+from ..pipeline.reading.choose import choose_detected
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
 from ..pipeline.signals.swap_repair import treated
 from ..pipeline.signals.tracker import LARGER, PACE, REACH
 
 _LISTED = 5  # people named in a note
-_MISSED = ". It follows one person at a time; others in view are missed (--set detect.person_detector=yolox)"
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 
@@ -37,7 +36,7 @@ class Detect:
     a network that finds people by itself. folder: where keypoints.npz goes. checkpoint: a file for the detections so
     far, written every minute. resume: the checkpoint of an interrupted run, to go on from.
 
-    The keypoints are those of the person that the user names, else of the longest track (`longest`)."""
+    The keypoints are those of the person that the user names, else of the longest track (`choose_detected`)."""
 
     detector: str = "movenet"
     person_detector: str | None = None
@@ -76,16 +75,16 @@ class Detect:
             self.folder.mkdir(parents=True, exist_ok=True)
             found.save(self.folder / KEYPOINTS)
         people = found.people()
-        by_length = told.person in (None, "longest")
-        chosen = longest(people) if by_length else choose_person(people, told.person, str(video.path))
+        chosen = choose_detected(people, told.person, str(video.path))
         keypoints = chosen if told.fps is None else timed(chosen, told.fps)
         _, keypoints, swapped, _ = treated(None, keypoints, told.swaps)
         assert keypoints is not None
         take = take.with_(keypoints=keypoints)
         doubts = rate_doubts(told.fps, video)
-        others = _MISSED if isinstance(detector, Follower) else ""
-        detected = notice("detected", detector=found.method, others=others)
-        return take.saying(detected, *_notices(found, people, chosen, shown_size(video)), *doubts, *swapped)
+        detected = [notice("detected", detector=found.method)]
+        if isinstance(detector, Follower):
+            detected.append(notice("others-missed"))
+        return take.saying(*detected, *_notices(found, people, chosen, shown_size(video)), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:
@@ -96,8 +95,9 @@ def _notices(
     found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence, size: tuple[int, int]
 ) -> list[Notice]:
     """What the user should know about who was found where. size: the image's width and height."""
-    notices = found.doubts(chosen)
-    again = [one.person for one in people if one is not chosen and _may_be(found, one, chosen, size)]
+    notices = [*chosen.notices, *found.doubts(chosen)]
+    others = [one for one in people if one.person != chosen.person]
+    again = [one.person for one in others if _may_be(found, one, chosen, size)]
     if again:
         notices.append(notice("lost-and-found", again=" and ".join(again[:_LISTED]), person=chosen.person))
     if found.frames_seen < found.frames:

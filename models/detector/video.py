@@ -4,7 +4,7 @@ up again."""
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,8 +22,7 @@ from .repeated import repeated, without_repeats
 from .scene_cuts import Glance
 
 _UNSEEN_S = 0.2  # somebody may be in view for so long before they are looked for
-# Images before an interruption that are seen again, for no file keeps any; the last may be dark, and show nothing.
-_AGAIN = 30
+_AGAIN = 30  # images before an interruption that are seen again at a time
 
 
 class _Rows:
@@ -91,7 +90,8 @@ class Search:
             self._last = number
         elif self._glance is not None:
             self._change[number] = self._glance.change_to(now)
-        self._compare_with(now)
+        if self._glance is None or now.shows:
+            self._glance = now
         alone = number - self._last
         self._before = () if alone > MEMORY and alone % self._every else self._people(image)
         if self._before:
@@ -102,9 +102,6 @@ class Search:
             self._rows.add(number, time_s, name, person)
         self.seen = number + 1
         return named
-
-    def _compare_with(self, now: Glance) -> None:
-        self._glance = now if self._glance is None or now.shows else self._glance
 
     def _people(self, image: np.ndarray) -> Sequence[Found]:
         """InputError for a detector of another package that answers something else."""
@@ -143,9 +140,9 @@ class Search:
         """Whether anybody was found."""
         return len(self._rows) > 0
 
-    def take_up(self, resume: Detections, last: Iterable[np.ndarray]) -> None:
-        """Know what is known, and be in the state of after the last frame that was looked at. last: images up to that
-        frame's."""
+    def take_up(self, resume: Detections, last: Glance | None) -> None:
+        """Know what is known, and be in the state of after the last frame that was looked at. last: what the next image
+        is compared with."""
         scene = int(resume.cuts.max(initial=0))
         before = []
         columns = (
@@ -165,8 +162,7 @@ class Search:
             if frame == resume.frames_seen - 1:
                 before.append(found)
         self._before = before
-        for image in last:
-            self._compare_with(Glance.at(image))
+        self._glance = last
         self._change = array("f", resume.change.tolist())
         self.cuts, self.damaged = resume.cuts.tolist(), resume.damaged.tolist()
         self.seen = resume.frames_seen
@@ -203,8 +199,7 @@ def detect(
                 f"{how_many(resume.frames, 'frame')}, now {detector.method} on {total}); leave --resume out to start "
                 "again.",
             )
-        again = max(first, resume.frames_seen - _AGAIN), resume.frames_seen - 1
-        search.take_up(resume, (image for _, image in images_ahead(video, *again, [])))
+        search.take_up(resume, _glance_before(video, first, resume.frames_seen))
     seen = total
 
     def keep_now() -> None:
@@ -230,6 +225,19 @@ def detect(
     if search.people:
         keep(found)
     return _told_apart(without_repeats(found))
+
+
+def _glance_before(video: Video, first: int, number: int) -> Glance | None:
+    """What an image of that number is compared with, which no file keeps: the last image before it that shows anything,
+    however long it has been dark, else the first of all."""
+    found = None
+    while number > first:
+        start = max(first, number - _AGAIN)
+        for found in reversed([Glance.at(image) for _, image in images_ahead(video, start, number - 1, [])]):
+            if found.shows:
+                return found
+        number = start
+    return found
 
 
 def _told_apart(found: Detections) -> Detections:

@@ -119,7 +119,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "usual){how}. Give the keypoints of this video, numbered by its frames."),
     # Detecting
     "detected": ("note", "files",
-        "The 2D keypoints were detected in the video by {detector}{others}."),
+        "The 2D keypoints were detected in the video by {detector}."),
+    "others-missed": ("note", "files",
+        "The detector follows one person at a time; anybody else in view is missed. --set "
+        "detect.person_detector=yolox finds everybody."),
     "person-chosen": ("note", "files",
         "People were tracked under {people:~number} (how many frames, from which to which): {listed}. Number "
         "{person} was used; --person chooses another."),

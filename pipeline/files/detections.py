@@ -68,24 +68,13 @@ class Detections:
         return self.source.partition(" ")[0]
 
     def doubts(self, person: PoseSequence) -> list[Notice]:
-        """Notices of who else was found, and of what makes one of the people doubtful as somebody, and the images as
-        those of one take."""
-        doubts = [*self._others(person), *self._hardly_anybody(person)]
+        """Notices of what makes one of the people doubtful as somebody, and the images as those of one take."""
+        doubts = self._hardly_anybody(person)
         if len(self.cuts):
-            doubts.append(notice("scene-changes", count=len(self.cuts), frames=_listed(self.cuts)))
+            doubts.append(notice("scene-changes", count=len(self.cuts), frames=listed(self.cuts)))
         if len(self.damaged):
-            doubts.append(notice("video-damaged", frames=_listed(self.damaged)))
+            doubts.append(notice("video-damaged", frames=listed(self.damaged)))
         return doubts + self._repeats(person)
-
-    def _others(self, person: PoseSequence) -> list[Notice]:
-        """A notice of everybody, the longest tracks first, where one of them was used."""
-        tracks = {int(name): self.frame_index[self.person == name] for name in np.unique(self.person)}
-        if len(tracks) == 1:
-            return []
-        longest = sorted(tracks.items(), key=lambda track: -len(track[1]))
-        listed = [f"{name} ({len(frames)}, {frames[0]} to {frames[-1]})" for name, frames in longest]
-        values = {"people": len(tracks), "listed": _listed(listed), "person": person.person}
-        return [notice("person-chosen", **values)]
 
     def _repeats(self, person: PoseSequence) -> list[Notice]:
         """A notice of repeated images while a person is seen; where most repeat, quick movements are lost."""
@@ -102,7 +91,7 @@ class Detections:
             where = f"regularly, as of {fps:.2g} frames a second, so times are off by up to one frame"
         else:
             spans = [f"{run[0]} to {run[-1]}" if len(run) > 1 else run[0] for run in runs]
-            where = f"at frame {_listed(spans)}"
+            where = f"at frame {listed(spans)}"
         compared = int(np.isfinite(self.change[first + 1 : last + 1]).sum())
         weight: Weight = "suspicious" if len(repeated) > _MOST * compared else "warning"
         return [notice("images-repeated", weight=weight, repeated=len(repeated), of=compared, where=where)]
@@ -113,7 +102,9 @@ class Detections:
         if not self.method.startswith("movenet@"):
             return []
         frames = len(person)
-        few = frames < _FEWEST and 2 * frames < self.frames_seen
+        # Images that were looked at: of a part of a video, or a live camera, fewer than `frames_seen`.
+        images = 1 + np.isfinite(self.change).sum() + len(self.cuts)
+        few = frames < _FEWEST and 2 * frames < images
         found = [notice("hardly-seen", person=person.person, frames=frames)] if few else []
         torso = person.layout.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
         sure = float(np.median(person.confidence[:, torso].mean(axis=1)))
@@ -183,5 +174,6 @@ def load_detections(path: Path) -> Detections:
     return Detections(**found)
 
 
-def _listed(frames: Sequence[object] | np.ndarray) -> str:
+def listed(frames: Sequence[object] | np.ndarray) -> str:
+    """The first five frames or people for a sentence, of a list or an array (N,)."""
     return ", ".join(map(str, frames[:_LISTED])) + (", ..." if len(frames) > _LISTED else "")

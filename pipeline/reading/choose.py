@@ -13,6 +13,7 @@ from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, rotate, unit
+from ..files.detections import listed
 from ..signals.visibility import certain
 
 # How far a lift is from its own keypoints in the image (`_apart`), and how much further everybody else must be. Lifts
@@ -55,9 +56,21 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     return names[person]
 
 
-def longest(people: tuple[PoseSequence, ...]) -> PoseSequence:
-    """Who is in the most frames; of several, the largest in the image."""
-    return max(people, key=lambda poses: (len(poses), _area(poses, "")))
+def choose_detected(people: tuple[PoseSequence, ...], person: str | None, where: str) -> PoseSequence:
+    """As choose_person, of people whom a detector of ours found: without a name the one in the most frames, of several
+    the largest in the image. Unless a name was given, a notice says who else is there."""
+    if person in (None, "longest"):
+        chosen = max(people, key=lambda poses: (len(poses), _area(poses, "")))
+    else:
+        chosen = choose_person(people, person, where)
+    if len(people) == 1 or person not in (None, *RANKS):
+        return chosen
+    tracks = [
+        f"{one.person} ({len(one)}, {one.frame_index[0]} to {one.frame_index[-1]})"
+        for one in sorted(people, key=len, reverse=True)
+    ]
+    values = {"people": len(tracks), "listed": listed(tracks), "person": chosen.person}
+    return chosen.saying(notice("person-chosen", **values))
 
 
 def same_person(

@@ -18,7 +18,7 @@ from ..files.video_frames import shown_size
 from ..signals.findings import findings_of
 from ..signals.shapes import copied, keypoints_movement, keypoints_unlike, repeated, rows_lost
 from ..signals.swap_repair import treated
-from .choose import RANKS, choose_person, longest, misfit, same_person
+from .choose import RANKS, choose_detected, choose_person, misfit, same_person
 from .clock import (
     Clock,
     check_numbers,
@@ -374,8 +374,8 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
                 f"is not in the second, which has {', '.join(map(str, names))}; choose by a name that both have, or "
                 "leave one file out.",
             )
-    if poses is None and person in (None, "longest") and all(track.detected_in for track in tracks):
-        return file.normalised(longest(tracks))  # as the run that detected them
+    if poses is None and file.adapter.name == "keypoints":  # as the run that detected them
+        return file.normalised(choose_detected(tracks, person, str(file.path)))
     return file.normalised(choose_person(tracks, person, str(file.path)))
 
 

@@ -11,9 +11,10 @@ from golden.estimators import alphapose3d
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence
 from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
+from pcnet3d.pipeline.inspect.inspect import inspect
 from pcnet3d.pipeline.reading.choose import choose_person
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.reading.take import open_take
+from pcnet3d.pipeline.reading.take import open_people, open_take
 
 
 def person(name: str, size: float, frames: int = 5, frame=CAMERA, facing=None) -> PoseSequence:
@@ -56,21 +57,27 @@ def test_equals_are_to_be_chosen_by_name(facing_camera):
             choose_person(people, rank, "x")
 
 
-def test_of_a_runs_own_detections_the_run_on_them_takes_whom_the_first_one_took(tmp_path):
-    """It refused to choose, and that there were others was said by the first run alone."""
+@pytest.mark.parametrize("source", ["", f"{'0' * 64} 1"])
+def test_of_a_runs_own_detections_the_run_on_them_takes_whom_the_first_one_took(tmp_path, source):
+    """It refused to choose, and that there were others was said by the first run alone. Of a live camera's keypoints no
+    video is known."""
     points = np.random.default_rng(0).random((17, 2)) * 50
     frames, people = np.concatenate([np.arange(12)] * 3), np.repeat([0, 1, 2], 12)
     scale = np.array([1, 3, 2])[people][:, None, None]
     rows = ~((people == 0) & (frames == 5))  # the first is missing once, of the others the second is larger
-    found = detected(frames[rows], scored((scale * points)[rows]), people[rows], source=f"{'0' * 64} 1")
+    found = detected(frames[rows], scored((scale * points)[rows]), people[rows], source=source)
     found.save(tmp_path / "keypoints.npz")
     options = RunOptions(keypoints=tmp_path / "keypoints.npz", image_size=(640, 360))
     listed = "1 (12, 0 to 11), 2 (12, 0 to 11), 0 (11, 0 to 11)"
-    for asked, used in ((None, "1"), ("longest", "1"), ("0", "0")):
+    told = [{"people": 3, "listed": listed, "person": "1"}]
+    for asked, used, said in ((None, "1", told), ("longest", "1", told), ("0", "0", [])):
         take = open_take(options.model_copy(update={"person": asked}))
         assert take.keypoints.person == used
-        (said,) = (each.values for each in take.notices if each.code == "person-chosen")
-        assert said == {"people": 3, "listed": listed, "person": used}
+        assert [each.values for each in take.notices if each.code == "person-chosen"] == said
+    # Where everybody is taken, or looked at, nobody is chosen.
+    everybody = [each.take.notices for each in open_people(options)]
+    everybody += [each.findings for each in inspect(options.keypoints).people]
+    assert not any(each.code == "person-chosen" for said in everybody for each in said)
     with pytest.raises(InputError, match=r"no person '7'; it holds 0 \(11 frames\), 1 \(12 frames\), 2"):
         open_take(options.model_copy(update={"person": "7"}))
 

@@ -228,6 +228,7 @@ def test_the_lift_of_one_person_rests_on_nobody_else(numbered_film, joints_px, t
     said = capsys.readouterr().err
     assert "60 frames, latency" in said
     assert "; of 2 people person 0, who was shown most, is taken" in said
+    assert "--person" not in said  # there is no such option
 
 
 @pytest.mark.parametrize(

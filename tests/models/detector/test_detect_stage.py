@@ -1,0 +1,146 @@
+"""The stage `detect`: whose keypoints are taken, who is said to be whom, and detectors that answer nonsense."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from golden.detections import detected, scored
+from pcnet3d.models.detector.protocols import Found
+from pcnet3d.pipeline import InputError, Take
+from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.stages.detect import Detect, _may_be
+
+
+class _Two:
+    """A detector that sees two people, one of them from frame 5 on, the smaller one first."""
+
+    method, layout = "two@0", COCO17
+
+    def __init__(self) -> None:
+        self._frame = -1
+
+    def people(self, image, before=()):
+        self._frame += 1
+        rng = np.random.default_rng(0)
+        near = Found(200 + 60 * rng.random((17, 2)), np.full(17, 0.9), np.array([200, 200, 260, 260]))
+        far = Found(50 + 20 * rng.random((17, 2)), np.full(17, 0.9), np.array([50, 50, 70, 70]))
+        return (far, near) if self._frame >= 5 else (far,)
+
+
+def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypatch):
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: _Two())
+    take = Take("walk", video=walk_film)
+    default = Detect()(take)
+    assert default.keypoints.person == "0"
+    chosen = default.notices[1]
+    assert (chosen.code, chosen.values["listed"]) == ("person-chosen", "0 (40, 0 to 39), 1 (35, 5 to 39)")
+    assert not any(each.code == "others-missed" for each in default.notices)
+    assert not any(each.code == "lost-and-found" for each in default.notices)
+    assert not any(each.code == "interrupted" for each in default.notices)
+    named = Detect()(take.telling(person="1"))
+    assert (named.keypoints.person, len(named.keypoints)) == ("1", 35)
+    assert not any(each.code == "person-chosen" for each in named.notices)
+    with pytest.raises(InputError, match="no person '7'"):
+        Detect()(take.telling(person="7"))
+
+
+@pytest.mark.parametrize(("found_in", "again"), [(2, False), (32, True)])
+def test_who_is_lost_and_found_again_is_not_counted_as_somebody_else(walk_film, monkeypatch, found_in, again):
+    """One network looks at one person at a time: a man lost for a somersault came back as the third of two people. The
+    second was a woman far from him in the very next image, whom he "may be"."""
+
+    class Lost(_Two):
+        def people(self, image, before=()):
+            frame = self._frame + 1
+            self._frame = 4
+            far, _ = super().people(image, before)
+            self._frame = frame
+            there = replace(far, xy=far.xy + 100, box=far.box + 100)
+            return (far,) if frame < 2 else (there,) * (frame >= found_in)
+
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Lost())
+    video = Take("walk", video=walk_film)
+    notices = Detect()(video).notices
+    assert notices[1].values["people"] == 2
+    assert any(each.code == "lost-and-found" for each in notices) == again
+
+
+@pytest.mark.parametrize(
+    ("last", "pace", "first", "again"),
+    [
+        ((100, 100), (0, 0), (130, 100), True),
+        ((100, 215), (0, 2), (130, 100), False),  # went out below; a runner further up is another one
+        ((100, 215), (0, 0), (130, 100), True),  # stood there, the feet out of the image
+        ((100, 170), (0, 2), (130, 100), True),  # may have stopped
+        ((10, 100), (-3, 0), (60, 100), False),  # went out on the left
+        ((310, 100), (3, 0), (270, 100), False),
+        ((100, 25), (0, -2), (100, 60), False),
+        ((310, 230), (0, 0), (10, 10), True),
+    ],
+)
+def test_who_went_out_of_the_image_is_nobody_who_is_in_it_later(last, pace, first, again):
+    """Of a marathon: a runner who had left over the lower edge was said to be perhaps the next one."""
+    until = np.arange(20)
+    middle = np.concatenate([last + np.outer(until - 19, pace), np.tile(first, (20, 1))]).astype(np.float32)
+    points = middle[:, None] + np.linspace([-15, -30], [15, 30], 17, dtype=np.float32)
+    found = detected(np.concatenate([until, until + 60]), scored(points), np.repeat([0, 1], 20))
+    assert _may_be(found, *found.people(), (320, 240)) == again
+    cut = replace(found, cuts=np.array([60]))  # two people of two scenes were said to be perhaps one
+    assert not _may_be(cut, *cut.people(), (320, 240))
+
+
+def test_a_detector_that_goes_on_with_somebody_else_gives_two_people(walk_film, monkeypatch):
+    """A man went behind a woman, and his track went on with her: an arm was raised that was hers."""
+
+    class Crossing(_Two):
+        def people(self, image, before=()):
+            self._frame = max(self._frame, 4)
+            man = super().people(image, before)[-1]
+            return (
+                (man,) if self._frame < 15 else (replace(man, xy=20 + 0.6 * man.xy, box=20 + 0.6 * man.box),)
+            )
+
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Crossing())
+    _, chosen = Detect()(Take("walk", video=walk_film)).notices
+    assert chosen.values["listed"] == "1 (30, 10 to 39), 0 (10, 0 to 9)"
+
+
+def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, monkeypatch):
+    """They were refused, after all images had been looked at."""
+
+    class Both(_Two):
+        def people(self, image, before=()):
+            self._frame = 5
+            return super().people(image, before)
+
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Both())
+    take = Take("walk", video=walk_film)
+    found = [Detect()(take.telling(person=asked)).keypoints for asked in (None, "longest")]
+    assert [len(one) for one in found] == [40, 40]
+    assert all(np.nanmin(one.joints) >= 200 for one in found)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        None,
+        np.zeros((17, 3)),
+        (np.zeros((17, 3)),),
+        (Found(np.zeros((5, 2)), np.ones(5), np.zeros(4)),),
+        (Found(np.zeros((17, 2)), np.ones(17), np.zeros(2)),),
+    ],
+)
+def test_a_detector_of_another_package_that_gives_no_people_is_refused(walk_film, monkeypatch, given):
+    class Broken(_Two):
+        def people(self, image, before=()):
+            return given
+
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Broken())
+    with pytest.raises(InputError, match=r"from the detector two@0 .* repair its package"):
+        Detect()(Take("walk", video=walk_film))
+
+
+def test_another_frame_rate(walk_film, toy):
+    take = Detect(detector=str(toy))(Take("walk", video=walk_film).telling(fps=120.0))
+    np.testing.assert_allclose(take.keypoints.times, np.arange(40) / 120)
