@@ -279,7 +279,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "lies for long, or the lifter tilted the poses."),
     "image-against-bodies": ("warning", "up",
         "The image's {seen_in} and the skeletons disagree about up by {apart_deg:.0f} degrees: {answers}. The "
-        "{believed} believed. If the other answer is right: --set read.pitch={pitch:.0f} --set read.roll={roll:.0f}"),
+        "{believed} believed. --set read.pitch={pitch:.0f} --set read.roll={roll:.0f} tells the other answer."),
     "told-up-contradicted": ("warning", "up",
         "The gravity that you gave and {other} differ by {apart_deg:.0f} degrees, more than their errors explain; "
         "your value is used."),
