@@ -31,6 +31,17 @@ def test_a_walk_with_its_cadence_speed_and_knees():
     ]
 
 
+def test_of_an_arm_that_cannot_be_judged_it_is_said_beside_the_other():
+    """A left arm that the detector guessed: the page named the right one alone, as if only that had been raised."""
+    arms = {
+        "right": {"count": 1, "peak_deg": [80.0]},
+        "left": {"count": 0, "reason": "the elbow is not sure"},
+    }
+    assert answer(take(arm_raises=arms))[0] == (
+        "Raised the right arm once to 80 degrees; of the left arm it cannot be told."
+    )
+
+
 def test_without_a_scale_there_is_no_speed_and_a_run_is_called_one():
     said = answer(take("arbitrary", walking={**WALK, "gait": "running"}))[0]
     assert said == "Ran 4 steps in 2.4 s, 98 ± 3 a minute."

@@ -15,6 +15,8 @@ from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.jumps import (
+    _contacts,
+    _Errors,
     brief_hops,
     cut_jumps,
     goes_on,
@@ -94,6 +96,16 @@ def test_a_flight_of_legs_off_their_keypoints_is_not_counted_and_not_denied():
         gait = Gait({"r": [], "l": []}, [])
         assert len(jumping(airborne, gait)) == count
         assert len(brief_hops(airborne, gait)) == 1 - count
+
+
+@pytest.mark.parametrize(("hop", "contacts"), [((), 1), (((2.2, 2.3),), 0), (((5.0, 5.1),), 1)])
+def test_between_jumps_with_an_uncertain_hop_there_is_no_time_on_the_floor(hop, contacts):
+    """Of four hops in jumping jacks three were told, and a second on the floor in which there was the fourth."""
+    found = [
+        Flight(off_s=at, apex_s=at + 0.15, land_s=at + 0.3, fall=5.8, rise=0.06, off_feet=2, land_feet=2)
+        for at in (1.6, 2.6)
+    ]
+    assert len([*_contacts(found, [_Errors(0.03, 0.02)] * 2, hop)]) == contacts
 
 
 def test_a_bend_of_one_frame_is_not_counted_and_not_denied():

@@ -293,6 +293,13 @@ def test_a_floor_without_a_walk_has_no_slope():
     assert found["floor_height"] == pytest.approx(0, abs=0.03)
 
 
+def test_a_floor_that_nobody_could_walk_on_is_none():
+    """A level road, seen from above with an unknown focal length, was told as stairs that go down by 55 degrees."""
+    floor = nested(measured(uphill(12, np.tan(np.radians(52)), 0.003)).measures)["floor"]
+    assert set(floor) == {"reason"}
+    assert "would slope by 52 degrees" in floor["reason"]
+
+
 def test_a_ramp_of_motion_capture_has_its_slope_and_no_stairs():
     poses = uphill(12, np.tan(np.radians(4)), 0.003)
     floor = nested(measured(poses).measures)["floor"]
