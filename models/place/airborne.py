@@ -84,7 +84,7 @@ def airborne(take: Take) -> Airborne:
     if seen.sum() < _FEWEST:
         return Airborne(reason=f"fewer than {_FEWEST} frames have the trunk, both arms and both legs")
     if (seen & is_finite(level.root)).sum() < _FEWEST:
-        return Airborne(reason=f"where the person is is known in fewer than {_FEWEST} frames")
+        return Airborne(reason=f"the person's place is known in fewer than {_FEWEST} frames")
     if level.measured_root is not None:
         found, cut = flights(level, MEASURED), cut_off(level, MEASURED)
         return Airborne(

@@ -123,7 +123,7 @@ def _raised(arms: Group) -> list[_Told]:
         return [(right[0], f"raised both arms {_counted(list(sides.values()))}"), *held]
     counts = {side: _count(of) for side, of in sides.items()}
     unknown = [side for side, count in counts.items() if not count and text(sides[side], "reason")]
-    other = f"; of the {unknown[0]} arm it cannot be told" if unknown else ""
+    other = f"; whether the {unknown[0]} arm was raised cannot be told" if unknown else ""
     raised = (
         (count, f"raised the {side} arm {_counted([sides[side]])}{other}")
         for side, count in counts.items()

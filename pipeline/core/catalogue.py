@@ -121,8 +121,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "detected": ("note", "files",
         "The 2D keypoints were detected in the video by {detector}."),
     "others-missed": ("note", "files",
-        "The detector follows one person at a time; anybody else in view is missed. --set "
-        "detect.person_detector=yolox finds everybody."),
+        "The detector follows one person at a time; anybody else in view is missed. Use --set "
+        "detect.person_detector=yolox to find everybody."),
     "person-chosen": ("note", "files",
         "People were tracked under {people:~number} (how many frames, from which to which): {listed}. Number "
         "{person} was used; --person chooses another."),
@@ -146,7 +146,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "camera-stands-against-told": ("warning", "camera",
         "You gave --camera moving, but the background stands still; with --camera static, up is more certain."),
     "camera-motion-unknown": ("note", "camera",
-        "It is unclear whether the camera moves: the background has too few corners, or they move each its own way."),
+        "It is unclear whether the camera moves: the background has too few corners, or each moves in its own way."),
     "image-without-up": ("note", "camera",
         "The image was not used to find which way is up: {reason}."),
     "image-up-in-frames": ("note", "camera",
@@ -279,7 +279,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "lies for long, or the lifter tilted the poses."),
     "image-against-bodies": ("warning", "up",
         "The image's {seen_in} and the skeletons disagree about up by {apart_deg:.0f} degrees: {answers}. The "
-        "{believed} believed. --set read.pitch={pitch:.0f} --set read.roll={roll:.0f} tells the other answer."),
+        "{believed} believed. To use the other answer: --set read.pitch={pitch:.0f} --set read.roll={roll:.0f}."),
     "told-up-contradicted": ("warning", "up",
         "The gravity that you gave and {other} differ by {apart_deg:.0f} degrees, more than their errors explain; "
         "your value is used."),

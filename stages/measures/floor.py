@@ -36,7 +36,7 @@ def floor(
         return [Remark("reason", no_place(rectified))]
     walked = grouped(walking)
     if text(walked, "reason"):
-        return [Remark("reason", "no steps could be looked for, whose places would show it")]
+        return [Remark("reason", "it is found by steps, and steps could not be looked for")]
     ankles = {side: filtered.joint(f"{side}_ankle").astype(np.float64) for side in SIDES}
     flat = [
         (side, rows)

@@ -155,4 +155,4 @@ def _arm(
     arm = repeats(take, angle, take(angle), take.sd(angle), RAISE, shown, raises, briefest_s)
     arm = doubted(arm, may_be, "what is seen from {} may be a punch, not a raise")
     why = "the detector is unsure of the elbow, or the arm does not fit its keypoints"
-    return doubted(arm, off, f"what is seen from {{}} may be none: {why}")
+    return doubted(arm, off, f"what is seen from {{}} may be no raise: {why}")

@@ -35,7 +35,8 @@ def not_shown(take: Take, residuals: Residuals | None) -> dict[str, list[tuple[f
     against = contradicted(residuals, times)
     for limb, scores in limb_scores(take).items():
         if limb.endswith("arm"):
-            against[limb] = [*against.get(limb, ()), *_spans(scores[:, 0] < SURE_SCORE, times)]
+            elbow, _wrist = scores.T
+            against[limb] = [*against.get(limb, ()), *_spans(elbow < SURE_SCORE, times)]
     return against
 
 

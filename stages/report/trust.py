@@ -172,8 +172,8 @@ def _view(take: Take) -> Check:
     }
     if unsure := [f"the {name} in {100 * share:.0f} %" for name, share in shares.items() if share > _ONE]:
         texts.append(
-            f"The detector is unsure of {', '.join(unsure)} of the frames, and may have guessed there; what it "
-            "guessed does not count as missing."
+            f"The detector is unsure of {', '.join(unsure)} of the frames, and may have guessed there; "
+            "guessed joints do not count as missing."
         )
     if texts:
         return "In view", "care", [*texts, words]

@@ -38,7 +38,7 @@ def test_of_an_arm_that_cannot_be_judged_it_is_said_beside_the_other():
         "left": {"count": 0, "reason": "the elbow is not sure"},
     }
     assert answer(take(arm_raises=arms))[0] == (
-        "Raised the right arm once to 80 degrees; of the left arm it cannot be told."
+        "Raised the right arm once to 80 degrees; whether the left arm was raised cannot be told."
     )
 
 
