@@ -22,7 +22,10 @@ _STILL = 0.5 / _SIDE  # compression, and a tripod on a floor on which somebody w
 # glimpses; where a crowd moves before one that stands still, 0.28.
 _MOST, _FEW, _ONE_PICTURE = 0.5, 0.2, 0.5
 _SAME = 2.0  # pixels: corners that move as one picture does that is shifted, turned and scaled
-_ZOOM = 0.05  # a second, of the picture's scale
+# Of the image, that lies between those corners: with less, in the median of glimpses, no picture moves. Before a
+# plain wall all corners are on a person's clothes and shadow, with up to 0.08 of it; of cameras that move, 0.26.
+_SPREAD = 0.14
+_ZOOM = 0.05  # a second, of the picture's scale; and in all, of one that grows, or shrinks, most of the time
 _DRIFT = 0.5  # of the way: net of it, below which a picture trembles to and fro
 _WITH = 0.5  # of the background's speed: who is slower than that in the image is followed
 
@@ -31,12 +34,13 @@ _WITH = 0.5  # of the background's speed: who is slower than that in the image i
 class Shift:
     """How the background moves from one image to another of one camera: the median of its corners, in longer sides of
     the image to the right and down. still: the share of the corners that stay; together: of those that move as one
-    picture. zoom: the logarithm of the growth."""
+    picture. spread: the share of the image that lies between the latter. zoom: the logarithm of the growth."""
 
     right: float
     down: float
     still: float
     together: float
+    spread: float
     zoom: float
 
     @property
@@ -75,7 +79,9 @@ def shift(first: np.ndarray, second: np.ndarray, boxes: Sequence[np.ndarray]) ->
     zoom = 0.0 if picture is None else float(np.log(np.hypot(*picture[:, 0])))
     right, down = np.median(way, axis=0)
     still = (np.linalg.norm(way, axis=1) < _STILL).mean()
-    return Shift(float(right), float(down), float(still), float(together.mean()), zoom)
+    around = cv2.convexHull(corners[fine, 0][together[:, 0] > 0])
+    spread = cv2.contourArea(around) / before.size
+    return Shift(float(right), float(down), float(still), float(together.mean()), float(spread), zoom)
 
 
 def stands(images: Mapping[int, np.ndarray], boxes: Mapping[int, np.ndarray]) -> bool:
@@ -97,24 +103,27 @@ class Glimpse:
 
 
 def background_of(glimpses: Sequence[Glimpse]) -> Background | None:
-    """How the background moves; None where there are too few glimpses of it, or its corners move each their own way.
-    glimpses: in order of time."""
+    """How the background moves; None where there are too few glimpses of it, its corners move each their own way, or
+    they lie close together. glimpses: in order of time."""
     if not glimpses:
         return None
     if np.median([each.shift.still for each in glimpses]) > _MOST:
         return Background("still")
-    if np.median([each.shift.together for each in glimpses]) < _ONE_PICTURE:
+    together, spread = np.median([(each.shift.together, each.shift.spread) for each in glimpses], axis=0)
+    if together < _ONE_PICTURE or spread < _SPREAD:
         return None
     apart = np.array([each.apart_s for each in glimpses])
     speeds = np.array([[each.shift.right, each.shift.down] for each in glimpses]) / apart[:, None]
     at = np.array([each.time_s for each in glimpses])
-    steps = np.diff(at, append=at[-1] + apart[-1])[:, None] * speeds
+    lasts = np.diff(at, append=at[-1] + apart[-1])
+    steps = lasts[:, None] * speeds
     path = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
     reach = float(np.hypot(*np.ptp(path, axis=0)))
     speed = float(np.median(np.hypot(*speeds.T)))
-    zoom = np.median([each.shift.zoom for each in glimpses] / apart)
+    zoom = np.array([each.shift.zoom for each in glimpses]) / apart
     way = float(np.hypot(*steps.T).sum())
-    if abs(zoom) > _ZOOM:
+    grown, changed = abs((lasts * zoom).sum()), np.abs(lasts * zoom).sum()
+    if abs(np.median(zoom)) > _ZOOM or grown > max(_ZOOM, _DRIFT * changed):
         return Background("zooming", speed, reach)
     if reach < TREMBLE or (np.hypot(*path[-1]) < _DRIFT * way and reach < 10 * TREMBLE):
         return Background("hand-held", speed, reach)

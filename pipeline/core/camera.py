@@ -44,8 +44,8 @@ class Look:
 @dataclass(frozen=True)
 class Background:
     """How the background of the images moves, outside people. kind: "hand-held" stays about where it is, "following"
-    goes with the person, "panning" without. speed: longer sides of the image a second, a median; reach: as far as the
-    image's middle wanders in all, in longer sides."""
+    goes with the person, "panning" without, "zooming" grows or shrinks. speed: longer sides of the image a second, a
+    median; reach: as far as the image's middle wanders in all, in longer sides."""
 
     kind: Literal["still", "hand-held", "panning", "following", "zooming"]
     speed: float = 0.0
@@ -54,7 +54,8 @@ class Background:
     @property
     def words(self) -> str:
         """What the camera does."""
-        return {"still": "stands still", "hand-held": "is held in a hand", "panning": "pans", "zooming": "zooms",
+        return {"still": "stands still", "hand-held": "is held in a hand", "panning": "pans or travels",
+                "zooming": "zooms or travels",
                 "following": "follows the person"}[self.kind]  # fmt: skip
 
     @property

@@ -68,16 +68,16 @@ def test_a_crowd_does_not_move_as_one_picture():
     assert of_crowd.together < 0.4 < 0.9 < of_pan.together
 
 
-def glimpses(right, person=0.0, zoom=0.0, together=1.0):
+def glimpses(right, person=0.0, zoom=0.0, together=1.0, spread=0.7):
     """Ten glimpses over ten seconds; right: (10,) and person, in longer sides of the image a second."""
     return [
         Glimpse(
             float(i),
             0.1,
-            Shift(0.1 * way, 0.0, float(abs(way) < 1e-4), together, 0.1 * zoom),
+            Shift(0.1 * way, 0.0, float(abs(way) < 1e-4), together, spread, 0.1 * grows),
             np.array([0.1 * person, 0]),
         )
-        for i, way in enumerate(np.broadcast_to(right, 10))
+        for i, (way, grows) in enumerate(np.broadcast(right, zoom * np.ones(10)))
     ]
 
 
@@ -93,6 +93,8 @@ def glimpses(right, person=0.0, zoom=0.0, together=1.0):
         (0.0009, 0.0, 0.0, "hand-held", False),  # half a degree in all
         (0.2 * np.array([1, 1, 1, -1, -1, -1, -1, 1, 1, 1]), 0.2, 0.0, "panning", True),
         (0.01, 0.0, 0.3, "zooming", True),
+        (0.0009, 0.0, 0.02, "zooming", True),  # who films from a car that goes on slowly
+        (0.0009, 0.0, 0.04 * np.array([1, -1] * 5), "hand-held", False),
     ],
 )
 def test_how_a_camera_moves(right, person, zoom, kind, moves):
@@ -105,3 +107,15 @@ def test_how_a_camera_moves(right, person, zoom, kind, moves):
 def test_nothing_is_told_without_a_glimpse_or_of_a_crowd():
     assert background_of([]) is None
     assert background_of(glimpses(0.1, together=0.3)) is None
+    assert background_of(glimpses(0.1, spread=0.05)) is None
+    assert background_of(glimpses(0.0, spread=0.05)) is not None
+
+
+def test_corners_of_one_spot_that_moves_are_no_picture():
+    before, after = (np.full((360, _SIDE, 3), 128, np.uint8) for _ in range(2))
+    before[120:220, 200:340] = picture()[120:220, 200:340]
+    after[120:220, 200:340] = picture(6.0)[120:220, 200:340]
+    of_spot, of_pan = (shift(before, after, [_NOBODY] * 2), shift(picture(), picture(6.0), [_NOBODY] * 2))
+    assert of_spot is not None
+    assert of_pan is not None
+    assert of_spot.spread < 0.1 < 0.5 < of_pan.spread
