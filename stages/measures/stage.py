@@ -11,48 +11,34 @@ from typing import ClassVar
 import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
-from ...models.angle_error.repeatability import ends, judged, known_median, same_part
+from ...models.angle_error.repeatability import ends, judged, known_median
 from ...models.gait.focal import focal_by_steps, zoom_by_feet
 from ...models.gait.gait import Gait, separation
-from ...models.gait.of_take import SIDES, body_joints, gait_of, separation_sd, unjudged
+from ...models.gait.of_take import body_joints, gait_of, separation_sd, unjudged
 from ...models.place.airborne import Airborne, airborne
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.measures import (
-    CANNOT_BE_TOLD,
-    Measure,
-    Remark,
-    Row,
-    grouped,
-    measure,
-    side_of,
-    subgroup,
-    within,
-)
+from ...pipeline.core.measures import Measure, Remark, Row, grouped, side_of, within
 from ...pipeline.core.notices import Notice, notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
-from ...pipeline.signals.angles import ANGLES, MIDLINE, continuous, of_both
+from ...pipeline.signals.angles import ANGLES, continuous
 from ...pipeline.signals.filters import breaks
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ...pipeline.signals.reprojection import residuals_of, straight_in_image
 from .columns import Columns
-from .figures import (
-    basis,
-    symmetry,
-    with_error,
-)
+from .figures import basis, with_error
 from .floor import floor
 from .jumps import brief_hops, cut_jumps, jumping, jumps, without_leaps, without_slips
 from .movements import arm_raises, knee_bends
 from .off_keypoints import exchanged, not_shown, off_keypoints
 from .outcomes import BRIEFEST_S, NO_DOUBTS, Doubts, doubts_of, with_outcome
 from .repeats import repeats
+from .sides import ranges_compared, sides_untold, steps_compared
 from .smoothness import path_length
 from .strikes import Spans, strikes
 from .walking import FEWEST, doubts, walking
 
-_NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
 _OUTERMOST = 0.05  # of the frames: what the 5th to the 95th percentile leaves out at either end
 _ANY = 20.0  # degrees that a repetition rises by at least
 # Standard deviation of an angle by a lifter whose errors were not measured: that of the built-in one, median of lifted
@@ -99,7 +85,8 @@ class Measures:
         residuals = residuals_of(take)
         asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), doubts_of(take.said)
         against = not_shown(take, residuals)
-        found = measures(filtered, rectified, kinematics, source, gait, *asked, against)
+        untold = sides_untold(take)
+        found = measures(filtered, rectified, kinematics, source, gait, *asked, against, untold)
         found += tuple(within("off_keypoints", off_keypoints(residuals, source.times)))
         said = exchanged(take, residuals)
         said += [*doubts(gait, source), *_focal(take, gait), *_zoom(take, gait)] if rectified.level_ok else []
@@ -138,6 +125,7 @@ def measures(
     in_image: Mapping[str, np.ndarray] | None = None,
     doubt: Doubts = NO_DOUBTS,
     against: Mapping[str, Spans] = MappingProxyType({}),
+    untold: Mapping[str, str] = MappingProxyType({}),
 ) -> tuple[Row, ...]:
     """Rows, named below as in summary.json (`pipeline.core.measures.nested`). What cannot be had is absent, and its
     group has a `reason`.
@@ -146,7 +134,7 @@ def measures(
     the angles (stages.angles.Angles) and paths (stages.trajectories.trajectory); source: the poses that
     were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
     in_image: signals.reprojection.straight_in_image; doubt: of outcomes.doubts_of; against: of
-    off_keypoints.not_shown.
+    off_keypoints.not_shown; untold: of sides.sides_untold.
 
     Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
     of angles by what they are stated with; of ranges, of right less left and from repetition to repetition (peak_mdc90)
@@ -185,11 +173,11 @@ def measures(
             take, grouped(struck["punches"]), filtered if source.lifted else None, against
         ),
         **struck,
-        "walking": walk,
+        "walking": steps_compared(walk, untold),
     }
     return (
         *within("range_of_motion", ranges),
-        *within("symmetry", _symmetry(take, ranges, named, lasts_s)),
+        *within("symmetry", ranges_compared(take, ranges, named, lasts_s, untold)),
         *(
             row
             for name, of in movements.items()
@@ -227,42 +215,6 @@ def _range(take: Columns, name: str) -> list[Row]:
         *([Measure("beyond_anatomy_frames", beyond)] if beyond else []),
         *basis(values),
     ]
-
-
-def _symmetry(take: Columns, ranges: Sequence[Row], angles: Sequence[str], lasts_s: float) -> list[Row]:
-    """Of the rows of the ranges of these angles. lasts_s: the take's length; in less than a stride of each leg the
-    sides show different parts of the movement."""
-    if lasts_s < BRIEFEST_S["walking"]:
-        return [Remark("reason", "the take is too short: each side shows another part of a movement")]
-    formula = (
-        "100 (right - left) / ((right + left) / 2) of the ranges between the 5th and 95th percentile; "
-        "positive when the right is larger"
-    )
-    by_angle = grouped(ranges)
-    result: list[Row] = [Remark("formula", formula)]
-    for name in dict.fromkeys(of_both(angle) for angle in angles if angle not in MIDLINE):
-        sides = [subgroup(by_angle, f"{side}_{name}") for side in SIDES.values()]
-        right, left = (measure(side, "p05_p95") for side in sides)
-        if right is None or left is None:
-            result += within(name, [Remark("reason", "one side has no range")])
-            continue
-        result += within(
-            name,
-            [
-                Measure("right", right.value, "deg", side="right"),
-                Measure("left", left.value, "deg", side="left"),
-            ],
-        )
-        if max(right.value, left.value) < _NO_RANGE:
-            result += within(name, [Remark("reason", f"both ranges are below {_NO_RANGE:g} degrees")])
-        elif not same_part(*sides):
-            why = "each side was seen in another part of the movement"
-            result += within(name, [Remark("symmetry_outcome", CANNOT_BE_TOLD), Remark("reason", why)])
-        else:
-            errors = (right.error or np.nan, left.error or np.nan)
-            error = take.difference_sd(f"range_of_motion.{name}", errors, "sides")
-            result += within(name, symmetry(right.value, left.value, error))
-    return result
 
 
 def _paths(take: Columns, rectified: Rectified) -> list[Row]:

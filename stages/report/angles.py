@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from ...models.angle_error.repeatability import difference_chance, differing
 from ...pipeline.core.measures import CANNOT_BE_TOLD, Group, half_bar, measure, subgroup, text
+from ...pipeline.core.messages import how_many
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
@@ -55,8 +56,8 @@ def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
 
 
 def sides_compared(measures: Group) -> list[str]:
-    """A sentence on whether the sides differ, in ranges of motion and steps, told apart from the one difference in ten
-    that chance makes; none where no error is stated. measures: of a take."""
+    """Sentences on whether the sides differ, in ranges of motion and steps, told apart from the one difference in ten
+    that chance makes, and why that cannot be told; none where no error is stated. measures: of a take."""
     walking, symmetry = subgroup(measures, "walking"), subgroup(measures, "symmetry")
     indices = {
         f"range of {spoken(name)}": measure(subgroup(symmetry, name), "symmetry_index") for name in symmetry
@@ -67,8 +68,13 @@ def sides_compared(measures: Group) -> list[str]:
         for words, of in indices.items()
         if of and of.error and of.bar is not None
     }
+    whys = [
+        text(subgroup(symmetry, name), "reason") for name in symmetry if _untold(subgroup(symmetry, name))
+    ]
+    untold = "; ".join(dict.fromkeys(filter(None, whys)))
     if not stated:
-        return []
+        return [f"Whether right and left differ cannot be told: {untold}."] if untold else []
+    rest = [f"Of other figures it cannot be told: {untold}."] if untold else []
     differ = differing(difference_chance(np.array([value / error for value, error, _ in stated.values()])))
     apart = [
         f"{words} {value:+z.0f} ± {bar:.0f} %"
@@ -76,8 +82,10 @@ def sides_compared(measures: Group) -> list[str]:
         if sure
     ]
     if apart:
+        compared = how_many(len(stated), "figure")
         return [
-            f"Right and left differ in {', '.join(apart)} (right minus left; {len(stated)} figures compared)."
+            f"Right and left differ in {', '.join(apart)} (right minus left; {compared} compared).",
+            *rest,
         ]
     beyond = sum(abs(value) > bar for value, _, bar in stated.values())
     steps = " or steps" if any(words in stated for words in _STEPS.values()) else ""
@@ -86,13 +94,17 @@ def sides_compared(measures: Group) -> list[str]:
         if beyond
         else ""
     )
-    return [f"Between right and left no difference in range of motion{steps} is certain{chance}."]
+    return [f"Between right and left no difference in range of motion{steps} is certain{chance}.", *rest]
+
+
+def _untold(symmetry: Group) -> bool:
+    return text(symmetry, "symmetry_outcome") == CANNOT_BE_TOLD
 
 
 def _difference(symmetry: Group, errors: AngleErrors | None) -> Cell:
     of = measure(symmetry, "symmetry_index")
     if of is None:
-        return Soft("cannot be told") if text(symmetry, "symmetry_outcome") == CANNOT_BE_TOLD else None
+        return Soft("cannot be told") if _untold(symmetry) else None
     words = f"{of.value:z.0f}{'' if of.bar is None else f' ± {of.bar:.0f}'} %"
     return Soft(words) if of.within_error or (of.bar is None and errors is not None) else words
 

@@ -304,6 +304,10 @@ def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
     assert "in range of motion or steps is" in same
     walking = {f"step_length_{key}": value for key, value in hip.items()}
     (apart,) = compared({"symmetry": {"knee_flexion": knee, "thigh_trunk_flexion": hip}, "walking": walking})
+    (why,) = compared(
+        {"symmetry": {"knee_flexion": {"symmetry_outcome": CANNOT_BE_TOLD, "reason": "unsure"}}}
+    )
+    assert "unsure" in why
     assert apart == (
         "Right and left differ in range of thigh against trunk +30 ± 10 %, step length +30 ± 10 % (right minus left; "
         "3 figures compared)."
