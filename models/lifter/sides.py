@@ -19,6 +19,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.checks import bone_spread
 from ...pipeline.signals.reprojection import residuals
+from ...pipeline.signals.visibility import SURE_SCORE, mean_scores
 from ..common.spread import stated_spread
 from .builtin import lifted
 
@@ -33,6 +34,8 @@ _AGREE = 2
 # Share of knees, ankles, elbows and wrists that were seen: 0.92 and more in those takes. A trunk alone looks much the
 # same from the front and from behind.
 _SEEN = 0.75
+# And of those of which MoveNet was sure: 0.7 and more in those takes; 0.55 of a small man whose sides were right.
+_SURE = 0.65
 _OF_LIMBS = H36M17.indices(
     [f"{side}_{part}" for side in "rl" for part in ("knee", "ankle", "elbow", "wrist")]
 )
@@ -47,7 +50,9 @@ def sides_doubts(asked: ToLift, poses: PoseSequence, model: str | Path = "pcnet3
     size, layout = asked.image_size, keypoints.layout
     if len(keypoints) < _ROWS[0] or size is None:
         return []
-    if is_finite(remap(keypoints, H36M17).joints[:, _OF_LIMBS]).mean() < _SEEN:
+    scores = mean_scores(keypoints, keypoints.frame_index, keypoints.times)
+    unsure = scores is not None and (scores[:, _OF_LIMBS] >= SURE_SCORE).mean() < _SURE
+    if unsure or is_finite(remap(keypoints, H36M17).joints[:, _OF_LIMBS]).mean() < _SEEN:
         return []
     order = layout.mirror
     exchanged = keypoints.with_(

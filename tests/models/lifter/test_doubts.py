@@ -11,7 +11,7 @@ from pcnet3d.models.lifter.sides import sides_doubts
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.lifted import ToLift
-from pcnet3d.pipeline.core.pose import PoseSequence
+from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence
 
 WALK = walker(seconds=6.0)
 CAMERA = side_camera(WALK)
@@ -37,22 +37,25 @@ def test_nothing_is_said_of_the_sides_of_a_moment():
 
 
 @pytest.mark.parametrize(
-    ("better", "unseen", "told"),
+    ("better", "unseen", "score", "told"),
     [
-        ((-0.061, -0.028, -0.455), [], ["left-and-right"]),
+        ((-0.061, -0.028, -0.455), [], 0.9, ["left-and-right"]),
         # A man who leans aside.
-        ((0.061, 0.028, -0.455), [], []),
-        ((0.064, -0.222, -0.06), [], ["left-and-right"]),
+        ((0.061, 0.028, -0.455), [], 0.9, []),
+        ((0.064, -0.222, -0.06), [], 0.9, ["left-and-right"]),
         # A woman to the hips, facing us.
-        ((0.064, -0.222, -0.06), ["l_knee", "r_knee", "l_ankle", "r_ankle"], []),
+        ((0.064, -0.222, -0.06), ["l_knee", "r_knee", "l_ankle", "r_ankle"], 0.9, []),
+        # A small man in a street.
+        ((0.064, -0.222, -0.06), [], 0.45, []),
     ],
 )
-def test_neither_one_sign_alone_nor_a_trunk_exchanges_sides(monkeypatch, better, unseen, told):
+def test_neither_one_sign_alone_nor_a_trunk_exchanges_sides(monkeypatch, better, unseen, score, told):
     misfits = iter([np.exp(better), np.ones(3)])
     monkeypatch.setattr("pcnet3d.models.lifter.sides._misfits", lambda *_: next(misfits))
     pixels = PIXELS.copy()
     pixels[:, H36M17.indices(unseen)] = np.nan
-    asked = ToLift(keypoints(pixels), SIZE)
+    seen = keypoints(pixels, score=score)
+    asked = ToLift(seen.with_(made_by=MadeBy("estimated", "movenet@0")), SIZE)
     assert [each.code for each in sides_doubts(asked, lifted(asked).poses)] == told
 
 
@@ -105,6 +108,14 @@ def test_nothing_is_said_of_keypoints_that_tremble_more_than_the_body_moves():
     """A man who stood beside a road moved "2.3 times too quickly"."""
     still = np.repeat(PIXELS[:1], 90, axis=0)
     assert changes_of(keypoints(still + np.random.default_rng(1).normal(0, 6, still.shape)), SIZE) is None
+
+
+def test_nothing_is_said_of_a_body_whose_feet_are_cut_off():
+    """A walk, cut out of its video, "looks about 1.4 times too high"."""
+    cut = np.tile(0.9, PIXELS.shape[:2])
+    for share, told in ((0.2, True), (0.8, False)):
+        cut[: round(share * len(cut)), H36M17.indices(("l_ankle", "r_ankle"))] = 0.1
+        assert (changes_of(keypoints().with_(confidence=cut), SIZE) is not None) == told
 
 
 @pytest.mark.parametrize("times", [4, 8])
