@@ -17,6 +17,7 @@ from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.signals.tracker import MEMORY, Sighting, Tracker, exchanges
+from ...pipeline.signals.visibility import LEAST_SCORE
 from .protocols import Detector, Found
 from .repeated import repeated, without_repeats
 from .scene_cuts import Glance
@@ -241,11 +242,12 @@ def _glance_before(video: Video, first: int, number: int) -> Glance | None:
 
 
 def _told_apart(found: Detections) -> Detections:
-    """The same, with who goes on as somebody else in the middle of a track under a name of their own."""
-    pieces = []
+    """The same, with who goes on as somebody else in the middle of a track under a name of their own. Joints that
+    nobody saw, of legs out of the image, are guessed now here, now there, and tell nothing."""
+    pieces, seen = [], np.where((found.confidence < LEAST_SCORE)[..., None], np.nan, found.joints)
     for name in np.unique(found.person):
         rows = np.flatnonzero(found.person == name)
-        others = [row for row, _ in exchanges(found.time_s[rows], found.joints[rows].astype(np.float64))]
+        others = [row for row, _ in exchanges(found.time_s[rows], seen[rows].astype(np.float64))]
         pieces += np.split(rows, others)
     person = np.empty_like(found.person)
     for name, rows in enumerate(sorted(pieces, key=lambda rows: int(rows[0]))):

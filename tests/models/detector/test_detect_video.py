@@ -15,6 +15,7 @@ from pcnet3d.models.detector import video as detect_video
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.video import detect
 from pcnet3d.pipeline import InputError, Take
+from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.messages import how_many
 from pcnet3d.pipeline.files import video_frames
 from pcnet3d.pipeline.files.detections import Detections, load_detections
@@ -86,6 +87,19 @@ def test_who_is_found_in_few_images_is_said_to_lack_shoulders_or_hips(frames, of
     told = replace(found, method=method, frames=of, frames_seen=of, change=change)
     said = [each.text for each in told.doubts(*told.people())]
     assert [f"found in {how_many(frames, 'frame')} only" in text for text in said] == [True] * few
+
+
+@pytest.mark.parametrize(("score", "people"), [(0.1, 1), (0.8, 2)])
+def test_legs_that_nobody_sees_make_no_second_person(score, people):
+    """Of a woman to the hips the legs were guessed near her, then far below: one person was three."""
+    body = np.random.default_rng(0).uniform(0, 100, (17, 2))
+    xy = np.tile(body, (40, 1, 1))
+    xy[20:, COCO17.indices(("l_knee", "r_knee", "l_ankle", "r_ankle"))] += [0, 150]
+    found = detected(np.arange(40), scored(xy), np.zeros(40, int))
+    confidence = np.full((40, 17), 0.8)
+    confidence[:, COCO17.indices(("l_knee", "r_knee", "l_ankle", "r_ankle"))] = score
+    told = detect_video._told_apart(replace(found, confidence=confidence))
+    assert len(told.people()) == people
 
 
 def test_of_a_part_only_its_frames_are_decoded(walk_film, toys, toy, monkeypatch):
