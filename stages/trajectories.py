@@ -125,10 +125,10 @@ class Trajectories:
         elif smoothed:
             unjudged = "" if judged else "; that error was not checked, so they have no standard deviation"
             notices.append(notice("smoothed-by-stated-error", unjudged=unjudged))
-        leaping = any(finding.code in _LEAPING for finding in take.findings or ())
-        paced = fall_doubts(level) or [
-            each for each in pace_doubts(path) if not leaping or each.code != "moves-fast"
-        ]
+        codes = {finding.code for finding in take.findings or ()}
+        known = {"moves-fast"} if not codes.isdisjoint(_LEAPING) else set()
+        known |= {"gait-against-rate"} if "movement-against-rate" in codes else set()  # which suggests a rate
+        paced = fall_doubts(level) or [each for each in pace_doubts(path) if each.code not in known]
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
             *notices, *filtered, *paced
         )

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...pipeline.files.detections import Detections
+from ...pipeline.files.detections import MOVES, Detections
 
 # Changes are those of `Glance.change_to`, in grey values. Compressed repeats have up to a quarter of the change before
-# and after them, images of real recordings two thirds and more. A key frame leaves a still scene as it is within 12;
-# where as little moves a repeat does no harm.
-_SMALL, _MOVES = 0.25, 12.0
+# and after them, images of real recordings two thirds and more. Where less than MOVES moves a
+# repeat does no harm.
+_SMALL = 0.25
 _FEW = 4  # images that repeat in a row between others that move, as of 6 frames a second in 30
 _BESIDE = 3  # images that move before and after more of them,
 _LEAP = 1.1  # times as far as those after it: without a leap somebody stands still
@@ -27,10 +27,10 @@ def repeated(change: np.ndarray) -> np.ndarray:
     run: list[int] = []
     before = np.nan  # change of the last image in front of the run
     for row, now in enumerate(change.tolist()):
-        if now < _SMALL * before or (run and now < _MOVES):
+        if now < _SMALL * before or (run and now < MOVES):
             run.append(row)
             continue
-        if run and now >= _MOVES <= before and change[run].max() < _SMALL * now and _halts(change, run):
+        if run and now >= MOVES <= before and change[run].max() < _SMALL * now and _halts(change, run):
             found += run
         run, before = [], now
     return np.array(found, np.int64)
@@ -41,7 +41,7 @@ def _halts(change: np.ndarray, run: list[int]) -> bool:
     if len(run) <= _FEW:
         return True
     earlier, later = change[: run[0]][-_BESIDE:], change[run[-1] + 2 :][:_BESIDE]
-    moves = all(len(side) == _BESIDE and (side >= _MOVES).all() for side in (earlier, later))
+    moves = all(len(side) == _BESIDE and (side >= MOVES).all() for side in (earlier, later))
     return moves and bool(change[run[-1] + 1] > _LEAP * np.median(later))
 
 

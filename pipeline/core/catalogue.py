@@ -37,9 +37,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The video is damaged at frame {frames}, up to the next key frame. Copy it again, or leave that part out "
         "(--time-range)."),
     "images-repeated": ("warning", "clock",
-        "{repeated} of {of:~image} only {repeated:?repeats/repeat} the one before, {where}. Up to four in a "
-        "row are filled in by even movement; speeds are less certain. Record or export the video at the camera's own "
-        "frame rate."),
+        "Of {of:~image} with movement, {repeated} only {repeated:?repeats/repeat} the one before, {where}. Up to four "
+        "in a row are filled in by even movement; speeds are less certain. Record or export the video at the camera's "
+        "own frame rate."),
     "scene-changes": ("warning", "files",
         "The video cuts to another scene {count:~time}, at frame {frames}; people are not tracked across a cut."),
     "scenes-apart": ("note", "files",

@@ -26,6 +26,7 @@ _LISTED = 5  # frames or people named in a sentence
 # Times from repeated images to the next, at least, so many of which are alike, one frame more or less, where a frame
 # rate was padded. Where most images repeat, as of 10 frames a second in 30, accelerations were up to twice too high.
 _REGULAR, _ALIKE, _MOST = 4, 0.6, 0.5
+MOVES = 12.0  # grey values of `change`: a key frame leaves a still scene as it is within that
 _WORDS = ("layout", "method", "source")
 # Mean score of shoulders and hips, median over a take, that MoveNet of one person gives to people: 0.57 and more, also
 # to those 17 pixels high or on their heads; trees in videos without anybody have 0.38 to 0.5.
@@ -92,7 +93,9 @@ class Detections:
         else:
             spans = [f"{run[0]} to {run[-1]}" if len(run) > 1 else run[0] for run in runs]
             where = f"at frame {listed(spans)}"
-        compared = int(np.isfinite(self.change[first + 1 : last + 1]).sum())
+        change = self.change[first + 1 : last + 1]
+        # Where hardly anything moves nobody can tell a repeat.
+        compared = len(repeated) + int((np.delete(change, repeated - first - 1) >= MOVES).sum())
         weight: Weight = "suspicious" if len(repeated) > _MOST * compared else "warning"
         return [notice("images-repeated", weight=weight, repeated=len(repeated), of=compared, where=where)]
 

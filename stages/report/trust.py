@@ -31,6 +31,7 @@ _WHOLE = 0.05  # share of the joints that may be missing "except for moments": o
 # Share of the frames in which one joint may: hands and elbows are missing in up to 12 % of walks, a foot that left the
 # image in 22 %.
 _ONE = 0.15
+_MOSTLY = 0.5  # share of the frames that have all joints
 _MOST = 5  # stretches that are told
 _LIMBS = {f"{side[0]}_{limb}": f"{side} {limb}" for side in ("right", "left") for limb in ("leg", "arm")}
 _SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
@@ -59,6 +60,10 @@ def trust(take: Take, facts: Facts) -> Markup:
         words = "no fault was found; the errors of the angles are not known."
     elif level == "care" and against_rate(take.said):
         words = "times and speeds hold only if the frame rate is right; read what is marked below."
+    elif level == "care" and facts.verdict == "suspicious":
+        words = "some figures may be off by more than their errors; read what is marked below."
+    elif level == "bad" and facts.verdict != "unusable":
+        verdict = "Do not rely on directions, heights and paths"
     return gauge(level, f"{verdict}:", words, checks)
 
 
@@ -74,13 +79,22 @@ def _poses(take: Take, facts: Facts) -> list[Check]:
     if against := [each.text for each in against_rate(take.notices) if each.weight == "warning"]:
         level = "care" if level == "good" else level
         doubts += against
-    unjudged = [doubt.code for doubt in facts.doubts] == ["too-few-frames"]
-    return [("The poses cannot be judged" if unjudged else f"The poses are {facts.verdict}", level, doubts)]
+    name = f"The poses are {facts.verdict}"
+    if [doubt.code for doubt in facts.doubts] == ["too-few-frames"]:
+        name = "The poses cannot be judged"
+    elif level == "good" and _whole(take.need("poses")).mean() < _MOSTLY:
+        name, level = "What was seen of the poses is good", "care"
+    return [(name, level, doubts)]
+
+
+def _whole(poses: PoseSequence) -> np.ndarray:
+    """(T,) which frames have all joints."""
+    return np.asarray(np.isfinite(poses.joints).all(axis=(1, 2)))
 
 
 def _undoubted(poses: PoseSequence) -> str:
     """What poses without doubts are, in a sentence, as far as they show it."""
-    if np.isfinite(poses.joints).all(axis=(1, 2)).sum() < 2:
+    if _whole(poses).sum() < 2:
         return "No fault was found."
     return f"The body has steady bones{' and moves as people do' * moves(poses)}."
 
@@ -191,7 +205,7 @@ def _view(take: Take) -> Check:
 
 def _missing(poses: PoseSequence) -> str:
     """When joints are missing, in a sentence."""
-    gone = np.asarray(np.isnan(poses.joints).any(axis=(1, 2)))
+    gone = ~_whole(poses)
     if not gone.any():
         return "Every frame has all joints."
     spans = poses.times[stretches(gone) - np.array([0, 1])].tolist()

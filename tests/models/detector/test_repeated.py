@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.detections import detected, scored
 from golden.films import film_of, pressing_ctrl_c
 from pcnet3d.adapters.keypoints import read as read_keypoints
 from pcnet3d.adapters.video import read as read_video
@@ -103,6 +104,16 @@ def test_a_film_of_which_most_repeats_makes_speeds_suspicious(shown, toy):
     found = detect(shown(np.arange(60) // 3), load_detector(toy))
     (said,) = found.doubts(*found.people())
     assert (said.code, said.weight) == ("images-repeated", "suspicious")
+
+
+def test_images_in_which_nothing_moves_are_not_counted():
+    """Every image of a slow dance was there twice, and "45 of 298 only repeat"."""
+    found = detected(np.arange(80), scored(np.zeros((80, 17, 2))), np.zeros(80, int))
+    change = np.where(np.arange(80) % 2, 1.0, np.where(np.arange(80) < 40, 5.0, 40.0))
+    change[0] = np.nan
+    told = replace(found, change=change, repeated=repeated(change), frames=80, frames_seen=80)
+    (said,) = (each for each in told.doubts(*told.people()) if each.code == "images-repeated")
+    assert said.values["repeated"] / said.values["of"] == pytest.approx(0.5, abs=0.05)
 
 
 def test_only_images_in_which_the_person_is_seen_count(shown, toy):

@@ -133,6 +133,22 @@ def test_one_frame_shows_no_movement(walk_take):
     assert "The poses cannot be judged" in told(alone)
 
 
+def test_the_first_words_do_not_contradict_the_poses(walk_take):
+    """ "Do not rely on it" stood beside "The poses are good: No fault was found", and "figures hold within their
+    errors" beside "The poses are suspicious"."""
+    good = known(walk_take, 2.7)
+    leaning = good.with_(rectified=replace(good.rectified, level_ok=False, level_reason="the person lies"))
+    doubtful = good.with_(findings=(notice("bones", spread_percent=9.0, worst="a to b", worst_percent=50.0),))
+    for take, expected, never in (
+        (leaning, "bad", "Do not rely on it"),
+        (doubtful, "care", "figures hold within their errors"),
+        (gone(good, 0.6), "care", "The poses are good</dt>"),
+    ):
+        assert level(take) == expected
+        assert never not in told(take)
+    assert "The poses are good</dt>" in told(leaning)
+
+
 def gone(take, share: float):
     joints = take.poses.joints.copy()
     joints[: round(share * len(joints))] = np.nan
