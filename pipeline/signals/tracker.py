@@ -100,18 +100,25 @@ def exchanges(time_s: np.ndarray, points: np.ndarray) -> list[tuple[int, float]]
     same to it."""
     somebody = np.flatnonzero(np.isfinite(points).any(axis=(1, 2)))
     time_s, points = time_s[somebody], points[somebody]
-    went, size = steps(points), _size(points)
+    went = steps(points)
     wander = _A_SECOND * np.maximum(np.diff(time_s) - _FRAME_S, 0)
     rows = np.flatnonzero(went > _STEP + wander) + 1
     bounds = np.searchsorted(time_s, (time_s[rows - 1] - _NEAR_S, time_s[rows] + _NEAR_S))
     found = []
     for row, start, stop in zip(rows.tolist(), *bounds.tolist(), strict=True):
         parts = slice(start, row), slice(row, stop)
-        before, after = (float(np.nanmedian(size[part])) for part in parts)
+        # Joints seen throughout: by others the same body would be larger, and elsewhere.
+        both = np.isfinite(points[start:stop]).all(axis=(0, 2))
+        both |= both.sum() < _FEWEST
+        bodies = [points[part][:, both] for part in parts]
+        before, after = (float(np.nanmedian(_size(body))) for body in bodies)
         off = 0.0
         if min(row - start, stop - row) >= _PATH:
             at_s = float(time_s[row - 1] + time_s[row]) / 2
-            was, goes_on = (_on_path(time_s[part], np.nanmean(points[part], axis=1), at_s) for part in parts)
+            was, goes_on = (
+                _on_path(time_s[part], np.nanmean(body, axis=1), at_s)
+                for part, body in zip(parts, bodies, strict=True)
+            )
             off = float(np.linalg.norm(goes_on - was))
         larger, smaller = max(before, after), min(before, after)
         if larger > LARGER * smaller or off > (_APART + wander[row - 1]) * larger:
