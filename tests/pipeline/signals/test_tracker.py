@@ -88,10 +88,10 @@ def test_who_goes_on_elsewhere_is_somebody_else(aside, size, told, lasts):
 
 
 def test_who_is_seen_with_more_of_the_body_is_nobody_else():
-    """A woman to the hips threw an arm out, and other joints of hers were seen: she went on as another person."""
+    """A woman to the hips turned, and more joints of hers were seen: she went on as another person."""
     points = np.stack([person(frame, 100 + frame).points for frame in range(40)])
     size = np.linalg.norm(np.ptp(points[0], axis=0))
     points[:, 13:] += (0, size)
-    points[20:, :13] += (0.14 * size, 0)
+    points[20:, :13] = points[20:, 12::-1]
     points[:20, 13:] = np.nan
     assert not exchanges(np.arange(40) / 30, points)
