@@ -279,7 +279,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "lies for long, or the lifter tilted the poses."),
     "image-against-bodies": ("warning", "up",
         "The image's {seen_in} and the skeletons disagree about up by {apart_deg:.0f} degrees: {answers}. The "
-        "{believed} believed. To use the other answer: --set read.pitch={pitch:.0f} --set read.roll={roll:.0f}."),
+        "{believed} believed{so}. To use the other answer: --set read.pitch={pitch:.0f} --set read.roll={roll:.0f}."),
     "told-up-contradicted": ("warning", "up",
         "The gravity that you gave and {other} differ by {apart_deg:.0f} degrees, more than their errors explain; "
         "your value is used."),
