@@ -16,15 +16,15 @@ _STANDS_S = 1.0  # before and after a flight: where the floor is
 _STAIRS = 0.15
 _STRETCH_S = 0.1  # around the take-off: in which the legs are stretched most
 _STRETCHED = 90  # per cent of that time in which the centre of mass is nearer to the ankles
-# Statures by which the ankles are higher at the take-off than they mostly are on the floor: the captured ones in the
-# median of train people, less the bias of lifted ones.
+# Statures by which the lower ankle is higher at the take-off than it mostly is on the floor: median of 57 captured
+# jumps of train people, of which nine in ten are within 0.009.
 _HEEL = 0.054
 _SPEED_S = 0.2  # to either side of a moment: over which its speed is taken
 _BEFORE_S = 0.15  # the take-off: from when on the body may be fastest
 # Statures: the rise by the height of a fall of that speed is a line through 67 captured jumps of train people, which
 # are off it by 2.4 cm (standard deviation).
 _LEAST, _BY_FALL = 0.018, 1.80
-# Of the rise by speed in the mean, by the errors of both in lifted jumps of train people: 3.6 and 2.7 cm.
+# Of the rise by speed in the mean, by the errors of both in lifted jumps of train people: 3.5 and 2.8 cm.
 _SHARE = 0.3
 
 
