@@ -20,13 +20,13 @@ from ....pipeline.core.rotations import geodesic_deg, kabsch
 from ...common.metrics import Figure, joint_error, procrustes_error, scaled
 from ...lifter.builtin import lift
 from ..mocap.clips import subject_of
+from .motion_class import CLASSES
 from .people import mean, pooled
 from .sets import Question
 from .tables import Page, Table
 from .testbed import BEDS, Bed, LiftedTake, SeenTake
 
 _POSTURES = ("upright", "lying")
-_MOTIONS = ("walking", "squatting", "sitting")  # what clinics film most
 _ERRORS = ("MPJPE", "PA-MPJPE", "depth", "lateral", "vertical", "hidden rotation")
 PAGE = Page(
     "Lifter",
@@ -67,7 +67,7 @@ def tables(question: Question, beds: Bed | None = None) -> dict[str, Any]:
 
 def groups(takes: Sequence[LiftedTake]) -> dict[str, dict[str, Any]]:
     """{group: lifter_figures} of the groups that have frames."""
-    rows = {group: lifter_figures(takes, group) for group in (*_POSTURES, *_MOTIONS)}
+    rows = {group: lifter_figures(takes, group) for group in (*_POSTURES, *CLASSES)}
     return {group: row for group, row in rows.items() if row["counts"]["frames"]}
 
 
