@@ -182,28 +182,16 @@ def _busiest(result: Comparison) -> slice:
     return slice(start, start + length)
 
 
-def write_recording(
-    run: Take,
-    results: Sequence[Comparison],
-    axes: Mapping[str, Sequence[str]],
-    words: str,
-    folder: Path,
-    path: Path,
-) -> None:
-    """All of the run's own recording, and the curves of both on its time axes under imu/<segment>/<axis>. axes: by
-    segment; the curves of those without a result are in the recording that an earlier comparison left in the folder."""
+def write_recording(run: Take, results: Sequence[Comparison], words: str, folder: Path, path: Path) -> None:
+    """All of the run's own recording, and the curves of both on its time axes under imu/<segment>/<axis>."""
     import rerun as rr
     from rerun.chunk import RrdReader
 
     times = run.need("poses").times
     clock = time_columns(run.need("poses").frame_index, times)
-    with whole_file(path) as partial, recording_file(partial, _blueprint(folder, axes), path) as file:
+    with whole_file(path) as partial, recording_file(partial, _blueprint(folder, results), path) as file:
         recording = file.stream
-        if len(axes) > len(results):
-            replaced = ["/imu/summary", *(f"/imu/{result.segment}/**" for result in results)]
-            before = RrdReader(folder / "imu" / IMU_RECORDING).stream()
-            recording.send_chunks(before.drop(content=replaced))
-        elif (folder / RECORDING).is_file():
+        if (folder / RECORDING).is_file():
             recording.send_chunks(RrdReader(folder / RECORDING).stream())
         recording.log("imu/summary", rr.TextDocument(words, media_type=rr.MediaType.MARKDOWN), static=True)
         for result in results:
@@ -221,19 +209,21 @@ def write_recording(
                 recording.send_columns(entity, clock, columns.partition(np.full(len(values), 2)))
 
 
-def _blueprint(folder: Path, axes: Mapping[str, Sequence[str]]) -> rrb.Blueprint:
+def _blueprint(folder: Path, results: Sequence[Comparison]) -> rrb.Blueprint:
     """The video and LEVEL of the run's recording, where there is one, and a page of curves for each sensor."""
     import rerun.blueprint as rrb
 
     pages = [
         rrb.Vertical(
             *(
-                rrb.TimeSeriesView(origin=f"imu/{segment}/{axis}", name=f"{segment}: {_AXES[axis]} (m/s^2)")
-                for axis in shown
+                rrb.TimeSeriesView(
+                    origin=f"imu/{result.segment}/{axis}", name=f"{result.segment}: {_AXES[axis]} (m/s^2)"
+                )
+                for axis in result.axes
             ),
-            name=segment,
+            name=result.segment,
         )
-        for segment, shown in axes.items()
+        for result in results
     ]
     words = rrb.TextDocumentView(origin="imu/summary", name="Video against IMU")
     views: list[Any] = [rrb.Tabs(*pages), words]
