@@ -20,6 +20,7 @@ from .checks import (
     movement,
     moves,
     on_its_side,
+    spread_of_bones,
     upside_down,
     whole_rows,
 )
@@ -210,19 +211,6 @@ def _vectors(joints: np.ndarray) -> np.ndarray:
     """(N, 8, 3) limb bones."""
     starts, ends = zip(*_LIMBS, strict=True)
     return joints[:, H36M17.indices(ends)] - joints[:, H36M17.indices(starts)]
-
-
-def spread_of_bones(poses: PoseSequence) -> dict[str, float]:
-    """Relative spread of each bone's length, by "from-to", each frame over its own size, as `checks.bone_spread`."""
-    joints = _complete(poses)
-    pairs = np.array([H36M17.indices(bone) for bone in H36M17.bones])
-    length = np.linalg.norm(joints[:, pairs[:, 1]] - joints[:, pairs[:, 0]], axis=-1)
-    if len(length) < 2:
-        return {}
-    length = length / np.maximum(np.nansum(length, axis=1, keepdims=True), 1e-12)
-    spread = length.std(axis=0) / np.maximum(length.mean(axis=0), 1e-12)
-    of = zip(H36M17.bones, spread, strict=True)
-    return {f"{a}-{b}": float(value) for (a, b), value in of if np.isfinite(value)}
 
 
 def _bones(poses: PoseSequence) -> list[Notice]:
