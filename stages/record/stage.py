@@ -73,8 +73,8 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     Entities: video (which frame of which of video_parts), video/keypoints, video/horizon; source (the skeleton in the
     axes it came in, and the body's axes there), body, level (joints and tapered bones); walk (LEVEL's room: the floor,
     the path over it and its error, foot prints, the camera, and what goes along with the person); wrists/source,
-    wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt and up (the
-    votes as the camera's pitch and roll, and on the unit sphere); camera (the frame whose straight lines tell up, with
+    wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt (the votes
+    as the camera's pitch and roll); camera (the frame whose straight lines tell up, with
     them and the horizon); angles/<angle> with the ends of its 90 % band; marks (moments of events); off_keypoints (how
     far each limb is from its keypoints); events; summary; measures.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
