@@ -278,20 +278,22 @@ def movement(poses: PoseSequence) -> np.ndarray:
     where a row is not whole."""
     joints = poses.joints[:, np.isfinite(poses.joints).any(axis=(0, 2))].astype(np.float64)
     moved = np.linalg.norm(np.diff(joints, axis=0), axis=-1)
-    return moved.sum(axis=1) / max(moved.shape[1], 1) / _trunk(poses)
+    return moved.sum(axis=1) / max(moved.shape[1], 1) / trunk_of(poses)
 
 
 def moves(poses: PoseSequence) -> bool:
     """Whether some joint goes further than those of lifts wander where nobody moves."""
     joints = poses.joints[whole_rows(poses)].astype(np.float64)
     goes = np.linalg.norm(np.ptp(joints, axis=0), axis=-1) if len(joints) else np.zeros(1)
-    return bool((goes > _WANDER * _trunk(poses)).any())
+    return bool((goes > _WANDER * trunk_of(poses)).any())
 
 
-def _trunk(poses: PoseSequence) -> float:
+def trunk_of(poses: PoseSequence) -> float:
     """Median length of the trunk in whole rows; NaN without any."""
-    trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)[whole_rows(poses)]
-    return max(float(np.median(trunk)), 1e-12) if len(trunk) else np.nan
+    length = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)[
+        whole_rows(poses) & ~empty_rows(poses)
+    ]
+    return max(float(np.median(length)), 1e-12) if len(length) else np.nan
 
 
 def leaps(poses: PoseSequence) -> np.ndarray:
@@ -304,7 +306,7 @@ def leaps(poses: PoseSequence) -> np.ndarray:
     if poses.root is not None and poses.frame.family == "world":
         went = np.linalg.norm(np.diff(poses.root.astype(np.float64), axis=0), axis=-1)
         went[np.array(poses.seams, dtype=int) - 1] = 0  # from one clip to the next
-        leapt |= went > _FASTEST * _trunk(poses) * np.maximum(step_s, _SHORTEST_S)
+        leapt |= went > _FASTEST * trunk_of(poses) * np.maximum(step_s, _SHORTEST_S)
     return np.flatnonzero(leapt & (np.diff(poses.frame_index) == 1)) + 1
 
 

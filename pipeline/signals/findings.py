@@ -21,6 +21,7 @@ from .checks import (
     moves,
     on_its_side,
     spread_of_bones,
+    trunk_of,
     upside_down,
     whole_rows,
 )
@@ -162,21 +163,15 @@ def _complete(poses: PoseSequence) -> np.ndarray:
     return poses.joints[whole_rows(poses) & ~empty_rows(poses)].astype(np.float64)
 
 
-def _trunk(joints: np.ndarray) -> float:
-    top, bottom = H36M17.index("thorax"), H36M17.index("pelvis")
-    return float(np.median(np.linalg.norm(joints[:, top] - joints[:, bottom], axis=-1)))
-
-
 def _depth(poses: PoseSequence) -> list[Notice]:
     joints = _complete(poses)
     if len(joints) < _ENOUGH_ROWS:
         return []
-    trunk = max(_trunk(joints), 1e-12)
-    points = joints[np.isfinite(joints).all(axis=-1)]
-    thickness = np.sqrt(max(float(np.linalg.eigvalsh(np.cov(points.T))[0]), 0)) / trunk
+    points, size = joints[np.isfinite(joints).all(axis=-1)], trunk_of(poses)
+    thickness = np.sqrt(max(float(np.linalg.eigvalsh(np.cov(points.T))[0]), 0)) / size
     if thickness < _PLANE:
         return [notice("flat", thickness_percent=float(100 * thickness))]
-    movement = np.nanmean(joints.std(axis=0), axis=0) / trunk
+    movement = np.nanmean(joints.std(axis=0), axis=0) / size
     still = np.flatnonzero(movement < _STILL)
     if len(still) and movement.max() > _MOVING:
         return [notice("axis-invented", axis=_AXES[still[0]])]
