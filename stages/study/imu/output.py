@@ -14,7 +14,7 @@ from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.files.names import RECORDING
-from ...drawing.charts import Curve, over_time
+from ...drawing.charts import Curve, busiest, over_time
 from ...drawing.page import answer, box, charts, figure, page
 from ...drawing.palette import GREEN, MIDDLE, PURPLE, as_hex
 from ...drawing.rerun_file import recording_file
@@ -140,7 +140,9 @@ def _cell(lag_s: float, axes: Mapping[str, Mapping[str, float | None]], figure: 
 def as_page(result: Comparison, offset_s: float) -> str:
     """One HTML page of a sensor: back, right, up and norm over time, the IMU beside the run's own method, for the take
     and per frame. offset_s: what was added to the IMU's stamps first."""
-    rows = _busiest(result)
+    known = is_finite(result.video[result.own])
+    power = np.where(known, (result.imu[result.own] ** 2).sum(axis=-1), np.nan)
+    rows = busiest(power, result.time_s, _SHOWN_S)
     per_frame = f"{result.own} per frame"
     lines = [
         (per_frame, result.video.get(per_frame), _PER_FRAME, 1.0),
@@ -167,19 +169,6 @@ def as_page(result: Comparison, offset_s: float) -> str:
     said = f"{what}: {late}, {result.compared_s:.1f} s were compared."
     head = answer([said]) + box("Warnings", [each.text for each in result.notices], "warning")
     return page(f"{result.segment}: video against IMU", head, [("Over time", charts(shown))])
-
-
-def _busiest(result: Comparison) -> slice:
-    """The stretch of at most 20 s in which the IMU moves most."""
-    step = float(result.time_s[1] - result.time_s[0])
-    length = round(_SHOWN_S / step)
-    if len(result.time_s) <= length:
-        return slice(None)
-    power = np.where(is_finite(result.video[result.own])[:, None], result.imu[result.own], np.nan)
-    power = np.nan_to_num((power**2).sum(axis=-1))
-    sums = np.cumsum(np.concatenate([[0.0], power]))
-    start = int(np.argmax(sums[length:] - sums[:-length]))
-    return slice(start, start + length)
 
 
 def write_recording(run: Take, results: Sequence[Comparison], words: str, folder: Path, path: Path) -> None:
