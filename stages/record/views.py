@@ -14,7 +14,6 @@ from ...pipeline.signals.reprojection import has_residuals
 from ..drawing.facts import OWN_WAYS, voted, ways_of_level
 from ..drawing.palette import DARK
 from .angles import angle_views, angled, first_angles
-from .camera import camera_view, looked
 from .first import first_view
 from .prints import FootPrint
 from .walk import floor, walk_view, walked
@@ -57,8 +56,8 @@ def blueprint(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Bluep
 
 
 def _details(take: Take, size: float) -> rrb.Container:
-    """On the left poses before and after, in the middle the path, the image's lines and the angles, on the right
-    wrists, rotation and words."""
+    """On the left poses before and after, in the middle the path and the angles, on the right wrists, rotation and
+    words."""
     import rerun.blueprint as rrb
 
     rectified, source = take.need("rectified"), take.need("poses").frame
@@ -72,10 +71,6 @@ def _details(take: Take, size: float) -> rrb.Container:
     if take.notices:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
         words.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
-    ups = [
-        *([walk_view(take, placed, size)] if placed is not None else []),
-        *([camera_view(take)] if looked(take) else []),
-    ]
     unit = source.unit if source.metric else "arbitrary units"
     curves = [
         _wrists("level", f"Wrists after ({unit})", after),
@@ -89,7 +84,10 @@ def _details(take: Take, size: float) -> rrb.Container:
             _person("source", f"Before: {source.name} axes", take, size),
             _person("body", "After: BODY, facing you", take, size),
         ],
-        [*([rrb.Tabs(*ups, active_tab=0)] if ups else []), *([angle_views(take)] if angled(take) else [])],
+        [
+            *([walk_view(take, placed, size)] if placed is not None else []),
+            *([angle_views(take)] if angled(take) else []),
+        ],
         [rrb.Tabs(*curves, active_tab=0), rrb.Tabs(*words, active_tab=0)],
     ]
     return rrb.Horizontal(*(rrb.Vertical(*column) for column in columns if column), name="Details")
