@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -53,15 +52,42 @@ class JudgedTake:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """Takes that are judged, and kept, together. part: the set's name in tables. views: the cameras' name. key: changes
-    when the takes do. takes: draws them, `count` of them."""
+    """Takes that are judged, and kept, together. part: the set's name in tables. views: the cameras' name."""
 
     part: str
     views: Bed
     seed: int
-    count: int
-    key: str
-    takes: Callable[[], Iterator[JudgedTake]]
+    clips: Sequence[Clip]
+
+    def key(self) -> str:
+        """Changes when the takes do."""
+        shortest = min(self.clips, key=len)  # stands for the way in which all are drawn
+        drawn = see(shortest, self.seed, views=BEDS[self.views])
+        found = hashlib.sha256()
+        for part in (drawn.keypoints.joints, drawn.joints_camera, *(clip.joints for clip in self.clips)):
+            found.update(np.ascontiguousarray(part).tobytes())
+        found.update(" ".join(clip.name for clip in self.clips).encode())
+        return found.hexdigest()[:12]
+
+    def takes(self) -> Iterator[JudgedTake]:
+        """The clips before virtual cameras, the same ones for noisy and for exact keypoints."""
+        for clip in self.clips:
+            noisy, exact = (
+                see(clip, self.seed, noise=noise, views=BEDS[self.views]) for noise in (None, EXACT_KEYPOINTS)
+            )
+            yield JudgedTake(
+                name=clip.name,
+                person=clip.subject,
+                inputs={
+                    PUBLISHED: (noisy.keypoints, None),
+                    FOCAL_KNOWN: (noisy.keypoints, noisy.focal_px),
+                    EXACT: (exact.keypoints, exact.focal_px),
+                },
+                image_size=noisy.image_size,
+                truth=noisy.truth,
+                R_camera_from_ray=noisy.R_camera_from_ray,
+                lying=noisy.lying,
+            )
 
 
 def materials(seeds: int, only: Sequence[str] = ()) -> list[Material]:
@@ -75,36 +101,9 @@ def materials(seeds: int, only: Sequence[str] = ()) -> list[Material]:
         )
     found = []
     for label in only or sets:
-        clips = tuple(clip for clip in sets[label].clips() if len(clip) >= MIN_FRAMES)
-        found += [_virtual(label, clips, bed, seed) for bed in BEDS for seed in range(seeds)]
+        clips = [clip for clip in sets[label].clips() if len(clip) >= MIN_FRAMES]
+        found += [Material(label, bed, seed, clips) for bed in BEDS for seed in range(seeds)]
     return found
-
-
-def _virtual(label: str, clips: tuple[Clip, ...], bed: Bed, seed: int) -> Material:
-    drawn = see(min(clips, key=len), seed, views=BEDS[bed])  # stands for the way in which all are drawn
-    parts = [drawn.keypoints.joints, drawn.joints_camera]
-    for clip in clips:
-        parts += [np.frombuffer(clip.name.encode(), np.uint8), clip.joints]
-    return Material(label, bed, seed, len(clips), _digest(parts), partial(virtual_takes, clips, bed, seed))
-
-
-def virtual_takes(clips: Sequence[Clip], bed: Bed, seed: int) -> Iterator[JudgedTake]:
-    """Clips before virtual cameras, the same ones for noisy and for exact keypoints."""
-    for clip in clips:
-        noisy, exact = (see(clip, seed, noise=noise, views=BEDS[bed]) for noise in (None, EXACT_KEYPOINTS))
-        yield JudgedTake(
-            name=clip.name,
-            person=clip.subject,
-            inputs={
-                PUBLISHED: (noisy.keypoints, None),
-                FOCAL_KNOWN: (noisy.keypoints, noisy.focal_px),
-                EXACT: (exact.keypoints, exact.focal_px),
-            },
-            image_size=noisy.image_size,
-            truth=noisy.truth,
-            R_camera_from_ray=noisy.R_camera_from_ray,
-            lying=noisy.lying,
-        )
 
 
 def judge(take: JudgedTake, poses: PoseSequence) -> dict[str, Any]:
@@ -160,10 +159,3 @@ def take_figures(
         error = np.stack([near(bent[side] - true[side], 0.0)[there] for side in sides_of(name)])
         figures.append(mean(error**2) ** 0.5)
     return [*map(float, figures), float(lifted_share)]
-
-
-def _digest(parts: Sequence[np.ndarray]) -> str:
-    found = hashlib.sha256()
-    for part in parts:
-        found.update(np.ascontiguousarray(part).tobytes())
-    return found.hexdigest()[:12]

@@ -139,7 +139,7 @@ def errors_of(
         for network in lifters
         for condition in CONDITIONS
     }
-    of = {"key": material.key, "figures": list(FIGURES)}
+    of = {"key": material.key(), "figures": list(FIGURES)}
     found = {}
     for key, path in files.items():
         content = read_object(path)
@@ -150,7 +150,7 @@ def errors_of(
         return found
     made: dict[tuple[str, str], list[dict[str, Any]]] = {key: [] for key in missing}
     words = f"{material.part}, {material.views}, seed {material.seed}"
-    for take in each(material.takes(), words, material.count):
+    for take in each(material.takes(), words, len(material.clips)):
         for network, condition in missing:
             keypoints, focal_px = take.inputs[condition]
             poses = lifters[network].lift(ToLift(keypoints, take.image_size, focal_px)).poses
