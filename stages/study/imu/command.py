@@ -10,8 +10,6 @@ of the video's is compared with it, of the run's own method alone.
 
 from __future__ import annotations
 
-import json
-import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -44,7 +42,6 @@ from .align import Alignment, Signal, agreement, align, check_overlap, heading_d
 from .motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
 from .output import IMU_RECORDING, Comparison, as_markdown, as_page, write_recording
 
-_FIGURES = "imu.json"
 _WEAK = 0.5  # a correlation over three axes below which the lag is not to be trusted
 _AMBIGUOUS = 0.9  # of the score: another lag that fits as well, as in a periodic motion
 _LEAST_S = 2.0  # of compared motion
@@ -83,10 +80,7 @@ def imu(
         typer.Option("--option", "-O", help="Option KEY=VALUE for reading the sensor files; repeatable."),
     ] = None,
 ) -> None:
-    """Compare the accelerations of a run with inertial sensors: lag, correlation and RMSE.
-
-    Results of other segments are kept; a segment that is compared again is replaced.
-    """
+    """Compare the accelerations of a run with inertial sensors: lag, correlation and RMSE."""
     run = read_run(folder)
     others = [load_rectifier(name) for name in rectifier or ()]
     options = pairs(option) | ({} if rate_hz is None else {"rate_hz": rate_hz})
@@ -112,9 +106,7 @@ def imu(
         "search_s": search,
         "offset_s": offset,
     }
-    new = {result.segment: plain({**settings, **result.figures()}) for result in results}
-    kept = {name: figures for name, figures in _compared_before(folder).items() if name not in new}
-    segments = {**kept, **new}
+    segments = {result.segment: plain({**settings, **result.figures()}) for result in results}
     words = as_markdown(run.name, segments)
     content = {
         "pcnet3d": package_version(),
@@ -123,33 +115,15 @@ def imu(
         "segments": segments,
     }
     with whole_folder(folder / "imu", inputs=files) as partial:
-        write_json(partial / _FIGURES, content)
+        write_json(partial / "imu.json", content)
         (partial / "imu.md").write_text(words, encoding="utf-8")
-        for name in kept:
-            shutil.copy(folder / "imu" / f"{name}.html", partial)
         for result in results:
             (partial / f"{result.segment}.html").write_text(as_page(result, offset), encoding="utf-8")
-        axes = {name: list(next(iter(of["methods"].values()))) for name, of in segments.items()}
-        write_recording(run, results, axes, words, folder, partial / IMU_RECORDING)
+        write_recording(run, results, words, folder, partial / IMU_RECORDING)
     add_to_list(folder, "imu")
     show(words)
     show(f"{folder / 'imu'}: {', '.join(sorted(file.name for file in (folder / 'imu').iterdir()))}")
     print(f"look at it with: pcnet3d view {quoted(folder / 'imu' / IMU_RECORDING)}")
-
-
-def _compared_before(folder: Path) -> dict[str, dict[str, Any]]:
-    """The figures of earlier comparisons with this run by segment, of this version and with all their files."""
-    try:
-        content = json.loads((folder / "imu" / _FIGURES).read_text(encoding="utf-8"))
-        if content["pcnet3d"] != package_version() or not (folder / "imu" / IMU_RECORDING).is_file():
-            return {}
-        return {
-            name: figures
-            for name, figures in content["segments"].items()
-            if name in SEGMENTS and (folder / "imu" / f"{name}.html").is_file()
-        }
-    except (OSError, ValueError, RecursionError, LookupError, TypeError, AttributeError):
-        return {}
 
 
 def read_imus(
