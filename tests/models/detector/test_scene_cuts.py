@@ -45,3 +45,16 @@ def test_a_fast_pan_past_a_post_is_no_cut(toys, post, step, other):
 
     before, behind = Glance.at(image(0, 400)), Glance.at(image(900 if other else step, 400 - 2 * step))
     assert before.is_cut_to(behind) == other
+
+
+@pytest.mark.parametrize("bars", [np.s_[:30, :], np.s_[:, :100]], ids=["above and below", "at the sides"])
+def test_black_bars_hide_no_cut_and_make_none(toys, bars):
+    def barred(image: np.ndarray) -> Glance:
+        image = image.copy()
+        image[bars] = image[::-1, ::-1][bars] = 0
+        return Glance.at(image)
+
+    here = barred(toys.scene((150, 50, 180, 150)))
+    assert here.is_cut_to(barred(toys.scene((150, 50, 180, 150), seed=3)))
+    assert not here.is_cut_to(barred(toys.scene((154, 50, 184, 150))))
+    assert not here.is_cut_to(barred(toys.scene((150, 50, 180, 150)) // 2))
