@@ -90,7 +90,7 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
     steps = _count(walking, "steps")
     if not steps:
         return []
-    words = f"{'ran' if text(walking, 'gait') == 'running' else 'walked'}"
+    words = {"running": "ran", "walking or running": "walked or ran"}.get(text(walking, "gait"), "walked")
     words += f" {'at least ' * bool(unseen := text(walking, 'count_reason'))}{how_many(steps, 'step')}"
     if back := _count(walking, "backward_steps"):
         words += " backwards" if back == steps else f", {back} of them backwards"

@@ -42,6 +42,9 @@ BEND, RAISE = 35.0, 50.0  # degrees that a repetition rises by at least
 _SQUAT = 70.0
 # Legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing.
 _STAYS = 0.4
+# Seconds that must be seen before the knees are bent most, in which a landing shows (jumps.lands): jumps that were cut
+# 0.2 s before the captured touchdown or later bend within 0.33 s of that, no labelled bend within 0.5 s.
+_SHOWN_S = 0.5
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
 
@@ -54,9 +57,10 @@ def knee_bends(
     steps_told: bool,
     against: Mapping[str, Spans],
 ) -> tuple[list[Row], Spans]:
-    """Rows, and the (begin, end) of bends that may be landings: behind a fall of ankle, (T,) of Airborne. apart: (T,)
-    how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which
-    the feet seem to move may be one in place then. against: of off_keypoints.not_shown."""
+    """Rows, and the (begin, end) of bends that may be landings: with which a clip begins, or behind a fall of ankle,
+    (T,) of Airborne. apart: (T,) how far the ankles are apart, in lengths of a leg. steps_told: False where steps
+    cannot be counted: a bend in which the feet seem to move may be one in place then. against: of
+    off_keypoints.not_shown."""
     feet_move, may_land, off = (set[tuple[float, float]]() for _ in range(3))
     flights = [(flight.off_s, flight.land_s) for flight in jumped]
 
@@ -64,6 +68,12 @@ def knee_bends(
         """Whether one knee is straighter at the peak than where the bend begins or ends: weight is shifted."""
         rows = np.searchsorted(take.times, [bend.start_s, bend.peak_s, bend.stop_s])
         return any(knee[rows[1]] < max(knee[rows[0]], knee[rows[2]]) for knee in (right, left))
+
+    def begins(bend: Repetition) -> bool:
+        """Whether the bend is the first that is seen of the clip, too early to show that it is no landing."""
+        clip = max((seam for seam in take.seams if take.times[seam] <= bend.peak_s), default=0)
+        seen = clip + int(np.argmax(np.isfinite(bent[clip:])))
+        return bend.peak_s - take.times[seen] < _SHOWN_S
 
     def in_place(bend: Repetition) -> bool:
         walks = any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps)
@@ -76,7 +86,7 @@ def knee_bends(
         span = (float(seen_s[0]), float(seen_s[-1])) if len(seen_s) else (bend.start_s, bend.stop_s)
         if not stays:
             feet_move.add(span)
-        elif ankle is not None and lands(ankle, take.times, bend.peak_s):
+        elif begins(bend) or (ankle is not None and lands(ankle, take.times, bend.peak_s)):
             may_land.add(span)
         elif contradicts(bend.peak_s, against, "r_leg", "l_leg"):
             off.add(span)

@@ -47,6 +47,9 @@ from .strides import peaks
 
 FEWEST = 10  # frames
 _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
+# Seconds of a lifted step: quicker ones without flights may be of a run whose flights were not seen. Of 64 captured
+# walks (train and validation people) none has a mean below 0.45, of 94 runs 79 have one below 0.4.
+_QUICK_S = 0.4
 _SIGHT_DEG = 30.0  # off the line of sight: nearer to it, cos 30 = 87 % of a step and more is depth
 _HIDES_S = 1.5  # three steps at 120 a minute, the shortest walk
 _MOST = 0.9  # of the take, which is then named as a whole
@@ -123,6 +126,7 @@ def walking(
         gait, filtered, rectified, belt_speed, _BELT_SHARE if lifted and errors else float("nan")
     )
     share = float(np.hypot(share, belt_share))
+    quick = lifted and gait.kind == "walking" and said.style["step_time_s"] < _QUICK_S
     strides = gait.strides
     spans = {
         side: np.array([(s.start_s, s.stop_s) for s in strides if s.side == side]).reshape(-1, 2)
@@ -152,7 +156,7 @@ def walking(
         f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""
     )
     return [
-        Remark("gait", gait.kind),
+        Remark("gait", "walking or running" if quick else gait.kind),
         Measure("walks", len(gait.walks)),
         Measure("steps", len(gait.steps)),
         *([Measure("backward_steps", back)] if back else []),
@@ -257,11 +261,7 @@ class _Means:
         return self.leg * own if np.isfinite(own) else 0.0  # lengths of measured poses are of the person
 
     def __call__(
-        self,
-        values: Values,
-        names: Sequence[str],
-        side: str | None = None,
-        share: float = 0.0,
+        self, values: Values, names: Sequence[str], side: str | None = None, share: float = 0.0
     ) -> list[Row]:
         """`mean_<name>` (walking_speed by its own name), its error, and `deviation`, where that is larger than one
         value's error. side: of one side only. share: of the mean, what may be wrong

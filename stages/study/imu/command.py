@@ -35,7 +35,8 @@ from ....pipeline.plugins.options import call, did_you_mean, pairs
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.find import find_adapter
 from ....pipeline.signals.filters import CUTOFF_HZ, breaks, check_cutoff, rate
-from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
+from ....pipeline.signals.imu import GRAVITY_MPS2, MOST_HZ, SEGMENTS, Imu, point_on
+from ....pipeline.signals.rates import check_fps
 from ..compare.truth import people_in_a_world
 from ..methods import method_name, methods
 from .align import Alignment, Signal, agreement, align, check_overlap, heading_deg
@@ -83,6 +84,8 @@ def imu(
     """Compare the accelerations of a run with inertial sensors: lag, correlation and RMSE."""
     run = read_run(folder)
     others = [load_rectifier(name) for name in rectifier or ()]
+    if rate_hz is not None:
+        check_fps(rate_hz, "--rate", MOST_HZ)
     options = pairs(option) | ({} if rate_hz is None else {"rate_hz": rate_hz})
     sensors, compared = read_imus(imu, segment or [], adapter, options)
     sensors = {name: replace(sensor, time_s=sensor.time_s + offset) for name, sensor in sensors.items()}

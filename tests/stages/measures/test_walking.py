@@ -40,6 +40,17 @@ def test_cadence_within_one_per_cent_and_steps_at_their_times(fps, turn_deg):
     assert landings >= sum(map(len, walk.heel_strikes_s.values())) - 2
 
 
+@pytest.mark.parametrize(
+    ("speed_mps", "lifted", "gait"),
+    [(1.25, True, "walking"), (1.9, True, "walking or running"), (1.9, False, "walking")],
+)
+def test_lifted_steps_as_quick_as_a_run_s_may_be_one(speed_mps, lifted, gait):
+    """A jogger whose flights were not seen, 161 steps a minute, "walked"."""
+    walk = walker(seconds=12, speed_mps=speed_mps, turn_deg=0)
+    poses = camera_poses(walk, side_camera(walk)) if lifted else walk.poses
+    assert nested(measured(poses).measures)["walking"]["gait"] == gait
+
+
 def test_the_film_of_a_walk_that_runs_back_has_its_steps_backwards(walk):
     there = nested(measured(walk.poses).measures)["walking"]
     assert "backward_steps" not in there

@@ -245,6 +245,12 @@ def test_a_figure_that_cannot_be_is_blamed_and_not_the_file(made, option, value)
     commands.refused(commands.pcnet3d(*words, option, value), option, f"got {value}")
 
 
+def test_a_rate_is_blamed_on_the_option_that_gave_it(made):
+    with pytest.raises(InputError, match="rate_hz") as told:
+        imu(made / "run", imu=[made / "r_forearm.csv"], segment=["r_forearm"], option=["rate_hz=0"])
+    assert "--rate" not in str(told.value)
+
+
 def test_what_is_no_run_and_no_imu_has_words(made, tmp_path):
     with pytest.raises(InputError, match="finished"):
         read_run(tmp_path)
