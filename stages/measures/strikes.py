@@ -113,8 +113,8 @@ def strikes(
 
         found["kicks", side] = [*filter(stands, found["kicks", side])]
         height = limbs["kicks", side].driver
-        near["kicks", side] = comes_near(
-            height, level.times, _KICK_RISES, error, breaks(level), almost, cut=False
+        near["kicks", side] = bool(
+            comes_near(height, level.times, _KICK_RISES, error, breaks(level), almost, cut=False)
         )
     kicks = [(kick.start_s, kick.stop_s) for side in SIDES.values() for kick in found["kicks", side]]
     # In a kick the arms swing for balance, before and in a flight for height.
