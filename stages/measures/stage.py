@@ -178,7 +178,8 @@ def measures(
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     steps_told = lasts_s >= BRIEFEST_S["walking"] and "steps" in grouped(walk)
     blind = source.lifted and in_image is None  # to punches
-    struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd)
+    elbows = {side: take(f"{side}_elbow_flexion") for side in SIDES.values()}
+    struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd, elbows)
     bends, landings = knee_bends(take, gait, jumped, flights.ankle, apart, steps_told, against)
     leaps = jumps(flights, jumped, cut, brief, rectified, landings)
     movements = {

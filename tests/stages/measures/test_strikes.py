@@ -271,6 +271,18 @@ def test_a_lifted_punch_is_one_that_the_image_shows():
         assert _punches(_Limb(reach, zeros, zeros, zeros, zeros, reach, image), TIMES, one) is counts
 
 
+@pytest.mark.parametrize(("until_s", "counts"), [(5.8, True), (6.0, False)])
+def test_a_punch_is_seen_on_its_way(until_s, counts):
+    """The elbow of a dancer led her arm up; its angle was not known until the hand was at the height of the head, and
+    she had "punched at least once"."""
+    reach, image = 0.55 + bump(6, 0.15, 0.2), 0.4 + bump(6, 0.12, 0.6)
+    (one,) = repetitions(reach, TIMES, 0.12)
+    image[(TIMES > 5) & (until_s > TIMES)] = np.nan
+    zeros = np.zeros(len(TIMES))
+    image[np.searchsorted(TIMES, 5.7)] = 0.4  # a single frame
+    assert _punches(_Limb(reach, zeros, zeros, zeros, zeros, reach, image), TIMES, one) is counts
+
+
 def test_a_punch_that_the_image_shows_once_is_one():
     """Of a noisy lifter's five punches of a boxer two were counted twice, one of them 0.07 s long."""
     reach = 0.55 + bump(5.9, 0.05, 0.25) + bump(6.1, 0.05, 0.2)
