@@ -22,8 +22,8 @@ POINTS = 101  # of a normalised cycle
 # fastest for the last time: a lifter flattens slow starts, so that they come late to a height. Of labelled movements
 # that were found, 97 % begin within 0.15 s of their label if captured and 83 % if lifted, at the height alone 94 and
 # 79 %. Where the signal is slow there so long after it has left the height, it rested: one low moment, as of a lifted
-# knee in a walk, had set the height too low.
-_RESTS_S = 0.5
+# knee in a walk, had set the height too low. In that time it changes by less than _RESTS of the rise.
+_RESTS_S, _RESTS = 0.5, 0.03
 _EDGE = 0.07  # a steady return ends there too
 _LOW, _STARTS = 0.12, 0.2
 # It has ended too where the return, below _LOW of the rise, slows to _SETTLED of its fastest: what follows is drift. At
@@ -341,7 +341,9 @@ def _movement(
     start = float(times[slow[-1]] if len(slow) else times[0])
     edge = values[0] + _EDGE * rise
     left = _crossing(values, times, int(np.flatnonzero(values <= edge)[-1]), edge)  # for the last time
-    start = max(start, left) if settles or start > left + _RESTS_S else min(start, left)
+    before, then = np.interp([start - _RESTS_S, start], times, values)
+    rests = start > left + _RESTS_S and then - before < _RESTS * rise
+    start = max(start, left) if settles or rests else min(start, left)
     below = int(np.flatnonzero(values <= values[0] + _OUTER * rise)[-1])
     high = below + int(np.argmax(values[below:] >= values[-1] - _OUTER * rise))
     # A pause on the way belongs to the movement; rest before a tenth of it and behind nine tenths does not.

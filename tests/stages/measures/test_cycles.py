@@ -179,6 +179,13 @@ def test_one_low_moment_before_a_rest_begins_nothing():
     assert one.start_s == pytest.approx(2.5, abs=0.15)
 
 
+@pytest.mark.parametrize(("low", "start_s"), [(0, 1.35), (9, 2.0)])
+def test_a_slow_start_is_no_rest(low, start_s):
+    """A slow raise began nearly a second late. From 0 to 11.9 of 100 degrees in 1.6 s it rises, from 9 it rests."""
+    (one,) = repetitions(np.interp(TIME, [0, 0.4, 2, 3, 4], [0, low, 11.9, 100, 0]), TIME, 40)
+    assert one.start_s == pytest.approx(start_s, abs=0.1)
+
+
 def test_a_pause_on_the_way_up_is_part_of_the_movement_and_not_smooth():
     one = np.concatenate([np.zeros(FPS), np.cumsum(stroke(1, FPS)) / FPS, np.ones(FPS)])
     two = np.concatenate([one / 2, 0.5 + one[FPS:] / 2])
