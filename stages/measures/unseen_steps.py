@@ -42,7 +42,7 @@ def uncountable(
     error = NOISE * separation_sd(columns, unjudged(filtered, rectified))
     if not still and LEAST_STEP < change < error:
         why.append(
-            f"the feet's distance changes by {change:.2g} leg lengths, less than its error of {error:.2g}"
+            f"the feet's distance changes by {change:.2g} leg lengths, no more than its error of {error:.2g}"
         )
     fps = rate(filtered.times)
     if fps < _SLOW_HZ:
