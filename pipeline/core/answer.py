@@ -183,7 +183,11 @@ def _peaks(moved: Sequence[Group], to: str) -> str:
     for of in moved:
         if not (peaks := numbered(of, "peak")):
             continue
-        values, side = [round(peak.value) for peak in peaks], f" ({peaks[0].side})" if len(moved) > 1 else ""
+        values = [round(peak.value) for peak in peaks]
+        some = f"{len(peaks)} of them" if len(peaks) < _count(of) else ""
+        alone = len(moved) == 1
+        to = f", {some}{to}" if alone and some else to
+        side = "" if alone else f" ({', '.join(filter(None, (peaks[0].side, some)))})"
         low, high = min(values), max(values)
         parts.append((f"{low}" if low == high else f"between {low} and {high}") + side)
         errors += [peak.bar for peak in peaks if peak.bar is not None]
