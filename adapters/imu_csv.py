@@ -50,7 +50,7 @@ def read(
     signals that are no specific force with its orientation (pipeline/signals/imu.py).
     """
     if rate_hz is not None:
-        check_fps(rate_hz, "--rate", MOST_HZ)
+        check_fps(rate_hz, "rate_hz", MOST_HZ)
     lines = [line for line in filled_lines(path, "an IMU's CSV file") if _content(line)]
     names = _names(lines)
     wanted = (*_FORCE, *(_QUATERNION if set(_QUATERNION) & set(names) else ()))

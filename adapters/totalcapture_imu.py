@@ -56,7 +56,7 @@ def read(path: Path, reference: Path | None = None, rate_hz: float = _RATE_HZ) -
     reference: the calib_imu_ref.txt, when it is not the one that lies beside the file. The files hold no clock: the
     first frame is at 0 s. Raises InputError for a file that is cut short or damaged.
     """
-    check_fps(rate_hz, "--rate", MOST_HZ)
+    check_fps(rate_hz, "rate_hz", MOST_HZ)
     names, numbers = _samples(path)
     unknown = [sensor for sensor in names if sensor not in _SEGMENTS]
     if unknown:

@@ -33,7 +33,7 @@ _OWN = {
     "view": "pcnet3d.pipeline.cli:view",
     "list": "pcnet3d.pipeline.cli:list_",
 }
-_FOR_DEVELOPERS = ("bench", "evaluate", "mmfi", "mocap", "quantise", "testbed", "train")
+_FOR_DEVELOPERS = ("bench", "evaluate", "mmfi", "mocap", "testbed", "train")
 _HELP = {"help_option_names": ["-h", "--help"]}
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from ..models.common.metrics import RAYLEIGH_90
-from ..models.common.onnx import open_onnx
 from ..models.gravity.view import camera_of
 from ..pipeline.core.camera import Background, Camera, pitch_roll_deg
 from ..pipeline.core.errors import InputError
@@ -18,7 +17,7 @@ from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
 from ..pipeline.files.camera_file import read_camera
 from ..pipeline.files.video_frames import images_at, shown_size
-from ..pipeline.plugins.registry import open_model, registered
+from ..pipeline.plugins.registry import registered
 from ..pipeline.signals.flow import SIDE, flow_notice, flow_of, pairs_of
 
 
@@ -61,7 +60,9 @@ class Calibrate:
         if self.camera_file is not None:
             read_camera(self.camera_file, self.camera_name)
         if self.gravity_network not in (None, *registered("gravity_networks")):  # those would be downloaded
-            open_onnx(open_model("gravity_networks", self.gravity_network), "a gravity network")
+            from ..models.gravity.geocalib import opened
+
+            opened(self.gravity_network)
 
     def _found(
         self, told: Told, video: Video, people: Sequence[PoseSequence], span: tuple[int, int]

@@ -22,7 +22,7 @@ from ..models.gravity import (
     told_up,
     why_not,
 )
-from ..models.gravity.moving import WINDOW_S, timed
+from ..models.gravity.moving import timed
 from ..models.rectifier.checked import Checked
 from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError
@@ -40,27 +40,18 @@ from ..pipeline.signals.checks import nobody_upright, up_of_unusable
 class Rectify:
     """The stage.
 
-    rectifier: "pcnet", "paper", "geometric", or a trained network's .onnx file. window_s: for a moving
-    camera, the standard deviation in time of the Gaussian by which frames share their up.
+    rectifier: "pcnet", "paper", "geometric", or a trained network's .onnx file.
     """
 
     rectifier: str = "pcnet"
-    window_s: float = WINDOW_S
 
     name: ClassVar[str] = "rectify"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("rectified",)
     reads: ClassVar[tuple[str, ...]] = ("camera", "gravity", "pitch_deg", "roll_deg")
 
-    def __post_init__(self) -> None:
-        """InputError for a window that cannot be, before a run has looked at the whole video in vain."""
-        if not 0 < self.window_s < np.inf:
-            raise InputError(
-                "bad-value", f"Expected a window_s of more than 0 seconds, got {self.window_s:g}."
-            )
-
     def check_told(self, told: Told) -> None:
-        """InputError for a rectifier that cannot be used, before that too."""
+        """InputError for a rectifier that cannot be used, before a run has looked at the whole video in vain."""
         _facing(self.rectifier)
 
     def __call__(self, take: Take) -> Take:
@@ -70,7 +61,7 @@ class Rectify:
         """The people of one recording, in one LEVEL (rectify_together)."""
         people = [take.need("poses") for take in takes]
         told = replace(takes[0].told, camera="moving") if takes[0].moving else takes[0].told
-        found = _rectify(people, self, told, takes[0].camera)
+        found = _rectify(people, self.rectifier, told, takes[0].camera)
         return [_filled(take, *each) for take, each in zip(takes, found, strict=True)]
 
 
@@ -103,7 +94,6 @@ def rectify(
     gravity: tuple[float, float, float] | None = None,
     pitch_deg: float | None = None,
     roll_deg: float | None = None,
-    window_s: float = WINDOW_S,
     view: View | None = None,
 ) -> Rectified:
     """Turn a skeleton into BODY (upright and facing -X in every frame) and LEVEL (one upright frame for the take). This
@@ -113,8 +103,8 @@ def rectify(
     estimated. The joints are taken relative to the pelvis; NaN stays NaN. "source" in the rotations' names
     are the axes that the poses come in. Poses without time stamps count as 30 frames a second.
 
-    camera, gravity, pitch_deg, roll_deg: as in pipeline.core.take.Told; window_s: as in Rectify. view: what the images
-    say (stages.calibrate). With a static camera the take has one up. Every frame votes on it (models/gravity/votes.py),
+    camera, gravity, pitch_deg, roll_deg: as in pipeline.core.take.Told. view: what the images say
+    (stages.calibrate). With a static camera the take has one up. Every frame votes on it (models/gravity/votes.py),
     and so does the floor under the feet if the source knows where the person is (its root; models/gravity/floor.py).
     With a moving camera up changes smoothly, and LEVEL has the camera's heading: horizontal directions are relative to
     the camera.
@@ -123,8 +113,7 @@ def rectify(
     reason, and never raises. InputError for another layout or frame, and if the camera's lean is given twice.
     """
     (rectified,) = rectify_together(
-        [poses], rectifier, camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg, window_s=window_s,
-        view=view,
+        [poses], rectifier, camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg, view=view,
     )  # fmt: skip
     return rectified
 
@@ -137,7 +126,6 @@ def rectify_together(
     gravity: tuple[float, float, float] | None = None,
     pitch_deg: float | None = None,
     roll_deg: float | None = None,
-    window_s: float = WINDOW_S,
     view: View | None = None,
 ) -> tuple[Rectified, ...]:
     """Several people of one recording in one LEVEL. Its -X is the camera's horizontal viewing direction reversed; poses
@@ -148,18 +136,14 @@ def rectify_together(
     their own up in each frame, and all share the heading.
     """
     told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
-    found = _rectify(people, Rectify("", window_s), told, view, rectifier)
+    found = _rectify(people, rectifier, told, view)
     return tuple(rectified for rectified, _ in found)
 
 
 def _rectify(
-    people: Sequence[PoseSequence],
-    options: Rectify,
-    told: Told,
-    view: View | None,
-    rectifier: str | Rectifier = "",
+    people: Sequence[PoseSequence], rectifier: str | Rectifier, told: Told, view: View | None
 ) -> list[tuple[Rectified, list[Notice]]]:
-    """Of each of the people, in the order given, several in one LEVEL. rectifier: instead of that of the options."""
+    """Of each of the people, in the order given, several in one LEVEL."""
     up, together = told_up(told), len(people) > 1
     sources = [_checked(poses) for poses in people]
     families = {source.frame.family for source in sources}
@@ -179,12 +163,12 @@ def _rectify(
         ]
         reference, method = Z_UP, "gravity"
     else:
-        chosen = _facing(rectifier or options.rectifier)
+        chosen = _facing(rectifier)
         seen = [_seen(source, chosen, told.moving) for source in sources]
         look = view.looks[0] if view and view.looks else None
         if told.moving:
             found = [
-                level_moving(one, timed(view.looks if view else (), source), options.window_s)
+                level_moving(one, timed(view.looks if view else (), source))
                 for one, source in zip(seen, sources, strict=True)
             ]
         elif together:
@@ -193,10 +177,7 @@ def _rectify(
             found = [level_static(one, up, look) for one in seen]
         reference, method = CAMERA, chosen.method
     return [
-        (
-            _rectified(source, reference, levelled, method, told, options.window_s),
-            _notices(levelled, source, view),
-        )
+        (_rectified(source, reference, levelled, method, told), _notices(levelled, source, view))
         for source, levelled in zip(sources, found, strict=True)
     ]
 
@@ -243,7 +224,7 @@ def _seen(source: PoseSequence, rectifier: Rectifier, moving: bool) -> Seen:
 
 
 def _rectified(
-    source: PoseSequence, reference: Frame, levelled: Levelled, method: str, told: Told, window_s: float
+    source: PoseSequence, reference: Frame, levelled: Levelled, method: str, told: Told
 ) -> Rectified:
     """levelled: in the axes of `reference`, CAMERA or Z_UP."""
     R_source_from_reference = source.frame.basis @ reference.basis.T
@@ -252,7 +233,6 @@ def _rectified(
     reason = why_not(levelled)
     said: dict[str, Any] = {
         "gravity": told.gravity, "pitch_deg": told.pitch_deg, "roll_deg": told.roll_deg,
-        "window_s": window_s if told.moving else None,
     }  # fmt: skip
     said = {name: value for name, value in said.items() if value is not None}
     camera: CameraMotion = "moving" if told.moving else "static"
@@ -278,7 +258,6 @@ def _rectified(
         level_reason=reason,
         source=source.frame,
         camera=None if reference is Z_UP else camera,
-        window_s=window_s if told.moving else None,
         up_error_deg=levelled.up_error_deg,
         up_bound_deg=levelled.up_bound_deg,
         up_votes=rotate(R_source_from_reference, levelled.votes),

@@ -76,7 +76,7 @@ def up_from_network(
         raise InputError(
             "wrong-content", f"Expected RGB images (height, width, 3) of uint8 of one size, got {said}."
         )
-    network = _open(open_model("gravity_networks", model), placement())
+    network = opened(model)
     found = [up_from_fields(fields_of(network, image), focal_px, focal_spread) for image in images]
     return UpOfImages(
         up=unit(np.sum([one.up for one in found], axis=0)),
@@ -249,6 +249,11 @@ def network_input(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     part = small[top : top + kept[1], left : left + kept[0]]
     grid = np.stack(np.meshgrid(np.arange(kept[0]), np.arange(kept[1])), axis=-1)
     return np.ascontiguousarray(part.transpose(2, 0, 1)[None]), (grid + start) / scale
+
+
+def opened(model: str | Path) -> OnnxFile:
+    """The network of that name, or of that .onnx file. InputError for another one."""
+    return _open(open_model("gravity_networks", model), placement())
 
 
 @lru_cache(maxsize=1)

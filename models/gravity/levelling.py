@@ -16,7 +16,7 @@ from ...pipeline.core.rotations import angle_deg, from_columns, is_finite, unit
 from .evidence import Evidence, TakeUp
 from .floor import of_feet
 from .fusion import fused_up
-from .moving import WINDOW_S, moving_up
+from .moving import moving_up
 from .seen import Seen, of_frames, smoothed, trust
 from .votes import USUAL_SPREAD, pool
 
@@ -87,12 +87,10 @@ def static_up(seen: Seen, told: Sequence[Evidence] = (), look: Look | None = Non
     return fused_up([feet, *frames], told, look) if feet else first
 
 
-def level_moving(
-    seen: Seen, looks: Sequence[tuple[float, Look]] = (), window_s: float = WINDOW_S
-) -> Levelled:
+def level_moving(seen: Seen, looks: Sequence[tuple[float, Look]] = ()) -> Levelled:
     """A smooth gravity for a camera that pans or is carried. LEVEL's heading is the camera's: how the camera turned
-    about the vertical cannot be seen from the body alone. looks, window_s: of moving.moving_up."""
-    return level(seen, moving_up(seen, looks, window_s))
+    about the vertical cannot be seen from the body alone. looks: of moving.moving_up."""
+    return level(seen, moving_up(seen, looks))
 
 
 def level(seen: Seen, up: TakeUp) -> Levelled:

@@ -19,16 +19,16 @@ from .fusion import settled
 from .seen import Seen, leaning, own_lean, smoothed, trust
 from .votes import bodies_covariance, expected_deg, lean_square
 
-WINDOW_S = 2.0  # standard deviation of the Gaussian in which frames vote on up
+_WINDOW_S = 2.0  # standard deviation of the Gaussian in which frames vote on up
 _VOTE_DEG = 10.0  # votes this far from their neighbours' mean count half
 _LOST_DEG_PER_S = 12.0  # how fast a camera's up may go elsewhere where no image says anything
 _LOOK_DEG = 4.0  # looks this far from the middle of their neighbours count half
 _CONTRADICTION = 3.0  # combined errors, median over the frames
 
 
-def moving_up(seen: Seen, looks: Sequence[tuple[float, Look]] = (), window_s: float = WINDOW_S) -> TakeUp:
-    """The up (T, 3) of each frame. looks: what images say, each with its time in seconds; window_s: of sliding_up."""
-    bodies = sliding_up(seen, window_s)
+def moving_up(seen: Seen, looks: Sequence[tuple[float, Look]] = ()) -> TakeUp:
+    """The up (T, 3) of each frame. looks: what images say, each with its time in seconds."""
+    bodies = sliding_up(seen)
     return with_looks(bodies, seen, looks) if looks else bodies
 
 
@@ -44,26 +44,26 @@ def timed(looks: Sequence[Look], poses: PoseSequence) -> list[tuple[float, Look]
     ]
 
 
-def sliding_up(seen: Seen, window_s: float = WINDOW_S) -> TakeUp:
+def sliding_up(seen: Seen) -> TakeUp:
     """The bodies' up, (T, 3), from each frame's neighbours in time; two passes, the second with less weight for votes
-    that are far from the first's answer. window_s: the reach of the Gaussian in which frames hear each other."""
+    that are far from the first's answer."""
     fine = is_finite(seen.votes)
     votes = np.where(fine[:, None], seen.votes, 0.0)
     trusted = np.where(fine, trust(seen.error_deg), 0.0)
-    up, _, _ = _local_line(votes, trusted, seen, window_s)
+    up, _, _ = _local_line(votes, trusted, seen)
     apart = np.where(fine, np.nan_to_num(angle_deg(votes, up)), 0.0)
     weights = trusted / (1 + (apart / _VOTE_DEG) ** 2)
-    up, looks, lag_deg = _local_line(votes, weights, seen, window_s)
+    up, looks, lag_deg = _local_line(votes, weights, seen)
     expected = expected_deg(seen.error_deg)
     square = np.stack([np.where(fine, expected**2, 0.0), apart**2], axis=-1)
-    mean, scatter = np.moveaxis(smoothed(square, trusted, seen, window_s), -1, 0)
+    mean, scatter = np.moveaxis(smoothed(square, trusted, seen, _WINDOW_S), -1, 0)
     spread = np.full(len(votes), np.nan)
     if seen.spread is not None:
         there = np.isfinite(seen.spread)
         stated = np.where(there, seen.spread, 0.0)[:, None]
-        spread = smoothed(stated, np.where(there, trusted, 0.0), seen, window_s)[:, 0]
+        spread = smoothed(stated, np.where(there, trusted, 0.0), seen, _WINDOW_S)[:, 0]
     shared = lean_square(mean, scatter, spread)
-    lean = own_lean(smoothed(leaning(seen, up), weights, seen, window_s))
+    lean = own_lean(smoothed(leaning(seen, up), weights, seen, _WINDOW_S))
     lag = (np.radians(lag_deg) ** 2 / 2)[:, None, None] * (np.eye(3) - up[:, :, None] * up[:, None])
     covariance = bodies_covariance(up, np.sqrt(shared + scatter / looks), lean) + lag
     error_deg = np.degrees(np.sqrt(np.trace(covariance, axis1=1, axis2=2)))
@@ -71,7 +71,7 @@ def sliding_up(seen: Seen, window_s: float = WINDOW_S) -> TakeUp:
 
 
 def _local_line(
-    votes: np.ndarray, weights: np.ndarray, seen: Seen, window_s: float
+    votes: np.ndarray, weights: np.ndarray, seen: Seen
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(T, 3) unit, at each frame the straight line in time through the votes (T, 3) around it, so that a camera that
     turns evenly is followed without lag up to the take's ends; (T,) how many independent votes that is worth; and (T,)
@@ -85,7 +85,7 @@ def _local_line(
     times = (seen.time_s - seen.time_s[:1])[:, None]
     square = (votes**2).sum(-1, keepdims=True)
     columns = np.concatenate([votes, times * votes, times, times**2, square], axis=-1)
-    means = smoothed(columns, weights, seen, window_s)
+    means = smoothed(columns, weights, seen, _WINDOW_S)
     vote, vote_time, middle, time_square, square = np.split(means, (3, 6, 7, 8), axis=-1)
     spread = np.maximum(time_square - middle**2, 1e-6)  # of the window's frames in time, square seconds
     slope = (vote_time - middle * vote) / spread

@@ -24,7 +24,7 @@ class PCNetRectifier:
     of the file's SHA-256."""
 
     def __init__(self, path: str | Path, threads: int | None = None) -> None:
-        """path: an .onnx file of training/export.py or training/quantise.py. threads: chunks answered at the same time;
+        """path: an .onnx file of models/lab/training/rectifier/export.py. threads: chunks answered at the same time;
         as many as the process may use by default.
 
         InputError when there is no such file, or it is not a rectifier.
@@ -44,7 +44,6 @@ class PCNetRectifier:
         self.path = Path(path)
         properties = self.session.get_modelmeta().custom_metadata_map
         self.targets = properties.get("targets", "body")  # of pcnet_views.Targets
-        self.precision = properties.get("precision", "float32")
         self.method = f"{properties.get('name', 'pcnet')}@{opened.digest}"
 
     def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

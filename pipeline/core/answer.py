@@ -90,7 +90,7 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
     steps = _count(walking, "steps")
     if not steps:
         return []
-    words = f"{'ran' if text(walking, 'gait') == 'running' else 'walked'}"
+    words = {"running": "ran", "walking or running": "walked or ran"}.get(text(walking, "gait"), "walked")
     words += f" {'at least ' * bool(unseen := text(walking, 'count_reason'))}{how_many(steps, 'step')}"
     if back := _count(walking, "backward_steps"):
         words += " backwards" if back == steps else f", {back} of them backwards"
@@ -183,7 +183,11 @@ def _peaks(moved: Sequence[Group], to: str) -> str:
     for of in moved:
         if not (peaks := numbered(of, "peak")):
             continue
-        values, side = [round(peak.value) for peak in peaks], f" ({peaks[0].side})" if len(moved) > 1 else ""
+        values = [round(peak.value) for peak in peaks]
+        some = f"{len(peaks)} of them" if len(peaks) < _count(of) else ""
+        alone = len(moved) == 1
+        to = f", {some}{to}" if alone and some else to
+        side = "" if alone else f" ({', '.join(filter(None, (peaks[0].side, some)))})"
         low, high = min(values), max(values)
         parts.append((f"{low}" if low == high else f"between {low} and {high}") + side)
         errors += [peak.bar for peak in peaks if peak.bar is not None]

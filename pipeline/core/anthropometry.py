@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .layouts import H36M17
+from .layouts import H36M17, Layout
 
 STATURES_M = (0.4, 2.6)  # of people, from newborns on
 ANKLE_HEIGHT = 0.039  # ankle joint above the sole
@@ -58,3 +58,13 @@ def implied_stature(joints: np.ndarray) -> float:
             measured += float(np.nanmedian(length))
             fractions += fraction
     return measured / fractions if fractions else float("nan")
+
+
+def trunk_length(joints: np.ndarray, layout: Layout) -> float:
+    """Median distance of mid-hips and mid-shoulders of joints (T, J, D); NaN where it is never known."""
+    pairs = [(f"l_{part}", f"r_{part}") for part in ("hip", "shoulder")]
+    if not all(name in layout for pair in pairs for name in pair):
+        return float("nan")
+    hips, shoulders = (joints[:, layout.indices(pair)].astype(np.float64).mean(axis=1) for pair in pairs)
+    length = np.linalg.norm(shoulders - hips, axis=-1)
+    return float(np.nanmedian(length)) if np.isfinite(length).any() else float("nan")

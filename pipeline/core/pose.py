@@ -305,7 +305,6 @@ class Rectified:
         the up of each source by itself, in the source's axes, and its error in degrees.
     method: "geometric" or "pcnet@<hash>".
     source: the axes that the poses come in. camera: "static" or "moving"; None for a world, which knows its own up.
-    window_s: for a moving camera, over how many seconds frames share their up; None for others.
     level_heading: how LEVEL's heading was chosen: "median", "first second", "camera", "world", or "none"
         where no frame has a heading.
     level_ok, level_reason: whether the take could be levelled, and in words why not.
@@ -321,7 +320,6 @@ class Rectified:
     level_reason: str = ""
     source: Frame = CAMERA
     camera: Literal["static", "moving"] | None = "static"
-    window_s: float | None = None
     up_error_deg: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
     up_bound_deg: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
     up_votes: np.ndarray = None  # type: ignore[assignment]  # filled with NaN

@@ -66,7 +66,6 @@ class _Source(BaseModel):
 class _Rectification(BaseModel):
     method: str
     camera: CameraMotion | None
-    window_s: float | None = None
     level_heading: str
     level_ok: bool
     level_reason: str
@@ -223,7 +222,6 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
         level_reason=of.level_reason,
         source=poses.frame,
         camera=of.camera,
-        window_s=of.window_s,
         up_shares=of.up_shares,
         up_pulls={name: source.pull_deg for name, source in sources if source.pull_deg is not None},
         up_own={

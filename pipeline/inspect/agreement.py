@@ -9,6 +9,7 @@ import numpy as np
 from ..core.layouts import LIMBS
 from ..core.pose import PoseSequence
 from ..reading.clock import numbered_by
+from ..signals.reprojection import off_in_image
 
 _MOST_LAG = 30  # frames
 _FEWEST = 10  # frames in common below which a shift says nothing
@@ -18,9 +19,8 @@ _FEWEST = 10  # frames in common below which a shift says nothing
 class Agreement:
     """How well poses fall onto keypoints.
 
-    error: median over frames of the 2D residual after the best scale and shift of each frame, over the person's size
-        in the image (root mean square distance of the joints from their middle). 0.05 is usual: scale and
-        shift are no perspective.
+    error: median over frames of how far hips to wrists are off in the image plane (`off_in_image`). 0.05 is usual:
+        scale and shift are no perspective.
     lag: frames to add to the poses' numbers for the smallest error, which is `error_at_lag`.
     person: the keypoints' track. frames: in common without a lag.
     """
@@ -51,22 +51,13 @@ def _agreement(poses: PoseSequence, track: PoseSequence) -> Agreement | None:
     errors, frames = {}, 0
     for lag in range(-_MOST_LAG, _MOST_LAG + 1):
         _, rows, columns = np.intersect1d(poses.frame_index + lag, track.frame_index, return_indices=True)
-        residuals = _residuals(flat[rows], points[columns])
+        off = off_in_image(flat[rows], points[columns])
+        known = int(np.isfinite(off).sum())
         if lag == 0:
-            frames = len(residuals)
-        if len(residuals) >= _FEWEST:
-            errors[lag] = float(np.median(residuals))
+            frames = known
+        if known >= _FEWEST:
+            errors[lag] = float(np.nanmedian(off))
     if 0 not in errors:
         return None
     best = min(errors, key=lambda lag: (errors[lag], abs(lag)))
     return Agreement(track.person, frames, errors[0], best, errors[best])
-
-
-def _residuals(flat: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """(N,) residual of every frame that is complete in both, over the size of its points. Both (T, J, 2)."""
-    whole = np.isfinite(flat).all(axis=(1, 2)) & np.isfinite(points).all(axis=(1, 2))
-    flat, points = (a[whole] - a[whole].mean(axis=1, keepdims=True) for a in (flat, points))
-    size = np.maximum((flat**2).sum(axis=(1, 2)), 1e-12)
-    scale = np.maximum((flat * points).sum(axis=(1, 2)) / size, 0)[:, None, None]
-    left_over = ((points - scale * flat) ** 2).sum(axis=(1, 2))
-    return np.sqrt(left_over / np.maximum((points**2).sum(axis=(1, 2)), 1e-12))

@@ -17,13 +17,12 @@ from ..core.take import Video
 from ..reading.choose import choose_person
 from ..reading.clock import numbered_by, numbered_by_times
 from ..reading.load import load, read_all, read_video
-from ..signals.checks import Chirality, bone_spread, chirality
+from ..signals.checks import Chirality, bone_spread, chirality, spread_of_bones
 from ..signals.findings import (
     depth_factor,
     pose_findings,
     row_findings,
     source_findings,
-    spread_of_bones,
     swap_findings,
 )
 from ..signals.swap_repair import as_frames

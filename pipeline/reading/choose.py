@@ -14,13 +14,14 @@ from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, rotate, unit
 from ..files.detections import listed
+from ..signals.reprojection import off_in_image
 from ..signals.visibility import certain
 
 # How far a lift is from its own keypoints in the image (`_apart`), and how much further everybody else must be. Lifts
 # of real takes by MotionBERT, MHFormer and BlazePose are 0.045 to 0.16 off their own keypoints or another detector's,
 # 0.18 to 0.6 off the same person's a third of a second later, and 0.44 to 0.66 off another person's.
 _ALIKE, _BY_FAR = (0.04, 0.25), 1.5
-_ENOUGH_JOINTS, _ENOUGH_FRAMES = 6, 10  # medians of three frames were up to 0.8 off where a person turned
+_ENOUGH_FRAMES = 10  # medians of three frames were up to 0.8 off where a person turned
 
 
 def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: str) -> PoseSequence:
@@ -132,27 +133,16 @@ def _ahead(poses: PoseSequence, track: PoseSequence, image_size: tuple[int, int]
 
 
 def _apart(poses: PoseSequence, track: PoseSequence) -> float:
-    """Median over the frames that both have of the distance between hips to wrists in the image plane, over their
-    spread, when each frame's are moved and scaled onto each other: 0 for the same pose, 1 for none; infinite for too
-    few frames."""
+    """Median over the frames that both have of how far hips to wrists are off in the image plane; infinite for too few
+    frames."""
     _, rows, seen_rows = np.intersect1d(
         poses.frame_index, track.frame_index, assume_unique=True, return_indices=True
     )
     limbs = [joint for joint in LIMBS if joint in track.layout]
     body = poses.joints[rows][:, poses.layout.indices(limbs), :2].astype(np.float64)
     seen = track.joints[seen_rows][:, track.layout.indices(limbs)].astype(np.float64)
-    both = (is_finite(body) & is_finite(seen))[..., None]
-    enough = both.sum(axis=(1, 2)) >= _ENOUGH_JOINTS
-    if enough.sum() < _ENOUGH_FRAMES:
-        return np.inf
-    body, seen, both = (array[enough] for array in (body, seen, both))
-    body, seen = (
-        np.where(both, points - np.nanmean(np.where(both, points, np.nan), axis=1, keepdims=True), 0)
-        for points in (body, seen)
-    )
-    spreads = np.linalg.norm(body, axis=(1, 2)) * np.linalg.norm(seen, axis=(1, 2))
-    alike = np.divide((body * seen).sum(axis=(1, 2)), spreads, out=np.zeros(len(body)), where=spreads > 0)
-    return float(np.median(np.sqrt(1 - np.clip(alike, 0, 1) ** 2)))
+    off = off_in_image(body, seen)
+    return float(np.nanmedian(off)) if np.isfinite(off).sum() >= _ENOUGH_FRAMES else np.inf
 
 
 def _listed(people: tuple[PoseSequence, ...]) -> str:

@@ -153,25 +153,29 @@ def _share(values: np.ndarray) -> tuple[float, int]:
     return (float((values > 0).mean()) if len(values) else float("nan")), len(values)
 
 
-def bone_spread(poses: PoseSequence) -> float:
-    """Mean over bones of the relative spread (std / mean) of bone length, each frame over its own size.
+def spread_of_bones(poses: PoseSequence) -> dict[str, float]:
+    """Relative spread (std / mean) of each bone's length, by "from-to", each frame over its own size, of the bones that
+    the source has.
 
     A person who walks towards the camera grows in an estimator's image units, and that is fine; bones that
-    change against each other are not. 0.05 is usual, 0.09 is poor.
+    change against each other are not.
     """
     pairs = np.array([poses.layout.indices(bone) for bone in H36M17.bones])
-    length = np.concatenate(
-        [
-            np.linalg.norm(part[:, pairs[:, 0]] - part[:, pairs[:, 1]], axis=-1)
-            for part in _parts(poses.joints)
-        ]
-    )
-    length = length[:, np.isfinite(length).any(axis=0)]  # the others' joints are those that the source lacks
-    length = length[np.isfinite(length).all(axis=1)]
-    if len(length) < 2 or not length.size:
-        return float("nan")
-    length = length / np.maximum(length.sum(axis=1, keepdims=True), 1e-12)
-    return float(np.mean(length.std(axis=0) / np.maximum(length.mean(axis=0), 1e-12)))
+    parts = _parts(poses.joints[whole_rows(poses) & ~empty_rows(poses)])
+    lengths = [np.linalg.norm(part[:, pairs[:, 0]] - part[:, pairs[:, 1]], axis=-1) for part in parts]
+    length = np.concatenate([np.zeros((0, len(pairs))), *lengths])
+    if len(length) < 2:
+        return {}
+    length = length / np.maximum(np.nansum(length, axis=1, keepdims=True), 1e-12)
+    spread = length.std(axis=0) / np.maximum(length.mean(axis=0), 1e-12)
+    of = zip(H36M17.bones, spread, strict=True)
+    return {f"{a}-{b}": float(value) for (a, b), value in of if np.isfinite(value)}
+
+
+def bone_spread(poses: PoseSequence) -> float:
+    """Mean of `spread_of_bones`, NaN without any. 0.05 is usual, 0.09 is poor."""
+    spreads = [*spread_of_bones(poses).values()]
+    return float(np.mean(spreads)) if spreads else float("nan")
 
 
 def empty_rows(poses: PoseSequence) -> np.ndarray:
@@ -274,20 +278,22 @@ def movement(poses: PoseSequence) -> np.ndarray:
     where a row is not whole."""
     joints = poses.joints[:, np.isfinite(poses.joints).any(axis=(0, 2))].astype(np.float64)
     moved = np.linalg.norm(np.diff(joints, axis=0), axis=-1)
-    return moved.sum(axis=1) / max(moved.shape[1], 1) / _trunk(poses)
+    return moved.sum(axis=1) / max(moved.shape[1], 1) / trunk_of(poses)
 
 
 def moves(poses: PoseSequence) -> bool:
     """Whether some joint goes further than those of lifts wander where nobody moves."""
     joints = poses.joints[whole_rows(poses)].astype(np.float64)
     goes = np.linalg.norm(np.ptp(joints, axis=0), axis=-1) if len(joints) else np.zeros(1)
-    return bool((goes > _WANDER * _trunk(poses)).any())
+    return bool((goes > _WANDER * trunk_of(poses)).any())
 
 
-def _trunk(poses: PoseSequence) -> float:
+def trunk_of(poses: PoseSequence) -> float:
     """Median length of the trunk in whole rows; NaN without any."""
-    trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)[whole_rows(poses)]
-    return max(float(np.median(trunk)), 1e-12) if len(trunk) else np.nan
+    length = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)[
+        whole_rows(poses) & ~empty_rows(poses)
+    ]
+    return max(float(np.median(length)), 1e-12) if len(length) else np.nan
 
 
 def leaps(poses: PoseSequence) -> np.ndarray:
@@ -300,7 +306,7 @@ def leaps(poses: PoseSequence) -> np.ndarray:
     if poses.root is not None and poses.frame.family == "world":
         went = np.linalg.norm(np.diff(poses.root.astype(np.float64), axis=0), axis=-1)
         went[np.array(poses.seams, dtype=int) - 1] = 0  # from one clip to the next
-        leapt |= went > _FASTEST * _trunk(poses) * np.maximum(step_s, _SHORTEST_S)
+        leapt |= went > _FASTEST * trunk_of(poses) * np.maximum(step_s, _SHORTEST_S)
     return np.flatnonzero(leapt & (np.diff(poses.frame_index) == 1)) + 1
 
 

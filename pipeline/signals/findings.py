@@ -20,6 +20,8 @@ from .checks import (
     movement,
     moves,
     on_its_side,
+    spread_of_bones,
+    trunk_of,
     upside_down,
     whole_rows,
 )
@@ -161,21 +163,15 @@ def _complete(poses: PoseSequence) -> np.ndarray:
     return poses.joints[whole_rows(poses) & ~empty_rows(poses)].astype(np.float64)
 
 
-def _trunk(joints: np.ndarray) -> float:
-    top, bottom = H36M17.index("thorax"), H36M17.index("pelvis")
-    return float(np.median(np.linalg.norm(joints[:, top] - joints[:, bottom], axis=-1)))
-
-
 def _depth(poses: PoseSequence) -> list[Notice]:
     joints = _complete(poses)
     if len(joints) < _ENOUGH_ROWS:
         return []
-    trunk = max(_trunk(joints), 1e-12)
-    points = joints[np.isfinite(joints).all(axis=-1)]
-    thickness = np.sqrt(max(float(np.linalg.eigvalsh(np.cov(points.T))[0]), 0)) / trunk
+    points, size = joints[np.isfinite(joints).all(axis=-1)], trunk_of(poses)
+    thickness = np.sqrt(max(float(np.linalg.eigvalsh(np.cov(points.T))[0]), 0)) / size
     if thickness < _PLANE:
         return [notice("flat", thickness_percent=float(100 * thickness))]
-    movement = np.nanmean(joints.std(axis=0), axis=0) / trunk
+    movement = np.nanmean(joints.std(axis=0), axis=0) / size
     still = np.flatnonzero(movement < _STILL)
     if len(still) and movement.max() > _MOVING:
         return [notice("axis-invented", axis=_AXES[still[0]])]
@@ -210,19 +206,6 @@ def _vectors(joints: np.ndarray) -> np.ndarray:
     """(N, 8, 3) limb bones."""
     starts, ends = zip(*_LIMBS, strict=True)
     return joints[:, H36M17.indices(ends)] - joints[:, H36M17.indices(starts)]
-
-
-def spread_of_bones(poses: PoseSequence) -> dict[str, float]:
-    """Relative spread of each bone's length, by "from-to", each frame over its own size, as `checks.bone_spread`."""
-    joints = _complete(poses)
-    pairs = np.array([H36M17.indices(bone) for bone in H36M17.bones])
-    length = np.linalg.norm(joints[:, pairs[:, 1]] - joints[:, pairs[:, 0]], axis=-1)
-    if len(length) < 2:
-        return {}
-    length = length / np.maximum(np.nansum(length, axis=1, keepdims=True), 1e-12)
-    spread = length.std(axis=0) / np.maximum(length.mean(axis=0), 1e-12)
-    of = zip(H36M17.bones, spread, strict=True)
-    return {f"{a}-{b}": float(value) for (a, b), value in of if np.isfinite(value)}
 
 
 def _bones(poses: PoseSequence) -> list[Notice]:

@@ -16,6 +16,7 @@ from ..core.anthropometry import implied_stature
 from ..core.layouts import H36M17
 from ..core.pose import PoseSequence
 from .filters import on_lines, rate, runs, stretches
+from .rises import lifted_rise
 
 # Segment masses as shares of the body's, with the centre of mass at a share of the way from the first joint to the
 # second: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, table 4.1 (after Dempster). Feet go
@@ -48,10 +49,7 @@ _OVER_FEET = 0.2  # statures from the feet to the centre of mass; who hops on th
 # Statures that a part of a flight may be off a fall of gravity: of 3372 begins and ends of captured takes on the floor
 # one has such a part, with and without noise, and of those over 0.2 s into a flight or before its end nine in ten.
 _PART_OFF = 0.03
-_SAME = 0.06  # statures by which two lifted floors differ that are one
 _BEFORE_S = 0.3  # before the feet leave the floor: where it is
-_STRETCH_S = (-0.2, 0.05)  # from where the feet leave the floor: in which the legs stretch most
-_STRETCHED = 90  # per cent of that time in which the centre of mass is nearer to the ankles
 # Which leaves the floor so long before the other, or lands after it, has no part in the jump.
 _ONE_FOOT_S = 0.12
 
@@ -63,9 +61,8 @@ class Rule:
     statures, what the path may be off it. middle: of the flight's duration, how far from its middle the highest point
     may be. drift: of the fall, how far sideways the path may bend. floor_s: the floor is looked for so far around, NaN
     for the whole take. high: statures, the parabola's height at least; 0 where the fall is judged, for then least_s
-    says it. knees: their share of a leg's height, the rest is the ankle's. heel: statures by which the ankles are
-    higher where the feet leave the floor than on it, for a path that tells heights better than when the feet leave; NaN
-    for others. fall_s: the fall's share of error is this by the flight's time (beside SCALE_SD), NaN for a fall that is
+    says it. knees: their share of a leg's height, the rest is the ankle's. lifted: whether the rise is that of
+    rises.py. fall_s: the fall's share of error is this by the flight's time (beside SCALE_SD), NaN for a fall that is
     not judged."""
 
     since_s: float
@@ -79,7 +76,7 @@ class Rule:
     high: float = 0.02
     floor_s: float = np.nan
     knees: float = 0.0
-    heel: float = np.nan
+    lifted: bool = False
     fall_s: float = np.nan
 
 
@@ -87,7 +84,7 @@ class Rule:
 MEASURED = Rule(since_s=0.008, until_s=0.03, noise=0.04, off=np.inf, middle=0.15, drift=0.25, fewest=6)
 LIFTED = Rule(
     since_s=0.0, until_s=0.02, noise=np.inf, off=0.015, middle=0.25, least_s=0.17, high=0.0, floor_s=1.0, knees=0.4,
-    heel=0.057, fall_s=0.03,
+    lifted=True, fall_s=0.03,
 )  # fmt: skip
 # Hops that are too brief to be sure of: four frames at 30 a second. Of 147 lifted takes in which no jump is found
 # (validation people, typical cameras) four have such a hop, and in all of these the captured ankles are off the floor.
@@ -125,8 +122,7 @@ def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None 
     level: as there; with rule LIFTED lifted joints, whose root has each frame's own height (models/place/airborne.py).
     stature_m: the person's, where the poses are in metres; a lifted fall is one of gravity within its error, of any
     person's stature where it is not known. rise is half of the fall times the square of the time that it takes
-    (Linthorne, Am J Phys 69(11), 2001); of lifted poses how high the path is over that of stretched legs on their toes,
-    which is nearer to the captured rise.
+    (Linthorne, Am J Phys 69(11), 2001); of lifted poses that of rises.py, which is nearer to the captured rise.
     """
     path = _path(level, rule)
     if path is None:
@@ -225,12 +221,10 @@ def _flight(path: _Path, rows: slice, line: np.ndarray, stature_m: float | None)
         return None
     off_s, land_s = off_s - rule.since_s, land_s + rule.until_s
     rise = fit.fall * (fit.apex_s - off_s) ** 2 / 2
-    if np.isfinite(rule.heel):
-        push = slice(*np.searchsorted(time_s, off_s + np.array(_STRETCH_S)).tolist())
-        stretched = float(np.nanpercentile(path.centre[push, 2] - path.lowest[push], _STRETCHED))
-        before, after = (_low(path.lowest, time_s, float(time_s[row]), way) for row, way in edges)
-        floor = (before + after) / 2 if abs(after - before) < _SAME else before
-        rise = max(fit.highest - floor - stretched - rule.heel, 0.0)
+    if rule.lifted:
+        free = fit.fall if stature_m is None else GRAVITY / stature_m
+        stands, height = path.lowest <= line, np.where(np.isfinite(line), path.centre[:, 2], np.nan)
+        rise = lifted_rise(time_s, height, path.lowest, stands, rows, off_s, fit.apex_s, free)
     return Flight(off_s, fit.apex_s, land_s, fit.fall, rise, *feet)
 
 
@@ -345,11 +339,10 @@ def _floor(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np.ndarra
 
 @dataclass(frozen=True)
 class _Fit:
-    """A parabola of `fall`, statures / s2, that is highest at apex_s, and how high, in statures."""
+    """A parabola of `fall`, statures / s2, that is highest at apex_s."""
 
     fall: float
     apex_s: float
-    highest: float
 
 
 def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
@@ -369,7 +362,7 @@ def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
     falls = np.hypot(*drift) < rule.drift * -bend and abs(speed / bend) < rule.middle * duration
     if not (seen and falls):
         return None
-    return _Fit(-float(bend), middle_s - float(speed / bend), float(weights[2, 2] - speed**2 / (2 * bend)))
+    return _Fit(-float(bend), middle_s - float(speed / bend))
 
 
 def _inner(centre: np.ndarray) -> slice:

@@ -86,6 +86,23 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
     return Residuals(px, statures)
 
 
+def off_in_image(body: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """(N,) how far points body (N, J, 2) are from those that were seen, over the spread of these, when each row's are
+    moved and scaled onto them: 0 for the same pose, 1 for none; NaN where fewer than FEWEST are in both."""
+    both = (is_finite(body) & is_finite(seen))[..., None]
+    enough = both.sum(axis=(1, 2)) >= FEWEST
+    off = np.full(len(both), np.nan)
+    both = both[enough]
+    body, seen = (
+        np.where(both, points - np.nanmean(np.where(both, points, np.nan), axis=1, keepdims=True), 0)
+        for points in (body[enough], seen[enough])
+    )
+    spreads = np.linalg.norm(body, axis=(1, 2)) * np.linalg.norm(seen, axis=(1, 2))
+    alike = np.divide((body * seen).sum(axis=(1, 2)), spreads, out=np.zeros(len(body)), where=spreads > 0)
+    off[enough] = np.sqrt(1 - np.clip(alike, 0, 1) ** 2)
+    return off
+
+
 def residuals_of(take: Take) -> Residuals | None:
     """Of a take whose poses are in CAMERA axes; None where it has no keypoints, no camera or other axes."""
     beside = _beside(take)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..core.anthropometry import implied_stature
+from ..core.anthropometry import implied_stature, trunk_length
 from ..core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
 from ..core.layouts import H36M17
 from ..core.notices import Notice, notice
@@ -69,7 +69,7 @@ def copied(points: PoseSequence) -> list[Notice]:
     if len(points) < _ENOUGH:
         return []
     at = points.joints.astype(np.float64)
-    trunk = _size(points)
+    trunk = trunk_length(at, points.layout)
     found = []
     for limb in _LIMBS:
         if not all(f"{side}_{part}" in points.layout for side in "rl" for part in limb):
@@ -133,7 +133,9 @@ def _movement(poses: PoseSequence) -> list[Notice]:
     """Of lifts alone: captured joints of people who stand are smoother."""
     if len(poses) < 2 * _ENOUGH or poses.made_by.kind == "measured" or not np.isfinite(fps := _rate(poses)):
         return []
-    ends = poses.joints[:, H36M17.indices(_ENDS)].astype(np.float64) / max(_size(poses), 1e-12)
+    ends = poses.joints[:, H36M17.indices(_ENDS)].astype(np.float64) / max(
+        trunk_length(poses.joints, H36M17), 1e-12
+    )
     ends = ends[np.isfinite(ends).all(axis=(1, 2))]
     # Frozen rows are told elsewhere.
     moves_on = np.ones(len(ends), dtype=bool)
@@ -163,9 +165,8 @@ def keypoints_movement(keypoints: PoseSequence) -> list[Notice]:
     if keypoints.confidence is not None:
         seen = np.where((keypoints.confidence <= 0)[..., None], np.nan, seen)
     ends, hips = (seen[:, keypoints.layout.indices(part)] for part in (names[:4], names[4:]))
-    paths = (
-        ((ends - hips.mean(axis=1, keepdims=True)) / max(_size(keypoints), 1e-12)).reshape(len(ends), -1).T
-    )
+    size = max(trunk_length(keypoints.joints, keypoints.layout), 1e-12)
+    paths = ((ends - hips.mean(axis=1, keepdims=True)) / size).reshape(len(ends), -1).T
     known = [np.isfinite(path) for path in paths]
     rows = np.arange(len(ends))
     whole = [
@@ -210,18 +211,6 @@ def _moves(paths: np.ndarray, fps: float) -> _Moves:
 
 def _rate(poses: PoseSequence) -> float:
     return poses.fps if poses.time_s is not None and len(poses) > 1 else float("nan")
-
-
-def _size(points: PoseSequence) -> float:
-    """Median length of the trunk."""
-    names = (("l_shoulder", "r_shoulder"), ("l_hip", "r_hip"))
-    if not all(name in points.layout for pair in names for name in pair):
-        return float("nan")
-    top, bottom = (
-        points.joints[:, points.layout.indices(pair)].astype(np.float64).mean(axis=1) for pair in names
-    )
-    length = np.linalg.norm(top - bottom, axis=-1)
-    return float(np.nanmedian(length)) if np.isfinite(length).any() else float("nan")
 
 
 def keypoints_unlike(

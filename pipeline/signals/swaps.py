@@ -18,6 +18,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..core.anthropometry import trunk_length
 from ..core.blocks import blocks
 from ..core.frames import CAMERA
 from ..core.layouts import Layout
@@ -188,7 +189,7 @@ def _runs(
     clip: np.ndarray, times: np.ndarray, ways: tuple[Kind, ...], layout: Layout
 ) -> list[tuple[int, Swap]]:
     """(index of the kind, the swap) in one clip (T, J, D), by their rows."""
-    floor = _FLOOR * _trunk(clip, layout)
+    floor = _FLOOR * float(np.nan_to_num(trunk_length(clip, layout)))
     states = _states(len(ways))
     vectors = [way.vectors(clip) for way in ways]
     continuity = np.stack([_continuity(one, times, floor) for one in vectors], axis=1)
@@ -305,14 +306,6 @@ def _anatomy(joints: np.ndarray, layout: Layout) -> np.ndarray:
     """(...,) how much joints (..., J, D) look like a body with its left and right and its depth as they are; 0 where
     unknown."""
     return np.nansum(handedness_cues(joints, layout), axis=-1)
-
-
-def _trunk(joints: np.ndarray, layout: Layout) -> float:
-    hips, shoulders = (
-        joints[:, layout.indices((f"l_{part}", f"r_{part}"))].mean(axis=1) for part in ("hip", "shoulder")
-    )
-    length = np.linalg.norm(shoulders - hips, axis=-1)
-    return float(np.nanmedian(length)) if np.isfinite(length).any() else 0.0
 
 
 def _prices(states: np.ndarray) -> np.ndarray:

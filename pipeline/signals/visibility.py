@@ -143,11 +143,11 @@ def not_seen(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[Not
     """Notices of what was not seen and when, for (T, 17) masks of `unseen` and times (T,)."""
     notices = []
     for part, joints in _PARTS.items():
-        masks = [hidden[:, H36M17.index(joint)] for joint in joints]
-        both = masks[0] & masks[1]
-        who = {part: both, f"right {_ONE[part]}": masks[0] & ~both, f"left {_ONE[part]}": masks[1] & ~both}
+        right, left = (_long(hidden[:, H36M17.index(joint)], times) for joint in joints)
+        both = _long(right & left, times)  # briefly both is told of each
+        who = {part: both, f"right {_ONE[part]}": right & ~both, f"left {_ONE[part]}": left & ~both}
         for name, mask in who.items():
-            spans = [(a, b) for a, b in stretches(mask).tolist() if times[b - 1] - times[a] >= _SHORTEST_S]
+            spans = stretches(_long(mask, times)).tolist()
             if not spans:
                 continue
             rows = np.concatenate([np.arange(a, b) for a, b in spans])
@@ -157,6 +157,14 @@ def not_seen(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[Not
             parts = 2 if name == part else 1
             notices.append(notice(code, rows=[a for a, _ in spans], part=name, parts=parts, when=when))
     return notices
+
+
+def _long(mask: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """(T,) the mask (T,) without times that are not worth a sentence."""
+    result = np.zeros(len(mask), dtype=bool)
+    for first, stop in stretches(mask).tolist():
+        result[first:stop] = times[min(stop, len(times) - 1)] - times[first] >= _SHORTEST_S
+    return result
 
 
 def _when(start: int, end: int, times: np.ndarray) -> str:

@@ -9,8 +9,8 @@ from ...pipeline.core.intrinsics import undistorted_image
 from .palette import GREEN, PURPLE, YELLOW
 
 # Green runs up; the two level directions and the horizon have colours that nothing else in an image has.
-COLOURS = {0: GREEN, 1: PURPLE, 2: YELLOW}
-HORIZON, UP = (255, 255, 255), GREEN
+_COLOURS = {0: GREEN, 1: PURPLE, 2: YELLOW}
+HORIZON, _UP = (255, 255, 255), GREEN
 WORDS = "Green: lines assumed vertical; purple and yellow: lines assumed level, at right angles; white: the horizon."
 
 
@@ -23,12 +23,12 @@ def drawn(image: np.ndarray, camera: Camera, look: Look) -> np.ndarray:
     thick = max(1, round(max(image.shape[:2]) / 500))
     for (start, end), along in zip(look.ends, look.runs_along, strict=True):
         if along >= 0:
-            cv2.line(out, _pixel(start), _pixel(end), COLOURS[int(along)], thick, cv2.LINE_AA)
+            cv2.line(out, _pixel(start), _pixel(end), _COLOURS[int(along)], thick, cv2.LINE_AA)
     edge = horizon(camera, look.up)
     if edge is not None:
         cv2.line(out, _pixel(edge[0]), _pixel(edge[1]), HORIZON, thick + 1, cv2.LINE_AA)
-    foot, tip = up_arrow(camera, look)
-    cv2.arrowedLine(out, _pixel(foot), _pixel(tip), UP, 2 * thick, cv2.LINE_AA, tipLength=0.2)
+    foot, tip = _up_arrow(camera, look)
+    cv2.arrowedLine(out, _pixel(foot), _pixel(tip), _UP, 2 * thick, cv2.LINE_AA, tipLength=0.2)
     return out
 
 
@@ -47,7 +47,7 @@ def horizon(camera: Camera, up: np.ndarray) -> np.ndarray | None:
     return np.array(places[:2]) + np.array([width, height]) / 2 if len(places) >= 2 else None
 
 
-def up_arrow(camera: Camera, look: Look) -> tuple[np.ndarray, np.ndarray]:
+def _up_arrow(camera: Camera, look: Look) -> tuple[np.ndarray, np.ndarray]:
     """Foot and tip (2,) pixels of an arrow from the image's middle to where up leads there."""
     middle = np.array(camera.image_size) / 2
     across = look.up[:2]

@@ -183,7 +183,6 @@ def summary(take: Take) -> dict[str, Any]:
         "rectification": {
             "method": rectified.method,
             "camera": rectified.camera,
-            **({} if rectified.window_s is None else {"window_s": rectified.window_s}),
             "frames_rectified": facts.turned,
             "error_deg_mean": _mean(rectified.error_deg),
             **_up("up_error_deg", up_error_deg, rectified),

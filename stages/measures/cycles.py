@@ -22,8 +22,8 @@ POINTS = 101  # of a normalised cycle
 # fastest for the last time: a lifter flattens slow starts, so that they come late to a height. Of labelled movements
 # that were found, 97 % begin within 0.15 s of their label if captured and 83 % if lifted, at the height alone 94 and
 # 79 %. Where the signal is slow there so long after it has left the height, it rested: one low moment, as of a lifted
-# knee in a walk, had set the height too low.
-_RESTS_S = 0.5
+# knee in a walk, had set the height too low. In that time it changes by less than _RESTS of the rise.
+_RESTS_S, _RESTS = 0.5, 0.03
 _EDGE = 0.07  # a steady return ends there too
 _LOW, _STARTS = 0.12, 0.2
 # It has ended too where the return, below _LOW of the rise, slows to _SETTLED of its fastest: what follows is drift. At
@@ -34,7 +34,7 @@ _OUTER = 0.1  # of the rise: below it, and above the rest of it, movements are n
 # signal has risen before them and returns behind, so that it is one at least.
 _BRIDGED_S, _BRIDGED = 1.0, 0.25
 _BACK = 0.2  # of the rise: a fall by more before the rise is another movement
-_HELD = 0.8  # of the rise: what stays above is held
+_HELD = 0.85  # of the rise: what stays above is held
 _LEAST = 0.1  # of what a repetition rises by: less is no candidate, however large the error
 _LONG_S = 60.0  # a hole in the time stamps may last for days
 _FINE = 1001  # moments of a repetition: a duration of seconds to milliseconds
@@ -50,8 +50,9 @@ class Repetition:
     rows hide it. rise: from the higher of the two valleys beside it, where this movement begins or ends (`_valley`); it
     may be less than `least`, which counts from the lowest. up, down: smoothness of both movements, (SPARC, log
     dimensionless jerk) of the signal's rate, NaN where they are too short or lack rows. whole: False where a gap hides
-    how it began, how high it came or how it ended, so that all of these but the peak are of a part. held_s: for how
-    long the signal stays beyond four fifths of the rise."""
+    how it began, how high it came or how it ended, so that all of these but the peak are of a part. cut: whether
+    a clip, or what is seen of it, begins in it, and ends in it. held_s: for how long the signal stays beyond _HELD of
+    the rise."""
 
     start_s: float
     peak_s: float
@@ -62,6 +63,7 @@ class Repetition:
     down: tuple[float, float]
     whole: bool = True
     held_s: float = 0.0
+    cut: tuple[bool, bool] = (False, False)
 
 
 def repetitions(
@@ -143,29 +145,23 @@ def _unbroken(x: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[i
             start, rise, up = _movement(values[left], times[left], speed[left])
             mirrored = values[right][::-1], -times[right][::-1], speed[right][::-1]
             stop, fall, down = _movement(*mirrored, settles=True)
-            begun = i == 0 and piece != pieces[0] and _had_begun(values[left], times[left], fall)
-            goes_on = peak == peaks[-1] and piece != pieces[-1] and _had_begun(*mirrored[:2], rise)
+            begun = i == 0 and start - times[0] <= BRIDGED_S and rise < (1 - _OUTER) * fall
+            goes_on = peak == peaks[-1] and times[-1] + stop <= BRIDGED_S and fall < (1 - _OUTER) * rise
             found.append(
                 Repetition(
                     start, float(times[peak]), -stop, float(values[peak]), min(rise, fall), up, down,
                     whole=not (begun or goes_on), held_s=_held(values[left], times[left], values[right], times[right]),
+                    cut=(begun, goes_on),
                 )
             )  # fmt: skip
     return found
 
 
 def _held(up: np.ndarray, up_s: np.ndarray, down: np.ndarray, down_s: np.ndarray) -> float:
-    """Seconds from when a rise comes to four fifths of its height to when the return leaves them."""
+    """Seconds from when a rise comes to _HELD of its height to when the return leaves that."""
     first = int(np.flatnonzero(up <= up.min() + _HELD * (up[-1] - up.min()))[-1])
     last = int(np.argmax(down <= down.min() + _HELD * (down[0] - down.min())))
     return float(down_s[last] - up_s[first])
-
-
-def _had_begun(values: np.ndarray, times: np.ndarray, fall: float) -> bool:
-    """Whether a rise to a peak, the last row, had begun before the first row: that is the lowest, but for 0.2 s, and
-    higher than a tenth of the fall behind the peak, below which a repetition begins."""
-    lowest = int(np.argmin(values))
-    return bool(times[lowest] - times[0] <= BRIDGED_S and values[-1] - values[lowest] < (1 - _OUTER) * fall)
 
 
 def unreturned(
@@ -188,7 +184,7 @@ def unreturned(
             one,
             start_s=max(one.start_s, within_s[0]), stop_s=min(one.stop_s, within_s[1]),
             held_s=one.held_s - (one.start_s < within_s[0]) * apart[0] - (one.stop_s > within_s[1]) * apart[0],
-            whole=False,
+            whole=False, cut=(one.start_s < within_s[0], one.stop_s > within_s[1]),
         )
         for one in repetitions(padded, times, least, cuts)
         if one.start_s < within_s[0] or one.stop_s > within_s[1]
@@ -204,14 +200,15 @@ def comes_near(
     counts: Callable[[Repetition], bool] = lambda one: True,
     cut: bool = True,
     besides: Sequence[Repetition] = (),
-) -> bool:
-    """Whether x (T,) rises and returns by `least` but for its error, half the width of a 90 % bar: where no repetition
+) -> list[Repetition]:
+    """Where x (T,) rises and returns by `least` but for its error, half the width of a 90 % bar: where no repetition
     is found then, nobody can say that there was none. cut: one that is only seen in part counts too. besides: others
     that do not count."""
     least = max(least - error, _LEAST * least)
     near = [*repetitions(x, time_s, least, seams), *(unreturned(x, time_s, least, seams) if cut else ())]
-    near = [one for one in near if not any(a.start_s < one.peak_s < a.stop_s for a in besides)]
-    return any(map(counts, near))
+    return [
+        one for one in near if counts(one) and not any(a.start_s < one.peak_s < a.stop_s for a in besides)
+    ]
 
 
 def hiding(
@@ -344,7 +341,9 @@ def _movement(
     start = float(times[slow[-1]] if len(slow) else times[0])
     edge = values[0] + _EDGE * rise
     left = _crossing(values, times, int(np.flatnonzero(values <= edge)[-1]), edge)  # for the last time
-    start = max(start, left) if settles or start > left + _RESTS_S else min(start, left)
+    before, then = np.interp([start - _RESTS_S, start], times, values)
+    rests = start > left + _RESTS_S and then - before < _RESTS * rise
+    start = max(start, left) if settles or rests else min(start, left)
     below = int(np.flatnonzero(values <= values[0] + _OUTER * rise)[-1])
     high = below + int(np.argmax(values[below:] >= values[-1] - _OUTER * rise))
     # A pause on the way belongs to the movement; rest before a tenth of it and behind nine tenths does not.

@@ -51,7 +51,7 @@ def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> _Errors:
         return _Errors(0.026, 0.013)
     if not airborne.judged:
         return _Errors(np.nan, np.nan)
-    rise = np.hypot(0.052 * (flight.land_s - flight.off_s), 0.004 * up_deg)
+    rise = np.linalg.norm([0.012, 0.036 * (flight.land_s - flight.off_s), 0.004 * up_deg])
     return _Errors(float(np.hypot(0.029, 0.003 * up_deg)), float(rise))
 
 

@@ -33,7 +33,7 @@ from .cycles import Repetition
 from .jumps import absorbs, lands
 from .off_keypoints import contradicts
 from .outcomes import BRIEFEST_S
-from .repeats import doubted, repeats
+from .repeats import COUNTS, OTHER, repeats
 from .strikes import Spans, may_punch
 
 BEND, RAISE = 35.0, 50.0  # degrees that a repetition rises by at least
@@ -42,6 +42,10 @@ BEND, RAISE = 35.0, 50.0  # degrees that a repetition rises by at least
 _SQUAT = 70.0
 # Legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing.
 _STAYS = 0.4
+# Seconds that must be seen before the knees are bent most, in which a landing shows (jumps.lands): jumps that were cut
+# 0.2 s before the captured touchdown or later bend within 0.33 s of that, no labelled bend within 0.5 s.
+_SHOWN_S = 0.5
+_LANDS = "what is seen from {} may be a landing, not a bend"
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
 
@@ -54,10 +58,11 @@ def knee_bends(
     steps_told: bool,
     against: Mapping[str, Spans],
 ) -> tuple[list[Row], Spans]:
-    """Rows, and the (begin, end) of bends that may be landings: behind a fall of ankle, (T,) of Airborne. apart: (T,)
-    how far the ankles are apart, in lengths of a leg. steps_told: False where steps cannot be counted: a bend in which
-    the feet seem to move may be one in place then. against: of off_keypoints.not_shown."""
-    feet_move, may_land, off = (set[tuple[float, float]]() for _ in range(3))
+    """Rows, and the (begin, end) of bends that may be landings: with which a clip begins, or behind a fall of ankle,
+    (T,) of Airborne. apart: (T,) how far the ankles are apart, in lengths of a leg. steps_told: False where steps
+    cannot be counted: a bend in which the feet seem to move may be one in place then. against: of
+    off_keypoints.not_shown."""
+    feet_move, doubts = set[tuple[float, float]](), dict[str, set[tuple[float, float]]]()
     flights = [(flight.off_s, flight.land_s) for flight in jumped]
 
     def straightens(bend: Repetition) -> bool:
@@ -65,22 +70,30 @@ def knee_bends(
         rows = np.searchsorted(take.times, [bend.start_s, bend.peak_s, bend.stop_s])
         return any(knee[rows[1]] < max(knee[rows[0]], knee[rows[2]]) for knee in (right, left))
 
-    def in_place(bend: Repetition) -> bool:
+    def begins(bend: Repetition) -> bool:
+        """Whether the bend is the first that is seen of the clip, too early to show that it is no landing."""
+        clip = max((seam for seam in take.seams if take.times[seam] <= bend.peak_s), default=0)
+        seen = clip + int(np.argmax(np.isfinite(bent[clip:])))
+        return bend.peak_s - take.times[seen] < _SHOWN_S
+
+    def in_place(bend: Repetition) -> str:
         walks = any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps)
         if walks or absorbs(flights, bend.peak_s) or straightens(bend):
-            return False
+            return OTHER
         lasts = (take.times >= bend.start_s) & (take.times <= bend.stop_s)
         meanwhile = apart[lasts & np.isfinite(apart)]
         stays = not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
-        seen_s = take.times[lasts & np.isfinite(bent)]
-        span = (float(seen_s[0]), float(seen_s[-1])) if len(seen_s) else (bend.start_s, bend.stop_s)
         if not stays:
-            feet_move.add(span)
-        elif ankle is not None and lands(ankle, take.times, bend.peak_s):
-            may_land.add(span)
-        elif contradicts(bend.peak_s, against, "r_leg", "l_leg"):
-            off.add(span)
-        return stays and span not in may_land | off
+            seen_s = take.times[lasts & np.isfinite(bent)]
+            feet_move.add(
+                (float(seen_s[0]), float(seen_s[-1])) if len(seen_s) else (bend.start_s, bend.stop_s)
+            )
+            return OTHER
+        if begins(bend) or (ankle is not None and lands(ankle, take.times, bend.peak_s)):
+            return _LANDS
+        if contradicts(bend.peak_s, against, "r_leg", "l_leg"):
+            return "a leg does not fit its keypoints from {}"
+        return COUNTS
 
     right, left = take("r_knee_flexion"), take("l_knee_flexion")
     bent = np.minimum(right, left)
@@ -94,6 +107,7 @@ def knee_bends(
         KNEES_HIPS_TRUNK,
         in_place,
         BRIEFEST_S["knee_bends"],
+        doubts=doubts,
     )
     if peaks := numbered(grouped(bends), "peak"):
         errors = [SD_90 * (peak.error or take.unstated_deg) for peak in peaks]
@@ -103,14 +117,12 @@ def knee_bends(
         )
         why = f"it is uncertain whether a bend reaches the {_SQUAT:g} degrees of a squat"
         bends.append(Measure("squats", least) if least == most else Remark("squats_reason", why))
-    bends = doubted(bends, may_land, "what is seen from {} may be a landing, not a bend")
-    bends = doubted(bends, off, "a leg does not fit its keypoints from {}")
     if not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
         when = spans_in_words(sorted(feet_move))
         bends.append(
             Remark("reason", f"it is not seen whether the feet stay while the knees bend from {when}")
         )
-    return bends, sorted(may_land)
+    return bends, sorted(doubts.get(_LANDS, ()))
 
 
 def arm_raises(
@@ -136,23 +148,28 @@ def _arm(
     looks_so: Callable[[Repetition], bool] | None,
     against: Mapping[str, Spans],
 ) -> list[Row]:
-    may_be, off = set[tuple[float, float]](), set[tuple[float, float]]()
     spans = list(zip(moments(punches, "start"), moments(punches, "stop"), strict=True))
-
-    def raises(one: Repetition) -> bool:
-        if any(begin <= one.peak_s <= end for begin, end in spans):
-            return False
-        if contradicts(one.peak_s, against, f"{side}_arm"):
-            off.add((one.start_s, one.stop_s))
-            return False
-        if looks_so and looks_so(one):
-            may_be.add((one.start_s, one.stop_s))
-            return False
-        return True
-
     angle, shown = f"{side}_shoulder_elevation", [f"{side}_{part}" for part in _IN_RAISES]
+    driver = take(angle)
+    unsure = np.array([contradicts(at_s, against, f"{side}_elbow") for at_s in take.times], dtype=bool)
+    known = np.flatnonzero(np.isfinite(driver))
+    first_s, last_s = take.times[known[[0, -1]]] if len(known) else (0.0, 0.0)
+
+    def rises(begin_s: float, end_s: float) -> bool:
+        """Whether the arm moves by enough while the detector is sure of it."""
+        rows = np.isfinite(driver) & ~unsure & (take.times >= begin_s) & (take.times <= end_s)
+        return bool(rows.any() and np.ptp(driver[rows]) >= RAISE)
+
+    def raises(one: Repetition) -> str:
+        if any(begin <= one.peak_s <= end for begin, end in spans):
+            return OTHER
+        if contradicts(one.peak_s, against, f"{side}_arm"):
+            return "what is seen from {} may be no raise: the arm does not fit its keypoints"
+        sure = rises(one.start_s, one.peak_s), rises(one.peak_s, one.stop_s)
+        enough = any(sure) if one.start_s <= first_s or one.stop_s >= last_s else all(sure)
+        if not enough and contradicts(one.peak_s, against, f"{side}_elbow"):
+            return "what is seen from {} may be no raise: the detector is unsure of the elbow"
+        return "what is seen from {} may be a punch, not a raise" if looks_so and looks_so(one) else COUNTS
+
     briefest_s = BRIEFEST_S["arm_raises"]
-    arm = repeats(take, angle, take(angle), take.sd(angle), RAISE, shown, raises, briefest_s)
-    arm = doubted(arm, may_be, "what is seen from {} may be a punch, not a raise")
-    why = "the detector is unsure of the elbow, or the arm does not fit its keypoints"
-    return doubted(arm, off, f"what is seen from {{}} may be no raise: {why}")
+    return repeats(take, angle, driver, take.sd(angle), RAISE, shown, raises, briefest_s, unsure=unsure)

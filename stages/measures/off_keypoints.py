@@ -28,15 +28,15 @@ def contradicted(residuals: Residuals | None, time_s: np.ndarray) -> dict[str, l
 
 
 def not_shown(take: Take, residuals: Residuals | None) -> dict[str, list[tuple[float, float]]]:
-    """The same, and of arms of when the detector is unsure of the elbow: the upper arm's elevation is then off by over
-    20 degrees in 35 % of the frames of a woman before four real cameras (Pose2Sim's demo of two people), in 7 % where
-    it is unsure of the wrist alone."""
+    """The same, and of r_elbow and l_elbow when the detector is unsure of it: the upper arm's elevation is then off by
+    over 20 degrees in 35 % of the frames of a woman before four real cameras (Pose2Sim's demo of two people), in 7 %
+    where it is unsure of the wrist alone."""
     times = take.need("poses").times
     against = contradicted(residuals, times)
     for limb, scores in limb_scores(take).items():
         if limb.endswith("arm"):
             elbow, _wrist = scores.T
-            against[limb] = [*against.get(limb, ()), *_spans(elbow < SURE_SCORE, times)]
+            against[limb.replace("arm", "elbow")] = _spans(elbow < SURE_SCORE, times)
     return against
 
 

@@ -16,26 +16,28 @@ from ...pipeline.core.measures import (
     Remark,
     Row,
     grouped,
-    numbered,
     text,
+    value,
     within,
 )
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.signals.angles import of_both
-from ...pipeline.signals.filters import rate
+from ...pipeline.signals.filters import BRIDGED_S, rate
 from .columns import Columns
 from .cycles import Repetition, comes_near, hiding, near_ends_s, repetitions, unreturned
 from .figures import basis, middle, moments, spread, time_resolution, with_error
 from .walking import FEWEST
 
-_HALF = 0.5  # a repetition rises by this part of the largest change in the take
 # Of the briefest repetition, for nobody repeats a movement to the frame: a gap that leaves room for a briefer one hides
 # none. Of 63 series of lifted squats and raises this tells the seven that a gap made one short, and no other.
 _AS_LONG = 0.8
 # At the top of a movement: longer, and it is a posture that somebody holds. Squats of the labelled takes stay 0.3 to
 # 1.5 s below, arms with a box over the head 3.5.
 _HOLD_S = 3.0
+# Of its duration, or it is a slow movement: held arms of the labelled takes 0.5 to 0.6, a slow dancer's 0.2 to 0.37.
+_HOLD = 0.4
 _HIGH = 3  # frames in the upper half of a repetition that is no slip of a detector
+COUNTS, OTHER = "", "another movement"
 _SLIPS = f"what is seen from {{}} lasts fewer than {_HIGH} frames"
 
 
@@ -46,65 +48,105 @@ def repeats(
     sd: np.ndarray,
     least: float,
     shown: Iterable[str],
-    counts: Callable[[Repetition], bool] = lambda one: True,
+    judged: Callable[[Repetition], str] = lambda one: COUNTS,
     briefest_s: float = 0.0,
+    share: float = 0.0,
+    unsure: np.ndarray | None = None,
+    doubts: dict[str, set[tuple[float, float]]] | None = None,
 ) -> list[Row]:
     """Of the values (T,) of an angle that drives a movement, with their standard deviations (T,), and of those shown
-    over the cycles of repetitions that count. briefest_s: where none is found, how long a gap hides one at least."""
+    over the cycles of repetitions that count. judged: COUNTS, OTHER where it is another movement, or why it may be
+    none, with {} for when. briefest_s: where none is found, how long a gap hides one at least. share: of the largest
+    change in the take, by which one rises at least. unsure: (T,) when nobody knows how high the angle is; judged says
+    what counts of that. doubts: filled with (begin, end) of what may be none, by why."""
     if np.isfinite(driver).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
-    slips = set[tuple[float, float]]()
 
-    def stays(one: Repetition) -> bool:
+    def may_be(one: Repetition) -> bool:
+        return judged(one) != OTHER
+
+    def slips(one: Repetition) -> str:
         rows = slice(*np.searchsorted(take.times, [one.start_s, one.stop_s]).tolist())
-        if np.isnan(one.peak) or (driver[rows] > one.peak - one.rise / 2).sum() >= _HIGH:
-            return True
-        slips.add((one.start_s, one.stop_s))
-        return False
+        few = np.isfinite(one.peak) and (driver[rows] > one.peak - one.rise / 2).sum() < _HIGH
+        return _SLIPS * bool(few)
+
+    def seen(one: Repetition) -> Repetition:
+        if unsure is None or not unsure[take.times.searchsorted(one.peak_s)]:
+            return one
+        return replace(one, peak=np.nan, up=(np.nan, np.nan), down=(np.nan, np.nan), whole=False)
 
     usual = known_median(sd)
     noise = NOISE * usual if np.isfinite(usual) else 0.0
     asked, error = least, take.rise_error(angle, least, usual)
     least = max(least, noise)
-    held = unreturned(driver, take.times, least, take.seams)
-    among = max(least, _HALF * float(np.nanmax(driver) - np.nanmin(driver)))
-    every = [one for one in repetitions(driver, take.times, among, take.seams) if counts(one) and stays(one)]
-    holds = [one for one in [*every, *filter(counts, held)] if one.held_s > _HOLD_S]
-    holds.sort(key=lambda one: one.start_s)
-    found = [one for one in every if one.held_s <= _HOLD_S]
-    others = [*every, *holds]
+    among = max(least, share * float(np.nanmax(driver) - np.nanmin(driver)))
+    told = [(one, judged(one) or slips(one)) for one in repetitions(driver, take.times, among, take.seams)]
+    every = [seen(one) for one, why in told if why == COUNTS]
+    cut = [
+        (one, judged(one)) for one in unreturned(driver, take.times, least, take.seams) if not _in(one, every)
+    ]
+    told += cut
+    seen_in_part = [one for one, why in cut if why == COUNTS]
+    holds = sorted(filter(_is_held, [*every, *seen_in_part]), key=lambda one: one.start_s)
+    found = [one for one in every if not _is_held(one)]
+    # Of a part nobody knows how far it went: it may be of another like those found.
+    parts = [one for one in seen_in_part if not _is_held(one)]
+    others = [*every, *holds, *parts]
+    near = comes_near(driver, take.times, asked, error, take.seams, may_be, besides=others)
     # Of poses by the built-in lifter, or measured, a near miss beside others is none.
-    near = (take.unstated_deg or not others) and comes_near(
-        driver, take.times, asked, error, take.seams, counts, besides=others
-    )
-    which = "another" if others else "an"
-    uncertain = f"it is uncertain whether {which} angle rises by {asked:g} degrees and comes back"
-    if near and not others:
-        return doubted([Measure("count", 0), Remark("reason", uncertain), *basis(driver)], slips, _SLIPS)
+    near = [] if others and take.judged else near
+    uncertain = any(judged(one) == COUNTS for one in near)
+    told += [(one, judged(one)) for one in near if not uncertain]
     whole_ones = [one for one in found if one.whole]
     if found:
         briefest_s = _AS_LONG * min(one.stop_s - one.start_s for one in whole_ones or found)
-    gaps = hiding(driver, take.times, among, take.seams, briefest_s, counts)
+    gaps = hiding(driver, take.times, among, take.seams, briefest_s, may_be)
+    why = []
+    if gaps and (others or not near):
+        why = [f"not seen from {spans_in_words(gaps)}"]
+    elif found or not holds:
+        why = _in_part(take, driver, found, parts)
+    if not why and uncertain:
+        which = "another" if others else "an"
+        why = [f"it is uncertain whether {which} angle rises by {asked:g} degrees and comes back"]
     unseen = "count_reason" if found else "reason"
-    said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
-    # Of a part nobody knows how far it went: it may be of another like them, if it is none of theirs.
-    first_s = float(take.times[np.flatnonzero(np.isfinite(driver))[0]])
-    parts = [
-        one.start_s if one.start_s == first_s else one.stop_s
-        for one in held
-        if one.held_s <= _HOLD_S
-        and counts(one)
-        and not any(whole.start_s <= one.peak_s <= whole.stop_s for whole in found)
+    said = [Remark(unseen, "; ".join(why))] if why else []
+    rows: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
+    rows += _figures(take, angle, driver, sd, found, shown)
+    doubts = {} if doubts is None else doubts
+    for one, why_none in told:
+        if why_none not in (COUNTS, OTHER) and not _in(one, every):
+            doubts.setdefault(why_none, set()).add((one.start_s, one.stop_s))
+    for why_none, spans in doubts.items():
+        rows = doubted(rows, spans, why_none)
+    return rows
+
+
+def _is_held(one: Repetition) -> bool:
+    return one.held_s > max(_HOLD_S, _HOLD * (one.stop_s - one.start_s))
+
+
+def _in(one: Repetition, others: Sequence[Repetition]) -> bool:
+    """Whether its highest lies in another."""
+    return any(each.start_s <= one.peak_s <= each.stop_s for each in others)
+
+
+def _in_part(
+    take: Columns, driver: np.ndarray, found: Sequence[Repetition], parts: Sequence[Repetition]
+) -> list[str]:
+    """What is said of repetitions that the take begins or ends in: of those found, and of others, `parts`."""
+    first_s, last_s = take.times[np.flatnonzero(np.isfinite(driver))[[0, -1]]]
+
+    def at(of: Sequence[Repetition]) -> list[float]:
+        begun = any(one.cut[0] and one.start_s - first_s <= BRIDGED_S for one in of)
+        goes_on = any(one.cut[1] and last_s - one.stop_s <= BRIDGED_S for one in of)
+        return [float(first_s)] * begun + [float(last_s)] * goes_on
+
+    return [
+        f"only part of {which} was seen, at {' and '.join(f'{at_s:.2f}' for at_s in when)} s"
+        for which, when in (("one", at(found)), ("another" if found else "one", at(parts)))
+        if when
     ]
-    if parts and not gaps and (found or not holds):
-        which = "another" if found else "one"
-        said = [
-            Remark(unseen, f"only part of {which} was seen, at {' and '.join(f'{at:.2f}' for at in parts)} s")
-        ]
-    if near and not said:
-        said = [Remark(unseen, uncertain)]
-    result = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
-    return doubted([*result, *_figures(take, angle, driver, sd, found, shown)], slips, _SLIPS)
 
 
 def _figures(
@@ -148,7 +190,7 @@ def doubted(rows: Sequence[Row], spans: Collection[tuple[float, float]], why: st
     """Rows of repetitions, with when there may be more of them, which are not counted. why: with {} for when."""
     if not spans:
         return list(rows)
-    key = "count_reason" if numbered(grouped(rows), "peak") else "reason"
+    key = "count_reason" if value(grouped(rows), "count") else "reason"
     said = "; ".join(filter(None, (text(grouped(rows), key), why.format(spans_in_words(sorted(spans))))))
     return [*(row for row in rows if not (isinstance(row, Remark) and row.name == key)), Remark(key, said)]
 
@@ -162,7 +204,7 @@ def _holds(held: Sequence[Repetition]) -> list[Row]:
         moments("stop", (one.stop_s for one in held)),
     ]
     longest = max(one.held_s for one in held)
-    open_ended = any(not one.whole and one.held_s == longest for one in held)
+    open_ended = any(any(one.cut) and one.held_s == longest for one in held)
     lasts: list[Row] = [Measure("longest", float(longest), "s")]
     lasts += [Remark("longest_reason", "how it begins or ends was not seen")] if open_ended else []
     return within("holds", [Measure("count", len(held)), *times, *lasts])

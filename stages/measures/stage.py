@@ -40,7 +40,7 @@ from .strikes import Spans, strikes
 from .walking import FEWEST, doubts, walking
 
 _OUTERMOST = 0.05  # of the frames: what the 5th to the 95th percentile leaves out at either end
-_ANY = 20.0  # degrees that a repetition rises by at least
+_ANY, _SHARE = 20.0, 0.5  # degrees that a repetition rises by at least, and of the largest change in the take
 # Standard deviation of an angle by a lifter whose errors were not measured: that of the built-in one, median of lifted
 # validation takes (knees 8.4, arms 6.3, elbows 10).
 _UNSTATED_DEG = 8.0
@@ -152,7 +152,9 @@ def measures(
     on_demand = [
         row
         for name in repeated
-        for row in within(name, repeats(take, name, take(name), take.sd(name), _ANY, [name]), side_of(name))
+        for row in within(
+            name, repeats(take, name, take(name), take.sd(name), _ANY, [name], share=_SHARE), side_of(name)
+        )
     ]
     flights = without_slips(flights, against)
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
@@ -164,7 +166,8 @@ def measures(
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     steps_told = lasts_s >= BRIEFEST_S["walking"] and "steps" in grouped(walk)
     blind = source.lifted and in_image is None  # to punches
-    struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd)
+    elbows = {side: take(f"{side}_elbow_flexion") for side in SIDES.values()}
+    struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd, elbows)
     bends, landings = knee_bends(take, gait, jumped, flights.ankle, apart, steps_told, against)
     leaps = jumps(flights, jumped, cut, brief, rectified, landings)
     movements = {

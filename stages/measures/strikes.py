@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -81,6 +82,7 @@ def strikes(
     flies: Spans = (),
     unfiltered: PoseSequence | None = None,
     apart_sd: float = 0.0,
+    elbows: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> dict[str, list[Row]]:
     """The rows of `punches` and `kicks`, each side by itself: how many, when they begin and end, and how far the limb
     reaches, `reach_percent` of its length; a kick's `height_percent` of the leg's over the other ankle. No count where
@@ -89,7 +91,8 @@ def strikes(
     not without. runs, flies: (begin, end) in seconds of the steps of a run, and of flights: a leg that swings there
     does not kick, for in a kick the other foot stands, and arms that swing in a flight do not punch. unfiltered: the
     poses before the filter, which show a leg that leaps; no kick is told there. apart_sd: of a foot's distance from the
-    other, in lengths of a leg; where a foot rises by all but this error nobody can say that there was no kick."""
+    other, in lengths of a leg; where a foot rises by all but this error nobody can say that there was no kick. elbows:
+    {side: (T,)} their flexion, in which a lifted punch must be known."""
     if not rectified.level_ok:
         why = Remark("reason", f"the take is not levelled: {rectified.level_reason}")
         return {movement: [why] for movement in _LIMBS}
@@ -98,6 +101,7 @@ def strikes(
         for side in SIDES.values():
             none = np.full(len(level), np.nan)
             image = none if in_image is None else _steady(in_image[f"{side}_arm"], level.times)
+            image = np.where(np.isfinite(elbows.get(side, image)), image, np.nan)
             limbs["punches", side] = replace(limbs["punches", side], image=image)
     found = {key: _found(level, limb, key[0]) for key, limb in limbs.items()}
     error, near = SD_90 * np.sqrt(2) * apart_sd, dict[tuple[str, str], bool]()
@@ -113,8 +117,8 @@ def strikes(
 
         found["kicks", side] = [*filter(stands, found["kicks", side])]
         height = limbs["kicks", side].driver
-        near["kicks", side] = comes_near(
-            height, level.times, _KICK_RISES, error, breaks(level), almost, cut=False
+        near["kicks", side] = bool(
+            comes_near(height, level.times, _KICK_RISES, error, breaks(level), almost, cut=False)
         )
     kicks = [(kick.start_s, kick.stop_s) for side in SIDES.values() for kick in found["kicks", side]]
     # In a kick the arms swing for balance, before and in a flight for height.
@@ -308,11 +312,11 @@ def _punches(limb: _Limb, times: np.ndarray, one: Repetition) -> bool:
 
 
 def _shoots(x: np.ndarray, times: np.ndarray, peak_s: float, least: float) -> bool:
-    """Whether x (T,) rises to its highest about then and returns by `least`, each within a third of a second."""
+    """Whether x (T,) rises to its highest about then and returns by `least`, each within a third of a second, in most
+    of which it is seen."""
     top = np.nanmax(x[_rows(times, peak_s - _AT_ONCE_S, peak_s + _AT_ONCE_S)], initial=-np.inf)
-    before = np.nanmin(x[_rows(times, peak_s - _SOON_S, peak_s)], initial=np.inf)
-    behind = np.nanmin(x[_rows(times, peak_s, peak_s + _SOON_S)], initial=np.inf)
-    return bool(top - max(before, behind) >= least)
+    sides = x[_rows(times, peak_s - _SOON_S, peak_s)], x[_rows(times, peak_s, peak_s + _SOON_S)]
+    return all(np.isfinite(of).mean() > 0.5 and top - np.nanmin(of) >= least for of in sides)
 
 
 def _kicks(limb: _Limb, times: np.ndarray, one: Repetition, short: float = 0.0) -> bool:

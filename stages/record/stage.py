@@ -32,9 +32,9 @@ from ..drawing.rerun_log import (
 )
 from ..drawing.rerun_video import on_clock, viewable
 from .angles import log_angles, log_marks
-from .camera import log_camera, log_horizon
 from .first import log_first
 from .gaps import angles_with_gaps_marked, gaps_marked
+from .horizon import log_horizon
 from .measures import measures_markdown
 from .prints import foot_prints
 from .summary import summary_markdown
@@ -73,10 +73,9 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     Entities: video (which frame of which of video_parts), video/keypoints, video/horizon; source (the skeleton in the
     axes it came in, and the body's axes there), body, level (joints and tapered bones); walk (LEVEL's room: the floor,
     the path over it and its error, foot prints, the camera, and what goes along with the person); wrists/source,
-    wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt and up (the
-    votes as the camera's pitch and roll, and on the unit sphere); camera (the frame whose straight lines tell up, with
-    them and the horizon); angles/<angle> with the ends of its 90 % band; marks (moments of events); off_keypoints (how
-    far each limb is from its keypoints); events; summary; measures.
+    wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt (the votes
+    as the camera's pitch and roll); angles/<angle> with the ends of its 90 % band; marks (moments of events);
+    off_keypoints (how far each limb is from its keypoints); events; summary; measures.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
@@ -115,7 +114,6 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
         log_marks(recording, take)
         log_horizon(recording, take)
         log_angles(recording, angles_with_gaps_marked(take))
-        log_camera(recording, take)
         log_notices(recording, take.notices, poses)
         texts = {"summary": summary_markdown(take)}
         if take.measures:

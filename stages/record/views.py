@@ -14,10 +14,8 @@ from ...pipeline.signals.reprojection import has_residuals
 from ..drawing.facts import OWN_WAYS, voted, ways_of_level
 from ..drawing.palette import DARK
 from .angles import angle_views, angled, first_angles
-from .camera import camera_view, looked
 from .first import first_view
 from .prints import FootPrint
-from .up import cap
 from .walk import floor, walk_view, walked
 
 if TYPE_CHECKING:
@@ -58,12 +56,12 @@ def blueprint(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Bluep
 
 
 def _details(take: Take, size: float) -> rrb.Container:
-    """On the left poses before and after, in the middle the path, what tells up and the angles, on the right wrists,
-    rotation and words."""
+    """On the left poses before and after, in the middle the path and the angles, on the right wrists, rotation and
+    words."""
     import rerun.blueprint as rrb
 
     rectified, source = take.need("rectified"), take.need("poses").frame
-    placed, votes = walked(rectified), voted(rectified)
+    placed = walked(rectified)
     front, right = ways = ways_of_level(rectified.level_heading)
     after = ("back", "right", "up") if ways == OWN_WAYS else (f"from {front}", f"to {right}", "up")
     after = after if rectified.camera != "moving" else ("back", "right (relative)", "up")
@@ -73,17 +71,12 @@ def _details(take: Take, size: float) -> rrb.Container:
     if take.notices:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
         words.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
-    ups = [
-        *([walk_view(take, placed, size)] if placed is not None else []),
-        *([_votes(take)] if votes else []),
-        *([camera_view(take)] if looked(take) else []),
-    ]
     unit = source.unit if source.metric else "arbitrary units"
     curves = [
         _wrists("level", f"Wrists after ({unit})", after),
         _wrists("source", f"Wrists before ({unit})", source.axes),
         _curves("rotation", "Rotation (deg)"),
-        *([_tilt()] if votes else []),
+        *([_tilt()] if voted(rectified) else []),
         *([_curves(OFF_KEYPOINTS, "Limbs off keypoints (% of stature)")] if has_residuals(take) else []),
     ]
     columns = [
@@ -91,7 +84,10 @@ def _details(take: Take, size: float) -> rrb.Container:
             _person("source", f"Before: {source.name} axes", take, size),
             _person("body", "After: BODY, facing you", take, size),
         ],
-        [*([rrb.Tabs(*ups, active_tab=0)] if ups else []), *([angle_views(take)] if angled(take) else [])],
+        [
+            *([walk_view(take, placed, size)] if placed is not None else []),
+            *([angle_views(take)] if angled(take) else []),
+        ],
         [rrb.Tabs(*curves, active_tab=0), rrb.Tabs(*words, active_tab=0)],
     ]
     return rrb.Horizontal(*(rrb.Vertical(*column) for column in columns if column), name="Details")
@@ -143,27 +139,6 @@ def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
         eye_controls=rrb.EyeControls3D(position=eye, look_target=(0, 0, 0)),
         background=DARK,
         line_grid=grid,
-    )
-
-
-def _votes(take: Take) -> rrb.View:
-    """The sphere from above and from the camera's side, near enough that the votes fill the view."""
-    import rerun.blueprint as rrb
-
-    R_source_from_cap, reach_deg, _ = cap(take)
-    middle = R_source_from_cap[:, 2]
-    eye = R_source_from_cap @ np.array([0.0, -0.6, 0.8])
-    controls = rrb.EyeControls3D(
-        position=middle + 3.3 * np.sin(np.radians(reach_deg)) * eye,
-        look_target=middle,
-        eye_up=R_source_from_cap[:, 1],
-    )
-    return rrb.Spatial3DView(
-        origin="up",
-        name="Votes on up, early purple",
-        eye_controls=controls,
-        background=DARK,
-        line_grid=rrb.LineGrid3D(False),
     )
 
 

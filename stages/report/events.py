@@ -96,7 +96,10 @@ def _landings(take: Take, walking: Group) -> Iterator[Event]:
 
 
 def _spans(group: Group) -> list[tuple[float, float]]:
-    return list(zip(moments(group, "start"), moments(group, "stop"), strict=False))
+    """Of repetitions whose peak is known."""
+    peaks = {peak.number for peak in numbered(group, "peak")}
+    spans = zip(moments(group, "start"), moments(group, "stop"), strict=False)
+    return [span for i, span in enumerate(spans) if i in peaks]
 
 
 def _peaks(take: Take, values: np.ndarray, spans: list[tuple[float, float]]) -> list[int]:

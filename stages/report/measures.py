@@ -23,6 +23,7 @@ from ...pipeline.core.measures import (
     Row,
     grouped,
     half_bar,
+    moments,
     subgroup,
     text,
     value,
@@ -230,24 +231,22 @@ def _basis(own: Mapping[str, Any]) -> Markup:
 
 
 def _repeated(own: Mapping[str, Any]) -> list[str]:
-    """Names of what has a value for each repetition, where there are not too many of these."""
-    starts = own.get("start")
-    if not isinstance(starts, Moments) or len(starts.at_s) > _MANY:
+    """Names of what has a value for each repetition, or numbers them, where there are not too many of these."""
+    count = len(moments(own, "start"))
+    if not 0 < count <= _MANY:
         return []
-    return [name for name, leaf in own.items() if len(_values(leaf) or ()) == len(starts.at_s)]
+    return [name for name, leaf in own.items() if _many(leaf) == count or isinstance(leaf, list)]
 
 
-def _values(leaf: Any) -> list[Any] | None:
-    """Of moments and numbered figures; None for others."""
-    if isinstance(leaf, Moments):
-        return list(leaf.at_s)
-    return [one.value for one in leaf] if isinstance(leaf, list) else None
+def _many(leaf: Any) -> int:
+    """How many moments or numbered figures; 0 of others."""
+    return len(leaf.at_s) if isinstance(leaf, Moments) else len(leaf) if isinstance(leaf, list) else 0
 
 
 def _repetitions(own: Mapping[str, Any], length: str) -> Markup:
-    columns = [(own[name], _each(own[name])) for name in _repeated(own)]
-    count = len(columns[0][1]) if columns else 0
-    rows: list[list[Cell]] = [[str(i + 1), *(each[i] for _, each in columns)] for i in range(count)]
+    columns = [(own[name], _each(own[name], len(moments(own, "start")))) for name in _repeated(own)]
+    each = zip(*(cells for _, cells in columns), strict=True)
+    rows: list[list[Cell]] = [[str(i + 1), *cells] for i, cells in enumerate(each)]
     return table(("", *(named(leaf, length) for leaf, _ in columns)), rows)
 
 
@@ -258,7 +257,7 @@ def _told(leaf: Any, length: str, running: bool) -> Told:
         unit_of(leaf, length),
         explained(_name(leaf), running, length == "m"),
     )
-    if len(_values(leaf) or ()) > _MANY:
+    if _many(leaf) > _MANY:
         return Told(words, _both(leaf), about)
     both = f"{_both(leaf)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
     within = isinstance(leaf, Measure) and leaf.within_error is True
@@ -316,14 +315,15 @@ def _whole(cells: list[Cell]) -> list[Cell]:
     return cells
 
 
-def _each(leaf: Any) -> list[str]:
-    """Moments or figures, each with its error; moments to a hundredth of a second, finer than frames."""
+def _each(leaf: Any, of: int = 0) -> list[str]:
+    """Moments, finer than frames, or figures with their errors; a dash for each of so many repetitions without one."""
     if isinstance(leaf, Moments):
         return [f"{at_s:.2f}" for at_s in leaf.at_s]
-    return [
-        _unknown(one) if one.error is None else with_bar(one.value, one.error)
+    shown = {
+        one.number or 0: _unknown(one) if one.error is None else with_bar(one.value, one.error)
         for one in (leaf if isinstance(leaf, list) else [leaf])
-    ]
+    }
+    return [shown.get(i, "–") for i in range(max(of, *(i + 1 for i in shown)))]
 
 
 def _unknown(one: Measure) -> str:
@@ -335,10 +335,9 @@ def _unknown(one: Measure) -> str:
     return without_error(one.value)
 
 
-def _both(leaf: Any) -> str:
-    """A figure, or each of several, with its error."""
-    values = _values(leaf) or []
-    return f"{len(values)} values, in summary.json" if len(values) > _MANY else ", ".join(_each(leaf))
+def _both(leaf: Any, of: int = 0) -> str:
+    """A figure, or each of several, with its error; of: as in `_each`."""
+    return f"{_many(leaf)} values, in summary.json" if _many(leaf) > _MANY else ", ".join(_each(leaf, of))
 
 
 def _cell_of(member: Mapping[str, Any], name: str) -> Cell:
@@ -351,7 +350,8 @@ def _cell_of(member: Mapping[str, Any], name: str) -> Cell:
     if name == "usual_error" and isinstance(leaf, Measure):
         return _shown(half_bar(leaf.value))
     whole = isinstance(leaf, Measure) and not leaf.unit  # a count
-    cell = _cell(leaf.value) if whole else _both(leaf)
+    of = len(moments(member, "start"))
+    cell = _cell(leaf.value) if whole else _both(leaf, of * isinstance(leaf, list))
     lies_within = isinstance(leaf, Measure) and leaf.within_error
     if lies_within or (name in _RANGES and value(member, "beyond_anatomy_frames")):
         return Soft(cell if isinstance(cell, str) else _shown(cell))

@@ -14,14 +14,14 @@ from ...pipeline.core.answer import answer as seen
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import Group, grouped, subgroup
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import angle_deg, is_finite
+from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, write_text
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.inspect.image import from_the_front
-from ..drawing.charts import LEFT, RIGHT, SOFT, Curve, over_time, path, sides
-from ..drawing.facts import Facts, facts_of, length_unit, shared_up, tilt, voted, ways_of_level
+from ..drawing.charts import LEFT, RIGHT, SOFT, Curve, over_time, path
+from ..drawing.facts import Facts, facts_of, length_unit, tilt, voted, ways_of_level
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import answer, charts, details, figure, page, picture, small
 from .angles import angle_charts, ranges, sides_compared
@@ -119,22 +119,15 @@ def _key_frames(take: Take) -> Markup:
 
 def _wrists(take: Take) -> Markup:
     rectified = take.need("rectified")
-    before, after = take.need("poses"), rectified.level
     camera = "each frame's camera's" if rectified.camera == "moving" else "the camera's"
     heading = {
         "camera": f"{camera}: back is away from it, right to its left",
         "world": "the world's: back is its north, right its west",
     }.get(rectified.level_heading, "the same for the whole take")
-    return (
-        small(
-            "Relative to the pelvis, unfiltered. Before: in the source's axes. After: turned upright; directions on "
-            f"the floor are {heading}. Orange: right. Blue: left. The cross is the pelvis."
-        )
-        + charts(_ways(take))
-        + details(
-            "Each component over time", charts([*_components(before, "Before"), *_components(after, "After")])
-        )
-    )
+    return small(
+        "Relative to the pelvis, unfiltered. Before: in the source's axes. After: turned upright; directions on "
+        f"the floor are {heading}. Orange: right. Blue: left. The cross is the pelvis."
+    ) + charts(_ways(take))
 
 
 def _ways(take: Take) -> Iterator[Markup]:
@@ -175,17 +168,9 @@ def _box(points: np.ndarray) -> tuple[np.ndarray, float]:
     return (low + high) / 2, max(0.55 * float((high - low).max()), 1e-3)
 
 
-def _components(poses: PoseSequence, when: str) -> Iterator[Markup]:
-    left, right = _from_pelvis(poses, "l_wrist", "r_wrist").swapaxes(0, 1)
-    for i, (axis, word) in enumerate(zip("xyz", poses.frame.axes, strict=True)):
-        title = f"{when}: {axis}, {word} ({length_unit(poses)})"
-        curves = sides(left[:, i], right[:, i])
-        yield figure([over_time(curves, poses.times, f"Wrists {title.lower()} over time")], title)
-
-
 def _gravity(take: Take, facts: Facts) -> Markup:
     poses, rectified = take.need("poses"), take.need("rectified")
-    times, figures = poses.times, []
+    figures = []
     if voted(rectified) and len(poses) > 1:
         votes, shared, bound = tilt(take)
         for i, (name, words) in enumerate(
@@ -198,23 +183,10 @@ def _gravity(take: Take, facts: Facts) -> Markup:
                 Curve("each frame", votes[:, i], SOFT, width=0.8),
                 Curve("take", shared[:, i], LEFT, bound[:, i], width=1.8),
             ]
-            chart = over_time(curves, times, f"{name} over time")
+            chart = over_time(curves, poses.times, f"{name} over time")
             band = "; band: 90 % bound" if np.isfinite(bound).any() else ""
             figures.append(figure([chart], name, f"{words}{band}."))
-    off, more = angle_deg(rectified.up_votes, shared_up(rectified)), []
-    for title, values, words in (
-        ("Each frame's own up off the take's (°)", off, "angle between the two."),
-        ("Expected error of the rotation (°)", rectified.error_deg, "of BODY, as the rectifier states it."),
-    ):
-        if np.isfinite(values).sum() > 1:
-            chart = over_time([Curve(title, values)], times, f"{title} over time")
-            more.append(figure([chart], title, words))
-    return (
-        gravity_words(facts)
-        + up_table(facts, take.camera is not None)
-        + charts([*_lines(take), *figures])
-        + details("Each frame's own up, and the error of its rotation", charts(more))
-    )
+    return gravity_words(facts) + up_table(facts, take.camera is not None) + charts([*_lines(take), *figures])
 
 
 def _lines(take: Take) -> Iterator[Markup]:

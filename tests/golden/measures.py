@@ -37,7 +37,7 @@ def rows_of(figures: dict) -> tuple[Row, ...]:
         elif key in _MOMENTS:
             rows.append(Moments(key.removesuffix("_s"), tuple(value)))
         elif not ("_error" in key or key == "within_error"):
-            rows += _measures(key, value, figures)
+            rows += [one for one in _measures(key, value, figures) if one.value is not None]
     return tuple(rows)
 
 

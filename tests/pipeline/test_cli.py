@@ -165,7 +165,7 @@ def test_the_help_page_costs_no_heavy_import():
     users, developers = said.split("For developers")
     commands = [line.split()[1] for line in users.split("Commands")[1].splitlines() if line[2:3].isalpha()]
     assert {"run", "inspect", "view", "list", "batch", "compare", "live", "demo"} <= set(commands)
-    for name in ("train", "evaluate", "testbed", "mocap", "mmfi", "bench", "quantise"):
+    for name in ("train", "evaluate", "testbed", "mocap", "mmfi", "bench"):
         assert f"│ {name} " in developers
     assert all(flag in users for flag in ("--version", "-h", "--quiet", "--verbose", "--install-completion"))
 

@@ -23,7 +23,6 @@ from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.pipeline.signals.checks import nobody_upright
 from pcnet3d.stages.rectify import Rectify, rectify
-from refusals import refused
 
 RECTIFIERS = ("pcnet", "geometric")
 MEANING = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
@@ -284,12 +283,6 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
         assert nobody_upright(placed).weight == weight
 
 
-def test_what_makes_no_sense_is_refused(joints):
-    for window_s in (0, -1, np.nan, np.inf):
-        with refused("bad-value"):
-            rectify(poses_of(joints[:12]), "geometric", camera="moving", window_s=window_s)
-
-
 def test_the_votes_and_their_share_are_told(joints):
     rectified = rectify(poses_of(joints))
     assert rectified.camera == "static"
@@ -313,8 +306,6 @@ def test_options_that_cannot_be_are_refused_before_anything_is_computed():
     ]:
         with pytest.raises(InputError, match=words):
             Told(**options)
-    with refused("bad-value"):
-        Rectify(window_s=0.0)
 
 
 def test_who_is_beside_the_axis_of_a_guessed_focal_length_has_a_wider_error(joints, camera):

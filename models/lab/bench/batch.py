@@ -1,6 +1,6 @@
-"""What a take of a study costs beyond its networks, and whether its process grows:  pcnet3d bench batch
+"""What a take of a study costs beyond its networks:  pcnet3d bench batch
 
-Every size of study is run in a process of its own, so that the peak of memory is that of its workers.
+The study is run in a process of its own, so that the peak of memory is that of its workers.
 """
 
 from __future__ import annotations
@@ -55,25 +55,14 @@ class MeasuredBatch:
 
 
 def batch(
-    takes: Annotated[
-        list[int], typer.Option(min=1, help="Takes of the study; repeatable, to compare memory.")
-    ] = [20],  # noqa: B006 (typer copies it)
+    takes: Annotated[int, typer.Option(min=1, help="Takes of the study.")] = 20,
     seconds: Annotated[float, typer.Option(min=1, help="Length of a take.")] = 5.0,
     workers: Annotated[int, typer.Option(min=1, help="Takes at a time.")] = 1,
     device: OnDevice = "auto",
 ) -> None:
     """Measure a study of short takes: what each costs beyond its networks, and the memory of the processes."""
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
-    first: MeasuredBatch | None = None
-    for count in takes:
-        measured = in_own_process(measured_batch, count, seconds, workers, device)
-        print(measured)
-        if first is not None:
-            wall_s = (measured.wall_s - first.wall_s) / max(measured.takes - first.takes, 1)
-            print(
-                f"  {measured.peak_mb - first.peak_mb:+.0f} MB against the first, and {wall_s:.2f} s a take more"
-            )
-        first = first or measured
+    print(in_own_process(measured_batch, takes, seconds, workers, device))
 
 
 def measured_batch(takes: int, seconds: float, workers: int, device: Device = AUTO) -> MeasuredBatch:

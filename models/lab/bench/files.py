@@ -35,7 +35,6 @@ _START = {
 
 def files(
     frames: Annotated[int, typer.Option(min=100, help="Frames of the take.")] = 10_000,
-    rounds: Annotated[int, typer.Option(min=1, help="How often it is measured.")] = 1,
     walks: Annotated[
         bool,
         typer.Option(
@@ -50,8 +49,7 @@ def files(
         written = write_walk(Path(folder), frames) if walks else write_inputs(Path(folder), frames)
         options = written.with_(device=device)
         options = options if keypoints else options.with_(keypoints=None, image_size=None)
-        for _ in range(rounds):
-            print(in_own_process(_run, options))
+        print(in_own_process(_run, options))
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
     for what, code in _START.items():
         start = partial(subprocess.run, [sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)

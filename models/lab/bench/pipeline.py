@@ -1,6 +1,6 @@
 """Where the time and the memory go from a video alone to its recording:  pcnet3d bench pipeline --detector FILE.onnx
 
-Every length of video is run in a process of its own, so that its peak of memory is its own.
+The video is run in a process of its own, so that the peak of memory is its own.
 """
 
 from __future__ import annotations
@@ -37,32 +37,17 @@ def pipeline(
         Path | None, typer.Argument(help="A video; by default one of the walker is made.")
     ] = None,
     detector: Annotated[str, typer.Option(help="As for `run`.")] = "movenet",
-    minutes: Annotated[
-        list[float],
-        typer.Option(min=0.05, help="Length of the walker's video; repeatable, to compare memory."),
-    ] = [1.0],  # noqa: B006 (typer copies it)
+    minutes: Annotated[float, typer.Option(min=0.05, help="Length of the walker's video.")] = 1.0,
     device: OnDevice = "auto",
 ) -> None:
     """Measure a run on a video alone: the 2D network and our own stages, their shares, and the memory."""
     file = open_model("detectors", detector)  # before any work, and downloaded outside the measurement
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
-    if video is not None:
-        _print(*in_own_process(_run, video, file, device))
-        return
     with tempfile.TemporaryDirectory() as folder:
-        first: Measured | None = None
-        for length in minutes:
-            made = Path(folder) / "walker.mp4"
-            write_long_video(made, 60 * length)
-            measured, decoded = in_own_process(_run, made, file, device)
-            _print(measured, decoded)
-            if first is not None:
-                more = measured.memory_mb - first.memory_mb
-                print(f"  {more:+.0f} MB against the first, result arrays aside")
-            first = first or measured
-
-
-def _print(measured: Measured, decoded: float) -> None:
+        if video is None:
+            video = Path(folder) / "walker.mp4"
+            write_long_video(video, 60 * minutes)
+        measured, decoded = in_own_process(_run, video, file, device)
     print(measured)
     own_s = measured.wall_s - measured.seconds["2D network"]
     print(f"  all but the 2D network: {own_s:.1f} s, {100 * own_s / measured.wall_s:.1f} %")

@@ -15,13 +15,13 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from ....examples.walker import camera_poses, side_camera, walker
 from ....pipeline.core.device import CPU, computing_on, placement
 from ....pipeline.core.errors import InputError
 from ....pipeline.reading.settings import OnDevice
 from ...gravity.live import LiveRectifier
 from ...rectifier.load import load_rectifier
 from ...rectifier.onnx import PCNetRectifier
-from ..synthetic.sample_poses import sample_poses
 from .run import gemm_gflops, took_s
 
 _SINGLES = 300
@@ -56,7 +56,8 @@ def measure(names: list[str], count: int, rounds: int, threads: int | None = Non
     import onnxruntime
 
     opened = {name: _open(name, threads) for name in names}
-    poses = sample_poses(count)
+    walk = walker(seconds=max(count / 30, 8.0))
+    poses = camera_poses(walk, side_camera(walk)).joints[:count].astype(np.float32)
     results: dict[str, Any] = {}
     for name, network in opened.items():
         _tell(f"{name}: start, single poses and live")

@@ -37,10 +37,6 @@ class Measured:
     arrays_mb: float
     devices: dict[str, str]
 
-    @property
-    def memory_mb(self) -> float:
-        return self.peak_mb - self.arrays_mb
-
     def __str__(self) -> str:
         rate = self.frames / self.wall_s
         lines = [

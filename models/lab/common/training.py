@@ -40,7 +40,6 @@ from ....pipeline.core.errors import InputError, readable
 from ....pipeline.files.atomic import whole_file, write_json
 from ....pipeline.files.unpacked import check_size
 from ....pipeline.running.progress import counted
-from .muon import BatchedMuon
 
 PART_BYTES = 15_000_000
 _LOOK_EVERY = 50  # steps between looks at the losses: on a GPU each waits until all work is done
@@ -248,7 +247,7 @@ def optimisers_of(
     adamw = torch.optim.AdamW(groups, lr=schedule.rate, betas=(0.9, 0.98))
     if not matrices:
         return [adamw]
-    muon = BatchedMuon(
+    muon = torch.optim.Muon(
         matrices,
         lr=schedule.rate,
         weight_decay=schedule.weight_decay,

@@ -1,4 +1,4 @@
-"""Fit the errors of differences on virtual visits:  python -m pcnet3d.models.lab.errors.visits
+"""Fit the errors of differences on virtual visits, a step of refit.
 
 A motion of a validation person is filmed, and filmed again: from the same tripod, from a tripod that was set up again,
 and from elsewhere. Nothing has changed, so what the figures of both runs differ by is their difference's error; and in
@@ -16,10 +16,9 @@ import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
-import typer
 
 from ....pipeline.core.camera import pitch_roll_deg, view_rotation
 from ....pipeline.core.measures import Measure, grouped, subgroup, text
@@ -31,7 +30,6 @@ from ....pipeline.running.progress import each
 from ....pipeline.signals.angles import ANGLES, OF_BOTH, continuous, of_both
 from ...angle_error.joint_noise import shipped_noise
 from ...angle_error.repeatability import (
-    REPEATABILITY_FILE,
     Between,
     brief,
     difference_chance,
@@ -43,7 +41,6 @@ from ...angle_error.repeatability import (
     same_place,
 )
 from ...common.metrics import SD_90
-from ..common.modules import run_command
 from ..evaluation.finished import Configuration, given, recipe_of
 from ..evaluation.sets import EvaluationSet, evaluation_sets
 from ..evaluation.testbed import BEDS, see
@@ -57,6 +54,7 @@ from .within import ranges, repetitions, true_angles
 Kind = Literal["same tripod", "set up again", "elsewhere", "sides", "repetitions"]
 Visit = tuple[Kind, str, str, int]
 KINDS: tuple[Kind, ...] = ("same tripod", "set up again", "elsewhere")  # of two visits
+_DRAWS = 2  # of cameras and detectors
 _RANGE = "range_of_motion."
 _LEAST_S, _LONGEST_S = 1.0, 10.0  # of a motion; of a longer one, its beginning
 _LYING = 0.1  # of the frames, of a motion that is left out
@@ -256,7 +254,7 @@ def fit(cases: Sequence[Visits | Stated]) -> dict[str, object]:
     of_ranges = fitted_ranges([case for case in cases if isinstance(case, Stated)])
     pairs = [with_ranges(case, of_ranges) for case in cases if isinstance(case, Visits)]
     return {
-        "made_by": "python -m pcnet3d.models.lab.errors.visits",
+        "made_by": "python -m pcnet3d.models.lab.fits.refit",
         "lifter": shipped_noise().lifter,
         "freedom": freedom(pairs),
         "ranges": of_ranges,
@@ -380,16 +378,7 @@ def differs(of: Sequence[Stated], freedom: float | None = None) -> Stated:
     return Stated("differs", of[0].person, np.array([float(found)]), np.array([0.5]))
 
 
-def main(
-    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = REPEATABILITY_FILE,
-    draws: Annotated[
-        int, typer.Option(min=1, help="How often cameras and detectors are drawn, with seeds 0, 1 and so on.")
-    ] = 2,
-) -> None:
-    """Fit the errors of differences."""
-    content = fit(collected(evaluation_sets("val"), range(draws)))
+def learn(output: Path) -> None:
+    """Write the errors that were fitted."""
+    content = fit(collected(evaluation_sets("val"), range(_DRAWS)))
     write_text(output, json.dumps(content, indent=1) + "\n")
-
-
-if __name__ == "__main__":
-    run_command(main)

@@ -213,8 +213,8 @@ lifters = _report(
     "lifters", "lifters", ("networks", "seeds", "part"),
     """Compare lifters person by person, to choose one.
 
-    It lifts the real take, and whole validation takes from wild and typical cameras: with noisy and exact keypoints,
-    with and without a known focal length. DIR/lifts keeps the errors, so the same command continues after a stop.
+    It lifts whole validation takes from wild and typical cameras: with noisy and exact keypoints, with and without a
+    known focal length. DIR/lifts keeps the errors, so the same command continues after a stop.
     """,
     file="lifters",
 )  # fmt: skip

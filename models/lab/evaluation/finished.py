@@ -64,20 +64,16 @@ class Configuration:
     errors: Path | None = None
 
     def __str__(self) -> str:
-        return ", ".join(
-            [
-                f"lifter {self.foreign.name}"
-                if self.foreign
-                else f"lifter {self.lifter}"
-                if self.lifter
-                else "motion capture",
-                "real take" if self.real else f"{self.bed} cameras, {self.camera}, {self.fps:g} fps",
-                *(["with the image"] if self.image else []),
-                *(["up given"] if self.up_told else []),
-                *(["focal known"] if self.focal_known else []),
-                *([f"{self.style} walks"] if self.style else []),
-            ]
-        )
+        lifter = self.foreign.name if self.foreign else self.lifter
+        parts = [
+            f"lifter {lifter}" if lifter else "motion capture",
+            "real take" if self.real else f"{self.bed} cameras, {self.camera}, {self.fps:g} fps",
+            "with the image" * self.image,
+            "up given" * self.up_told,
+            "focal known" * self.focal_known,
+            self.style and f"{self.style} walks",
+        ]
+        return ", ".join(filter(None, parts))
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,8 +3,7 @@
 Lifted takes of people nobody was trained on, one gravity per take, in metres by the true scale, against the contacts of
 the motion capture (models/lab/mocap/contact.py) and the same figures by them. Lengths and speed are judged with the
 true pelvis path, and with the one that models/place finds from the keypoints: of a body of the right stature, with the
-focal length known, and lifted anew, with the usual one assumed. Feet slide by as much as their ankles move over the
-floor while they lie flat in truth.
+focal length known, and lifted anew, with the usual one assumed.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import numpy as np
 
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
-from ....pipeline.core.frames import scaled_covariance, turned_covariance
+from ....pipeline.core.frames import scaled_covariance
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
@@ -26,9 +25,7 @@ from ...common.spread import stated_spread
 from ...gait.contact import SIDES, leg_length
 from ...gait.errors import OF_LENGTH, OF_SIDES, depth_of_steps, path_error
 from ...gait.events import Stance, Step
-from ...gait.foot_lock import foot_locked
 from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
-from ...gait.parameters import flat_span
 from ...gravity import Seen, level_static, why_not
 from ...place.path import SCALE_SD, pelvis_path
 from ..mocap.contact import true_contact
@@ -42,7 +39,6 @@ from .testbed import LiftedTake, SeenTake
 
 TRUE, KNOWN, ASSUMED = "true path", "focal known", "focal assumed"
 PATHS = (TRUE, KNOWN, ASSUMED)
-_SLIDING = (TRUE, KNOWN, f"{KNOWN}, feet locked")
 _UNEVEN = 2.5  # captured validation walks and runs come to 2.4, one of skips to 2.7, a man who hops to 3.4
 _SAME_S = 0.25  # an event that is found farther off is another one
 PAGE = Page(
@@ -80,7 +76,6 @@ PAGE = Page(
                 "error, %": "{error_percent:.1f}", "inside": "{inside:.0%}",
             },
         ),
-        Table("", "sets/*/*/sliding_cm/*", ["set", "gait", "path"], {"flat feet slide by, cm a stance": "{value:.1f}"}),
     ],
 )  # fmt: skip
 
@@ -90,8 +85,7 @@ class JudgedGait:
     """One take of a person. kind: "walking", "running" or "none", by its true contacts. steps: (found, true). frames:
     (N, 2) bool, on the floor as found and in truth. events: {"initial contact", "toe-off": (errors in s (K,), found,
     true)}. means: {path: {figure: Mean}} of the steps and strides that both have; differences: {path: {figure:
-    Difference}} of their sides. sliding: (K, 3) metres by which flat feet of walks move over the floor by the true
-    path, the one that was found, and that with its feet locked."""
+    Difference}} of their sides."""
 
     person: str
     kind: str
@@ -100,7 +94,6 @@ class JudgedGait:
     events: dict[str, tuple[np.ndarray, int, int]]
     means: dict[str, dict[str, Mean]] = field(default_factory=dict)
     differences: dict[str, dict[str, Difference]] = field(default_factory=dict)
-    sliding: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def tables(question: Question) -> dict[str, Any]:
@@ -193,15 +186,7 @@ def judge(
         root, covariance, R_level_from_camera[:, 2], SCALE_SD, placed.focal_sd, time_s, same[0].walks
     )
     keep(path, root, places, *errors)
-    ankles = _ankles(places)
-    own = turned_covariance(sized.covariance, R_level_from_camera)
-    stated = {
-        side: covariance + (0.0 if own is None else own[:, H36M17.index(f"{side}_ankle")]) for side in SIDES
-    }
-    locked = foot_locked(root, ankles, stated, found.feet, time_s)
-    paths = (world[:, 0], _ankles(true_places)), (root, ankles), (locked, ankles)
-    sliding = np.stack([_sliding(*each_path, same[1], time_s) for each_path in paths], axis=-1)
-    return replace(judged, sliding=sliding)
+    return judged
 
 
 def true_gait(seen: SeenTake, spells: Spells | None = None) -> Gait:
@@ -223,27 +208,10 @@ def _even(walk: Sequence[Step]) -> bool:
     return max(times) <= _UNEVEN * min(times)
 
 
-def _ankles(joints: np.ndarray) -> dict[str, np.ndarray]:
-    joints = relative(joints)
-    return {side: joints[:, H36M17.index(f"{side}_ankle")] for side in SIDES}
-
-
-def _sliding(root: np.ndarray, ankles: dict[str, np.ndarray], gait: Gait, time_s: np.ndarray) -> np.ndarray:
-    """(K,) the greatest distance over the floor between two places of an ankle, of each flat foot of the walks."""
-    landed = {(step.side, step.stop_s) for step in gait.steps}
-    found = []
-    for side in SIDES:
-        for stance in gait.feet[side]:
-            if (side, stance.start_s) in landed and np.isfinite(stance.stop_s):
-                rows = slice(*np.searchsorted(time_s, flat_span(stance, time_s[0], time_s[-1])))
-                places = (root + ankles[side])[rows, :2]
-                found.append(np.linalg.norm(places[:, None] - places, axis=-1).max(initial=0.0))
-    return np.array(found, dtype=np.float64)
-
-
 def step_values(gait: Gait, root: np.ndarray, level: np.ndarray, time_s: np.ndarray) -> Values:
     """Times and lengths of a gait's steps: root (T, 3) the pelvis's place, level (T, 17, 3) joints, z up."""
-    ankles = {side: ankle[:, :2] for side, ankle in _ankles(level).items()}
+    level = relative(level)
+    ankles = {side: level[:, H36M17.index(f"{side}_ankle"), :2] for side in SIDES}
     return {**time_values(gait), **length_values(gait, root[:, :2], ankles, time_s)}
 
 
@@ -330,11 +298,6 @@ def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
                 if found and (path == TRUE or name in OF_LENGTH):
                     label = f"{name}{what}, {path}" if name in OF_LENGTH else f"{name}{what}"
                     result["figures"][label] = figure_of(name, found)
-    sliding = np.concatenate([take.sliding for take in takes])
-    if len(sliding):
-        result["sliding_cm"] = {
-            path: Figure.of(100 * of) for path, of in zip(_SLIDING, sliding.T, strict=True)
-        }
     return result
 
 

@@ -1,6 +1,6 @@
 """How well a lifter does where the truth is known:  pcnet3d evaluate lifter -o DIR
 
-Virtual takes of people that it never saw, its focal length known and not, over frames and over takes.
+Virtual takes of people that it never saw, its focal length known and not.
 """
 
 from __future__ import annotations
@@ -16,35 +16,32 @@ import numpy as np
 from ....pipeline.core.frames import IMAGE
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.rotations import geodesic_deg, kabsch
 from ...common.metrics import Figure, joint_error, procrustes_error, scaled
 from ...lifter.builtin import lift
 from ..mocap.clips import subject_of
-from .people import mean, pooled
+from .motion_class import CLASSES
+from .people import pooled
 from .sets import Question
 from .tables import Page, Table
 from .testbed import BEDS, Bed, LiftedTake, SeenTake
 
 _POSTURES = ("upright", "lying")
-_MOTIONS = ("walking", "squatting", "sitting")  # what clinics film most
-_ERRORS = ("MPJPE", "PA-MPJPE", "depth", "lateral", "vertical", "hidden rotation")
+_ERRORS = ("MPJPE", "PA-MPJPE", "depth", "lateral", "vertical")
 PAGE = Page(
     "Lifter",
-    "; {frames_per_s:,.0f} frames/s. Cells are p50 / mean / p95; mm of each person's own size, degrees; by person: "
-    "the mean over frames, in brackets 90 % of the means over people drawn anew.",
+    "; {frames_per_s:,.0f} frames/s. Cells are p50 / mean / p95 over frames, the scale aligned in each; mm of each "
+    "person's own size; by person: the mean over frames, in brackets 90 % of the means over people drawn anew.",
     [
         Table(
-            f"A {per}",
+            "",
             "beds/*/*/*/lifter",
             ["views", "focal length", "set"],
             {
-                f"{per}s": f"{{counts[{per}s]:,}}",
-                **{name: f"{{{per}[{name}]}}" for name in _ERRORS},
-                **({"MPJPE by person": "{by person[MPJPE][said]}"} if per == "frame" else {}),
+                "frames": "{counts[frames]:,}",
+                **{name: f"{{frame[{name}]}}" for name in _ERRORS},
+                "MPJPE by person": "{by person[MPJPE][said]}",
             },
-            f"Scale aligned per {per}, over {per}s.",
         )
-        for per in ("frame", "take")
     ],
 )
 
@@ -67,7 +64,7 @@ def tables(question: Question, beds: Bed | None = None) -> dict[str, Any]:
 
 def groups(takes: Sequence[LiftedTake]) -> dict[str, dict[str, Any]]:
     """{group: lifter_figures} of the groups that have frames."""
-    rows = {group: lifter_figures(takes, group) for group in (*_POSTURES, *_MOTIONS)}
+    rows = {group: lifter_figures(takes, group) for group in (*_POSTURES, *CLASSES)}
     return {group: row for group, row in rows.items() if row["counts"]["frames"]}
 
 
@@ -79,14 +76,10 @@ def in_group(seen: SeenTake, group: str) -> np.ndarray:
 
 
 def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[str, Any]]:
-    """Errors in mm (angles in degrees) of the frames of a group.
-
-    "frame": the lift is scaled to the truth frame by frame (as for a lifter without a scale; N-MPJPE, Rhodin et
-    al. 2018), and figures run over frames. "take": one scale for a whole take, and figures run over takes.
-    Both are in mm of each person's own size. depth, lateral, vertical: mean absolute error along the ray to the
-    body, across it and level, and up. hidden rotation: the rigid rotation that would bring the lift closest.
-    """
-    parts: dict[str, dict[str, list[np.ndarray]]] = {"frame": {}, "take": {}}
+    """Errors over the frames of a group in mm of each person's own size, the lift scaled to the truth in every frame
+    (as for a lifter without a scale; N-MPJPE, Rhodin et al. 2018). depth, lateral, vertical: mean absolute error along
+    the ray to the body, across it and level, and up."""
+    parts: dict[str, list[np.ndarray]] = {}
     people: list[str] = []
     for take in takes:
         use = in_group(take.seen, group)
@@ -94,30 +87,19 @@ def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[st
             continue
         people += [subject_of(take.seen.clip)] * int(use.sum())
         truth, lifted = take.seen.truth, take.lifted.joints.astype(np.float64)
-        for per, rows in parts.items():
-            fitted = scaled(lifted, truth, per)
-            errors = {
-                "MPJPE": 1000 * joint_error(fitted, truth),
-                "PA-MPJPE": 1000 * procrustes_error(lifted, truth),
-                **_along(fitted - truth, take),
-                "hidden rotation": geodesic_deg(kabsch(truth, lifted), np.eye(3)),
-            }
-            for name, values in errors.items():
-                rows.setdefault(name, []).append(values[use])
-    frames = np.concatenate(parts["frame"].get("MPJPE", [np.zeros(0)]))
+        fitted = scaled(lifted, truth)
+        errors = {
+            "MPJPE": 1000 * joint_error(fitted, truth),
+            "PA-MPJPE": 1000 * procrustes_error(lifted, truth),
+            **_along(fitted - truth, take),
+        }
+        for name, values in errors.items():
+            parts.setdefault(name, []).append(values[use])
+    of = {name: np.concatenate(values) for name, values in parts.items()}
     return {
-        "frame": {name: Figure.of(np.concatenate(values)) for name, values in parts["frame"].items()},
-        "take": {name: Figure.of(np.array([*map(mean, values)])) for name, values in parts["take"].items()},
-        "by person": {
-            name: pooled(np.concatenate(values), people)
-            for name, values in parts["frame"].items()
-            if name.endswith("MPJPE")
-        },
-        "counts": {
-            "frames": len(frames),
-            "not lifted": int(np.isnan(frames).sum()),
-            "takes": len(parts["take"].get("MPJPE", [])),
-        },
+        "frame": {name: Figure.of(values) for name, values in of.items()},
+        "by person": {name: pooled(values, people) for name, values in of.items() if name.endswith("MPJPE")},
+        "counts": {"frames": len(people)},
     }
 
 

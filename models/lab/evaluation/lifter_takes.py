@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import is_finite, rotate, transpose
-from ....pipeline.files.video_frames import shown_size
-from ....pipeline.reading.load import read_video
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.signals.angles import angles, near, sides_of
-from ....pipeline.signals.visibility import seen_only
 from ...angle_error.take_angles import smoothed
 from ...common.metrics import joint_error, procrustes_error, scaled
-from ...lifter.features import ray_rotation
 from ..synthetic.keypoint_noise import EXACT_KEYPOINTS
 from .people import mean
-from .real_data import exact_keypoints, found_keypoints, mid_hips, openpose_keypoints, read_moving
-from .real_take import whole_body
 from .sets import evaluation_sets
 from .testbed import BEDS, MIN_FRAMES, Bed, see
 
@@ -33,7 +25,6 @@ CONDITIONS = PUBLISHED, FOCAL_KNOWN, EXACT = (
     "noisy keypoints, focal unknown", "noisy keypoints, focal known", "exact keypoints, focal known",
 )  # fmt: skip
 POSTURES = ("upright", "lying")
-REAL, REAL_VIEWS = "real take", "real video"
 FIGURES = {  # of a take, with their units; all but the last are errors
     "MPJPE": "mm", "PA-MPJPE": "mm", "along the ray": "mm", "across the ray": "mm", "constant": "mm",
     "velocity": "mm/s", "knee_flexion": "deg", "elbow_flexion": "deg", "lifted": "%",
@@ -46,8 +37,8 @@ class JudgedTake:
     """A take to lift, and its truth.
 
     inputs: by condition, keypoints in IMAGE and the focal length in pixels, None where it is not told.
-    truth: (F, 17, 3) metres, CAMERA axes, of the frames that the keypoints' frame_index counts; joints: those that are
-    known. R_camera_from_ray: (F, 3, 3). lying: (F,).
+    truth: (F, 17, 3) metres, CAMERA axes, of the frames that the keypoints' frame_index counts. R_camera_from_ray:
+    (F, 3, 3). lying: (F,).
     """
 
     name: str
@@ -57,94 +48,62 @@ class JudgedTake:
     truth: np.ndarray
     R_camera_from_ray: np.ndarray
     lying: np.ndarray
-    joints: tuple[str, ...] = H36M17.joints
 
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """Takes that are judged, and kept, together. part: the set's name in tables. views: the cameras' name. key: changes
-    when the takes do. takes: draws or reads them, `count` of them."""
+    """Takes that are judged, and kept, together. part: the set's name in tables. views: the cameras' name."""
 
     part: str
-    views: str
+    views: Bed
     seed: int
-    count: int
-    key: str
-    takes: Callable[[], Iterator[JudgedTake]]
+    clips: Sequence[Clip]
+
+    def key(self) -> str:
+        """Changes when the takes do."""
+        shortest = min(self.clips, key=len)  # stands for the way in which all are drawn
+        drawn = see(shortest, self.seed, views=BEDS[self.views])
+        found = hashlib.sha256()
+        for part in (drawn.keypoints.joints, drawn.joints_camera, *(clip.joints for clip in self.clips)):
+            found.update(np.ascontiguousarray(part).tobytes())
+        found.update(" ".join(clip.name for clip in self.clips).encode())
+        return found.hexdigest()[:12]
+
+    def takes(self) -> Iterator[JudgedTake]:
+        """The clips before virtual cameras, the same ones for noisy and for exact keypoints."""
+        for clip in self.clips:
+            noisy, exact = (
+                see(clip, self.seed, noise=noise, views=BEDS[self.views]) for noise in (None, EXACT_KEYPOINTS)
+            )
+            yield JudgedTake(
+                name=clip.name,
+                person=clip.subject,
+                inputs={
+                    PUBLISHED: (noisy.keypoints, None),
+                    FOCAL_KNOWN: (noisy.keypoints, noisy.focal_px),
+                    EXACT: (exact.keypoints, exact.focal_px),
+                },
+                image_size=noisy.image_size,
+                truth=noisy.truth,
+                R_camera_from_ray=noisy.R_camera_from_ray,
+                lying=noisy.lying,
+            )
 
 
 def materials(seeds: int, only: Sequence[str] = ()) -> list[Material]:
-    """Everything to lift: each part before each kind of camera with each seed; then the real take. only: labels of
-    parts; all without any. InputError for a part that there is not, and where the data is not."""
+    """Everything to lift: each part before each kind of camera with each seed. only: labels of parts; all without any.
+    InputError for a part that there is not, and where the data is not."""
     sets = {one.label: one for one in evaluation_sets("val")}
-    labels = (*sets, REAL)
-    if unknown := [label for label in only if label not in labels]:
+    if unknown := [label for label in only if label not in sets]:
         raise InputError(
             "name-unknown",
-            f"There is no part '{unknown[0]}' of the validation; expected {', '.join(labels)}.",
+            f"There is no part '{unknown[0]}' of the validation; expected {', '.join(sets)}.",
         )
-    wanted = [label for label in labels if label in only or not only]
     found = []
-    for label in (label for label in wanted if label in sets):
-        clips = tuple(clip for clip in sets[label].clips() if len(clip) >= MIN_FRAMES)
-        found += [_virtual(label, clips, bed, seed) for bed in BEDS for seed in range(seeds)]
-    if REAL in wanted:
-        _, truth = read_moving()
-        key = _digest([truth.limbs, *truth.openpose.values()])
-        found.append(Material(REAL, REAL_VIEWS, 0, len(truth.openpose), key, real_takes))
+    for label in only or sets:
+        clips = [clip for clip in sets[label].clips() if len(clip) >= MIN_FRAMES]
+        found += [Material(label, bed, seed, clips) for bed in BEDS for seed in range(seeds)]
     return found
-
-
-def _virtual(label: str, clips: tuple[Clip, ...], bed: Bed, seed: int) -> Material:
-    drawn = see(min(clips, key=len), seed, views=BEDS[bed])  # stands for the way in which all are drawn
-    parts = [drawn.keypoints.joints, drawn.joints_camera]
-    for clip in clips:
-        parts += [np.frombuffer(clip.name.encode(), np.uint8), clip.joints]
-    return Material(label, bed, seed, len(clips), _digest(parts), partial(virtual_takes, clips, bed, seed))
-
-
-def virtual_takes(clips: Sequence[Clip], bed: Bed, seed: int) -> Iterator[JudgedTake]:
-    """Clips before virtual cameras, the same ones for noisy and for exact keypoints."""
-    for clip in clips:
-        noisy, exact = (see(clip, seed, noise=noise, views=BEDS[bed]) for noise in (None, EXACT_KEYPOINTS))
-        yield JudgedTake(
-            name=clip.name,
-            person=clip.subject,
-            inputs={
-                PUBLISHED: (noisy.keypoints, None),
-                FOCAL_KNOWN: (noisy.keypoints, noisy.focal_px),
-                EXACT: (exact.keypoints, exact.focal_px),
-            },
-            image_size=noisy.image_size,
-            truth=noisy.truth,
-            R_camera_from_ray=noisy.R_camera_from_ray,
-            lying=noisy.lying,
-        )
-
-
-def real_takes() -> Iterator[JudgedTake]:
-    """The real take, a camera at a time; noisy keypoints as the detector finds them in the video, exact ones the true
-    limbs with OpenPose's face. Twelve joints are known, which count from the middle of the hips; nobody lies."""
-    cameras, truth = read_moving()
-    hips = mid_hips(truth.limbs)[:, 0]
-    for name, camera in cameras.items():
-        assert camera.R_camera_from_world is not None
-        video = read_video(camera.video)
-        size, focal = shown_size(video), float(camera.focal_px.mean())
-        found = seen_only(found_keypoints(video), size)
-        given = openpose_keypoints(truth.openpose[name], video.time_s)
-        exact = exact_keypoints(camera, truth.limbs, given)
-        before = camera.to_camera(hips)
-        yield JudgedTake(
-            name=name,
-            person=REAL,
-            inputs={PUBLISHED: (found, None), FOCAL_KNOWN: (found, focal), EXACT: (exact, focal)},
-            image_size=size,
-            truth=rotate(camera.R_camera_from_world, whole_body(truth.limbs)),
-            R_camera_from_ray=ray_rotation(before[:, :2] / before[:, 2:]),
-            lying=np.zeros(len(truth.limbs), dtype=bool),
-            joints=LIMBS,
-        )
 
 
 def judge(take: JudgedTake, poses: PoseSequence) -> dict[str, Any]:
@@ -152,11 +111,8 @@ def judge(take: JudgedTake, poses: PoseSequence) -> dict[str, Any]:
     frames = poses.frame_index
     lying = take.lying[frames]
     lifted, truth = poses.joints.astype(np.float64), take.truth[frames]
-    if take.joints != H36M17.joints:
-        lifted = whole_body(lifted[:, H36M17.indices(take.joints)])
-    rows = H36M17.indices(take.joints)
     judged = {
-        posture: take_figures(lifted, truth, take.R_camera_from_ray[frames], use, poses.times, rows)
+        posture: take_figures(lifted, truth, take.R_camera_from_ray[frames], use, poses.times)
         for posture, use in zip(POSTURES, (~lying, lying), strict=True)
         if use.any()
     }
@@ -171,20 +127,18 @@ def take_figures(
     R_camera_from_ray: np.ndarray,
     use: np.ndarray,
     time_s: np.ndarray,
-    rows: Sequence[int],
 ) -> list[float]:
-    """FIGURES of the frames (T,) in use of lifted and true joints (T, 17, 3), CAMERA axes, metres and any unit; of the
-    joints in `rows`.
+    """FIGURES of the frames (T,) in use of lifted and true joints (T, 17, 3), CAMERA axes, metres and any unit.
 
     MPJPE and what lies along and across the ray: one scale a frame. constant: how much smaller the MPJPE is when the
     mean error of each joint over the take is taken off it. velocity: mean distance of velocities between neighbouring
     frames, one scale a take. Angles: root mean square, both sides, after the low-pass that runs have.
     """
-    there = use & np.asarray(is_finite(lifted[:, rows]).all(axis=1))
+    there = use & np.asarray(is_finite(lifted).all(axis=1))
     lifted_share = 100 * there.sum() / use.sum()
     if not there.any():
         return [*[np.nan] * (len(FIGURES) - 1), float(lifted_share)]
-    one, other = lifted[there][:, rows], truth[there][:, rows]
+    one, other = lifted[there], truth[there]
     off = scaled(one, other) - other
     mpjpe = np.linalg.norm(off, axis=-1).mean()
     in_ray = np.abs(rotate(transpose(R_camera_from_ray[there]), off))
@@ -205,10 +159,3 @@ def take_figures(
         error = np.stack([near(bent[side] - true[side], 0.0)[there] for side in sides_of(name)])
         figures.append(mean(error**2) ** 0.5)
     return [*map(float, figures), float(lifted_share)]
-
-
-def _digest(parts: Sequence[np.ndarray]) -> str:
-    found = hashlib.sha256()
-    for part in parts:
-        found.update(np.ascontiguousarray(part).tobytes())
-    return found.hexdigest()[:12]

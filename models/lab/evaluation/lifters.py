@@ -1,8 +1,7 @@
 """Which of several lifters is better for people whom no network saw:  pcnet3d evaluate lifters A.onnx B.onnx -o DIR
 
-Whole validation takes before virtual cameras, and the real take (real_take.py), under three conditions. A person's
-value is the mean over frames of each take, then over the person's takes, so that every person has one weight. Networks
-are compared person by person.
+Whole validation takes before virtual cameras, under three conditions. A person's value is the mean over frames of each
+take, then over the person's takes, so that every person has one weight. Networks are compared person by person.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from ....pipeline.plugins.protocols import Lifter
 from ....pipeline.running.progress import each
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
-from .lifter_takes import CONDITIONS, FIGURES, POSTURES, REAL_VIEWS, Material, judge, materials
+from .lifter_takes import CONDITIONS, FIGURES, POSTURES, Material, judge, materials
 from .people import by_person, interval, mean, means
 from .sets import Question
 from .tables import Page, Table
@@ -38,8 +37,7 @@ PAGE = Page(
     "pcnet3d {pcnet3d}, seeds of cameras: {seeds}, whole validation takes. Every person has one weight; people: "
     "{people}. So few people stand for few others: intervals are rather too narrow. One scale a frame, velocity one a "
     "take; angles are RMSE, 6 Hz. Constant: how much smaller the MPJPE is without each joint's mean error over a take. "
-    "Whether a network that was trained elsewhere saw these people nobody knows. The real take, noisy keypoints as "
-    "MoveNet finds them: 12 joints from the middle of the hips, one person, no interval, in no other row.",
+    "Whether a network that was trained elsewhere saw these people nobody knows.",
     [
         Table(
             "Errors",
@@ -83,12 +81,12 @@ def tables(
     """
     lifters = opened(networks)
     takes: dict[tuple[str, str, str, str], dict[str, list[tuple[str, np.ndarray]]]] = {
-        key: {} for key in product(CONDITIONS, POSTURES, (*BEDS, _BOTH, REAL_VIEWS), lifters)
+        key: {} for key in product(CONDITIONS, POSTURES, (*BEDS, _BOTH), lifters)
     }
     for material in materials(seeds, part or ()):
         for (network, condition), judged in errors_of(lifters, material, kept).items():
             for take, posture in product(judged, POSTURES):
-                for views in (material.views, *([_BOTH] if material.views in BEDS else [])):
+                for views in (material.views, _BOTH):
                     if take[posture] is not None:
                         of_part = takes[condition, posture, views, network].setdefault(material.part, [])
                         of_part.append((take["person"], np.array(take[posture], dtype=float)))
@@ -141,7 +139,7 @@ def errors_of(
         for network in lifters
         for condition in CONDITIONS
     }
-    of = {"key": material.key, "figures": list(FIGURES)}
+    of = {"key": material.key(), "figures": list(FIGURES)}
     found = {}
     for key, path in files.items():
         content = read_object(path)
@@ -152,7 +150,7 @@ def errors_of(
         return found
     made: dict[tuple[str, str], list[dict[str, Any]]] = {key: [] for key in missing}
     words = f"{material.part}, {material.views}, seed {material.seed}"
-    for take in each(material.takes(), words, material.count):
+    for take in each(material.takes(), words, len(material.clips)):
         for network, condition in missing:
             keypoints, focal_px = take.inputs[condition]
             poses = lifters[network].lift(ToLift(keypoints, take.image_size, focal_px)).poses

@@ -29,8 +29,8 @@ from .testbed import LiftedTake
 STATED, ESTIMATED = "known noise, stated", "known noise, estimated"
 _SIX = f"Butterworth {CUTOFF_HZ:g} Hz"
 FIXED = (_SIX, "Butterworth 3 Hz", "Butterworth 1.5 Hz")
-# Of axes lateral, depth, vertical.
-_ALONG = {"vertical": [2], "horizontal": [0, 1], "lateral": [0], "depth": [1]}
+# Of axes of which the last is vertical.
+_ALONG = {"vertical": [2], "horizontal": [0, 1]}
 _QUARTERS = ("slowest quarter", "second", "third", "fastest quarter")
 
 

@@ -7,18 +7,16 @@ hold their trunk near it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.frames import CAMERA, IMAGE
-from ....pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, HALPE26, LIMBS, Layout, remap
+from ....pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, Layout, remap
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose, unit
-from ...common.metrics import Figure, procrustes_error, relative
+from ...common.metrics import Figure, relative
 from ..mocap.clips import data_folder
-from ..synthetic.bodies import STANDARD_SIZE_M, size_m
 from .sets import Question
 from .tables import Page, Table
 from .take_answers import Answer, answers, named
@@ -27,12 +25,12 @@ _OURS = "pcnet3d on MoveNet"
 # By clip: an array of its file, the lifter's name and the array's layout; the cameras stand still.
 _CLIPS: dict[str, tuple[tuple[str, str, Layout], ...]] = {
     "boxing": (
-        ("alphapose_kp2d", "pcnet3d on AlphaPose", HALPE26), ("motionbert", "MotionBERT", H36M17),
-        ("blazepose_world", "BlazePose", BLAZEPOSE33), ("movenet_kp2d", _OURS, COCO17),
+        ("motionbert", "MotionBERT", H36M17), ("blazepose_world", "BlazePose", BLAZEPOSE33),
+        ("movenet_kp2d", _OURS, COCO17),
     ),
     "walk_crop": (("blazepose_world", "BlazePose", BLAZEPOSE33), ("movenet_kp2d", _OURS, COCO17)),
     "demo_man": (("blazepose_world", "BlazePose", BLAZEPOSE33), ("movenet_kp2d", _OURS, COCO17)),
-    "mhformer_skating": (("run_a_kp2d", "pcnet3d on HRNet", H36M17), ("run_a", "MHFormer", H36M17)),
+    "mhformer_skating": (("run_a", "MHFormer", H36M17),),
 }  # fmt: skip
 _PAIRS = (
     ("boxing", "MotionBERT", "BlazePose"),
@@ -42,16 +40,9 @@ _PAIRS = (
 )
 PAGE = Page(
     "Real clips",
-    ". Nobody knows the truth of these: how far lifters are apart, and how steady up is.",
+    ". Nobody knows the truth of these: how far lifters are apart, and how steady up is. Degrees over frames, "
+    "p50 / mean / p95.",
     [
-        Table(
-            "Lifters",
-            "real/*",
-            [],
-            {"clip": "{pair[0]}", "one": "{pair[1]}", "other": "{pair[2]}", "apart": "{apart}"},
-            "PA-MPJPE in mm of a standard body, p50 / mean / p95 over frames.",
-        ),
-        "## Rectified\n\nDegrees over frames, p50 / mean / p95.",
         Table("", "real, rectified/apart/*/*", ["two lifters of one video", "axes"], {"apart": "{value}"}),
         Table(
             "",
@@ -69,18 +60,14 @@ PAGE = Page(
 )
 
 
-def real_poses(question: Question, detectors: bool = False) -> Iterator[tuple[str, str, PoseSequence]]:
-    """(clip, lifter, poses): H36M17 in CAMERA axes relative to the pelvis, the lifter's unit; ours for the clips of
-    which there are 2D keypoints, whose focal length is unknown. detectors: on those of other detectors than MoveNet
-    too."""
+def real_poses(question: Question) -> Iterator[tuple[str, str, PoseSequence]]:
+    """(clip, lifter, poses): H36M17 in CAMERA axes relative to the pelvis, the lifter's unit; ours on 2D
+    keypoints, whose focal length is unknown."""
     for clip, arrays in _CLIPS.items():
         with np.load(data_folder() / "lifter" / f"{clip}.npz", allow_pickle=False) as file:
             for array, name, layout in arrays:
-                ours = array.endswith("_kp2d")
-                if ours and name != _OURS and not detectors:
-                    continue
                 found, time_s = file[array], np.arange(len(file[array])) / float(file["fps"])
-                if ours:
+                if name == _OURS:
                     width, height = (int(side) for side in file["image_size"])
                     poses = question.lift(image_poses(found, layout), (width, height))
                 else:
@@ -95,33 +82,6 @@ def image_poses(keypoints: np.ndarray, layout: Layout) -> PoseSequence:
     if keypoints.shape[-1] == 3:
         poses = poses.with_(confidence=np.clip(keypoints[..., 2], 0, 1))
     return remap(poses)
-
-
-def agreement(question: Question) -> list[dict[str, Any]]:
-    """PA-MPJPE over the twelve limb joints, mm of a standard body, of every pair of lifters on every clip, but for ours
-    with itself: {"pair": (clip, one, other), "apart": Figure}."""
-    lifts: dict[str, dict[str, np.ndarray]] = {}
-    for clip, name, poses in real_poses(question, detectors=True):
-        lifts.setdefault(clip, {})[name] = poses.joints
-    rows = []
-    for clip, of in lifts.items():
-        for pair in combinations(of, 2):
-            one, other = sorted(pair, key=lambda name: not name.startswith("pcnet3d"))
-            if not other.startswith("pcnet3d"):
-                rows.append(
-                    {"pair": (clip, one, other), "apart": Figure.of(limb_distance(of[one], of[other]))}
-                )
-    return rows
-
-
-def limb_distance(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """(T,) mm of a standard body, after the best similarity of every frame; joints (T, 17, 3) from the pelvis. Spine,
-    thorax, nose and head are other points for every lifter (formats.md section 1)."""
-    seen = np.isfinite(one).all(axis=(-2, -1)) & np.isfinite(other).all(axis=(-2, -1))
-    rows, scale = H36M17.indices(LIMBS), STANDARD_SIZE_M / size_m(other[seen])
-    error = np.full(len(one), np.nan)
-    error[seen] = 1000 * procrustes_error(one[seen][:, rows], other[seen][:, rows] * scale)
-    return error
 
 
 def consistency(question: Question) -> dict[str, Any]:
@@ -168,8 +128,8 @@ def spread_deg(up: np.ndarray) -> np.ndarray:
 
 
 def tables(question: Question) -> dict[str, Any]:
-    """Everything the report says: agreement as "real", and consistency as "real, rectified"."""
-    return {**question.heading(), "real": agreement(question), "real, rectified": consistency(question)}
+    """Everything the report says: consistency as "real, rectified"."""
+    return {**question.heading(), "real, rectified": consistency(question)}
 
 
 def _trunk(joints: np.ndarray, take: Answer) -> dict[str, Any]:

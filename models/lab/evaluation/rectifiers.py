@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
@@ -25,58 +24,43 @@ from ...common.metrics import Figure, joint_error, procrustes_error, scaled, sor
 from ..mocap.clips import lying, subject_of
 from ..mocap.split import read_parts
 from ..synthetic.views import Targets, View, seen, views
-from .motion_class import CLASSES, motion_classes
 from .people import pooled
 from .sets import EvaluationSet, Question
 from .tables import Page, Table
 
-_TITLES = {
-    "rows": "Rectifiers",
-    "sources": "By skeleton, upright",
-    "views": "By view, upright",
-    "motions": "By motion, upright",
-}
 PAGE = Page(
     "Rectifiers",
     "{about}. Cells of three numbers are p50 / mean / p95; brackets hold 90 % of the means over people drawn anew.",
     [
         Table(
-            title,
-            f"rectifiers/*/{key}/*",
+            "",
+            "rectifiers/*/rows/*",
             ["rectifier", "set"],
             {
                 "frames": "{frames:,}", "rotation, deg": "{rotation}", "tilt, deg": "{tilt}", "MPJPE, mm": "{mpjpe}",
                 "mean rotation by person": "{by person[rotation][said]}", "mean MPJPE": "{by person[mpjpe][said]}",
-                "PA-MPJPE, mm": "{pa_mpjpe.mean:.1f}", "bones, %": "{bones.mean:.2f}",
-                "Frobenius 'deg'": "{frobenius.mean:.1f}", "expected, mean": "{expected.mean:.1f}",
-                "Spearman": "{spearman:.2f}",
+                "PA-MPJPE, mm": "{pa_mpjpe.mean:.1f}", "Frobenius 'deg'": "{frobenius.mean:.1f}",
+                "expected, mean": "{expected.mean:.1f}", "Spearman": "{spearman:.2f}",
             },
         )
-        for key, title in _TITLES.items()
     ],
 )  # fmt: skip
-_BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
 
 
 @dataclass(frozen=True, eq=False)
 class Take:
     """One take to be rectified. joints: (T, 17, 3), CAMERA axes relative to the pelvis. truth: the same without the
-    lifter's errors, metres. R: (T, 3, 3) true R_camera_from_body. lying: (T,). source: of mocap.clips.Clip.
-    motion: {class: (T,)} of motion_class, for the tables by motion. person: as a split calls them."""
+    lifter's errors, metres. R: (T, 3, 3) true R_camera_from_body. lying: (T,). person: as a split calls them."""
 
     joints: np.ndarray
     truth: np.ndarray
     R: np.ndarray
     lying: np.ndarray
-    source: str
-    motion: dict[str, np.ndarray] = field(default_factory=dict)
     person: str = ""
 
     def some(self, rows: np.ndarray | slice) -> Take:
         """The take with some of its frames: a mask (T,), or a slice."""
-        motion = {name: mask[rows] for name, mask in self.motion.items()}
-        cut = (self.joints[rows], self.truth[rows], self.R[rows], self.lying[rows])
-        return Take(*cut, self.source, motion, self.person)
+        return Take(self.joints[rows], self.truth[rows], self.R[rows], self.lying[rows], self.person)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,9 +68,9 @@ class Judged:
     """What a rectifier did to the frames of a set; arrays (N,), NaN where it gave no answer.
 
     rotation, tilt: degrees. mpjpe, pa_mpjpe: mm, canonical joints against the true ones, the scale of a lift brought
-    to the truth's frame by frame; unscaled: as they come, which means something of joints in metres only. bones: mean
-    change of bone lengths, per cent. frobenius: |R - R'| x 180 / pi, which the paper's published code calls degrees.
-    expected: error_deg. person: whose the frame is.
+    to the truth's frame by frame; unscaled: as they come, which means something of joints in metres only. frobenius:
+    |R - R'| x 180 / pi, which the paper's published code calls degrees. expected: error_deg. person: whose the frame
+    is.
     """
 
     rotation: np.ndarray
@@ -94,7 +78,6 @@ class Judged:
     mpjpe: np.ndarray
     unscaled: np.ndarray
     pa_mpjpe: np.ndarray
-    bones: np.ndarray
     frobenius: np.ndarray
     expected: np.ndarray
     person: np.ndarray
@@ -105,7 +88,7 @@ class Judged:
             "frames": int(use.sum()),
             "no answer": int(np.isnan(self.rotation[use]).sum()),
         }
-        for name in ("rotation", "tilt", "mpjpe", "unscaled", "pa_mpjpe", "bones", "frobenius", "expected"):
+        for name in ("rotation", "tilt", "mpjpe", "unscaled", "pa_mpjpe", "frobenius", "expected"):
             figures[name] = Figure.of(getattr(self, name)[use])
         figures["by person"] = {
             name: pooled(getattr(self, name)[use], self.person[use]) for name in ("rotation", "mpjpe")
@@ -133,11 +116,10 @@ def together(parts: Sequence[Judged]) -> Judged:
 def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarray) -> Judged:
     """One take's answers against the truth: R_camera_from_body (T, 3, 3), error_deg (T,) and the pose in BODY
     (T, 17, 3), which is R^T x unless something corrected it."""
-    joints, truth = take.joints.astype(np.float64), rotate(transpose(take.R), take.truth)
+    truth = rotate(transpose(take.R), take.truth)
     fitted = scaled(canonical, truth)
-    length = [np.linalg.norm(x[:, _BONES[:, 0]] - x[:, _BONES[:, 1]], axis=-1) for x in (canonical, joints)]
     answered = np.isfinite(R).all(axis=(1, 2))
-    pa = np.full(len(joints), np.nan)
+    pa = np.full(len(R), np.nan)
     pa[answered] = procrustes_error(canonical[answered], truth[answered])
     return Judged(
         rotation=geodesic_deg(R, take.R),
@@ -145,10 +127,9 @@ def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarr
         mpjpe=1000 * joint_error(fitted, truth),
         unscaled=1000 * joint_error(canonical, truth),
         pa_mpjpe=1000 * pa,
-        bones=100 * np.abs(length[0] / np.maximum(length[1], 1e-9) - 1).mean(axis=-1),
         frobenius=np.degrees(np.linalg.norm(R - take.R, axis=(1, 2))),
         expected=expected,
-        person=np.full(len(joints), take.person),
+        person=np.full(len(R), take.person),
     )
 
 
@@ -160,12 +141,7 @@ def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0, targets: Targe
         R = views(view, rng, len(clip))
         joints, fine = seen(clip.joints, R, targets)
         if fine.any():
-            motion = motion_classes(clip.joints, clip.fps)
-            takes.append(
-                Take(joints, joints, R, lying(clip.joints), clip.source, motion, subject_of(clip.name)).some(
-                    fine
-                )
-            )
+            takes.append(Take(joints, joints, R, lying(clip.joints), subject_of(clip.name)).some(fine))
     return takes
 
 
@@ -177,15 +153,7 @@ def lifted(question: Question, of: EvaluationSet) -> list[Take]:
         finite = np.isfinite(np.concatenate([joints, seen_.R_camera_from_body], axis=1))
         fine = np.asarray(finite.all(axis=(1, 2)))
         if fine.any():
-            whole = Take(
-                joints,
-                seen_.truth,
-                seen_.R_camera_from_body,
-                seen_.lying,
-                seen_.source,
-                seen_.motion,
-                subject_of(seen_.clip),
-            )
+            whole = Take(joints, seen_.truth, seen_.R_camera_from_body, seen_.lying, subject_of(seen_.clip))
             takes.append(whole.some(fine))
     return takes
 
@@ -224,39 +192,14 @@ def _clean(clips: Sequence[Clip], seed: int, targets: Targets) -> dict[str, Call
 def _tables(
     rectifiers: Sequence[Rectifier], sets: dict[str, dict[str, Callable[[], list[Take]]]]
 ) -> dict[str, Any]:
-    """{method: {"rows": {set: figures}, "sources": ..., "views": ..., "motions": ...}}; figures are Judged.row's."""
-    parts = ("rows", "sources", "views", "motions")
-    results: dict[str, Any] = {r.method: {part: {} for part in parts} for r in rectifiers}
+    """{method: {"rows": {set: Judged.row's figures}}}."""
+    results: dict[str, Any] = {rectifier.method: {"rows": {}} for rectifier in rectifiers}
     for label, kinds in sets.items():
         for kind, make in kinds.items():
             takes = make()
             lies = np.concatenate([take.lying for take in takes])
-            source = np.concatenate([[take.source] * len(take.R) for take in takes])
-            view = view_of(np.concatenate([take.R for take in takes]))
-            motion = {name: np.concatenate([take.motion[name] for take in takes]) for name in CLASSES}
             for rectifier in rectifiers:
-                judged, result = judge(rectifier, takes), results[rectifier.method]
+                judged = judge(rectifier, takes)
                 for pose, use in (("upright", ~lies), ("lying", lies)):
-                    result["rows"][f"{label}, {kind}, {pose}"] = judged.row(use)
-                if kind != "clean, wide views" and len(set(source)) > 1:
-                    for name in sorted(set(source)):
-                        result["sources"][f"{label}, {kind}, {name}"] = judged.row(~lies & (source == name))
-                if kind != "clean, paper's views":
-                    for name, use in view.items():
-                        result["views"][f"{label}, {kind}, {name}"] = judged.row(~lies & use)
-                if kind != "clean, wide views":
-                    for name, use in motion.items():
-                        result["motions"][f"{label}, {kind}, {name}"] = judged.row(~lies & use)
+                    results[rectifier.method]["rows"][f"{label}, {kind}, {pose}"] = judged.row(use)
     return results
-
-
-def view_of(R_camera_from_body: np.ndarray) -> dict[str, np.ndarray]:
-    """Masks (N,): where the camera stands as the body sees it. Front, side and back by 45 and 135 degrees from the
-    facing direction; high and low when the camera looks down or up by more than 20 degrees."""
-    to_camera = -R_camera_from_body[:, 2]  # against the camera's z, in BODY
-    azimuth = np.degrees(np.arctan2(np.abs(to_camera[:, 1]), -to_camera[:, 0]))
-    height = np.degrees(np.arcsin(np.clip(to_camera[:, 2], -1, 1)))
-    return {
-        "front": azimuth < 45, "side": (azimuth >= 45) & (azimuth <= 135), "back": azimuth > 135,
-        "high": height > 20, "low": height < -20,
-    }  # fmt: skip

@@ -1,14 +1,12 @@
 """What a rotation does to accelerations of wrists and ankles, against motion capture; motion.py judges smoothers.
 
 A lift is brought to the truth's scale, one factor a take; a method that is about another lift than the first one has
-that lift's joints (Answer.joints). Three comparisons, vertical and horizontal apart:
+that lift's joints (Answer.joints). Two comparisons, vertical and horizontal apart:
 
 - "level": in upright axes with one heading for the take, the truth's for every method. A method that answers frame by
   frame has its frames' own ups there, turned to that heading frame by frame; so only its tilt counts against it. It
   is the fair one: all methods and the camera's axes meet one truth.
 - "lift": the first lift's signals against the same in the true axes: what the method's rotation alone adds.
-- "body": R^T x, what the paper computes, against the true R^T x. The axes turn with the person, so it holds the
-  jitter of the frames' headings too; one heading offset a take is taken out. The camera's axes have no place in it.
 """
 
 from __future__ import annotations
@@ -23,13 +21,12 @@ from ....pipeline.signals.filters import CUTOFF_HZ
 from ...common.metrics import Figure
 from .acceleration import NO_MOTION, PARTS, accelerations, agreement
 from .tables import Table
-from .take_answers import TRUE_AXES, Answer, with_heading
+from .take_answers import TRUE_AXES, Answer
 
 _TITLES = {
     "level": "In upright axes, one heading for the take, the same for every method; frame by frame: each frame's own "
     "up under it. `true axes` is what is left when the rotation is right.",
     "lift": "The first lift's against the same in the true axes: what the rotation alone adds.",
-    "body": "In BODY, the paper's R^T x, against the true one.",
 }
 TABLES: list[Table | str] = [
     "## Acceleration of wrists and ankles\n\n"
@@ -65,23 +62,18 @@ def take_scores(
     joints: np.ndarray,
     truth: np.ndarray,
     R_camera_from_world: np.ndarray,
-    R_camera_from_body: np.ndarray,
     time_s: np.ndarray,
 ) -> dict[str, dict[str, dict[str, dict[str, tuple[float, float]]]]]:
-    """One take: {"level", "lift", "body": {method: {part: {direction: (RMSE, r)}}}}; "lift" of a lift only.
+    """One take: {"level", "lift": {method: {part: {direction: (RMSE, r)}}}}; "lift" of a lift only.
 
-    joints, truth: (T, 17, 3) metres, CAMERA axes relative to the pelvis, without gaps. R_camera_from_world: (3, 3) and
-    R_camera_from_body: (T, 3, 3), the truth. "level" also has the row of who says that nothing moves.
+    joints, truth: (T, 17, 3) metres, CAMERA axes relative to the pelvis, without gaps. R_camera_from_world: (3, 3), the
+    truth. "level" also has the row of who says that nothing moves.
     """
-    R_world = np.broadcast_to(R_camera_from_world, R_camera_from_body.shape)
-    world, lift, body = (
-        _limbs(*pair, time_s) for pair in ((truth, R_world), (joints, R_world), (truth, R_camera_from_body))
-    )
+    world, lift = (_limbs(each, R_camera_from_world, time_s) for each in (truth, joints))
     lifted = not np.array_equal(joints, truth)
     scores: dict[str, dict[str, dict[str, dict[str, tuple[float, float]]]]] = {
         "level": {NO_MOTION: {part: compare(np.zeros_like(world[part]), world[part]) for part in PARTS}},
         **({"lift": {}} if lifted else {}),
-        "body": {},
     }
     for name, answer in answers.items():
         own = joints if answer.joints is None else answer.joints
@@ -91,9 +83,6 @@ def take_scores(
         if lifted and name != TRUE_AXES:
             same = signal if own is joints else _limbs(joints, axes, time_s)
             scores["lift"][name] = {part: compare(same[part], lift[part]) for part in PARTS}
-        if answer.R_camera_from_level is None or answer.levelled is not None:
-            signal = _limbs(own, with_heading(answer.R_camera_from_body, R_camera_from_body), time_s)
-            scores["body"][name] = {part: compare(signal[part], body[part]) for part in PARTS}
     return scores
 
 

@@ -183,5 +183,5 @@ def signals(take: LiftedTake, joints: np.ndarray, both: dict[str, Answer]) -> di
         TRUE_AXES: constant(seen.R_camera_from_world, len(joints)),
     }
     return take_acceleration.take_scores(
-        methods, joints, seen.truth, seen.R_camera_from_world, seen.R_camera_from_body, seen.keypoints.times
+        methods, joints, seen.truth, seen.R_camera_from_world, seen.keypoints.times
     )

@@ -1,4 +1,4 @@
-"""Learn when feet are on the floor:  python -m pcnet3d.models.lab.fits.contact
+"""Learn when feet are on the floor, a step of refit.
 
 Of CMU's and ACCAD's train subjects: takes as captured, their walks in styles that nobody walked (models/lab/mocap/
 restyle.py), and both as the shipped lifter sees them before cameras of either bed. That lifter was trained on these
@@ -11,10 +11,9 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 
 from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.extras import needed_for
@@ -24,10 +23,9 @@ from ....pipeline.files.atomic import write_text
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.signals.filters import lowpass
 from ...common.metrics import relative
-from ...gait.contact import CONTACT_FILE, SIDES, ContactNet, window_features
+from ...gait.contact import SIDES, ContactNet, window_features
 from ...gait.events import ON_FLOOR
 from ...lifter.builtin import lift
-from ..common.modules import run_command
 from ..evaluation.take_answers import joints_of
 from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, see
 from ..mocap.clips import Subjects, data_set, read_clips
@@ -35,6 +33,7 @@ from ..mocap.contact import true_contact
 from ..mocap.restyle import Spells, on_floor, restyled_walks
 
 _TILT_DEG = 4.0  # of up about each horizontal axis, as a take's one gravity is off
+_STYLES, _SEED = 6, 0  # drawn styles of every walk and bed
 _HIDDEN = 64
 _EPOCHS, _BATCH, _RATE, _DECAY = 8, 1024, 3e-3, 0.1
 _JITTER = 0.08  # standard deviations of a feature, drawn anew in every batch; others are lifted less well
@@ -142,22 +141,18 @@ def scores(net: ContactNet, features: np.ndarray, contact: np.ndarray) -> dict[s
     }
 
 
-def main(
-    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = CONTACT_FILE,
-    styles: Annotated[int, typer.Option(min=1, help="Drawn styles of every walk and bed.")] = 6,
-    seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
-) -> None:
-    """Learn when feet are on the floor."""
-    parts = [examples(material("train", styles, seed + i), seed + i, bed) for i, bed in enumerate(BEDS)]
+def learn(output: Path) -> None:
+    """Write the network that was learned."""
+    parts = [examples(material("train", _STYLES, i), i, bed) for i, bed in enumerate(BEDS)]
     features, contact, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
-    net = trained(features, contact, weight, seed)
-    judged = examples(material("val", styles, seed), seed, "wild")
+    net = trained(features, contact, weight, _SEED)
+    judged = examples(material("val", _STYLES, _SEED), _SEED, "wild")
     said = {name: round(value, 3) for name, value in scores(net, *judged[:2]).items()}
     content: dict[str, Any] = {
-        "made_by": "python -m pcnet3d.models.lab.fits.contact",
+        "made_by": "python -m pcnet3d.models.lab.fits.refit",
         "learned_on": f"{len(features):,} frames of feet of CMU and ACCAD train subjects, lifted and as captured, "
-        f"their straight walks also in {styles} drawn styles",
-        "seed": seed,
+        f"their straight walks also in {_STYLES} drawn styles",
+        "seed": _SEED,
         "validation": said,
         "joints": f"{H36M17.name}, see contact.window_features",
         **{
@@ -168,7 +163,3 @@ def main(
     }
     write_text(output, json.dumps(content) + "\n")
     print(f"{output}: validation {said}")
-
-
-if __name__ == "__main__":
-    run_command(main)

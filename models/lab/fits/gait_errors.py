@@ -1,4 +1,4 @@
-"""Fit the stated errors of gait figures on validation subjects:  python -m pcnet3d.models.lab.fits.gait_errors
+"""Fit the stated errors of gait figures on validation subjects, a step of refit.
 
 Every figure's error has parts (models/gait/errors.py), besides what the pelvis path says of all strides alike. They are
 those under which the errors of the takes' means are most likely, every person with the same weight, with the true path
@@ -14,18 +14,16 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
-import typer
 
 from ....pipeline.core.frames import CAMERA
 from ....pipeline.files.atomic import write_text
 from ....pipeline.running.progress import each
 from ...common.metrics import SD_90
-from ...gait.errors import ERROR_FILE, OF_LANDINGS, OF_LENGTH
+from ...gait.errors import OF_LANDINGS, OF_LENGTH
 from ...rectifier.load import load_rectifier
-from ..common.modules import run_command
 from ..errors.fit import STRANGERS
 from ..evaluation.gait import TRUE, JudgedGait, judge, judge_both
 from ..evaluation.gait_means import Difference, Mean
@@ -36,6 +34,7 @@ from ..mocap.restyle import restyled_walks
 
 Judged = TypeVar("Judged", Mean, Difference)
 
+_SEEDS = 2  # draws of cameras and noise, of every bed
 _END = 0.01
 _COUNTED = 0.95
 _FEWEST = 3  # people
@@ -197,15 +196,12 @@ def _three_digits(parts: dict[str, float]) -> dict[str, float]:
     return {part: float(f"{value:.3g}") for part, value in parts.items()}
 
 
-def main(
-    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = ERROR_FILE,
-    seeds: Annotated[int, typer.Option(min=1, help="Draws of cameras and noise, of every bed.")] = 2,
-) -> None:
-    """Fit the stated errors of gait figures on validation subjects."""
+def learn(output: Path) -> None:
+    """Write the errors that were fitted."""
     rectifier = load_rectifier("pcnet")
     clips = [clip for clip in read_clips("val") if data_set(clip) != "tennis" and len(clip) >= MIN_FRAMES]
     lifted, measured = [], []
-    for question in (Question((rectifier,), seed=seed, bed=bed) for bed in BEDS for seed in range(seeds)):
+    for question in (Question((rectifier,), seed=seed, bed=bed) for bed in BEDS for seed in range(_SEEDS)):
         takes = [*((clip, None) for clip in clips), *restyled_walks(clips, 1, question.seed)]
         for clip, spells in each(takes, f"takes, {question.bed} cameras", len(takes)):
             seen = see(clip, question.seed, views=question.views)
@@ -220,14 +216,10 @@ def main(
         for source, takes in (("lifted", lifted), ("measured", measured))
     }
     content = {
-        "made_by": "python -m pcnet3d.models.lab.fits.gait_errors",
+        "made_by": "python -m pcnet3d.models.lab.fits.refit",
         "fitted_on": f"{len(of_source['lifted'])} lifted and {len(of_source['measured'])} captured walks and runs of "
         "validation subjects, as they are and in drawn styles",
         **{source: fit_all(takes, source == "lifted") for source, takes in of_source.items()},
     }
     write_text(output, json.dumps(content, indent=1) + "\n")
     print(json.dumps(content, indent=1))
-
-
-if __name__ == "__main__":
-    run_command(main)

@@ -1,29 +1,20 @@
-"""What the constants of models/gravity would be for another lifter or rectifier, beside those in use:
-
-    pcnet3d testbed val --seed 0 -o val-0.npz
-    python -m pcnet3d.models.lab.fits.gravity_constants val-0.npz [--rectifier FILE.onnx]
-
-To be run after a retraining, on takes of validation subjects; the constants are then changed by hand, where they stand.
-"""
+"""What the constants of models/gravity would be for a new lifter or rectifier, on takes of validation subjects; a step
+of refit, after which they are changed by hand, where they stand."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.rotations import angle_deg, unit
 from ...common.metrics import RAYLEIGH_90
-from ...gravity import LEAN_DEG, TILT_SHARE, Votes, pool
-from ...gravity.levelling import HEADING_SHARE
-from ...gravity.votes import STATED_LEAN_DEG, USUAL_DEG, USUAL_SPREAD
+from ...gravity import LEAN_DEG, Votes, pool
+from ...gravity.votes import USUAL_DEG, USUAL_SPREAD
 from ...rectifier.load import load_rectifier
-from ..common.modules import run_command
 from .joint_noise import read_pairs
 
 _COVERED = 0.9
@@ -32,7 +23,9 @@ _SHORTEST = 60  # frames, 2 s
 
 @dataclass(frozen=True)
 class Constants:
-    """tilt_share, heading_share: root mean squares of a frame's tilt and heading over its expected rotation error.
+    """TILT_SHARE, LEAN_DEG and STATED_LEAN_DEG of models/gravity/votes.py, and HEADING_SHARE of levelling.py.
+
+    tilt_share, heading_share: root mean squares of a frame's tilt and heading over its expected rotation error.
     lean_deg: what a lifter leans with all its frames at least, so that nine in ten takes lie inside their bound.
     stated_lean_deg: the same where the lifter states its error."""
 
@@ -73,10 +66,10 @@ def stated_lean(
     return float(minimize_scalar(cost, bounds=(0.5, 20), method="bounded").x)  # type: ignore[union-attr]
 
 
-def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
+def constants(paths: Sequence[Path]) -> Constants:
     """Of lifted takes, upright and of 2 s at least, in files of pcnet3d testbed; InputError for other files, and for
     files without such takes."""
-    network = load_rectifier(rectifier)
+    network = load_rectifier("pcnet")
     tilts, headings, expected, off, stated, spreads, pooled = [], [], [], [], [], [], []
     for pair in read_pairs(paths):
         if len(pair.raw) < _SHORTEST or not pair.upright.all():
@@ -103,22 +96,3 @@ def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
         lean(np.array(off), np.array(stated), LEAN_DEG),
         stated_lean(np.array(off), square, usual, pooled),
     )
-
-
-def show(
-    takes: Annotated[list[Path], typer.Argument(help="Lifted validation subjects, of pcnet3d testbed.")],
-    rectifier: Annotated[str, typer.Option(help="A rectifier, or its .onnx file.")] = "pcnet",
-) -> None:
-    """Print the constants that these takes ask for, and those in use."""
-    found = constants(takes, rectifier)
-    for name, used, value in (
-        ("models/gravity/votes.py TILT_SHARE", TILT_SHARE, found.tilt_share),
-        ("models/gravity/votes.py LEAN_DEG", LEAN_DEG, found.lean_deg),
-        ("models/gravity/votes.py STATED_LEAN_DEG", STATED_LEAN_DEG, found.stated_lean_deg),
-        ("models/gravity/levelling.py HEADING_SHARE", HEADING_SHARE, found.heading_share),
-    ):
-        print(f"{name}: {value:.2f}, in use {used:.2f}")
-
-
-if __name__ == "__main__":
-    run_command(show)

@@ -1,6 +1,4 @@
-"""Learns how a lifter's joints err together, on lifted takes with truth (files of pcnet3d testbed):
-
-    python -m pcnet3d.models.lab.fits.joint_noise train-a.npz train-b.npz --val val-0.npz --val val-1.npz
+"""Learns how a lifter's joints err together, on lifted takes with truth (files of pcnet3d testbed); a step of refit.
 
 Train subjects give the modes; validation subjects, lifted by the shipped lifter and levelled by the shipped rectifier,
 give what a frame's noise grows with. What each angle's error is then comes from `pcnet3d evaluate errors --fit`.
@@ -12,10 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
-import typer
 
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.errors import InputError
@@ -26,7 +22,6 @@ from ....pipeline.files.atomic import write_text
 from ....pipeline.plugins.protocols import Rectifier
 from ...angle_error.joint_noise import (
     JOINTS,
-    NOISE_FILE,
     JointNoise,
     heading_error,
     limb_spread,
@@ -37,7 +32,6 @@ from ...common.metrics import scaled
 from ...gravity import Levelled, Seen, level_static, why_not
 from ...lifter.load import load_lifter
 from ...rectifier.load import load_rectifier
-from ..common.modules import run_command
 from ..common.testbed_file import read_testbed
 
 _MODES = 24  # of 42: 95 % of the variance; the angles' factors hold the rest
@@ -137,18 +131,8 @@ def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> Joi
     return with_multiples(noise, pairs, levels)
 
 
-def main(
-    train: Annotated[
-        list[Path], typer.Argument(help="Lifted train subjects, by lifters that never saw them.")
-    ],
-    val: Annotated[list[Path], typer.Option(help="Lifted validation subjects.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = NOISE_FILE,
-) -> None:
-    """Learn the joints' noise."""
+def learn(train: Sequence[Path], val: Sequence[Path], output: Path) -> None:
+    """Write the noise that was learned. train: lifted by lifters that never saw these people."""
     noise = fit(train, val, load_rectifier("pcnet"))
     write_text(output, noise.as_json())
     print(f"{output}: usual {noise.usual}, powers {noise.powers}")
-
-
-if __name__ == "__main__":
-    run_command(main)

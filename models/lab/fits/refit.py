@@ -55,11 +55,11 @@ def steps(folder: Path) -> list[Step]:
         Step("val-0.npz", partial(write_takes, "val")),
         Step("val-1.npz", partial(write_takes, "val", seed=1, bodies=True)),
         Step("gravity.json", partial(gravity, val)),
-        Step("modes.json", partial(joint_noise.main, [train], val), NOISE_FILE),
-        Step("contact.json", contact.main, CONTACT_FILE),
-        Step("gait_error.json", gait_errors.main, ERROR_FILE),
+        Step("modes.json", partial(joint_noise.learn, [train], val), NOISE_FILE),
+        Step("contact.json", contact.learn, CONTACT_FILE),
+        Step("gait_error.json", gait_errors.learn, ERROR_FILE),
         Step("angles/joint_noise.json", partial(kit, 0, True), NOISE_FILE),
-        Step("repeatability.json", visits.main, REPEATABILITY_FILE),
+        Step("repeatability.json", visits.learn, REPEATABILITY_FILE),
         Step("judged/errors.json", partial(kit, _JUDGED_SEED, False)),
     ]
 

@@ -19,7 +19,7 @@ from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ....pipeline.core.take import Take
 from ....pipeline.plugins.protocols import Rectifier
-from ...drawing.charts import Curve, over_time
+from ...drawing.charts import Curve, busiest, over_time
 from ...drawing.page import charts, figure
 from ...drawing.words import spoken
 from ..methods import each_frame, method_name, methods
@@ -29,7 +29,7 @@ from .side import TRUTH, Side
 WRISTS = ("r_wrist", "l_wrist")
 AXES = ("back", "right", "up")
 FLAT = "raw 2D"
-_SHOWN_S = 12.0  # of a long take
+_SHOWN_S = 12.0  # of a long take, where the wrist travels farthest
 _MOVING = 0.02  # of the person's size, about a centimetre: standard deviation of a wrist that moves
 _COLOURS = ("#9aa3ad", "#e69f00", "#56b4e9", "#009e73", "#d55e00", "#cc79a7")
 
@@ -125,7 +125,8 @@ def limbs_of(run: Take) -> np.ndarray | None:
 
 def wrist_charts(found: Wrists, wrist: str, times: np.ndarray) -> Markup:
     """HTML of one wrist: back, right and up over times (T,), motion capture and every method."""
-    rows = _busiest(found, wrist)
+    moved = np.linalg.norm(np.diff(found.paths[TRUTH][wrist], axis=0, prepend=np.nan), axis=-1)
+    rows = busiest(moved, found.time_s, _SHOWN_S)
     shown = []
     for i, axis in enumerate(AXES):
         curves = [
@@ -147,16 +148,3 @@ def _look(found: Wrists, name: str) -> dict[str, Any]:
         "colour": _COLOURS[(names.index(name) - 1) % len(_COLOURS)],
         "width": 1.6 if name == names[-1] else 1.0,
     }
-
-
-def _busiest(found: Wrists, wrist: str) -> slice:
-    """The stretch of at most 12 s in which motion capture's wrist travels farthest."""
-    times = found.time_s
-    if times[-1] - times[0] <= _SHOWN_S:
-        return slice(None)
-    step = np.r_[0.0, np.nan_to_num(np.linalg.norm(np.diff(found.paths[TRUTH][wrist], axis=0), axis=-1))]
-    way = np.cumsum(step)
-    stops = np.searchsorted(times, times + _SHOWN_S, side="right")
-    whole = stops[times + _SHOWN_S <= times[-1]]
-    start = int(np.argmax(way[whole - 1] - way[: len(whole)]))
-    return slice(start, int(stops[start]))

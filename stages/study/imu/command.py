@@ -10,8 +10,6 @@ of the video's is compared with it, of the run's own method alone.
 
 from __future__ import annotations
 
-import json
-import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -37,14 +35,14 @@ from ....pipeline.plugins.options import call, did_you_mean, pairs
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.find import find_adapter
 from ....pipeline.signals.filters import CUTOFF_HZ, breaks, check_cutoff, rate
-from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
+from ....pipeline.signals.imu import GRAVITY_MPS2, MOST_HZ, SEGMENTS, Imu, point_on
+from ....pipeline.signals.rates import check_fps
 from ..compare.truth import people_in_a_world
 from ..methods import method_name, methods
 from .align import Alignment, Signal, agreement, align, check_overlap, heading_deg
 from .motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
 from .output import IMU_RECORDING, Comparison, as_markdown, as_page, write_recording
 
-_FIGURES = "imu.json"
 _WEAK = 0.5  # a correlation over three axes below which the lag is not to be trusted
 _AMBIGUOUS = 0.9  # of the score: another lag that fits as well, as in a periodic motion
 _LEAST_S = 2.0  # of compared motion
@@ -83,12 +81,11 @@ def imu(
         typer.Option("--option", "-O", help="Option KEY=VALUE for reading the sensor files; repeatable."),
     ] = None,
 ) -> None:
-    """Compare the accelerations of a run with inertial sensors: lag, correlation and RMSE.
-
-    Results of other segments are kept; a segment that is compared again is replaced.
-    """
+    """Compare the accelerations of a run with inertial sensors: lag, correlation and RMSE."""
     run = read_run(folder)
     others = [load_rectifier(name) for name in rectifier or ()]
+    if rate_hz is not None:
+        check_fps(rate_hz, "--rate", MOST_HZ)
     options = pairs(option) | ({} if rate_hz is None else {"rate_hz": rate_hz})
     sensors, compared = read_imus(imu, segment or [], adapter, options)
     sensors = {name: replace(sensor, time_s=sensor.time_s + offset) for name, sensor in sensors.items()}
@@ -112,9 +109,7 @@ def imu(
         "search_s": search,
         "offset_s": offset,
     }
-    new = {result.segment: plain({**settings, **result.figures()}) for result in results}
-    kept = {name: figures for name, figures in _compared_before(folder).items() if name not in new}
-    segments = {**kept, **new}
+    segments = {result.segment: plain({**settings, **result.figures()}) for result in results}
     words = as_markdown(run.name, segments)
     content = {
         "pcnet3d": package_version(),
@@ -123,33 +118,15 @@ def imu(
         "segments": segments,
     }
     with whole_folder(folder / "imu", inputs=files) as partial:
-        write_json(partial / _FIGURES, content)
+        write_json(partial / "imu.json", content)
         (partial / "imu.md").write_text(words, encoding="utf-8")
-        for name in kept:
-            shutil.copy(folder / "imu" / f"{name}.html", partial)
         for result in results:
             (partial / f"{result.segment}.html").write_text(as_page(result, offset), encoding="utf-8")
-        axes = {name: list(next(iter(of["methods"].values()))) for name, of in segments.items()}
-        write_recording(run, results, axes, words, folder, partial / IMU_RECORDING)
+        write_recording(run, results, words, folder, partial / IMU_RECORDING)
     add_to_list(folder, "imu")
     show(words)
     show(f"{folder / 'imu'}: {', '.join(sorted(file.name for file in (folder / 'imu').iterdir()))}")
     print(f"look at it with: pcnet3d view {quoted(folder / 'imu' / IMU_RECORDING)}")
-
-
-def _compared_before(folder: Path) -> dict[str, dict[str, Any]]:
-    """The figures of earlier comparisons with this run by segment, of this version and with all their files."""
-    try:
-        content = json.loads((folder / "imu" / _FIGURES).read_text(encoding="utf-8"))
-        if content["pcnet3d"] != package_version() or not (folder / "imu" / IMU_RECORDING).is_file():
-            return {}
-        return {
-            name: figures
-            for name, figures in content["segments"].items()
-            if name in SEGMENTS and (folder / "imu" / f"{name}.html").is_file()
-        }
-    except (OSError, ValueError, RecursionError, LookupError, TypeError, AttributeError):
-        return {}
 
 
 def read_imus(

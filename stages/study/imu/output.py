@@ -14,7 +14,7 @@ from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.files.names import RECORDING
-from ...drawing.charts import Curve, over_time
+from ...drawing.charts import Curve, busiest, over_time
 from ...drawing.page import answer, box, charts, figure, page
 from ...drawing.palette import GREEN, MIDDLE, PURPLE, as_hex
 from ...drawing.rerun_file import recording_file
@@ -140,7 +140,9 @@ def _cell(lag_s: float, axes: Mapping[str, Mapping[str, float | None]], figure: 
 def as_page(result: Comparison, offset_s: float) -> str:
     """One HTML page of a sensor: back, right, up and norm over time, the IMU beside the run's own method, for the take
     and per frame. offset_s: what was added to the IMU's stamps first."""
-    rows = _busiest(result)
+    known = is_finite(result.video[result.own])
+    power = np.where(known, (result.imu[result.own] ** 2).sum(axis=-1), np.nan)
+    rows = busiest(power, result.time_s, _SHOWN_S)
     per_frame = f"{result.own} per frame"
     lines = [
         (per_frame, result.video.get(per_frame), _PER_FRAME, 1.0),
@@ -169,41 +171,16 @@ def as_page(result: Comparison, offset_s: float) -> str:
     return page(f"{result.segment}: video against IMU", head, [("Over time", charts(shown))])
 
 
-def _busiest(result: Comparison) -> slice:
-    """The stretch of at most 20 s in which the IMU moves most."""
-    step = float(result.time_s[1] - result.time_s[0])
-    length = round(_SHOWN_S / step)
-    if len(result.time_s) <= length:
-        return slice(None)
-    power = np.where(is_finite(result.video[result.own])[:, None], result.imu[result.own], np.nan)
-    power = np.nan_to_num((power**2).sum(axis=-1))
-    sums = np.cumsum(np.concatenate([[0.0], power]))
-    start = int(np.argmax(sums[length:] - sums[:-length]))
-    return slice(start, start + length)
-
-
-def write_recording(
-    run: Take,
-    results: Sequence[Comparison],
-    axes: Mapping[str, Sequence[str]],
-    words: str,
-    folder: Path,
-    path: Path,
-) -> None:
-    """All of the run's own recording, and the curves of both on its time axes under imu/<segment>/<axis>. axes: by
-    segment; the curves of those without a result are in the recording that an earlier comparison left in the folder."""
+def write_recording(run: Take, results: Sequence[Comparison], words: str, folder: Path, path: Path) -> None:
+    """All of the run's own recording, and the curves of both on its time axes under imu/<segment>/<axis>."""
     import rerun as rr
     from rerun.chunk import RrdReader
 
     times = run.need("poses").times
     clock = time_columns(run.need("poses").frame_index, times)
-    with whole_file(path) as partial, recording_file(partial, _blueprint(folder, axes), path) as file:
+    with whole_file(path) as partial, recording_file(partial, _blueprint(folder, results), path) as file:
         recording = file.stream
-        if len(axes) > len(results):
-            replaced = ["/imu/summary", *(f"/imu/{result.segment}/**" for result in results)]
-            before = RrdReader(folder / "imu" / IMU_RECORDING).stream()
-            recording.send_chunks(before.drop(content=replaced))
-        elif (folder / RECORDING).is_file():
+        if (folder / RECORDING).is_file():
             recording.send_chunks(RrdReader(folder / RECORDING).stream())
         recording.log("imu/summary", rr.TextDocument(words, media_type=rr.MediaType.MARKDOWN), static=True)
         for result in results:
@@ -221,19 +198,21 @@ def write_recording(
                 recording.send_columns(entity, clock, columns.partition(np.full(len(values), 2)))
 
 
-def _blueprint(folder: Path, axes: Mapping[str, Sequence[str]]) -> rrb.Blueprint:
+def _blueprint(folder: Path, results: Sequence[Comparison]) -> rrb.Blueprint:
     """The video and LEVEL of the run's recording, where there is one, and a page of curves for each sensor."""
     import rerun.blueprint as rrb
 
     pages = [
         rrb.Vertical(
             *(
-                rrb.TimeSeriesView(origin=f"imu/{segment}/{axis}", name=f"{segment}: {_AXES[axis]} (m/s^2)")
-                for axis in shown
+                rrb.TimeSeriesView(
+                    origin=f"imu/{result.segment}/{axis}", name=f"{result.segment}: {_AXES[axis]} (m/s^2)"
+                )
+                for axis in result.axes
             ),
-            name=segment,
+            name=result.segment,
         )
-        for segment, shown in axes.items()
+        for result in results
     ]
     words = rrb.TextDocumentView(origin="imu/summary", name="Video against IMU")
     views: list[Any] = [rrb.Tabs(*pages), words]

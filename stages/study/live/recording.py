@@ -20,7 +20,7 @@ from ....pipeline.core.frames import BODY, CAMERA, IMAGE
 from ....pipeline.core.layouts import H36M17, Layout
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
-from ...drawing.palette import DARK, LEFT, RIGHT
+from ...drawing.palette import DARK
 from ...drawing.rerun_file import RecordingFile, recording_file
 from ...drawing.rerun_log import log_body_looks, log_body_now, log_looks, log_rows
 from .source import Shot
@@ -61,8 +61,8 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
 
 
 class LiveRecording:
-    """Entities as in `record`: video, video/keypoints, source, body; wrists/source, wrists/body; rotation. And
-    body/surface: the person drawn as tapered bones."""
+    """Entities as in `record`: video, video/keypoints, source, body; rotation. And body/surface: the person drawn as
+    tapered bones."""
 
     def __init__(
         self, file: RecordingFile, layout: Layout, target: OutputContainer | None, beside: ThreadPoolExecutor
@@ -79,12 +79,6 @@ class LiveRecording:
         log_looks(recording, "source", H36M17, _SOURCE, 0.024 * _SIZE)
         log_looks(recording, "body", H36M17, _BODY, 0.024 * _SIZE)
         log_body_looks(recording, "body/surface")
-        for entity, axes in (("source", _SOURCE.axes), ("body", _BODY.axes)):
-            for side, colour in (("l", LEFT), ("r", RIGHT)):
-                shades = [tuple(int(part * share) for part in colour) for share in (1, 0.75, 0.5)]
-                names = [f"{side}_wrist {axis} (au)" for axis in axes]
-                looks = rr.SeriesLines(names=names, colors=shades)
-                recording.log(f"wrists/{entity}/{side}_wrist", looks, static=True)
         for name, words in (("error", "expected error (deg)"), ("bound", "90 % bound of up (deg)")):
             recording.log(f"rotation/{name}", rr.SeriesLines(names=[words]), static=True)
 
@@ -126,9 +120,6 @@ class LiveRecording:
             )
             log_rows(recording, entity, row)
         log_body_now(recording, "body/surface", body, H36M17)
-        for entity, shown in (("source", joints), ("body", body)):
-            for wrist in ("l_wrist", "r_wrist"):
-                recording.log(f"wrists/{entity}/{wrist}", rr.Scalars(shown[H36M17.index(wrist)]))
         recording.log("rotation/error", rr.Scalars(live.error_deg))
         recording.log("rotation/bound", rr.Scalars(live.up_bound_deg))
 
@@ -164,11 +155,6 @@ def _blueprint() -> rrb.Blueprint:
 
     eye = rrb.EyeControls3D(position=_SIZE * np.array([-1.8, 0.9, 0.4]), look_target=(0, 0, 0))
     camera = rrb.EyeControls3D(position=_SIZE * np.array([0.5, -0.4, -2.4]), look_target=(0, 0, 0))
-    window = rrb.VisibleTimeRange(
-        "video_time",
-        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-10),
-        end=rrb.TimeRangeBoundary.cursor_relative(),
-    )
     first, second = (rrb.Spatial2DView(origin="video", name="Video and 2D keypoints") for _ in range(2))
     now = _body("Now: BODY, facing you", eye, ["$origin/surface/**"])
     details = rrb.Horizontal(
@@ -176,15 +162,7 @@ def _blueprint() -> rrb.Blueprint:
             second, rrb.Spatial3DView(origin="source", name="Before: CAMERA axes", eye_controls=camera)
         ),
         _body("After: BODY, facing you", eye, ["$origin/joints", "$origin/bones"]),
-        rrb.Vertical(
-            rrb.TimeSeriesView(
-                origin="wrists/source", name="Wrists before: right, down, away (au)", time_ranges=[window]
-            ),
-            rrb.TimeSeriesView(
-                origin="wrists/body", name="Wrists after: back, right, up (au)", time_ranges=[window]
-            ),
-            rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)"),
-        ),
+        rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)"),
         column_shares=[3, 4, 4],
         name="Details",
     )

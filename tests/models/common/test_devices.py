@@ -182,8 +182,8 @@ def test_devices_are_listed(cuda, capsys):
     assert "coreml    not offered  onnxruntime, on macOS" in capsys.readouterr().out
 
 
-# mmfi and train compute with torch, whose --device is its own; an int8 form is made for processors.
-WITHOUT = {"inspect", "view", "list", "imu", "mocap", "mmfi", "train", "quantise"}
+# mmfi and train compute with torch, whose --device is its own.
+WITHOUT = {"inspect", "view", "list", "imu", "mocap", "mmfi", "train"}
 
 
 @pytest.mark.parametrize("name", sorted(_points().keys() - WITHOUT))

@@ -26,3 +26,35 @@ def test_somebody_who_comes_near_while_images_are_missing_is_in_the_same_room(to
     near = here.copy()
     near[:, : int(0.4 * here.shape[1])] = 10
     assert not Glance.at(here).is_cut_to(Glance.at(near))
+
+
+@pytest.mark.parametrize(("post", "step"), [(None, 60), (20, 36), (240, 60)])
+@pytest.mark.parametrize("other", [False, True])
+def test_a_fast_pan_past_a_post_is_no_cut(toys, post, step, other):
+    """By a twentieth of the width and more a frame; a cut past the same post and to the same caption is one."""
+    wall = toys.scene(None, (1600, 240), seed=1)
+    grain = np.random.default_rng(2).integers(-40, 40, (24, 160, 1)).repeat(10, axis=0).repeat(10, axis=1)
+    wall = np.clip(wall + grain, 0, 255).astype(np.uint8)
+
+    def image(left: int, post_at: int) -> np.ndarray:
+        shown = wall[:, left : left + 600].copy()
+        if post is not None:
+            shown[:, post_at : post_at + 120] = post
+        shown[200:230, 50:550:40] = 255
+        return shown
+
+    before, behind = Glance.at(image(0, 400)), Glance.at(image(900 if other else step, 400 - 2 * step))
+    assert before.is_cut_to(behind) == other
+
+
+@pytest.mark.parametrize("bars", [np.s_[:30, :], np.s_[:, :100]], ids=["above and below", "at the sides"])
+def test_black_bars_hide_no_cut_and_make_none(toys, bars):
+    def barred(image: np.ndarray) -> Glance:
+        image = image.copy()
+        image[bars] = image[::-1, ::-1][bars] = 0
+        return Glance.at(image)
+
+    here = barred(toys.scene((150, 50, 180, 150)))
+    assert here.is_cut_to(barred(toys.scene((150, 50, 180, 150), seed=3)))
+    assert not here.is_cut_to(barred(toys.scene((154, 50, 184, 150))))
+    assert not here.is_cut_to(barred(toys.scene((150, 50, 180, 150)) // 2))

@@ -7,12 +7,16 @@ from onnx import helper
 
 from golden.networks import save_graph
 from pcnet3d.models.common.download import GEOCALIB
+from pcnet3d.models.common.onnx import open_onnx
+from pcnet3d.models.gravity import geocalib
 from pcnet3d.models.gravity.geocalib import Fields, network_input, up_from_fields, up_from_network
 from pcnet3d.models.gravity.lines import tangent
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.camera import pitch_roll_deg
 from pcnet3d.pipeline.core.rotations import angle_deg, unit
+from pcnet3d.pipeline.core.take import Told
 from pcnet3d.pipeline.plugins import registry
+from pcnet3d.stages.calibrate import Calibrate
 from refusals import refused
 
 SIZE = (1280, 720)
@@ -258,3 +262,23 @@ def test_the_network_is_known_by_name(tmp_path, monkeypatch):
     assert registry.load("gravity_networks", "geocalib") is GEOCALIB
     monkeypatch.setattr(type(GEOCALIB), "open", lambda self: tmp_path / f"{self.name}.onnx")
     assert registry.open_model("gravity_networks", "geocalib") == tmp_path / "geocalib.onnx"
+
+
+def test_a_run_opens_the_network_once(tmp_path, monkeypatch):
+    """And refuses one of another kind before it looks at the video."""
+    path, opened = toy(tmp_path / "toy.onnx"), list[object]()
+
+    def counted(*asked):
+        opened.append(asked)
+        return open_onnx(*asked)
+
+    monkeypatch.setattr(geocalib, "open_onnx", counted)
+    for _ in range(2):  # before the run, and at the stage
+        Calibrate(gravity_network=str(path)).check_told(Told())
+    up_from_network([np.zeros((96, 128, 3), np.uint8)], path)
+    assert len(opened) == 1
+    other = save_graph(
+        tmp_path / "other.onnx", [helper.make_node("Relu", ["x"], ["y"])], {"x": (1, 3)}, {"y": (1, 3)}
+    )
+    with refused("wrong-network"):
+        Calibrate(gravity_network=str(other)).check_told(Told())

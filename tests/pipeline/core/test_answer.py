@@ -71,6 +71,17 @@ def test_knee_bends_are_squats_only_if_all_are():
     )
 
 
+def test_a_peak_that_is_not_known_is_none_of_those_told():
+    some = {"count": 3, "peak_deg": [140.0, None, 150.0]}
+    whole = {"count": 3, "peak_deg": [140.0, 145.0, 150.0]}
+    one, both = (
+        answer(take(arm_raises={"right": some}))[0],
+        answer(take(arm_raises={"right": some, "left": some}))[0],
+    )
+    assert (one.count("2 of them"), both.count("2 of them")) == (1, 2)
+    assert "of them" not in answer(take(arm_raises={"right": whole}))[0]
+
+
 def test_arms_and_jumps():
     both = {side: {"count": 2, "peak_deg": [150.0, 160.0]} for side in ("right", "left")}
     one = {"right": {"count": 0}, "left": {"count": 1, "peak_deg": [150.0]}}

@@ -53,6 +53,14 @@ def test_beyond_the_border_from_a_time_on(axis, value):
     assert said.text.startswith("The feet are not in the image from 2.0 s")
 
 
+def test_feet_that_leave_the_image_in_turn_are_told_as_long_as_they_are_out():
+    """A walk's right foot was out until 0.7 s and told until 0.4 s, for then the left one was out too for a moment."""
+    hidden = np.zeros((FRAMES, len(H36M17)), dtype=bool)
+    hidden[:22, ANKLES[0]] = hidden[14:41, ANKLES[1]] = hidden[70:80, ANKLES[0]] = True
+    said = {each.values["part"]: each.values["when"] for each in not_seen(hidden, hidden, TIMES)}
+    assert said == {"right foot": "until 0.7 s, from 2.3 to 2.6 s", "left foot": "from 0.5 to 1.3 s"}
+
+
 def test_a_low_score_is_not_seen_by_the_detector():
     given = keypoints()
     score = given.confidence.copy()

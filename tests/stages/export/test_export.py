@@ -132,17 +132,15 @@ def test_summary_of_a_static_camera_has_one_figure_of_its_up(take, folder):
     assert found["up_bound_deg"] == pytest.approx(take.rectified.up_bound_deg[0])
     assert sum(found["up_shares"].values()) == pytest.approx(1)
     assert found["vote_deviation_deg_mean"] < 1
-    assert "window_s" not in found
     table = pq.read_table(folder / "kinematics.parquet")
     assert b"horizontal" not in table.schema.metadata
 
 
 def test_a_moving_camera_is_marked_everywhere(take, tmp_path):
-    take = Rectify("geometric", window_s=0.5)(take.telling(camera="moving"))
+    take = Rectify("geometric")(take.telling(camera="moving"))
     Export(tmp_path / "out")(take)
     found = rectification(tmp_path / "out")
     assert found["camera"] == "moving"
-    assert found["window_s"] == 0.5
     for name in ("up_error_deg", "up_bound_deg"):
         values = getattr(take.rectified, name)[take.rectified.turned]
         assert found[f"{name}_mean"] == pytest.approx(values.mean())

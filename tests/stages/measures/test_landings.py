@@ -88,6 +88,19 @@ def test_a_bend_that_may_be_a_landing_is_not_counted_and_not_denied(lowest_s, st
     assert jumped["outcome"] == (CANNOT_BE_TOLD if doubt else NONE)
 
 
+@pytest.mark.parametrize(("begins_s", "count"), [(3.75, 0), (3.2, 1)])
+@pytest.mark.parametrize("cut", [False, True])
+def test_a_bend_with_which_a_clip_begins_may_be_a_landing(begins_s, count, cut):
+    """Of a captured jump, cut at its touchdown, the landing was "squatted once"."""
+    first = int(np.searchsorted(TIMES, begins_s))
+    columns = {f"{side}_knee_flexion_deg": dips(1.5, 4.0)[0 if cut else first :] for side in "rl"}
+    of = Columns(columns, TIMES[0 if cut else first :], (first,) if cut else (), judged=True)
+    none, still = Gait({"r": [], "l": []}, []), np.zeros(len(of.times))
+    bends = nested(knee_bends(of, none, [], None, still, True, {})[0])
+    assert bends["count"] == count + cut
+    assert bool({"reason", "count_reason"} & bends.keys()) != count
+
+
 def test_a_flight_of_legs_off_their_keypoints_is_not_counted_and_not_denied():
     """A policeman "jumped at least once": a detector had laid his legs on the car behind him for five frames."""
     flight = Flight(off_s=1.6, apex_s=1.85, land_s=2.1, fall=5.8, rise=0.18, off_feet=2, land_feet=2)

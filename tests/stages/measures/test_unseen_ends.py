@@ -8,7 +8,7 @@ from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.cycles import hiding, unreturned
 from pcnet3d.stages.measures.movements import BEND
 from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
-from pcnet3d.stages.measures.repeats import repeats
+from pcnet3d.stages.measures.repeats import COUNTS, OTHER, repeats
 from pcnet3d.stages.measures.walking import _hidden
 
 FPS = 30
@@ -16,11 +16,11 @@ TIME = np.arange(12 * FPS) / FPS
 REST = 10 + np.sin(TIME)
 
 
-def bends(x, counts=lambda one: True):
+def bends(x, judged=lambda one: COUNTS, sd_deg=np.nan):
     """The group `knee_bends` of a knee angle (T,)."""
-    columns = Columns({"x_deg": x}, TIME, (), False)
-    sd = np.full(len(TIME), np.nan)
-    rows = repeats(columns, "knee_flexion", x, sd, BEND, [], counts, BRIEFEST_S["knee_bends"])
+    columns = Columns({"x_deg": x}, TIME, (), bool(np.isfinite(sd_deg)))
+    sd = np.full(len(TIME), sd_deg)
+    rows = repeats(columns, "knee_flexion", x, sd, BEND, [], judged, BRIEFEST_S["knee_bends"])
     return nested(with_outcome("knee_bends", rows, TIME[-1]))
 
 
@@ -43,7 +43,7 @@ def test_who_walks_into_a_gap_may_do_something_else_in_it(until_s, outcome):
     bends, because the feet moved when the legs were last seen."""
     walks = np.where(TIME < 6, 30 - 25 * np.cos(2 * np.pi * TIME), 10)
     x = np.where((TIME > 5.8) & (until_s > TIME), np.nan, walks)
-    found = bends(x, counts=lambda one: one.start_s > 5.5)
+    found = bends(x, judged=lambda one: COUNTS if one.start_s > 5.5 else OTHER)
     assert (found["outcome"], found["count"]) == (outcome, 0)
 
 
@@ -97,7 +97,42 @@ def test_one_that_a_take_begins_with_is_counted_once(backwards):
     x = np.where(TIME < 1, 40 + 60 * np.sin(np.pi * TIME / 2), 10 + 90 * np.clip(2 - TIME, 0, 1))
     found = bends(x[::-1] if backwards else x)
     assert found["count"] == 1
-    assert "count_reason" not in found
+    assert found["count_reason"].startswith("only part of one was seen, at ")
+    assert "mean_rise_deg" not in found  # nobody saw all of it
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize("held_s", np.arange(1.0, 5.0, 0.2))
+def test_what_a_take_begins_with_is_a_repetition_or_a_hold(held_s, backwards):
+    """A dancer's arm was on its way when the clip began, and was "raised at least once" and "held up once"."""
+    x = np.interp(TIME, [0, 2.5, 2.5 + held_s, 4 + held_s, 5 + held_s], [60, 150, 152, 60, 15])
+    found = bends(x[::-1] if backwards else x)
+    assert found["count"] + found.get("holds", {"count": 0})["count"] == 1
+
+
+@pytest.mark.parametrize("seconds", [3, 6, 12])
+def test_a_slow_movement_is_no_hold(seconds):
+    """Arms that rose and sank for 8 s without a rest were "held for 3.0 s"."""
+    found = bends(10 + 140 * np.sin(np.pi * np.clip(TIME / seconds, 0, 1)) ** 2)
+    assert (found["count"], "holds" in found) == (1, False)
+
+
+def test_a_part_at_an_end_is_told_beside_a_near_miss():
+    """The arms rose by 110 degrees until the clip ended: "it is uncertain whether an angle rises by 50 degrees"."""
+    near, part = 28 * np.sin(np.pi * np.clip(TIME - 3, 0, 1)), 110 * np.clip(TIME - 11, 0, 1)
+    found = bends(10 + near + part, sd_deg=8.0)
+    assert (found["outcome"], found["count"]) == (CANNOT_BE_TOLD, 0)
+    assert found["reason"] == bends(10 + part, sd_deg=8.0)["reason"] != bends(10 + near, sd_deg=8.0)["reason"]
+    beside = bends(10 + near + 110 * np.sin(np.pi * np.clip(TIME - 6, 0, 2) / 2), sd_deg=8.0)
+    assert (beside["count"], "count_reason" in beside) == (1, False)  # a near miss beside another is none
+
+
+def test_one_that_counts_is_not_doubted_too():
+    """A raise was counted from 14.30 to 18.97 s, and what was seen from 14.42 to 18.92 s "may be no raise"."""
+    x = 10 + 110 * np.sin(np.pi * np.clip(TIME - 3, 0, 4) / 4)
+    x[(TIME > 5.6) & (TIME < 6.2)] = np.nan
+    found = bends(x, lambda one: "from {}" if 5.6 < one.peak_s < 6.2 else COUNTS)
+    assert (found["count"], "count_reason" in found) == (1, False)
 
 
 def test_a_hold_beside_whole_ones_is_no_part_of_another():

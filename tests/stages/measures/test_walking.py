@@ -14,12 +14,12 @@ from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.of_take import body_joints, gait_of, least_step
 from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.core.frames import CAMERA, PC_CAMERA, change_frame
-from pcnet3d.pipeline.core.measures import Measure, nested
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, Measure, nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.measures.floor import floor
 from pcnet3d.stages.measures.stage import Measures
-from pcnet3d.stages.measures.walking import along_sight
+from pcnet3d.stages.measures.unseen_steps import along_sight
 from refusals import refused
 
 
@@ -38,6 +38,17 @@ def test_cadence_within_one_per_cent_and_steps_at_their_times(fps, turn_deg):
     # Every strike at full speed but the first, which begins the first step or lies at the take's edge.
     landings = sum(len(walking[words]["landings_s"]) for words in ("right", "left"))
     assert landings >= sum(map(len, walk.heel_strikes_s.values())) - 2
+
+
+@pytest.mark.parametrize(
+    ("speed_mps", "lifted", "gait"),
+    [(1.25, True, "walking"), (1.9, True, "walking or running"), (1.9, False, "walking")],
+)
+def test_lifted_steps_as_quick_as_a_run_s_may_be_one(speed_mps, lifted, gait):
+    """A jogger whose flights were not seen, 161 steps a minute, "walked"."""
+    walk = walker(seconds=12, speed_mps=speed_mps, turn_deg=0)
+    poses = camera_poses(walk, side_camera(walk)) if lifted else walk.poses
+    assert nested(measured(poses).measures)["walking"]["gait"] == gait
 
 
 def test_the_film_of_a_walk_that_runs_back_has_its_steps_backwards(walk):
@@ -205,6 +216,15 @@ def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable():
     assert "towards the camera" in walking["reason"]
     assert "film" not in walking["reason"]  # who jumped on a roof was told to film the walk from the side
     assert nested(measured(seen_from(walk, 90.0)).measures)["walking"]["steps"] >= 3
+
+
+@pytest.mark.parametrize(("moves", "outcome"), [(0.1, NONE), (1.0, CANNOT_BE_TOLD)])
+def test_who_stands_before_the_camera_does_not_walk(moves, outcome):
+    """Of a woman who stood still for 4.6 s, her face towards the camera, walking could not be told."""
+    walk = seen_from(walker(seconds=6, turn_deg=0), 0.0, flat=0.15)
+    stands = walk.joints.mean(axis=0) + moves * (walk.joints - walk.joints.mean(axis=0))
+    walking = nested(measured(walk.with_(joints=stands.astype(np.float32))).measures)["walking"]
+    assert walking["outcome"] == outcome
 
 
 def test_errors_of_one_side_do_not_depend_on_how_a_camera_s_axes_are_named():

@@ -220,7 +220,6 @@ def test_views_follow_what_there_is(taken):
         "walk/along",
         "source",
         "body",
-        "up",
         *curves,
         "summary",
     }

@@ -1,4 +1,4 @@
-"""Which way is up, how well that is known and what it rests on: as curves, on a sphere and in words."""
+"""Which way is up, how well that is known and what it rests on: as curves and in words."""
 
 from dataclasses import replace
 
@@ -8,11 +8,7 @@ import pytest
 from pcnet3d.pipeline import CAMERA, Y_UP, Z_UP, Rectified, Take, change_frame
 from pcnet3d.pipeline.core.camera import pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.frames import GL_CAMERA, PC_CAMERA
-from pcnet3d.pipeline.core.rotations import angle_deg, rotate, unit
-from pcnet3d.stages.record import up as _record_up
-from pcnet3d.stages.record.stage import record
 from pcnet3d.stages.record.summary import summary_markdown
-from pcnet3d.stages.record.up import cap
 
 NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"
 
@@ -69,78 +65,11 @@ def test_the_votes_of_a_nodding_person_are_the_pitch_of_a_camera(recorded):
         np.testing.assert_allclose(values, expected, atol=1e-6)
 
 
-def circle_of(recording, matrix: list) -> np.ndarray:
-    """(N, 3) the bound's circle where the viewer draws it; matrices are stored column by column."""
-    (strip,) = recording.static("up/bound", "LineStrips3D:strips")
-    return rotate(np.array(matrix).reshape(3, 3).T, np.array(strip))
-
-
-def test_the_bound_is_a_circle_on_the_sphere_about_the_arrow(recorded, make_take):
-    recording, up = recorded(), make_take().rectified.R_source_from_level[:, 2]
-    (matrix,) = recording.static("up/bound", "Transform3D:mat3x3")
-    circle = circle_of(recording, matrix)
-    np.testing.assert_allclose(np.linalg.norm(circle, axis=-1), 1, atol=1e-6)
-    np.testing.assert_allclose(angle_deg(circle, up), 5, atol=1e-4)
-    ((arrow,), (origin,)) = (
-        recording.static("up/take", f"Arrows3D:{part}") for part in ("vectors", "origins")
-    )
-    np.testing.assert_allclose([unit(np.array(arrow)), origin], [up, up], atol=1e-6)
-
-
-def test_with_a_moving_camera_circle_and_arrow_move(recorded, make_take):
-    rectified = moving(make_take().rectified, np.linspace(0, 20, 12))
-    bound = np.linspace(5, 9, 12)
-    recording = recorded(
-        R_source_from_level=rectified.R_source_from_level, camera="moving", up_bound_deg=bound
-    )
-    _, _, matrices = recording.over_time("up/bound", "Transform3D:mat3x3")
-    _, _, arrows = recording.over_time("up/take", "Arrows3D:vectors")
-    for i, up in enumerate(rectified.R_source_from_level[:, :, 2]):
-        np.testing.assert_allclose(angle_deg(circle_of(recording, matrices[i][0]), up), bound[i], atol=1e-4)
-        np.testing.assert_allclose(unit(np.array(arrows[i][0])), up, atol=1e-6)
-
-
-def test_all_votes_are_on_the_sphere_in_the_colours_of_their_time(recorded, make_take, monkeypatch):
-    votes = make_take().rectified.up_votes
-    recording = recorded()
-    np.testing.assert_allclose(recording.static("up/votes", "Points3D:positions"), votes, atol=1e-6)
-    assert len(set(recording.static("up/votes", "Points3D:colors"))) == 12
-    _, _, moment = recording.over_time("up/vote", "Points3D:positions")
-    np.testing.assert_allclose(np.array(moment)[:, 0], votes, atol=1e-6)
-    monkeypatch.setattr(_record_up, "_MOST_VOTES", 5)
-    thinned = recorded().static("up/votes", "Points3D:positions")
-    np.testing.assert_allclose(thinned, votes[::3], atol=1e-6)
-
-
-@pytest.mark.parametrize("spread_deg", [1.0, 15.0, 80.0])
-def test_the_part_of_the_sphere_that_is_shown_holds_nearly_all_votes(make_take, spread_deg):
-    take = make_take(200)
-    up = take.rectified.R_source_from_level[:, 2]
-    noise = np.radians(spread_deg / 2) * np.random.default_rng(0).normal(size=(200, 3))
-    take = take.with_(rectified=replace(take.rectified, up_votes=unit(up + noise)))
-    R_source_from_cap, reach_deg, step_deg = cap(take)
-    np.testing.assert_allclose(R_source_from_cap.T @ R_source_from_cap, np.eye(3), atol=1e-9)
-    assert np.linalg.det(R_source_from_cap) == pytest.approx(1)
-    np.testing.assert_allclose(R_source_from_cap, np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), atol=1e-9)
-    assert (angle_deg(take.rectified.up_votes, up) <= reach_deg).mean() >= (0.97 if reach_deg < 90 else 0.5)
-    assert reach_deg % step_deg == 0
-    assert reach_deg / step_deg <= 4
-
-
-def test_a_camera_that_looks_straight_down_has_a_sphere_too(make_take, tmp_path):
-    take = make_take()
-    R = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
-    rectified = replace(take.rectified, R_source_from_level=R, up_votes=np.tile([0.0, 0, -1], (12, 1)))
-    take = take.with_(rectified=rectified)
-    assert np.isfinite(cap(take).R_source_from_cap).all()
-    record(take, tmp_path / "take.rrd")
-
-
 def test_without_votes_there_is_nothing_of_them(recorded):
     recording = recorded(up_votes=None, up_bound_deg=np.zeros(12), source=Z_UP, camera=None)
-    assert not any(entity.split("/")[0] in ("up", "tilt") for entity in recording.entities)
+    assert not any(entity.split("/")[0] == "tilt" for entity in recording.entities)
     assert "rotation/up" not in recording.entities
-    assert not {"up", "tilt"} & set(recording.blueprint(ORIGIN))
+    assert "tilt" not in recording.blueprint(ORIGIN)
 
 
 def test_views_of_a_moving_camera_say_that_directions_are_relative(recorded, make_take):

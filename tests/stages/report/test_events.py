@@ -28,10 +28,16 @@ def test_the_one_picture_of_raised_arms_is_of_the_highest_raise(walk_take):
         Moments("start", (float(times[0]), middle_s), group=("arm_raises", "right")),
         Moments("stop", (middle_s, float(times[-1])), group=("arm_raises", "right")),
     )
+    peaks = [
+        Measure("peak", peak, "deg", number=i, group=("arm_raises", "right"))
+        for i, peak in enumerate((100, 150))
+    ]
     kinematics = {**(walk_take.kinematics or {}), "r_shoulder_elevation_deg": elevation}
-    take = replace(walk_take, measures=rows, kinematics=kinematics)
+    take = replace(walk_take, measures=(*rows, *peaks), kinematics=kinematics)
     assert [event.row for event in events(take, most=1)] == [high]
     assert [event.row for event in events(take, most=2)] == [low, high]
+    # An arm "raised to between 144 and 152 degrees" was shown at 168, beside a gap that hid how high it came.
+    assert [event.row for event in events(replace(take, measures=(*rows, peaks[0])), most=2)] == [low]
 
 
 def test_every_frame_at_a_landing_is_called_one_with_the_time_that_was_measured(walk_take):

@@ -127,6 +127,15 @@ def test_more_repetitions_than_a_table_holds_are_counted():
         assert cells(said).count(peaks) == 2, cells(said)
 
 
+def test_a_repetition_without_a_figure_keeps_its_place():
+    """The third of four raises had no peak, and the page listed four starts and three peaks."""
+    raises = {"count": 4, "start_s": [1.0, 2.0, 3.0, 4.0], "peak_deg": [150.0, None, 149.0, None]}
+    assert "150, –, 149, –" in cells(tables({"arm_raises": {"right": raises, "left": raises}}, level=2))
+    assert cells(tables({"knee_bends": raises}))[3:] == [
+        *("1", "1.00", "150", "2", "2.00", "–", "3", "3.00", "149", "4", "4.00", "–")
+    ]
+
+
 def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
     measures = {
         "symmetry": {

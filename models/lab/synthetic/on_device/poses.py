@@ -16,7 +16,6 @@ from .....pipeline.core.layouts import H36M17
 from ....common.vectors import across, length, picked, rotate, transpose, unit
 from ...common.toml_config import check_shares
 from ..bodies import vector
-from ..sample_poses import ABOVE_SPINE
 from .draw import Draw
 
 _LIMBS = {
@@ -24,8 +23,9 @@ _LIMBS = {
     for side in "lr"
     for kind, parts in (("leg", ("hip", "knee", "ankle")), ("arm", ("shoulder", "elbow", "wrist")))
 }
+_ABOVE_SPINE = ("thorax", "nose", "head", *(f"{s}_{p}" for s in "lr" for p in ("shoulder", "elbow", "wrist")))
 # Joint that others are turned about, these, and the standard deviation in degrees.
-_TRUNK_SWUNG = (("spine", ABOVE_SPINE, 15.0), ("thorax", ("nose", "head"), 15.0))
+_TRUNK_SWUNG = (("spine", _ABOVE_SPINE, 15.0), ("thorax", ("nose", "head"), 15.0))
 _LIMBS_SWUNG = tuple(
     (about, moved, {"leg": 10.0, "arm": 20.0}[kind]) for (_, kind), (about, *moved) in _LIMBS.items()
 )

@@ -76,7 +76,7 @@ class Pair:
         """Its frames with an answer and a heading."""
         R, lies = self.R_camera_from_body, lying(self.clip.joints)
         fine = np.asarray(is_finite(self.lifted).all(-1) & is_finite(R).all(-1))
-        return Take(self.lifted, self.truth, R, lies, self.clip.source).some(fine)
+        return Take(self.lifted, self.truth, R, lies).some(fine)
 
 
 def train_own_lifter(

@@ -21,7 +21,7 @@ from pcnet3d.models.lab.errors.visits import (
     fit,
     fitted_ranges,
     freedom,
-    main,
+    learn,
     set_up_again,
     visits,
     with_ranges,
@@ -79,7 +79,7 @@ def test_a_motion_is_seen_again_and_its_figures_are_paired(tmp_path, monkeypatch
     assert all(pair.same_place for pair in found if pair.kind == "same tripod")
     monkeypatch.setattr(module, "clips", lambda _: [clip])
     monkeypatch.setattr(module, "visits", lambda *_: iter(cases))
-    main(tmp_path / "fitted.json", draws=2)
+    learn(tmp_path / "fitted.json")
     assert json.loads((tmp_path / "fitted.json").read_text()).keys() == shipped().keys()
 
 

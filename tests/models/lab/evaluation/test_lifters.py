@@ -9,7 +9,7 @@ import pytest
 from golden.virtual import walked
 from pcnet3d.models.lab.evaluation import evaluate as reports
 from pcnet3d.models.lab.evaluation import lifter_takes, lifters
-from pcnet3d.models.lab.evaluation.lifter_takes import EXACT, FIGURES, PUBLISHED, judge, virtual_takes
+from pcnet3d.models.lab.evaluation.lifter_takes import EXACT, FIGURES, PUBLISHED, Material, judge
 from pcnet3d.models.lab.evaluation.lifters import difference, rows_of, tables
 from pcnet3d.models.lab.evaluation.people import by_person, interval, pooled
 from pcnet3d.models.lab.evaluation.sets import Question
@@ -94,7 +94,7 @@ def test_one_person_has_no_interval_and_only_shared_people_count():
 
 
 def test_a_known_error_is_measured(clips):
-    (take,) = virtual_takes(clips[:1], "wild", 0)
+    (take,) = Material("CMU val", "wild", 0, clips[:1]).takes()
     wrist, ray = H36M17.index("l_wrist"), take.R_camera_from_ray[..., 2]
     off = np.zeros((60, 17, 3))
     off[:, wrist] = 0.017 * unit(np.cross(ray, take.truth[:, wrist]))  # square to the wrist: no other scale
@@ -116,7 +116,7 @@ def test_a_known_error_is_measured(clips):
 
 
 def test_the_conditions_share_their_cameras(clips):
-    (take,) = virtual_takes(clips[:1], "typical", 2)
+    (take,) = Material("CMU val", "typical", 2, clips[:1]).takes()
     (noisy, unknown), (exact, focal) = take.inputs[PUBLISHED], take.inputs[EXACT]
     assert unknown is None
     size = np.ptp(np.nan_to_num(exact.joints), axis=(0, 1)).max()
@@ -130,9 +130,9 @@ def test_the_conditions_share_their_cameras(clips):
 @pytest.fixture
 def judged(clips, monkeypatch):
     """Two people as all the validation there is, before one kind of camera."""
-    material = lifter_takes._virtual("CMU val", tuple(clips), "wild", 0)
+    material = Material("CMU val", "wild", 0, clips)
     monkeypatch.setattr(lifters, "materials", lambda seeds, only: [material])
-    truths = {len(take.truth): take.truth for take in virtual_takes(clips, "wild", 0)}
+    truths = {len(take.truth): take.truth for take in material.takes()}
     wrong = Wrong(truths)
     monkeypatch.setattr(lifters, "opened", lambda names: {wrong.method: wrong})
     return material, wrong
@@ -150,7 +150,7 @@ def test_work_goes_on_where_it_was_stopped(judged, tmp_path, monkeypatch):
     kept[1].write_text("{")  # as of a disk that was full
     assert tables(Question(), ["wrong"], tmp_path) == first
     assert len(wrong.asked) == 12
-    other = replace(material, key="drawn anew")
+    other = replace(material, clips=material.clips[::-1])
     monkeypatch.setattr(lifters, "materials", lambda seeds, only: [other])
     tables(Question(), ["wrong"], tmp_path)
     assert len(wrong.asked) == 21
@@ -188,8 +188,8 @@ def test_a_network_is_given_once(tmp_path):
 def test_parts_of_the_validation(data):
     found = lifter_takes.materials(2)
     assert len({(one.part, one.views, one.seed) for one in found}) == len(found)
-    assert {"CMU val", "ACCAD m1", "real take"} <= {one.part for one in found}
-    assert [one.part for one in lifter_takes.materials(1, ["real take"])] == ["real take"]
+    assert {one.part for one in found} == {"CMU val", "ACCAD m1", "Tennis val"}
+    assert {one.part for one in lifter_takes.materials(1, ["CMU val"])} == {"CMU val"}
     with pytest.raises(InputError, match="expected CMU val"):
         lifter_takes.materials(1, ["HDM05"])
 

@@ -29,43 +29,21 @@ def moving(joints, speed, fps=FPS):
     return joints + np.arange(len(joints))[:, None, None] / fps * np.array([speed, 0, 0])
 
 
-def turned(joints, axis, degrees):
-    """About an axis through the pelvis; degrees (T,) or one for all."""
-    pelvis = joints[:, [0]]
-    vectors = np.radians(np.broadcast_to(degrees, len(joints)))[:, None] * np.array(axis, float)
-    return rotate(Rotation.from_rotvec(vectors).as_matrix(), joints - pelvis) + pelvis
-
-
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 @pytest.mark.parametrize(
     ("speed", "name"),
-    [(0.0, "standing"), (0.1, "standing"), (1.2, "walking"), (1.9, "walking"), (2.1, "running")],
+    [(0.0, set()), (0.35, set()), (1.2, {"walking"}), (1.9, {"walking"}), (2.1, set())],
 )
 def test_speed_over_the_floor(standing, speed, name, fps):
-    assert of(moving(standing, speed, fps), fps) == {name}
-
-
-def test_neither_still_nor_walking_is_no_class(standing):
-    assert of(moving(standing, 0.35)) == set()
+    assert of(moving(standing, speed, fps), fps) == name
 
 
 def test_a_leap_straight_up_is_not_walking(standing):
     risen = standing + np.linspace(0, 4, 60)[:, None, None] * np.array([0, 0, 1.0])
-    assert of(risen) == {"standing"}
+    assert of(risen) == set()
 
 
-@pytest.mark.parametrize("axis", [(0, 1, 0), (0, -1, 0), (1, 0, 0)])
-@pytest.mark.parametrize("degrees", [26, 36])
-def test_a_bent_trunk(standing, axis, degrees):
-    upper = H36M17.indices(
-        ("thorax", "nose", "head", *(f"{s}_{p}" for s in "lr" for p in ("shoulder", "elbow")))
-    )
-    bent = standing.copy()
-    bent[:, upper] = turned(standing, axis, degrees)[:, upper]
-    assert of(bent) == ({"bending"} if degrees > 30 else {"standing"})
-
-
-@pytest.mark.parametrize(("share", "name"), [(0.8, "standing"), (0.7, "squatting")])
+@pytest.mark.parametrize(("share", "name"), [(0.8, set()), (0.7, {"squatting"})])
 def test_a_low_pelvis(standing, share, name):
     """The legs fold sideways, each with its bones' own lengths; the feet stay under the hips."""
     low = standing.copy()
@@ -80,8 +58,8 @@ def test_a_low_pelvis(standing, share, name):
         low[:, H36M17.index(f"{side}_knee")] = (
             hip - along[:, None] * [0, 0, 1] + out * aside[:, None] * [0, 1, 0]
         )
-    assert of(low) == {name}
-    assert of(low + np.array([0, 0, 5.0])) == {name}  # wherever the floor is
+    assert of(low) == name
+    assert of(low + np.array([0, 0, 5.0])) == name  # wherever the floor is
 
 
 def low_with_feet(standing, ahead_m):
@@ -114,28 +92,8 @@ def test_sitting_down_and_standing_up_count_as_sitting(standing):
     assert mask[first : last + 1].all()
 
 
-@pytest.mark.parametrize("wrist", ["l_wrist", "r_wrist"])
-def test_one_wrist_over_the_head_is_enough(standing, wrist):
-    standing[:, H36M17.index(wrist), 2] = standing[:, H36M17.index("head"), 2] + 0.05
-    assert of(standing) == {"arms overhead"}
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize(("rate", "name"), [(50, "standing"), (70, "turning"), (200, "turning")])
-def test_turning_on_the_spot_through_every_heading(standing, rate, name, sign):
-    standing = np.tile(standing[:1], (240, 1, 1))  # more than a whole turn at the fastest
-    assert of(turned(standing, (0, 0, sign), rate * np.arange(240) / FPS)) == {name}
-
-
-def test_a_frame_may_be_of_several_classes(standing):
-    standing[:, H36M17.index("l_wrist"), 2] = 2.5
-    assert of(moving(standing, 3.0)) == {"running", "arms overhead"}
-
-
-def test_a_single_frame_has_neither_speed_nor_turning(standing):
+def test_a_single_frame_has_no_speed(standing):
     assert of(standing[:1]) == set()
-    standing[0, H36M17.index("l_wrist"), 2] = 2.5
-    assert of(standing[:1]) == {"arms overhead"}
 
 
 def test_the_classes_do_not_depend_on_where_the_world_has_its_axes(standing):
@@ -148,30 +106,10 @@ def test_the_classes_do_not_depend_on_where_the_world_has_its_axes(standing):
         np.testing.assert_array_equal(one[name], other[name], err_msg=name)
 
 
-def test_the_walker_walks_squats_and_raises_its_arms():
+def test_the_walker_walks_and_squats():
     walk = walker(seconds=16, turn_deg=0)
     classes = motion_classes(walk.world, walk.fps)
-    fast = walk.time_s < walk.phases_s["walk"][1] - 1.5
-    assert classes["walking"][fast].all()
-    deepest = {
-        "squatting": walk.angles_deg["l_knee_flexion_deg"] > 90,
-        "bending": walk.angles_deg["trunk_lean_deg"] > 31,
-        "arms overhead": walk.angles_deg["l_shoulder_flexion_deg"] > 160,
-    }
-    for name, at in deepest.items():
-        assert at.any()
-        assert classes[name][at].all(), name
+    assert classes["walking"][walk.time_s < walk.phases_s["walk"][1] - 1.5].all()
+    assert classes["squatting"][walk.angles_deg["l_knee_flexion_deg"] > 90].all()
     assert not classes["squatting"][~walk.during("squat")].any()
-    assert not classes["bending"][~walk.during("squat")].any()
-    assert not classes["arms overhead"][~walk.during("arms")].any()
-    assert not classes["running"].any()
-    assert not classes["turning"].any()
-    assert classes["standing"][-1]
-
-
-def test_the_walker_turns_when_its_path_does():
-    sharp = walker(seconds=6, turn_deg=-240)
-    rate = np.abs(np.gradient(np.degrees(np.unwrap(np.radians(sharp.heading_deg))), sharp.time_s))
-    turning = motion_classes(sharp.world, sharp.fps)["turning"]
-    assert turning[rate > 70].all()
-    assert not turning[rate < 1][10:].any()
+    assert not classes["sitting"].any()

@@ -18,7 +18,7 @@ def take(clips):
     clean = clean_takes(clips["test"], "wide")[0]
     joints = clean.truth + np.random.default_rng(3).normal(0, 0.03, clean.truth.shape)
     joints -= joints[:, :1]
-    return Take(joints, clean.truth, clean.R, clean.lying, clean.source)
+    return Take(joints, clean.truth, clean.R, clean.lying)
 
 
 class Telling(PCNet):
@@ -48,13 +48,12 @@ def test_a_residual_that_takes_all_noise_away_is_seen(take):
     judged = module.judge_net(Telling(take, canonical(take, take.truth)).eval(), take, symmetric=False)
     assert judged.pa_mpjpe.max() < 0.01
     assert own_error(take).mean() > 20
-    assert judged.bones.mean() > 1  # the noise had changed them
 
 
 def test_a_residual_that_does_nothing_changes_nothing(take):
     judged = module.judge_net(Telling(take, canonical(take, take.joints)).eval(), take, symmetric=False)
     change = np.abs(judged.pa_mpjpe - own_error(take)).max()
-    assert max(change, judged.bones.max(), judged.rotation.max()) < 0.1
+    assert max(change, judged.rotation.max()) < 0.1
 
 
 def test_a_residual_that_makes_it_worse_is_seen(take):
@@ -87,4 +86,3 @@ def test_it_judges_what_the_deployed_network_answers(take, residual, symmetric, 
     np.testing.assert_allclose(one.expected, other.expected, rtol=1e-3)
     moved = np.abs(one.pa_mpjpe - other.pa_mpjpe).max()
     assert moved < 0.01 if residual == "off" else moved > 1
-    assert other.bones.max() > 1 if residual == "free" else other.bones.max() < 0.01

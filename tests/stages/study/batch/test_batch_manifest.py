@@ -30,8 +30,8 @@ def manifest(study: Path, *lines: str) -> Path:
 
 def test_every_option_of_a_run_is_a_column(study):
     lines = (
-        "name,subject,visit,condition,poses,fps,stature,no-frames,also,pitch,roll,recipe,rectify.window_s",
-        "one,s1,first,barefoot,a.npy,30,1.8,yes,csv;trc,-5,2,quick.toml,0.5",
+        "name,subject,visit,condition,poses,fps,stature,no-frames,also,pitch,roll,recipe,rectify.rectifier",
+        "one,s1,first,barefoot,a.npy,30,1.8,yes,csv;trc,-5,2,quick.toml,geometric",
         ",,,,b.npy,,,,,,,,",
     )
     one, two = read_entries(manifest(study, *lines), {"fps": "25", "camera": "static"})
@@ -39,7 +39,7 @@ def test_every_option_of_a_run_is_a_column(study):
     assert one.labels == {"subject": "s1", "visit": "first", "condition": "barefoot"}
     assert set(one.arguments) == {
         f"--poses={study / 'a.npy'}", "--fps=30", "--stature=1.8", "--no-frames", "--also=csv", "--also=trc",
-        "--set=read.pitch=-5", "--set=read.roll=2", "--set=rectify.window_s=0.5",
+        "--set=read.pitch=-5", "--set=read.roll=2", "--set=rectify.rectifier=geometric",
         f"--recipe={study / 'quick.toml'}", "--camera=static",
     }  # fmt: skip
     assert set(one.files) == {"poses", "recipe"}

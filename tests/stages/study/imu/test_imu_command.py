@@ -135,31 +135,6 @@ def _entities(path: Path) -> list[str]:
     return [chunk.entity_path for chunk in RrdReader(path).stream().to_chunks() if not chunk.is_static]
 
 
-def test_sensors_compared_one_after_another_stay_side_by_side(made, tmp_path):
-    run = tmp_path / "run"
-    shutil.copytree(made / "run", run, ignore=shutil.ignore_patterns("imu"))
-
-    def compared_with(segment: str, **options) -> dict:
-        files = [made / f"{segment}.csv", made / "pelvis.csv"]
-        imu(run, imu=files, segment=[segment, "pelvis"], **options)
-        return json.loads((run / "imu/imu.json").read_text())["segments"]
-
-    first = compared_with("r_forearm")
-    both = compared_with("l_shank", cutoff=5.0)
-    assert list(both) == ["r_forearm", "l_shank"]
-    assert both["r_forearm"] == first["r_forearm"]
-    assert [both[name]["cutoff_hz"] for name in both] == [6.0, 5.0]
-    words = (run / "imu/imu.md").read_text()
-    assert words.index("## r_forearm") < words.index("low-passed at 6 Hz") < words.index("## l_shank")
-    assert {"r_forearm.html", "l_shank.html"} <= {file.name for file in (run / "imu").iterdir()}
-    again = compared_with("r_forearm", cutoff=4.0)
-    assert {name: again[name]["cutoff_hz"] for name in again} == {"l_shank": 5.0, "r_forearm": 4.0}
-    curves = _entities(run / "imu/imu.rrd")
-    for segment in ("r_forearm", "l_shank"):
-        assert curves.count(f"/imu/{segment}/z") == 1, segment  # none of the former ones is left among them
-    assert set(_entities(run / "take.rrd")) < set(curves)
-
-
 def test_recording_holds_the_runs_own_and_both_curves(compared, made):
     from rerun.chunk import RrdReader
 
@@ -268,6 +243,12 @@ def test_bad_input_has_words(made, segments, options, words):
 def test_a_figure_that_cannot_be_is_blamed_and_not_the_file(made, option, value):
     words = ("imu", made / "run", "--imu", made / "r_forearm.csv", "--segment", "r_forearm")
     commands.refused(commands.pcnet3d(*words, option, value), option, f"got {value}")
+
+
+def test_a_rate_is_blamed_on_the_option_that_gave_it(made):
+    with pytest.raises(InputError, match="rate_hz") as told:
+        imu(made / "run", imu=[made / "r_forearm.csv"], segment=["r_forearm"], option=["rate_hz=0"])
+    assert "--rate" not in str(told.value)
 
 
 def test_what_is_no_run_and_no_imu_has_words(made, tmp_path):

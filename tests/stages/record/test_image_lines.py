@@ -1,5 +1,4 @@
-"""The frame whose lines tell up: in the recording with the lines and the horizon, without the image where no image of
-the person is wanted."""
+"""The frame whose lines tell up: in the report, with the lines and the horizon, where images are wanted."""
 
 from dataclasses import replace
 from html import unescape
@@ -9,7 +8,7 @@ import pytest
 
 from pcnet3d.pipeline.core.camera import Camera, Look, view_rotation
 from pcnet3d.stages.drawing.facts import Source, facts_of
-from pcnet3d.stages.drawing.image_lines import drawn, horizon, up_arrow
+from pcnet3d.stages.drawing.image_lines import drawn, horizon
 from pcnet3d.stages.report.stage import report
 
 SIZE = (64, 48)
@@ -30,9 +29,6 @@ def test_the_horizon_is_where_level_rays_meet_the_image():
         np.testing.assert_allclose(rays @ camera.looks[0].up, 0, atol=1e-9)
         assert ((edge >= -1e-9) & (edge <= np.array(SIZE) + 1e-9)).all()
     assert horizon(looking(60.0), looking(60.0).looks[0].up) is None
-    foot, tip = up_arrow(looking(10.0, 0.0), looking(10.0, 0.0).looks[0])
-    assert tip[1] < foot[1]
-    assert tip[0] == pytest.approx(foot[0])
 
 
 def test_lines_that_run_along_nothing_are_not_drawn():
@@ -43,23 +39,6 @@ def test_lines_that_run_along_nothing_are_not_drawn():
     green = np.abs(shown.astype(int) - (0, 158, 115)).max(axis=-1) < 40
     assert green[7:12, 10].all()
     assert (shown[2:6, 2:6] == 64).all()
-
-
-@pytest.mark.parametrize(("frames", "tells"), [(True, True), (False, False)])
-def test_a_recording_shows_them_and_says_whether_up_rests_on_them(make_take, film, read_back, frames, tells):
-    take = make_take().with_(video=film(), camera=looking())
-    take = take.with_(rectified=replace(take.rectified, up_shares={"image": 0.9} if tells else {}))
-    seen = read_back(take.telling(images=frames))
-    assert len(seen.static("camera/lines", "LineStrips2D:strips")) == 2
-    assert ("camera/image" in seen.entities) == frames
-    names = seen.blueprint("ViewBlueprint:display_name")
-    assert any("Lines that show which way is up" in name for name in names) == tells
-    assert any("not used for up" in name for name in names) != tells
-
-
-def test_a_take_without_a_look_has_none(make_take, read_back):
-    blind = replace(looking(), looks=(), reason="grass")
-    assert "camera/lines" not in read_back(make_take().with_(camera=blind)).entities
 
 
 def test_the_report_has_the_lines_and_what_each_source_says(make_take, film):
