@@ -45,8 +45,8 @@ _TURNING = 0.5  # mean resultant of the frames' facing, below which there is no 
 
 def figure_of(row: Measure, gait: str) -> str | None:
     """What a figure is compared as, right and left alike: "range_of_motion.knee_flexion", "walking.cadence",
-    "running.cadence"; None for one that two takes are not compared by. gait: "walking" or "running" of the take's
-    steps."""
+    "running.cadence"; None for one that two takes are not compared by. gait: that of the take's steps; those that are
+    "walking or running" are compared as walking."""
     group, *inner = row.group or ("",)
     if group == "range_of_motion":
         named = row.name == "p05_p95" and inner[0] in ANGLES
@@ -54,7 +54,8 @@ def figure_of(row: Measure, gait: str) -> str | None:
     named = (
         row.name in MOVEMENTS.get(group, ()) and row.number is None and bool(inner) == (group == "arm_raises")
     )
-    return f"{gait if group == 'walking' else group}.{row.name}" if named else None
+    running = group == "walking" and gait == "running"
+    return f"{'running' if running else group}.{row.name}" if named else None
 
 
 def judged(poses: PoseSequence) -> bool:

@@ -1,8 +1,8 @@
 """How high a jump of lifted poses is: by heights over the floor, and by how fast the body goes up.
 
-Both ankles and the body have errors of 2 to 3 cm, and one of 20 ms in when the feet leave would be one of 4 cm in the
-rise. So the rise is the mean of two that do not need that moment: how much higher the body gets than it is on stretched
-legs, heels off the floor; and the fall of gravity that ends as fast as the body goes up.
+Lifted ankles and bodies are off by 2 to 3 cm, and a take-off found 20 ms too late would make the rise 4 cm too small.
+So the rise is a weighted mean of two figures that hardly depend on that moment: how much higher the body gets than it
+is on stretched legs with the heels off the floor, and the height from which it would fall to be as fast as it goes up.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from .filters import rate
 
 _STANDS_S = 1.0  # before and after a flight: where the floor is
-# Statures by which the floors before and after a flight differ that are two; by half of that a path errs.
+# Statures: floors before and after a flight that differ by less count as one; a path may be off by half of that.
 _STAIRS = 0.15
 _STRETCH_S = 0.1  # around the take-off: in which the legs are stretched most
 _STRETCHED = 90  # per cent of that time in which the centre of mass is nearer to the ankles
@@ -21,10 +21,11 @@ _STRETCHED = 90  # per cent of that time in which the centre of mass is nearer t
 _HEEL = 0.054
 _SPEED_S = 0.2  # to either side of a moment: over which its speed is taken
 _BEFORE_S = 0.15  # the take-off: from when on the body may be fastest
-# Statures: the rise by the height of a fall of that speed is a line through 67 captured jumps of train people, which
-# are off it by 2.4 cm (standard deviation).
+# The rise by speed in statures: _LEAST and _BY_FALL times the height of a free fall that ends with that speed, a line
+# through 67 captured jumps of train people, which are off it by 2.4 cm (standard deviation).
 _LEAST, _BY_FALL = 0.018, 1.80
-# Of the rise by speed in the mean, by the errors of both in lifted jumps of train people: 3.5 and 2.8 cm.
+# Weight of the rise by speed in the mean, from the errors in lifted jumps of train people: by speed 3.5 cm, by heights
+# 2.8.
 _SHARE = 0.3
 
 

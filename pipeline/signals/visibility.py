@@ -162,8 +162,10 @@ def not_seen(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[Not
 def _long(mask: np.ndarray, times: np.ndarray) -> np.ndarray:
     """(T,) the mask (T,) without times that are not worth a sentence."""
     result = np.zeros(len(mask), dtype=bool)
+    steps_s = np.diff(times, append=times[-1:])  # the last row ends the take
+    steps_s = np.minimum(steps_s, np.median(steps_s))  # rows may be missing after one
     for first, stop in stretches(mask).tolist():
-        result[first:stop] = times[min(stop, len(times) - 1)] - times[first] >= _SHORTEST_S
+        result[first:stop] = times[stop - 1] + steps_s[stop - 1] - times[first] >= _SHORTEST_S
     return result
 
 

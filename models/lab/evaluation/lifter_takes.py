@@ -100,7 +100,7 @@ def materials(seeds: int, only: Sequence[str] = ()) -> list[Material]:
             f"There is no part '{unknown[0]}' of the validation; expected {', '.join(sets)}.",
         )
     found = []
-    for label in only or sets:
+    for label in (label for label in sets if label in only or not only):
         clips = [clip for clip in sets[label].clips() if len(clip) >= MIN_FRAMES]
         found += [Material(label, bed, seed, clips) for bed in BEDS for seed in range(seeds)]
     return found

@@ -1,7 +1,7 @@
 """Accelerations by smoother, where the truth is known:  pcnet3d evaluate motion -o DIR
 
 Wrists and ankles of lifted takes relative to the pelvis, in the true upright axes, at the truth's scale (one factor per
-take), against motion capture; both sides low-passed at 6 Hz without delay. What a wrong up adds is judged by --takes.
+take), against motion capture; both sides low-passed at 6 Hz without delay. What a wrong up adds is judged by takes.py.
 Upright takes of 2 s and more without gaps; root mean square over a take's frames and both sides, of one axis.
 """
 

@@ -81,7 +81,10 @@ def imu(
         typer.Option("--option", "-O", help="Option KEY=VALUE for reading the sensor files; repeatable."),
     ] = None,
 ) -> None:
-    """Compare the accelerations of a run with inertial sensors: lag, correlation and RMSE."""
+    """Compare the accelerations of a run with inertial sensors: lag, correlation and RMSE.
+
+    An earlier comparison of the run is replaced.
+    """
     run = read_run(folder)
     others = [load_rectifier(name) for name in rectifier or ()]
     if rate_hz is not None:

@@ -64,13 +64,15 @@ def test_what_is_not_known_is_elsewhere(walk):
 
 
 def test_figures_are_named_alike_for_both_sides():
-    def of(name: str, *group: str) -> str | None:
-        return figure_of(Measure(name, 1.0, group=group), "running")
+    def of(name: str, *group: str, gait: str = "running") -> str | None:
+        return figure_of(Measure(name, 1.0, group=group), gait)
 
     assert of("p05_p95", "range_of_motion", "r_knee_flexion") == "range_of_motion.knee_flexion"
     assert of("p05_p95", "range_of_motion", "l_knee_flexion") == "range_of_motion.knee_flexion"
     assert of("full_range", "range_of_motion", "l_knee_flexion") is None
     assert of("cadence", "walking") == "running.cadence"
+    assert of("cadence", "walking", gait="walking") == "walking.cadence"
+    assert of("cadence", "walking", gait="walking or running") == "walking.cadence"
     assert of("mean_stance", "walking", "right") is None
     assert of("mean_rise", "arm_raises", "left") == "arm_raises.mean_rise"
     assert of("steps") is None
@@ -105,7 +107,7 @@ def test_ends_carry_the_errors_of_the_frames_beyond_them():
 
 
 def test_differences_are_those_of_the_lifter_whose_errors_they_are_shares_of():
-    """After a new lifter `python -m pcnet3d.models.lab.errors.visits` fits them again."""
+    """After a new lifter `python -m pcnet3d.models.lab.fits.refit` fits them again."""
     assert shipped()["lifter"] == shipped_noise().lifter
 
 

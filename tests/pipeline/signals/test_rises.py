@@ -7,11 +7,8 @@ from pcnet3d.pipeline.signals.rises import lifted_rise
 
 FALL = 9.81 / 1.7  # statures / s2
 TOES = 0.054  # statures by which standing on the toes lifts the ankles
-LEGS, ANKLE, DEEP = (
-    0.5,
-    0.04,
-    0.2,
-)  # statures: the body over the ankles, ankles over the floor, how far the knees give
+# Statures: the body over the ankles, ankles over the floor, how far the knees give.
+LEGS, ANKLE, DEEP = 0.5, 0.04, 0.2
 APEX_S = 2.0
 
 
@@ -53,11 +50,10 @@ def test_when_the_feet_leave_hardly_matters():
 
 
 def test_where_the_take_off_was_not_seen_heights_alone_tell():
+    """The row before the take-off is in each line of 0.4 s from before it to the highest point."""
     one = jump(0.06)
     centre = one["centre"].copy()
-    centre[one["rows"].start - 1] = (
-        np.nan
-    )  # in each line of 0.4 s from before the take-off to the highest point
+    centre[one["rows"].start - 1] = np.nan
     seen, unseen = lifted_rise(**one), lifted_rise(**{**one, "centre": centre})
     assert seen != unseen
     assert unseen == pytest.approx(0.06, abs=0.005)
@@ -65,6 +61,13 @@ def test_where_the_take_off_was_not_seen_heights_alone_tell():
 
 def test_onto_a_box_the_rise_is_over_the_floor_that_the_feet_leave():
     assert lifted_rise(**jump(0.3, box=0.2)) == pytest.approx(0.3, abs=0.025)
+
+
+@pytest.mark.parametrize("box", [0.1, -0.1])
+def test_floors_that_may_be_one_cost_a_third_of_a_low_box(box):
+    """Up onto it the rise is too low, down from it too high."""
+    level, other = (lifted_rise(**jump(0.25, box=at)) for at in (0.0, box))
+    assert level - other == pytest.approx(0.35 * box, abs=1e-3)
 
 
 def test_a_drift_of_the_path_does_not_count():

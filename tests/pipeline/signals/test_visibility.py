@@ -61,6 +61,14 @@ def test_feet_that_leave_the_image_in_turn_are_told_as_long_as_they_are_out():
     assert said == {"right foot": "until 0.7 s, from 2.3 to 2.6 s", "left foot": "from 0.5 to 1.3 s"}
 
 
+def test_missing_rows_make_a_moment_out_of_the_image_no_longer():
+    """Of one row before a gap of two seconds "from 1.0 to 1.0 s" was told."""
+    times = np.concatenate([TIMES[:30], TIMES[30:] + 2])
+    hidden = np.zeros((FRAMES, len(H36M17)), dtype=bool)
+    hidden[29, ANKLES[0]] = True
+    assert not_seen(hidden, hidden, times) == []
+
+
 def test_a_low_score_is_not_seen_by_the_detector():
     given = keypoints()
     score = given.confidence.copy()

@@ -39,6 +39,9 @@ def test_lines_that_run_along_nothing_are_not_drawn():
     green = np.abs(shown.astype(int) - (0, 158, 115)).max(axis=-1) < 40
     assert green[7:12, 10].all()
     assert (shown[2:6, 2:6] == 64).all()
+    arrow = np.argwhere(green[:, 20:])  # from the middle, where the camera is not rolled straight up
+    assert arrow[:, 0].max() <= 24 + 1
+    assert arrow[:, 0].min() < 24 - 8
 
 
 def test_the_report_has_the_lines_and_what_each_source_says(make_take, film):
