@@ -18,6 +18,9 @@ _BLACK, _LEAST = 24, 0.25
 # way, by more than _BESIDE of the kept pixels, the camera turns. Of 1759 cuts between real videos, also with bars or a
 # caption, which stays, four patches go alike at most; past a near post, by 5 to 25 % of the width a frame, most do.
 _PATCH, _ROWS, _COLUMNS, _FOUND, _BESIDE, _FEWEST = 0.3, 4, 6, 0.7, 3, 5
+_FARTHEST = (
+    0.3  # of the longer side: further no camera turns between two images, but an editor shifts a picture
+)
 
 
 class Glance:
@@ -85,7 +88,8 @@ class Glance:
                     went += [(x - left, y - top)] * (best >= _FOUND)
         ways = np.array(went).reshape(-1, 2)
         near = np.abs(ways[:, None] - ways).max(axis=-1) <= _BESIDE
-        moved = np.abs(ways).max(axis=-1, initial=0) > _BESIDE
+        far = np.abs(ways).max(axis=-1, initial=0)
+        moved = (far > _BESIDE) & (far <= _FARTHEST * max(height, width))
         return bool((near.sum(axis=1)[moved] >= _FEWEST).any())
 
     def change_to(self, now: Glance) -> float:

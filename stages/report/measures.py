@@ -167,7 +167,7 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
     groups = {name: leaf for name, leaf in measures.items() if isinstance(leaf, dict | Curves)}
     flat = {name: leaf for name, leaf in groups.items() if level > 2 and _is_flat(leaf)}
     said = {name: leaf for name, leaf in own.items() if isinstance(leaf, Remark) and name not in FOR_FILES}
-    running = text(own, "gait") == "running"
+    running = "running" in text(own, "gait")  # or walking: nobody knows
     hidden = {*said, "frames", "nan_share", *_repeated(own), *FOR_FILES}
     return (
         joined(

@@ -60,7 +60,7 @@ _OPTIONS: dict[str, tuple[Any, Any]] = {
     "part": (
         Annotated[
             list[str] | None,
-            typer.Option(help='Only this part, such as "CMU val" or "real take"; repeatable.'),
+            typer.Option(help='Only this part, such as "CMU val"; for `errors` also "real take"; repeatable.'),
         ],
         None,
     ),

@@ -38,6 +38,7 @@ PAGE = Page(
             ["views", "focal length", "set"],
             {
                 "frames": "{counts[frames]:,}",
+                "not lifted": "{counts[not lifted]:,}",
                 **{name: f"{{frame[{name}]}}" for name in _ERRORS},
                 "MPJPE by person": "{by person[MPJPE][said]}",
             },
@@ -99,7 +100,7 @@ def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[st
     return {
         "frame": {name: Figure.of(values) for name, values in of.items()},
         "by person": {name: pooled(values, people) for name, values in of.items() if name.endswith("MPJPE")},
-        "counts": {"frames": len(people)},
+        "counts": {"frames": len(people), "not lifted": int(np.isnan(of["MPJPE"]).sum()) if of else 0},
     }
 
 

@@ -32,9 +32,7 @@ def test_somebody_who_comes_near_while_images_are_missing_is_in_the_same_room(to
 @pytest.mark.parametrize("other", [False, True])
 def test_a_fast_pan_past_a_post_is_no_cut(toys, post, step, other):
     """By a twentieth of the width and more a frame; a cut past the same post and to the same caption is one."""
-    wall = toys.scene(None, (1600, 240), seed=1)
-    grain = np.random.default_rng(2).integers(-40, 40, (24, 160, 1)).repeat(10, axis=0).repeat(10, axis=1)
-    wall = np.clip(wall + grain, 0, 255).astype(np.uint8)
+    wall = _wall(toys)
 
     def image(left: int, post_at: int) -> np.ndarray:
         shown = wall[:, left : left + 600].copy()
@@ -45,6 +43,19 @@ def test_a_fast_pan_past_a_post_is_no_cut(toys, post, step, other):
 
     before, behind = Glance.at(image(0, 400)), Glance.at(image(900 if other else step, 400 - 2 * step))
     assert before.is_cut_to(behind) == other
+
+
+def test_a_picture_that_an_editor_shifts_is_cut(toys):
+    """By half of its width, further than a camera turns from an image to the next."""
+    wall = _wall(toys)
+    assert Glance.at(wall[:, :600]).is_cut_to(Glance.at(wall[:, 300:900]))
+
+
+def _wall(toys) -> np.ndarray:
+    """(240, 1600, 3) with something to see everywhere."""
+    wall = toys.scene(None, (1600, 240), seed=1)
+    grain = np.random.default_rng(2).integers(-40, 40, (24, 160, 1)).repeat(10, axis=0).repeat(10, axis=1)
+    return np.clip(wall + grain, 0, 255).astype(np.uint8)
 
 
 @pytest.mark.parametrize("bars", [np.s_[:30, :], np.s_[:, :100]], ids=["above and below", "at the sides"])
