@@ -40,11 +40,17 @@ BEND, RAISE = 35.0, 50.0  # degrees that a repetition rises by at least
 # Degrees of knee flexion from which a knee bend is a squat: a half squat is 70 to 100, a deep one more (Schoenfeld,
 # J Strength Cond Res 24(12), 2010, "Squatting kinematics and kinetics"); less is a partial one, or a duck.
 _SQUAT = 70.0
-# Legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing.
+# Legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing. In one as deep as a
+# squat, which no step is, only while the knees are bent by more than half of it: people step to a stool, and away.
 _STAYS = 0.4
+# Degrees that the trunk leans by at most where a movement begins and ends, and at its highest: nobody squats or raises
+# an arm lying, on all fours or upside down. Labelled people who lift a box lean by up to 77 in between.
+_UPRIGHT, _BOWED = 60.0, 120.0
+_NOT_UPRIGHT = "what is seen from {} is not counted: the person is not upright"
 # Seconds that must be seen before the knees are bent most, in which a landing shows (jumps.lands): jumps that were cut
 # 0.2 s before the captured touchdown or later bend within 0.33 s of that, no labelled bend within 0.5 s.
 _SHOWN_S = 0.5
+_FEET_MOVE = "what is seen from {} may be no bend in place: the feet move"
 _LANDS = "what is seen from {} may be a landing, not a bend"
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
@@ -57,11 +63,12 @@ def knee_bends(
     apart: np.ndarray,
     steps_told: bool,
     against: Mapping[str, Spans],
+    leans: np.ndarray | None = None,
 ) -> tuple[list[Row], Spans]:
     """Rows, and the (begin, end) of bends that may be landings: with which a clip begins, or behind a fall of ankle,
     (T,) of Airborne. apart: (T,) how far the ankles are apart, in lengths of a leg. steps_told: False where steps
     cannot be counted: a bend in which the feet seem to move may be one in place then. against: of
-    off_keypoints.not_shown."""
+    off_keypoints.not_shown. leans: (T,) degrees of the trunk from upright, where up is known."""
     feet_move, doubts = set[tuple[float, float]](), dict[str, set[tuple[float, float]]]()
     flights = [(flight.off_s, flight.land_s) for flight in jumped]
 
@@ -76,19 +83,34 @@ def knee_bends(
         seen = clip + int(np.argmax(np.isfinite(bent[clip:])))
         return bend.peak_s - take.times[seen] < _SHOWN_S
 
+    def steps(begin_s: float, end_s: float) -> bool:
+        return any(step.start_s < end_s and begin_s < step.stop_s for step in gait.steps)
+
+    def moves(rows: np.ndarray) -> float:
+        """By how much the feet do, in the rows that show them."""
+        seen = apart[rows & np.isfinite(apart)]
+        return float(np.ptp(seen)) if len(seen) else 0.0
+
     def in_place(bend: Repetition) -> str:
-        walks = any(step.start_s < bend.stop_s and bend.start_s < step.stop_s for step in gait.steps)
-        if walks or absorbs(flights, bend.peak_s) or straightens(bend):
-            return OTHER
         lasts = (take.times >= bend.start_s) & (take.times <= bend.stop_s)
-        meanwhile = apart[lasts & np.isfinite(apart)]
-        stays = not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
-        if not stays:
+        bent_s = take.times[deepest := lasts & (bent > bend.peak - bend.rise / 2)]
+        deep = bend.peak >= _SQUAT and len(bent_s) > 0
+        still = not steps(bend.start_s, bend.stop_s)
+        stays_deep = deep and not steps(bent_s[0], bent_s[-1])
+        if not (still or stays_deep) or absorbs(flights, bend.peak_s) or straightens(bend):
+            return OTHER
+        if not (still and moves(lasts) <= _STAYS) and not (
+            stays_deep and bend.whole and moves(deepest) <= _STAYS
+        ):
+            if deep:
+                return _FEET_MOVE
             seen_s = take.times[lasts & np.isfinite(bent)]
             feet_move.add(
                 (float(seen_s[0]), float(seen_s[-1])) if len(seen_s) else (bend.start_s, bend.stop_s)
             )
             return OTHER
+        if not _upright(leans, take, bend):
+            return _NOT_UPRIGHT
         if begins(bend) or (ankle is not None and lands(ankle, take.times, bend.peak_s)):
             return _LANDS
         if contradicts(bend.peak_s, against, "r_leg", "l_leg"):
@@ -125,16 +147,28 @@ def knee_bends(
     return bends, sorted(doubts.get(_LANDS, ()))
 
 
+def _upright(leans: np.ndarray | None, take: Columns, one: Repetition) -> bool:
+    """True too where it is not known."""
+    if leans is None:
+        return True
+    begins, highest, ends = leans[np.searchsorted(take.times, [one.start_s, one.peak_s, one.stop_s])]
+    return not (begins > _UPRIGHT or ends > _UPRIGHT or highest > _BOWED)
+
+
 def arm_raises(
-    take: Columns, punches: Group, lifted: PoseSequence | None, against: Mapping[str, Spans]
+    take: Columns,
+    punches: Group,
+    lifted: PoseSequence | None,
+    against: Mapping[str, Spans],
+    leans: np.ndarray | None = None,
 ) -> list[Row]:
     """Arms that rise, but for those that punch at their highest: a movement is told once. lifted: joints in LEVEL of
-    lifted poses, which do not show every punch. against: of off_keypoints.not_shown."""
+    lifted poses, which do not show every punch. against, leans: of `knee_bends`."""
     rows: list[Row] = []
     curves: list[Curve] = []
     for words, side in SIDES.items():
         looks_so = may_punch(lifted, side) if lifted else None
-        arm = _arm(take, side, subgroup(punches, words), looks_so, against)
+        arm = _arm(take, side, subgroup(punches, words), looks_so, against, leans)
         curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
         of_arm = side_of(f"{side}_shoulder_elevation")
         rows += within(words, [row for row in arm if not isinstance(row, Curves)], of_arm)
@@ -147,6 +181,7 @@ def _arm(
     punches: Group,
     looks_so: Callable[[Repetition], bool] | None,
     against: Mapping[str, Spans],
+    leans: np.ndarray | None,
 ) -> list[Row]:
     spans = list(zip(moments(punches, "start"), moments(punches, "stop"), strict=True))
     angle, shown = f"{side}_shoulder_elevation", [f"{side}_{part}" for part in _IN_RAISES]
@@ -163,6 +198,8 @@ def _arm(
     def raises(one: Repetition) -> str:
         if any(begin <= one.peak_s <= end for begin, end in spans):
             return OTHER
+        if not _upright(leans, take, one):
+            return _NOT_UPRIGHT
         if contradicts(one.peak_s, against, f"{side}_arm"):
             return "what is seen from {} may be no raise: the arm does not fit its keypoints"
         sure = rises(one.start_s, one.peak_s), rises(one.peak_s, one.stop_s)

@@ -5,8 +5,12 @@ import pytest
 
 from golden.walks import STAGES, columns_with, measured
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
-from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, nested
+from pcnet3d.models.gait.events import Step
+from pcnet3d.models.gait.gait import Gait
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, grouped, nested
 from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.stages.measures.columns import Columns
+from pcnet3d.stages.measures.movements import arm_raises, knee_bends
 
 
 @pytest.mark.parametrize("joint", ["l_ankle", "r_wrist"])
@@ -82,3 +86,52 @@ def test_a_bend_within_its_error_of_a_squat_is_neither_said_to_be_one_nor_none(
     bends = nested(STAGES[3](bending(walk, take, "knee_flexion", depth_deg, sd_deg)).measures)["knee_bends"]
     assert bends["count"] == 1
     assert {"squats", "squats_reason"} & set(bends) == {told}
+
+
+TIMES = np.arange(0, 6, 1 / 30)
+BUMP = np.exp(-(((TIMES - 3) / 0.5) ** 2))  # half of it from 2.6 to 3.4 s
+
+
+def bends(deg, apart, steps=(), leans=None):
+    """knee_bends of both knees that bend to so many degrees at 3 s."""
+    take = Columns({f"{side}_knee_flexion_deg": deg * BUMP for side in "rl"}, TIMES, (), judged=True)
+    gait = Gait({"r": [], "l": []}, [[Step("r", *steps)]] if steps else [])
+    return nested(knee_bends(take, gait, [], None, apart, True, {}, leans)[0])
+
+
+@pytest.mark.parametrize(
+    ("deg", "moves_s", "steps", "count", "doubt"),
+    [
+        # people who step to a stool, sit down and stand up: "no bends of both knees"
+        (110, 2.4, (), 1, False),
+        (110, 2.4, (1.5, 2.2), 1, False),
+        (110, 3.0, (), 0, True),
+        (110, 2.4, (2.8, 3.3), 0, False),
+        (50, 2.4, (), 0, False),  # as in steps
+        (50, 0.5, (), 1, False),
+    ],
+)
+def test_a_deep_bend_is_told_by_the_feet_while_it_is_deep(deg, moves_s, steps, count, doubt):
+    told = bends(deg, np.where(moves_s < TIMES, 0.6, 0.0), steps)
+    assert (told["count"], "reason" in told) == (count, doubt)
+
+
+@pytest.mark.parametrize(
+    ("before", "highest", "behind", "counts"),
+    [
+        (5, 77, 5, True),
+        (85, 85, 85, False),
+        (96, 41, 36, False),
+        (14, 176, 20, False),
+        (np.nan, np.nan, 5, True),
+    ],
+)
+def test_who_is_not_upright_neither_squats_nor_raises_an_arm(before, highest, behind, counts):
+    """People who crawled raised the left arm, a handstand raised both arms, and who got up from the floor squatted.
+    Who lifts a box bends over it."""
+    leans = np.select([TIMES < 2.6, TIMES < 3.4], [before, highest], behind)
+    names = [f"r_{part}_deg" for part in ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")]
+    columns = Columns({name: 110 * BUMP for name in names}, TIMES, (), judged=True)
+    arm = nested(arm_raises(columns, grouped([]), None, {}, leans))["right"]
+    for told in (bends(110, np.zeros(len(TIMES)), leans=leans), arm):
+        assert (told["count"], "reason" in told) == (counts, not counts)
