@@ -107,7 +107,8 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
 
 def _bent(bends: Group) -> list[_Told]:
     count, squats = _count(bends), _count(bends, "squats")
-    among = f", {how_many(squats, 'squat')} among them" if 0 < squats < count else ""
+    least = "at least " * bool(text(bends, "squats_reason"))
+    among = f", {least}{how_many(squats, 'squat')} among them" if 0 < squats < count else ""
     did = "squatted" if squats == count else "bent the knees"
     return [
         *([(count, f"{did} {_counted([bends], ', the less bent knee to')}{among}")] if count else []),

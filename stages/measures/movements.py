@@ -23,6 +23,7 @@ from ...pipeline.core.measures import (
     side_of,
     subgroup,
     text,
+    value,
     within,
 )
 from ...pipeline.core.messages import spans_in_words
@@ -35,6 +36,7 @@ from .off_keypoints import contradicts
 from .outcomes import BRIEFEST_S
 from .repeats import COUNTS, OTHER, repeats
 from .strikes import Spans, may_punch
+from .upright import NOT_UPRIGHT, is_upright
 
 BEND, RAISE = 35.0, 50.0  # degrees that a repetition rises by at least
 # Degrees of knee flexion from which a knee bend is a squat: a half squat is 70 to 100, a deep one more (Schoenfeld,
@@ -43,10 +45,6 @@ _SQUAT = 70.0
 # Legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing. In one as deep as a
 # squat, which no step is, only while the knees are bent by more than half of it: people step to a stool, and away.
 _STAYS = 0.4
-# Degrees that the trunk leans by at most where a movement begins and ends, and at its highest: nobody squats or raises
-# an arm lying, on all fours or upside down. Labelled people who lift a box lean by up to 77 in between.
-_UPRIGHT, _BOWED = 60.0, 120.0
-_NOT_UPRIGHT = "what is seen from {} is not counted: the person is not upright"
 # Seconds that must be seen before the knees are bent most, in which a landing shows (jumps.lands): jumps that were cut
 # 0.2 s before the captured touchdown or later bend within 0.33 s of that, no labelled bend within 0.5 s.
 _SHOWN_S = 0.5
@@ -109,8 +107,8 @@ def knee_bends(
                 (float(seen_s[0]), float(seen_s[-1])) if len(seen_s) else (bend.start_s, bend.stop_s)
             )
             return OTHER
-        if not _upright(leans, take, bend):
-            return _NOT_UPRIGHT
+        if leans is not None and not is_upright(leans, take.times, bend):
+            return NOT_UPRIGHT
         if begins(bend) or (ankle is not None and lands(ankle, take.times, bend.peak_s)):
             return _LANDS
         if contradicts(bend.peak_s, against, "r_leg", "l_leg"):
@@ -138,21 +136,15 @@ def knee_bends(
             for sign in (-1, 1)
         )
         why = f"it is uncertain whether a bend reaches the {_SQUAT:g} degrees of a squat"
-        bends.append(Measure("squats", least) if least == most else Remark("squats_reason", why))
+        bends += [Measure("squats", least)] if least == most else []
+        unseen = len(peaks) < (value(grouped(bends), "count") or 0)
+        bends += [Remark("squats_reason", why)] if unseen or least < most else []
     if not peaks and feet_move and not steps_told and not text(grouped(bends), "reason"):
         when = spans_in_words(sorted(feet_move))
         bends.append(
             Remark("reason", f"it is not seen whether the feet stay while the knees bend from {when}")
         )
     return bends, sorted(doubts.get(_LANDS, ()))
-
-
-def _upright(leans: np.ndarray | None, take: Columns, one: Repetition) -> bool:
-    """True too where it is not known."""
-    if leans is None:
-        return True
-    begins, highest, ends = leans[np.searchsorted(take.times, [one.start_s, one.peak_s, one.stop_s])]
-    return not (begins > _UPRIGHT or ends > _UPRIGHT or highest > _BOWED)
 
 
 def arm_raises(
@@ -198,8 +190,8 @@ def _arm(
     def raises(one: Repetition) -> str:
         if any(begin <= one.peak_s <= end for begin, end in spans):
             return OTHER
-        if not _upright(leans, take, one):
-            return _NOT_UPRIGHT
+        if leans is not None and not is_upright(leans, take.times, one):
+            return NOT_UPRIGHT
         if contradicts(one.peak_s, against, f"{side}_arm"):
             return "what is seen from {} may be no raise: the arm does not fit its keypoints"
         sure = rises(one.start_s, one.peak_s), rises(one.peak_s, one.stop_s)

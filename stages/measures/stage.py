@@ -20,7 +20,6 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import Measure, Remark, Row, grouped, side_of, within
 from ...pipeline.core.notices import Notice, notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
-from ...pipeline.core.rotations import unit
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.signals.angles import ANGLES, continuous
@@ -38,6 +37,7 @@ from .repeats import repeats
 from .sides import ranges_compared, sides_untold, steps_compared
 from .smoothness import path_length
 from .strikes import Spans, strikes
+from .upright import leans
 from .walking import FEWEST, doubts, walking
 
 _OUTERMOST = 0.05  # of the frames: what the 5th to the 95th percentile leaves out at either end
@@ -169,13 +169,13 @@ def measures(
     blind = source.lifted and in_image is None  # to punches
     elbows = {side: take(f"{side}_elbow_flexion") for side in SIDES.values()}
     struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd, elbows)
-    leans = _leans(filtered) if rectified.level_ok else None
-    bends, landings = knee_bends(take, gait, jumped, flights.ankle, apart, steps_told, against, leans)
+    lean = leans(filtered) if rectified.level_ok else None
+    bends, landings = knee_bends(take, gait, jumped, flights.ankle, apart, steps_told, against, lean)
     leaps = jumps(flights, jumped, cut, brief, rectified, landings)
     movements = {
         "knee_bends": bends,
         "arm_raises": arm_raises(
-            take, grouped(struck["punches"]), filtered if source.lifted else None, against, leans
+            take, grouped(struck["punches"]), filtered if source.lifted else None, against, lean
         ),
         **struck,
         "walking": steps_compared(walk, untold),
@@ -193,12 +193,6 @@ def measures(
         *within("jumps", with_outcome("jumps", leaps, lasts_s, flights.looked, doubt)),
         *within("paths", _paths(take, rectified)),
     )
-
-
-def _leans(level: PoseSequence) -> np.ndarray:
-    """(T,) degrees of the trunk from upright, of joints in LEVEL."""
-    trunk = unit(level.joint("thorax").astype(np.float64) - level.joint("pelvis"))
-    return np.degrees(np.arccos(np.clip(trunk[:, 2], -1, 1)))
 
 
 def _range(take: Columns, name: str) -> list[Row]:

@@ -36,7 +36,8 @@ _EXPLAINED = {
     "squats": "Knee bends in which the less bent knee reaches 70 degrees for sure.",
     "duration": "From when the angle begins to rise until it is back at 7 % of the rise; missing if a gap hides "
                 "either.",
-    "rise": "By how much the angle grows; not given if a gap hides its start or end.",
+    "rise": "By how much the angle grows in this movement alone. It may be less than the rise that counts, which is "
+            "from the lowest angle before. Not given if a gap hides its start or end.",
     "longest": "For how long the posture is held; start and stop include the ways there and back.",
     "peak_mdc90": "Equal peaks of one take differ by less than this in nine of ten cases.",
     "peak_at": "When the angle is largest.",
@@ -59,7 +60,7 @@ COUNTED = {
     "walking": "three steps alternate, or two of a run",
     "knee_bends": "both knees bend and straighten by 35 degrees or more while the feet stay in place",
     "arm_raises": "an arm rises from the trunk and comes back by 50 degrees or more",
-    "punches": "an arm shoots out straight and comes back",
+    "punches": "an arm shoots out straight and fast (in motion capture by 4.5 arm lengths a second) and comes back",
     "kicks": "a foot rises fast by 0.8 leg lengths or more, with the leg stretched, and comes back",
     "jumps": "both feet leave the floor while the body rises and falls freely",
 }

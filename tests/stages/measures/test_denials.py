@@ -135,3 +135,13 @@ def test_who_is_not_upright_neither_squats_nor_raises_an_arm(before, highest, be
     arm = nested(arm_raises(columns, grouped([]), None, {}, leans))["right"]
     for told in (bends(110, np.zeros(len(TIMES)), leans=leans), arm):
         assert (told["count"], "reason" in told) == (counts, not counts)
+
+
+def test_of_a_bend_whose_depth_was_not_seen_nobody_knows_whether_it_is_a_squat():
+    """Of five squats the peak of one is missing: "5 times, 4 squats among them"."""
+    deg = 110 * (BUMP + np.roll(BUMP, 60) + np.roll(BUMP, -60))
+    deg[(TIMES > 2.8) & (TIMES < 3.1)] = np.nan
+    columns = Columns({f"{side}_knee_flexion_deg": deg for side in "rl"}, TIMES, (), judged=True)
+    rows, _ = knee_bends(columns, Gait({"r": [], "l": []}, []), [], None, np.zeros(len(TIMES)), True, {})
+    told = nested(rows)
+    assert (told["count"], told["squats"], "squats_reason" in told) == (3, 2, True)

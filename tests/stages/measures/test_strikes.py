@@ -42,9 +42,9 @@ def bump(at_s, width_s, high):
 LEVELLED = SimpleNamespace(level_ok=True, level_reason="")
 
 
-def swung(by_deg):
+def swung(by_deg, width_s=0.3):
     """The right leg, straight, swings forward by so many degrees at 6 s, and back."""
-    turn = np.radians(bump(6, 0.3, by_deg))
+    turn = np.radians(bump(6, width_s, by_deg))
     joints = np.repeat(BODY[None], len(TIMES), axis=0)
     for part, below in (("knee", 0.45), ("ankle", 0.9)):
         joints[:, H36M17.index(f"r_{part}"), 1] = -below * np.sin(turn)
@@ -245,6 +245,33 @@ def test_a_foot_that_misses_a_kick_by_less_than_its_error_is_not_denied(apart_sd
     """A straight leg swings forward, and its foot rises by 0.7 leg lengths."""
     found = strikes(swung(73), LEVELLED, True, apart_sd=apart_sd)
     assert nested(with_outcome("kicks", found["kicks"], 12.0))["outcome"] == code
+
+
+def test_a_foot_that_is_fast_but_low_is_not_denied_as_a_kick():
+    """A foot that kicks a ball at 12 m/s and rises by 0.6 leg lengths: "No kicks". A slower one steps."""
+    for width_s, code in ((0.06, CANNOT_BE_TOLD), (0.4, NONE)):
+        found = strikes(swung(66, width_s), LEVELLED, False)
+        assert nested(with_outcome("kicks", found["kicks"], 12.0))["outcome"] == code
+
+
+@pytest.mark.parametrize(("width_s", "code"), [(0.1, SEEN), (0.3, CANNOT_BE_TOLD), (0.8, NONE)])
+def test_a_punch_that_is_only_slow_is_not_denied(width_s, code):
+    """Nine straight punches at up to 2.8 m/s: "No punches"."""
+    joints = np.repeat(BODY[None], len(TIMES), axis=0)
+    shoulder, reach = BODY[H36M17.index("r_shoulder")], 0.2 + bump(6, width_s, 0.38)
+    for part, share in (("elbow", 0.5), ("wrist", 1.0)):
+        below = np.sqrt(0.09 - reach**2 / 4) * (part == "elbow")
+        joints[:, H36M17.index(f"r_{part}")] = shoulder - np.stack([0 * reach, share * reach, below], axis=-1)
+    found = strikes(PoseSequence(joints, H36M17, CAMERA, time_s=TIMES), LEVELLED, False)
+    assert nested(with_outcome("punches", found["punches"], 12.0))["outcome"] == code
+
+
+def test_a_leg_that_rises_in_a_handstand_does_not_kick():
+    joints = swung(95).joints.copy()
+    joints[:, H36M17.index("thorax"), 2] *= -1
+    level = PoseSequence(joints, H36M17, CAMERA, time_s=TIMES)
+    told = nested(strikes(level, LEVELLED, False)["kicks"])["right"]
+    assert (told["count"], "reason" in told) == (0, True)
 
 
 def test_a_leg_that_swings_in_a_run_or_a_leap_does_not_kick():
