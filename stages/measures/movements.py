@@ -45,6 +45,7 @@ _SQUAT = 70.0
 # Legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing. In one as deep as a
 # squat, which no step is, only while the knees are bent by more than half of it: people step to a stool, and away.
 _STAYS = 0.4
+_A_LITTLE = 0.8  # less than in a step: nobody can say then that there was no bend (a boxer's duck, 0.41)
 # Seconds that must be seen before the knees are bent most, in which a landing shows (jumps.lands): jumps that were cut
 # 0.2 s before the captured touchdown or later bend within 0.33 s of that, no labelled bend within 0.5 s.
 _SHOWN_S = 0.5
@@ -100,7 +101,7 @@ def knee_bends(
         if not (still and moves(lasts) <= _STAYS) and not (
             stays_deep and bend.whole and moves(deepest) <= _STAYS
         ):
-            if deep:
+            if deep or (still and moves(lasts) <= _A_LITTLE):
                 return _FEET_MOVE
             seen_s = take.times[lasts & np.isfinite(bent)]
             feet_move.add(

@@ -100,19 +100,20 @@ def bends(deg, apart, steps=(), leans=None):
 
 
 @pytest.mark.parametrize(
-    ("deg", "moves_s", "steps", "count", "doubt"),
+    ("deg", "moves_s", "by", "steps", "count", "doubt"),
     [
         # people who step to a stool, sit down and stand up: "no bends of both knees"
-        (110, 2.4, (), 1, False),
-        (110, 2.4, (1.5, 2.2), 1, False),
-        (110, 3.0, (), 0, True),
-        (110, 2.4, (2.8, 3.3), 0, False),
-        (50, 2.4, (), 0, False),  # as in steps
-        (50, 0.5, (), 1, False),
+        (110, 2.4, 1.0, (), 1, False),
+        (110, 2.4, 1.0, (1.5, 2.2), 1, False),
+        (110, 3.0, 1.0, (), 0, True),
+        (110, 2.4, 1.0, (2.8, 3.3), 0, False),
+        (50, 2.4, 1.0, (), 0, False),  # as in steps
+        (50, 2.4, 0.6, (), 0, True),  # a boxer ducks
+        (50, 0.5, 1.0, (), 1, False),
     ],
 )
-def test_a_deep_bend_is_told_by_the_feet_while_it_is_deep(deg, moves_s, steps, count, doubt):
-    told = bends(deg, np.where(moves_s < TIMES, 0.6, 0.0), steps)
+def test_a_deep_bend_is_told_by_the_feet_while_it_is_deep(deg, moves_s, by, steps, count, doubt):
+    told = bends(deg, np.where(moves_s < TIMES, by, 0.0), steps)
     assert (told["count"], "reason" in told) == (count, doubt)
 
 
