@@ -154,8 +154,8 @@ def test_a_bend_of_a_leg_off_its_keypoints_is_not_counted_and_not_denied(lowest_
 @pytest.mark.parametrize(("steps_told", "outcome"), [(True, NONE), (False, CANNOT_BE_TOLD)])
 def test_a_bend_with_feet_that_seem_to_move_is_none_only_where_steps_are_seen(steps_told, outcome):
     """Somebody faces the camera, so that how far the feet are apart is depth, as in steps that cannot be counted."""
-    columns = {f"{side}_knee_flexion_deg": 70 * np.exp(-(((TIMES - 3) / 0.4) ** 2)) for side in "rl"}
-    apart = np.where(TIMES < 3, 0.0, 0.5)
+    columns = {f"{side}_knee_flexion_deg": 60 * np.exp(-(((TIMES - 3) / 0.4) ** 2)) for side in "rl"}
+    apart = np.where(TIMES < 3, 0.0, 1.0)
     of, gait = Columns(columns, TIMES, (), False), Gait({"r": [], "l": []}, [])
     bends, _ = knee_bends(of, gait, [], None, apart, steps_told, {})
     assert nested(with_outcome("knee_bends", bends, 6.0))["outcome"] == outcome
