@@ -93,7 +93,7 @@ def test_who_travels_without_a_counted_walk_is_not_said_not_to_walk(walk, travel
     poses = camera_poses(walk, side_camera(walk)).with_(made_by=MadeBy("measured", "capture"))
     still = np.full(len(walk), np.flatnonzero(walk.during("squat"))[0])
     aside = np.linspace(0, travels_m, len(walk))[:, None] * (1, 0, 0)  # to the right in the image
-    moves = poses.with_(joints=poses.joints[still], root=aside + (0, 0, 5))
+    moves = poses.with_(joints=poses.joints[still], root=aside + np.array([0, 0, 5]))
     assert outcome(measured(moves), "walking") == code
     assert outcome(measured(moves.with_(root=None)), "walking") == NONE
 
