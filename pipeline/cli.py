@@ -294,7 +294,7 @@ def list_(
     ],
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
-    """List what is installed, or the messages of a run, one line each."""
+    """List what is installed, or all that a run can say (notices) or refuse (refusals), one line each."""
     from .core import device, notices, refusals
 
     own = {"devices": device.listed, "notices": notices.listed, "refusals": refusals.listed}

@@ -101,7 +101,8 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
     if cadence := measure(walking, "cadence"):
         words += f", {_figure(cadence, 'a minute')}"
     if metric and (speed := measure(walking, "walking_speed")):
-        words += f", at {_figure(speed, 'm/s')}"
+        unsure = speed.bar is not None and speed.bar >= speed.value
+        words += f", at {f'a speed that cannot be told (± {speed.bar:g} m/s)' if unsure else _figure(speed, 'm/s')}"
     return [(steps, words)]
 
 

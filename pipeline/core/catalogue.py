@@ -351,7 +351,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "animation-stays": ("note", "files",
         "{file}: the pelvis stays in one place, because its path is not known."),
     "animation-origin": ("note", "files",
-        "{file}: its origin is {left:.2f} to the left, {up:.2f} up and {front:.2f} in front of the origin of TRC."),
+        "{file}: its origin is {left:.2f} {unit} to the left, {up:.2f} {unit} up and {front:.2f} {unit} in front of "
+        "the origin of TRC."),
     "animation-unit": ("note", "files",
         "{file}: lengths have no unit, because the source has no scale."),
     "animation-cut": ("note", "files",

@@ -77,15 +77,17 @@ class Chirality:
         return "doubtful" if unseen or (shares < 0.5).any() else "good"
 
     def __str__(self) -> str:
-        return (
-            f"the nose points forward in {_percent(self.nose)} of {self.nose_votes} frames, the knees bend "
-            f"forward in {_percent(self.knees)} of {self.knee_votes}, hips and shoulders agree on left in "
-            f"{_percent(self.arms_legs)} of {self.arms_legs_votes}"
+        said = {
+            "the nose points forward": (self.nose, self.nose_votes),
+            "the knees bend forward": (self.knees, self.knee_votes),
+            "hips and shoulders agree on left": (self.arms_legs, self.arms_legs_votes),
+        }
+        return ", ".join(
+            f"{words} in {100 * share:.0f} % of {how_many(votes, 'frame')}"
+            if votes
+            else f"no frame tells whether {words}"
+            for words, (share, votes) in said.items()
         )
-
-
-def _percent(share: float) -> str:
-    return "none" if np.isnan(share) else f"{100 * share:.0f} %"
 
 
 def chirality(poses: PoseSequence) -> Chirality:

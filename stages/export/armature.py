@@ -80,7 +80,8 @@ class Armature:
         """What a reader of a file of it has to know that the file itself does not show."""
         left, up, front = (float(value) for value in self.moved + 0.0)
         if self.moves:
-            said = [notice("animation-origin", file=file, left=left, up=up, front=front)]
+            unit = "m" if self.unit == "m" else "units"
+            said = [notice("animation-origin", file=file, left=left, up=up, front=front, unit=unit)]
         else:
             said = [notice("animation-stays", file=file)]
         if self.unit != "m":

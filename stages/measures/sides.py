@@ -19,7 +19,8 @@ from ...pipeline.core.measures import (
     within,
 )
 from ...pipeline.core.take import Take
-from ...pipeline.signals.angles import ANGLES, MIDLINE, of_both
+from ...pipeline.signals.angles import ANGLES, MIDLINE, continuous, of_both
+from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ...pipeline.signals.reprojection import limb_scores
 from ...pipeline.signals.visibility import SURE_SCORE
 from .columns import Columns
@@ -31,6 +32,7 @@ _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says
 # pedals evenly it was unsure of one leg in 43 to 55 % of the frames, and the ranges of his thighs differed by twice
 # their ±; of two people who walk, in up to 3 %.
 _UNSURE = 0.2
+_LOST = 0.1  # of a side's range, that the frames with both sides may lack
 _DOUBTFUL = (
     "left-and-right",
     "legs-against-arms",
@@ -86,7 +88,7 @@ def ranges_compared(
             ],
         )
         why = untold.get(_part(name), "")
-        if not why and not same_part(*sides):
+        if not why and not (same_part(*sides) and _same_moments(take, name, right, left)):
             why = "each side was seen in another part of the movement"
         if max(right.value, left.value) < _NO_RANGE:
             result += within(name, [Remark("reason", f"both ranges are below {_NO_RANGE:g} degrees")])
@@ -97,6 +99,21 @@ def ranges_compared(
             error = take.difference_sd(f"range_of_motion.{name}", errors, "sides")
             result += within(name, symmetry(right.value, left.value, error))
     return result
+
+
+def _same_moments(take: Columns, both: str, right: Measure, left: Measure) -> bool:
+    """Whether the frames that have both sides of an angle show about the whole range of each: one of them may have
+    missed a part of the movement that the other shows."""
+    names = [f"{side}_{both}" for side in SIDES.values()]
+    sides = [continuous(take(name), ALL_ANGLES[name].centre_deg) for name in names]
+    shared = np.isfinite(sides).all(axis=0)
+    if not shared.any():
+        return False
+    return all(
+        of.value - float(np.ptp(np.percentile(values[shared], [5, 95])))
+        <= max(_LOST * of.value, of.error or 0.0)
+        for values, of in zip(sides, (right, left), strict=True)
+    )
 
 
 def _part(both: str) -> str:

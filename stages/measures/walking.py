@@ -20,7 +20,7 @@ from ...models.gait.errors import (
     shipped_errors,
     style_of,
 )
-from ...models.gait.events import contact_times
+from ...models.gait.events import Step, contact_times
 from ...models.gait.gait import (
     LEAST_STEP,
     Gait,
@@ -33,11 +33,11 @@ from ...models.gait.gait import (
 )
 from ...models.gait.of_take import SIDES, unjudged
 from ...models.place.airborne import no_place
-from ...pipeline.core.measures import Curve, Curves, Measure, Remark, Row, within
+from ...pipeline.core.measures import SD_90, Curve, Curves, Measure, Remark, Row, within
 from ...pipeline.core.messages import how_many, spans_in_words
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence, Rectified
-from ...pipeline.core.rotations import transpose
+from ...pipeline.core.rotations import is_finite, transpose
 from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, runs
 from ...pipeline.signals.flights import Flight
 from .figures import basis, deviation, moments, symmetry, with_error
@@ -52,6 +52,9 @@ _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the
 _QUICK_S = 0.4
 # Times that the legs pass each other, from which it is no rest: a walk whose feet's contacts are not seen, perhaps.
 _PASSES = 4
+# Lengths of a leg by which the pelvis moves over the floor, from which the person does not stay in place: who lies down
+# or gets up moves it by up to 1.4.
+_TRAVELS = 1.5
 _BELT_SHARE = 0.12  # of a belt's speed by the feet's drift: what lifted stances are off (validation subjects)
 _IN_STRIDES = (
     "thigh_trunk_flexion",
@@ -103,11 +106,13 @@ def walking(
         hidden, passes = _hidden(apart, filtered.times), _passes(apart)
         if passes >= _PASSES:
             hidden = f"; but the legs pass each other {passes} times{hidden}"
+        elif travels := _travels(body, filtered, rectified, jumped):
+            hidden = f"; but {travels}{hidden}"
         hides = [Remark("reason", f"no three steps in a row, nor two of a run{hidden}")] if hidden else []
         return [Measure("steps", 0), *hides, *basis(apart)]
     lifted, errors = source.lifted, errors_of(source)
     unknown = float("nan") if unjudged(filtered, rectified) else 0.0  # errors of angles that state none
-    root_sd, share = _path_error(filtered, rectified, gait)
+    root_sd, share = _path_error(filtered, rectified, gait.walks)
     R_camera_from_body = source.frame.basis.T @ rectified.R_source_from_body
     depth = depth_of_steps(R_camera_from_body, filtered.times, gait.walks) if lifted else 0.0
     values = time_values(gait)
@@ -146,6 +151,9 @@ def walking(
         ]
 
     seen = runs(np.isfinite(apart), filtered.times, breaks(filtered))
+    more = [why] if (why := goes_on(gait, seen, filtered.times, jumped)) else []
+    if (beside := _passes_beside(gait, apart, filtered.times)) >= _PASSES:
+        more.append(f"outside what was counted the legs pass each other {beside} times")
     back = backward_steps(gait, apart, filtered.times)
     landed = len(gait.steps) + len(gait.walks)
     counted = f"{how_many(len(gait.steps), 'step')} between {how_many(landed, 'landing')}" + (
@@ -157,7 +165,7 @@ def walking(
         Measure("steps", len(gait.steps)),
         *([Measure("backward_steps", back)] if back else []),
         Remark("counted", counted),
-        *([Remark("count_reason", why)] if (why := goes_on(gait, seen, filtered.times, jumped)) else []),
+        *([Remark("count_reason", "; ".join(more))] if more else []),
         *over_floor,
         *said(lengths, _OF_BOTH, share=share),
         _cadence(said, values, len(strides), fewest),
@@ -198,6 +206,29 @@ def _passes(apart: np.ndarray) -> int:
     """How often the ankles pass each other, by half of the least step at least to either side."""
     sides = np.sign(apart[np.abs(apart) > LEAST_STEP / 2])
     return int((np.diff(sides) != 0).sum())
+
+
+def _passes_beside(gait: Gait, apart: np.ndarray, time_s: np.ndarray) -> int:
+    """How many of those are of no walk. apart: (T,) at time_s (T,)."""
+    inside = (apart[(time_s >= walk[0].start_s) & (time_s <= walk[-1].stop_s)] for walk in gait.walks)
+    return _passes(apart) - sum(map(_passes, inside))
+
+
+def _travels(body: np.ndarray, filtered: PoseSequence, rectified: Rectified, jumped: Sequence[Flight]) -> str:
+    """That the pelvis moves over the floor, between jumps, by more than where somebody stands, and than its error; ""
+    where it does not, or its path or the error of that are not known."""
+    if rectified.camera == "moving" or filtered.root is None or not len(filtered):
+        return ""
+    times, leg = filtered.times, leg_length(body)
+    sd, share = _path_error(filtered, rectified, [[Step("r", float(times[0]), float(times[-1]))]])
+    flown = np.ravel([(flight.off_s, flight.land_s) for flight in jumped])
+    piece = np.searchsorted(flown, times)  # odd: in the air
+    known = is_finite(filtered.root)
+    places = [filtered.root[known & (piece == each), :2] for each in np.unique(piece[known]) if each % 2 == 0]
+    far = max((float(np.linalg.norm(np.ptp(of, axis=0))) for of in places), default=0.0)
+    if not far > max(_TRAVELS * leg, SD_90 * float(np.hypot(np.sqrt(2) * sd, share * far))):
+        return ""
+    return f"the person moves over the floor by {far / leg:.2g} leg lengths, perhaps in steps to the side"
 
 
 def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
@@ -312,7 +343,9 @@ def _cadence(said: _Means, values: Values, strides: int, fewest: int) -> Row:
     )
 
 
-def _path_error(filtered: PoseSequence, rectified: Rectified, gait: Gait) -> tuple[float, float]:
+def _path_error(
+    filtered: PoseSequence, rectified: Rectified, walks: Sequence[Sequence[Step]]
+) -> tuple[float, float]:
     """models.gait.errors.path_error of a path that was estimated (stages/place.py); NaN of one whose estimator states
     no error; 0, 0 for others."""
     covariance, shared = filtered.root_covariance, filtered.root_shared
@@ -321,7 +354,7 @@ def _path_error(filtered: PoseSequence, rectified: Rectified, gait: Gait) -> tup
     if covariance is None or shared is None:
         return float("nan"), float("nan")
     axis = rectified.R_source_from_level[2]
-    return path_error(filtered.root, covariance, axis, *shared, filtered.times, gait.walks)
+    return path_error(filtered.root, covariance, axis, *shared, filtered.times, walks)
 
 
 def _lengths(

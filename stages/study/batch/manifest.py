@@ -261,7 +261,13 @@ def _beside(video: Path, role: str, files: Sequence[Path]) -> Path | None:
 def _left_out(path: Path, held: str, video: Path | None, instead: Path | None) -> None:
     """Says that a file of a person is not used. video: of the same name; instead: what that has of the kind. InputError
     where it has none: this may be what the video was to have."""
-    if video is None:
+    if video is None and path.stem.endswith(f".{held}"):
+        name = path.stem.removesuffix(f".{held}")
+        need = (
+            f"no video {name} lies beside it; {held} without a video need a manifest with a column '{held}'"
+        )
+        say("note", f"{path} is not used: {need}")
+    elif video is None:
         say("note", f"{path} is not used: {held} of a video STEM are called STEM.{held}{path.suffix}")
     elif instead is not None:
         say("note", f"{path} is not used: the {held} of {video.name} are {instead.name}")

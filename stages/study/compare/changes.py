@@ -116,16 +116,18 @@ def told(changes: list[Change], against: str) -> Iterator[str]:
         return
     apart = sorted((change for change in tested if change.differs), key=lambda change: change.chance)
     beyond = sum(not change.within_error for change in tested)
-    chance = f"{beyond or 'none'} beyond MDC90, where {_BEYOND * len(tested):.2g} are expected by chance"
+    are = "are beyond their" if beyond > 1 else "is beyond its"
+    own = f"{beyond or 'none'} {are} own MDC90, where {_BEYOND * len(tested):.2g} would be by chance alone"
     figures = f"of {len(tested)} ranges of motion and figures of movements"
+    more_than = "by more than may be chance among so many"
     if not apart:
-        yield f"None {figures} differs by more than the error; {chance}"
+        yield f"None {figures} differs {more_than}; {own}"
         return
     words = [f"{named(change)} {change.words}{_gap(change.unit)}{change.unit}" for change in apart[:_MOST]]
     more = f" and {len(apart) - _MOST} more" if len(apart) > _MOST else ""
     yield (
-        f"{len(apart)} {figures} {'differs' if len(apart) == 1 else 'differ'} by more than the error, {against}: "
-        f"{', '.join(words)}{more}; {chance}"
+        f"{len(apart)} {figures} {'differs' if len(apart) == 1 else 'differ'} {more_than}, {against}: "
+        f"{', '.join(words)}{more}; {own}"
     )
 
 

@@ -177,6 +177,13 @@ def test_a_figure_without_an_error_has_two_digits_and_says_so():
     assert answer(take(walking=unknown))[0].endswith("at about 0.79 m/s (error not known).")
 
 
+def test_a_speed_that_is_smaller_than_its_error_is_no_figure():
+    """Towards a camera of an unknown lens somebody walked "at 1.4 ± 1.5 m/s"."""
+    said = answer(take(walking={**WALK, "walking_speed_error": 0.9}))[0]
+    assert "1.1" not in said
+    assert "cannot be told (± 1.5 m/s)" in said
+
+
 def test_a_zero_has_no_sign():
     ranges = {"trunk_lean_sagittal": {"p05_deg": -0.4, "p95_deg": -0.2}}
     assert (

@@ -61,6 +61,7 @@ def test_a_nose_that_was_made_of_other_joints_has_no_vote(person):
     made = person.deriving("markers", {"nose": "mean(Neck, Head)"})
     assert chirality(made).verdict == "good"
     assert chirality(made).nose_votes == 0
+    assert "of 0 frames" not in str(chirality(made))
     assert chirality(repaired(made, "mirror")).verdict == "wrong"
     straight = made.joints.copy()
     for side in "lr":

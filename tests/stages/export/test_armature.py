@@ -42,6 +42,12 @@ def test_its_origin_is_told_from_that_of_markers_over_the_floor(walked):
     np.testing.assert_allclose(found.root, armature(take.with_(measures=())).root, atol=1e-9)
 
 
+def test_a_distance_of_origins_has_its_unit(walked):
+    for unit, told in (("m", "m"), ("arbitrary", "units")):
+        (said, *_) = replace(armature(walked()), unit=unit).notes("skeleton.bvh")
+        assert (said.code, said.values["unit"]) == ("animation-origin", told)
+
+
 def test_at_rest_it_stands_in_a_t_pose_and_faces_z(walked):
     found = armature(walked(feet=True))
     rest = dict(zip(found.skeleton.names, found.skeleton.rest, strict=True))

@@ -5,12 +5,20 @@ import pytest
 
 from golden.walks import STAGES, columns_with, measured
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
+<<<<<<< HEAD
 from pcnet3d.models.gait.events import Step
 from pcnet3d.models.gait.gait import Gait
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, grouped, nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.movements import arm_raises, knee_bends
+=======
+from pcnet3d.models.gait.gait import Gait
+from pcnet3d.models.gait.of_take import body_joints, gait_of
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, nested
+from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.stages.measures.walking import walking
+>>>>>>> sidesb
 
 
 @pytest.mark.parametrize("joint", ["l_ankle", "r_wrist"])
@@ -88,6 +96,7 @@ def test_a_bend_within_its_error_of_a_squat_is_neither_said_to_be_one_nor_none(
     assert {"squats", "squats_reason"} & set(bends) == {told}
 
 
+<<<<<<< HEAD
 TIMES = np.arange(0, 6, 1 / 30)
 BUMP = np.exp(-(((TIMES - 3) / 0.5) ** 2))  # half of it from 2.6 to 3.4 s
 
@@ -146,3 +155,32 @@ def test_of_a_bend_whose_depth_was_not_seen_nobody_knows_whether_it_is_a_squat()
     rows, _ = knee_bends(columns, Gait({"r": [], "l": []}, []), [], None, np.zeros(len(TIMES)), True, {})
     told = nested(rows)
     assert (told["count"], told["squats"], "squats_reason" in told) == (3, 2, True)
+=======
+@pytest.mark.parametrize(("travels_m", "code"), [(0.5, NONE), (3.0, CANNOT_BE_TOLD)])
+def test_who_travels_without_a_counted_walk_is_not_said_not_to_walk(walk, travels_m, code):
+    """Eleven steps to the side, over 5.8 m: "No walking"."""
+    poses = camera_poses(walk, side_camera(walk)).with_(made_by=MadeBy("measured", "capture"))
+    still = np.full(len(walk), np.flatnonzero(walk.during("squat"))[0])
+    aside = np.linspace(0, travels_m, len(walk))[:, None] * (1, 0, 0)  # to the right in the image
+    moves = poses.with_(joints=poses.joints[still], root=aside + np.array([0, 0, 5]))
+    assert outcome(measured(moves), "walking") == code
+    assert outcome(measured(moves.with_(root=None)), "walking") == NONE
+
+
+def test_steps_beside_which_the_legs_go_on_passing_are_at_least_so_many(walk, take):
+    """Of twelve steps of a shuffling walk three were counted, and "walked 3 steps" said nothing of the others."""
+    body = body_joints(take.need("filtered"), take.need("rectified"))
+    gait = gait_of(body, take.need("filtered"), take.need("rectified"), take.kinematics)
+    few = Gait(gait.feet, [gait.walks[0][-3:]])
+    rows = [
+        walking(
+            body, each, take.kinematics, lambda name, spans: None, take.need("filtered"), take.need("rectified"),
+            take.poses,
+        )
+        for each in (gait, few)
+    ]  # fmt: skip
+    whole, part = (nested(of) for of in rows)
+    assert part["steps"] == 3 < whole["steps"]
+    assert "legs pass each other" in part["count_reason"]
+    assert "legs pass each other" not in whole.get("count_reason", "")
+>>>>>>> sidesb

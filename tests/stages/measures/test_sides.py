@@ -11,6 +11,41 @@ from pcnet3d.pipeline.signals.angles import ANGLES, MIDLINE
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.sides import ranges_compared, sides_untold, steps_compared
 
+TIME = np.arange(90) / 30
+
+
+def swinging(seen=slice(None), deeper: float = 0.0) -> dict[str, np.ndarray]:
+    """All angles from 0 to 50 degrees in each second, the right ones only in some frames; in the first half second to
+    `deeper` more."""
+    swing = 25 - 25 * np.cos(2 * np.pi * TIME) + np.where(TIME < 0.5, deeper * np.sin(2 * np.pi * TIME), 0)
+    right = np.full(len(TIME), np.nan)
+    right[seen] = swing[seen]
+    return {f"{name}_deg": right if name.startswith("r_") else swing for name in ANGLES}
+
+
+@pytest.mark.parametrize(
+    ("deeper", "seen", "told"),
+    [
+        (0.0, slice(None), True),
+        (80.0, slice(None), True),
+        (0.0, slice(15, None), True),  # what was not seen is like the rest
+        (80.0, slice(15, None), False),
+        (0.0, slice(0, 0), False),
+    ],
+)
+def test_sides_are_compared_where_both_were_seen(deeper, seen, told):
+    """Of somebody who crouched and walked off the right knee was seen in the walk alone: "knee flexion -64 ± 17 %"."""
+    columns = swinging(seen, deeper)
+    ranges = []
+    for side in "rl":
+        values = columns[f"{side}_knee_flexion_deg"]
+        known = values[np.isfinite(values)] if np.isfinite(values).any() else np.array([0.0, 50.0])
+        found = float(np.ptp(np.percentile(known, [5, 95])))
+        ranges.append(Measure("p05_p95", found, "deg", 2.0, group=(f"{side}_knee_flexion",)))
+    rows = ranges_compared(Columns(columns, TIME, (), judged=False), ranges, ["r_knee_flexion"], 3.0, {})
+    assert told == ("symmetry_index" in {row.name for row in rows})
+    assert told != (Remark("symmetry_outcome", CANNOT_BE_TOLD, group=("knee_flexion",)) in rows)
+
 
 def unsure(take: Take, joint: str, share: float, detector: str = "movenet@0") -> Take:
     """The detector is unsure of that joint in a share of the frames, in a row."""
@@ -44,7 +79,7 @@ def test_sides_that_are_doubtful_are_not_compared(filmed):
 
 def test_only_what_is_untold_is_withheld():
     ranges = [Measure("p05_p95", 50.0, "deg", 2.0, group=(name,)) for name in ANGLES if name not in MIDLINE]
-    take = Columns({}, np.arange(90) / 30, (), judged=False)
+    take = Columns(swinging(), TIME, (), judged=False)
     for untold, kept in (
         ({}, "knee_flexion"),
         ({"leg": "why"}, "elbow_flexion"),

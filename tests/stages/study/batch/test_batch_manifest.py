@@ -245,14 +245,17 @@ def test_no_file_with_a_person_in_it_is_left_out_in_silence(tmp_path, facing_cam
         np.save(tmp_path / poses, np.tile(facing_camera, (10, 1, 1)).astype(np.float32))
     (tmp_path / "three.npy").write_bytes(b"")
     person = {"image_id": "0.jpg", "category_id": 1, "keypoints": [1.0, 2.0, 0.9] * 17, "score": 2.0}
-    (tmp_path / "people.json").write_text(json.dumps([person]))
+    for name in ("people.json", "orphan.keypoints.json"):
+        (tmp_path / name).write_text(json.dumps([person]))
     assert {entry.name for entry in read_entries(tmp_path, {})} == {"one", "Visit", "two", "three"}
     said = capsys.readouterr().err.splitlines()
     assert [line.partition(" is not used")[0] for line in said] == [
-        f"note: {tmp_path / name}" for name in ("one.npy", "people.json")
+        f"note: {tmp_path / name}" for name in ("one.npy", "orphan.keypoints.json", "people.json")
     ]
     assert "one.poses.npy" in said[0]
-    assert "STEM.keypoints.json" in said[1]
+    assert "STEM" not in said[1]  # it is called that; what is missing is its video
+    assert "column 'keypoints'" in said[1]
+    assert "STEM.keypoints.json" in said[2]
     (tmp_path / "two.npy").rename(tmp_path / "visit.npy")
     with pytest.raises(InputError, match=r"visit\.npy.*call it Visit\.poses\.npy"):
         read_entries(tmp_path, {})

@@ -143,8 +143,9 @@ def test_a_difference_of_two_visits_stands_with_its_error(sides):
     assert speed.within_error  # 0.10 of 1.645 * 0.071
     said = list(result(found.pairs[0]))[-1]
     assert said == (
-        "1 of 2 ranges of motion and figures of movements differs by more than the error, front minus side: range of "
-        "right knee flexion +20 ± 9.3°; 1 beyond MDC90, where 0.2 are expected by chance"
+        "1 of 2 ranges of motion and figures of movements differs by more than may be chance among so many, front "
+        "minus side: range of right knee flexion +20 ± 9.3°; 1 is beyond its own MDC90, where 0.2 would be by chance "
+        "alone"
     )
     page = as_page(found)
     assert 'data-label="right: difference (± MDC90)">+20 ± 9.3 *</td>' in page
@@ -228,7 +229,7 @@ def test_of_many_figures_one_that_chance_may_have_made_is_not_said_to_differ(sid
         assert sum(change.differs for change in found) == differ
         (said,) = told(found, "front less side")
         assert said.startswith(("1 of 10", "None of 10")[not differ])
-        assert said.endswith(f"{beyond or 'none'} beyond MDC90, where 1 are expected by chance")
+        assert said.endswith(f"{beyond or 'none'} is beyond its own MDC90, where 1 would be by chance alone")
 
 
 def test_visits_that_are_alike_differ_in_nothing(sides):
