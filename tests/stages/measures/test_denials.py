@@ -5,20 +5,14 @@ import pytest
 
 from golden.walks import STAGES, columns_with, measured
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
-<<<<<<< HEAD
 from pcnet3d.models.gait.events import Step
 from pcnet3d.models.gait.gait import Gait
+from pcnet3d.models.gait.of_take import body_joints, gait_of
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, grouped, nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.movements import arm_raises, knee_bends
-=======
-from pcnet3d.models.gait.gait import Gait
-from pcnet3d.models.gait.of_take import body_joints, gait_of
-from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, nested
-from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.measures.walking import walking
->>>>>>> sidesb
 
 
 @pytest.mark.parametrize("joint", ["l_ankle", "r_wrist"])
@@ -96,7 +90,6 @@ def test_a_bend_within_its_error_of_a_squat_is_neither_said_to_be_one_nor_none(
     assert {"squats", "squats_reason"} & set(bends) == {told}
 
 
-<<<<<<< HEAD
 TIMES = np.arange(0, 6, 1 / 30)
 BUMP = np.exp(-(((TIMES - 3) / 0.5) ** 2))  # half of it from 2.6 to 3.4 s
 
@@ -155,7 +148,8 @@ def test_of_a_bend_whose_depth_was_not_seen_nobody_knows_whether_it_is_a_squat()
     rows, _ = knee_bends(columns, Gait({"r": [], "l": []}, []), [], None, np.zeros(len(TIMES)), True, {})
     told = nested(rows)
     assert (told["count"], told["squats"], "squats_reason" in told) == (3, 2, True)
-=======
+
+
 @pytest.mark.parametrize(("travels_m", "code"), [(0.5, NONE), (3.0, CANNOT_BE_TOLD)])
 def test_who_travels_without_a_counted_walk_is_not_said_not_to_walk(walk, travels_m, code):
     """Eleven steps to the side, over 5.8 m: "No walking"."""
@@ -183,4 +177,3 @@ def test_steps_beside_which_the_legs_go_on_passing_are_at_least_so_many(walk, ta
     assert part["steps"] == 3 < whole["steps"]
     assert "legs pass each other" in part["count_reason"]
     assert "legs pass each other" not in whole.get("count_reason", "")
->>>>>>> sidesb
