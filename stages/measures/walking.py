@@ -226,7 +226,8 @@ def _travels(body: np.ndarray, filtered: PoseSequence, rectified: Rectified, jum
     known = is_finite(filtered.root)
     places = [filtered.root[known & (piece == each), :2] for each in np.unique(piece[known]) if each % 2 == 0]
     far = max((float(np.linalg.norm(np.ptp(of, axis=0))) for of in places), default=0.0)
-    if not far > max(_TRAVELS * leg, SD_90 * float(np.hypot(np.sqrt(2) * sd, share * far))):
+    # What all of the path shares makes it longer or shorter, but never none.
+    if not (far > _TRAVELS * leg and far > SD_90 * np.sqrt(2) * sd * (1 + SD_90 * share)):
         return ""
     return f"the person moves over the floor by {far / leg:.2g} leg lengths, perhaps in steps to the side"
 
