@@ -49,7 +49,7 @@ _A_LITTLE = 0.8  # less than in a step: nobody can say then that there was no be
 # Seconds that must be seen before the knees are bent most, in which a landing shows (jumps.lands): jumps that were cut
 # 0.2 s before the captured touchdown or later bend within 0.33 s of that, no labelled bend within 0.5 s.
 _SHOWN_S = 0.5
-_FEET_MOVE = "what is seen from {} may be no bend in place: the feet move"
+_FEET_MOVE = "what is seen from {} may be a bend in place, but the feet seem to move"
 _LANDS = "what is seen from {} may be a landing, not a bend"
 _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 

@@ -57,7 +57,7 @@ def sides_untold(take: Take) -> dict[str, str]:
             float((each[np.isfinite(each)] < SURE_SCORE).mean()) for each in least if np.isfinite(each).any()
         ]
         if max(shares, default=0.0) > _UNSURE:
-            untold[part] = f"the detector is unsure of one {limb} in {100 * max(shares):.0f} % of the frames"
+            untold[part] = f"the detector is unsure of one {part} in {100 * max(shares):.0f} % of the frames"
     return untold
 
 
