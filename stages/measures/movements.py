@@ -156,7 +156,7 @@ def arm_raises(
     leans: np.ndarray | None = None,
 ) -> list[Row]:
     """Arms that rise, but for those that punch at their highest: a movement is told once. lifted: joints in LEVEL of
-    lifted poses, which do not show every punch. against, leans: of `knee_bends`."""
+    lifted poses, which do not show every punch. against, leans (T,): of `knee_bends`."""
     rows: list[Row] = []
     curves: list[Curve] = []
     for words, side in SIDES.items():
