@@ -18,9 +18,8 @@ _BLACK, _LEAST = 24, 0.25
 # way, by more than _BESIDE of the kept pixels, the camera turns. Of 1759 cuts between real videos, also with bars or a
 # caption, which stays, four patches go alike at most; past a near post, by 5 to 25 % of the width a frame, most do.
 _PATCH, _ROWS, _COLUMNS, _FOUND, _BESIDE, _FEWEST = 0.3, 4, 6, 0.7, 3, 5
-_FARTHEST = (
-    0.3  # of the longer side: further no camera turns between two images, but an editor shifts a picture
-)
+# Of the longer side: no camera turns further between two images, but an editor shifts a picture.
+_FARTHEST = 0.3
 
 
 class Glance:

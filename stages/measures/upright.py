@@ -20,7 +20,8 @@ def leans(level: PoseSequence) -> np.ndarray:
     return np.degrees(np.arccos(np.clip(trunk[:, 2], -1, 1)))
 
 
-def is_upright(leans: np.ndarray, times: np.ndarray, one: Repetition) -> bool:
-    """True too where leans (T,) are not known."""
-    begins, highest, ends = leans[np.searchsorted(times, [one.start_s, one.peak_s, one.stop_s])]
+def is_upright(lean: np.ndarray, times: np.ndarray, one: Repetition) -> bool:
+    """Whether somebody is where a repetition begins, is highest and ends, by lean (T,) in degrees (`leans`) at times
+    (T,) in seconds; true too where that is not known."""
+    begins, highest, ends = lean[np.searchsorted(times, [one.start_s, one.peak_s, one.stop_s])]
     return not (begins > _UPRIGHT or ends > _UPRIGHT or highest > _BOWED)
