@@ -29,7 +29,7 @@ from ...pipeline.signals.reprojection import residuals_of, straight_in_image
 from .columns import Columns
 from .figures import basis, with_error
 from .floor import floor
-from .jumps import brief_hops, cut_jumps, jumping, jumps, without_leaps, without_slips
+from .jumps import cut_jumps, jumping, jumps, unsure_hops, without_leaps, without_slips
 from .movements import arm_raises, knee_bends
 from .off_keypoints import exchanged, not_shown, off_keypoints
 from .outcomes import BRIEFEST_S, NO_DOUBTS, Doubts, doubts_of, with_outcome
@@ -159,7 +159,7 @@ def measures(
     ]
     flights = without_slips(flights, against)
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
-    cut, brief = cut_jumps(flights, gait), brief_hops(flights, gait)
+    cut, unsure = cut_jumps(flights, gait), unsure_hops(flights, gait)
     gait = without_leaps(gait, jumped)
     runs = [(step.start_s, step.stop_s) for step in gait.steps if gait.kind == "running"]
     flies = [(flight.off_s, flight.land_s) for flight in flights.flights]
@@ -171,7 +171,7 @@ def measures(
     struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd, elbows)
     lean = leans(filtered) if rectified.level_ok else None
     bends, landings = knee_bends(take, gait, jumped, flights.ankle, apart, steps_told, against, lean)
-    leaps = jumps(flights, jumped, cut, brief, rectified, landings)
+    leaps = jumps(flights, jumped, cut, unsure, rectified, landings)
     movements = {
         "knee_bends": bends,
         "arm_raises": arm_raises(
