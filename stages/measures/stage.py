@@ -17,7 +17,7 @@ from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import SIDES, body_joints, gait_of, separation_sd, unjudged
 from ...models.place.airborne import Airborne, airborne
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.measures import Measure, Remark, Row, grouped, side_of, within
+from ...pipeline.core.measures import Measure, Remark, Row, grouped, side_of, subgroup, within
 from ...pipeline.core.notices import Notice, notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
@@ -90,6 +90,9 @@ class Measures:
         found = measures(filtered, rectified, kinematics, source, gait, *asked, against, untold)
         found += tuple(within("off_keypoints", off_keypoints(residuals, source.times)))
         said = exchanged(take, residuals)
+        said += [notice("on-a-belt")] * (
+            self.belt_speed is None and "belt" in subgroup(grouped(found), "walking")
+        )
         said += [*doubts(gait, source), *_focal(take, gait), *_zoom(take, gait)] if rectified.level_ok else []
         return take.with_(measures=found).saying(*said)
 

@@ -109,6 +109,13 @@ def test_feet_that_drift_ahead_are_on_no_belt(share):
     assert over_belt(root, short, TIME, gait, np.array([1.0, 0.0]))[1] == 0
 
 
+def test_who_gets_on_over_the_floor_is_on_no_belt():
+    """A shuffler, whose path was 0.4 of what his feet told, was put on a treadmill at three times his speed."""
+    root, ankles, gait = striding()
+    assert over_belt(0.4 * root, ankles, TIME, gait, np.array([1.0, 0.0]))[1] == 0
+    assert over_belt(0.1 * root, ankles, TIME, gait, np.array([1.0, 0.0]))[1] > 0
+
+
 def test_who_walks_there_and_backwards_again_is_on_no_belt():
     """The feet went back under the body in one half and ahead in the other, together hardly at all: any drift was a
     belt's."""
