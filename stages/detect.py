@@ -77,7 +77,7 @@ class Detect:
             found.save(self.folder / KEYPOINTS)
         people = found.people()
         chosen = choose_detected(people, told.person, str(video.path))
-        keypoints = chosen if told.fps is None else timed(chosen, told.fps)
+        keypoints = chosen if told.fps is None else timed(chosen, told.fps).with_(notices=chosen.notices)
         _, keypoints, swapped, _ = treated(None, keypoints, told.swaps)
         assert keypoints is not None
         take = take.with_(keypoints=keypoints)
