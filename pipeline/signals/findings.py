@@ -73,7 +73,7 @@ def row_findings(source: PoseSequence) -> list[Notice]:
     absent, gone, empty = span - len(source), _incomplete(source), int(empty_rows(source).sum())
     if lost := absent + gone + empty:
         longest = int(np.diff(source.frame_index).max(initial=1)) - 1
-        counts = {"absent": absent, "longest": longest, "incomplete": gone, "empty": empty}
+        counts: dict[str, Any] = {"absent": absent, "longest": longest, "incomplete": gone, "empty": empty}
         ways = (
             f"{absent} left out (at most {longest} in a row)" * bool(absent),
             f"{gone} without some coordinates" * bool(gone),

@@ -55,8 +55,8 @@ NO_DOUBTS = Doubts()
 
 
 def doubts_of(said: Iterable[Notice], unsure: Mapping[str, np.ndarray]) -> Doubts:
-    """What notices leave open, and frames in which the detector is unsure (signals.reprojection.unsure_joints). Of
-    turned bodies those of suspicious or unusable poses count."""
+    """What notices leave open, and joints of which the detector is unsure, each (T,) of
+    signals.reprojection.unsure_joints. Of turned bodies those of suspicious or unusable poses count."""
     said = tuple(said)
     exchanged = any(
         each.code in _EXCHANGED and "legs exchanged" in each.values.get("kinds", ()) for each in said
