@@ -27,6 +27,7 @@ from ..pipeline.signals.swap_repair import treated
 from ..pipeline.signals.tracker import LARGER, PACE, REACH
 
 _LISTED = 5  # people named in a note
+_FEWEST = 10  # frames of a track that is somebody, as of `--person all`
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 
@@ -109,7 +110,7 @@ def _notices(
 
 def _adjoined(chosen: PoseSequence, others: Sequence[PoseSequence], cuts: np.ndarray) -> list[int]:
     """Frames that begin one track where the other ends, where no cut of the scene says why."""
-    pairs = [pair for one in others for pair in ((chosen, one), (one, chosen))]
+    pairs = [pair for one in others if len(one) >= _FEWEST for pair in ((chosen, one), (one, chosen))]
     ends = {
         int(later.frame_index[0])
         for first, later in pairs
