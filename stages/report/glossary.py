@@ -50,7 +50,7 @@ _EXPLAINED = {
     "landing_feet": "On how many feet the person lands.",
     "floor_height": "Height of the floor under the feet, measured from the camera or the world's origin.",
     "slope": "Slope of the floor along the walk.",
-    "path_length": "Total distance moved.",
+    "path_length": "Total distance moved. Of lifted poses its error is not known; fast movements read too short.",
     "mean_speed": "Path length divided by time.",
 }  # fmt: skip
 
