@@ -160,7 +160,7 @@ def test_front_and_right_of_several_people_in_a_world_are_the_worlds():
     rectified = Rectify().together([take, take])[0]
     said = report(rectified)
     assert "front is" not in said
-    assert "the world&#39;s south is up, the world&#39;s west to the right" in said
+    assert "The world&#39;s south is up, the world&#39;s west to the right" in said
     np.testing.assert_array_equal(rectified.rectified.R_source_from_level, np.eye(3))  # x north, y west
 
 
