@@ -15,7 +15,6 @@ from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, Po
 from torch import Tensor
 
 from .....pipeline.core.errors import InputError
-from .....pipeline.core.layouts import H36M17
 from .....pipeline.files.atomic import write_text
 from .....pipeline.reading.mocap.clip import Clip
 from ....lifter import SHIPPED
@@ -38,16 +37,13 @@ from .net import LifterNet, NetConfig
 from .validation import judged, whole_takes
 from .windows import Batch, Material, Windows
 
-_PARENTS, _CHILDREN = ([H36M17.index(bone[end]) for bone in H36M17.bones] for end in (0, 1))
-
 
 class Weights(BaseModel):
-    """Of the loss's parts beside the mean distance of joints in metres: the error of every bone from joint to joint
-    (metres), of the joints' motion from frame to frame (metres), of the stated velocities (metres a frame), and the
-    negative log-likelihood of the stated deviations, which teaches them and nothing else."""
+    """Of the loss's parts beside the mean distance of joints in metres: the error of the joints' motion from frame to
+    frame (metres), of the stated velocities (metres a frame), and the negative log-likelihood of the stated deviations,
+    which teaches them and nothing else."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    bones: NonNegativeFloat = 0.0
     motion: NonNegativeFloat = 0.5
     velocity: NonNegativeFloat = 0.5
     deviation: NonNegativeFloat = 0.005
@@ -186,8 +182,6 @@ def loss(answer: tuple[Tensor, Tensor, Tensor], truth: Batch, weights: Weights) 
     joints, sd, velocity = answer
     error = joints - truth.joints
     total = error.norm(dim=-1).mean()
-    if weights.bones:
-        total = total + weights.bones * (error[:, :, _CHILDREN] - error[:, :, _PARENTS]).norm(dim=-1).mean()
     if error.shape[1] > 1:
         total = total + weights.motion * error.diff(dim=1).norm(dim=-1).mean()
         total = total + weights.velocity * (velocity - truth.velocity).norm(dim=-1).mean()

@@ -89,20 +89,6 @@ def test_the_deviation_that_costs_least_is_the_true_one():
     assert torch.equal(*slopes)
 
 
-def test_the_error_of_bones_is_what_their_two_ends_differ_by():
-    """A knee that is off costs its two bones; a leg that is off as one piece costs the bone above it alone."""
-    joints, sd = torch.zeros(1, 1, 17, 3), torch.ones(1, 1, 17, 2)
-    truth = Batch(joints, joints, joints)
-
-    def cost(bones, *off):
-        answer = joints.clone()
-        answer[:, :, H36M17.indices(off), 0] = 0.1
-        return float(module.loss((answer, sd, joints), truth, module.Weights(bones=bones, deviation=0.0)))
-
-    for off, bones in ((("r_knee",), 2), (("r_hip", "r_knee", "r_ankle"), 1), (("r_ankle",), 1)):
-        assert cost(3.0, *off) - cost(0.0, *off) == pytest.approx(3.0 * bones * 0.1 / 16)
-
-
 def test_a_run_gives_a_network_that_the_run_time_answers_alike(config, trained):
     out, said = trained
     assert {path.name for path in out.iterdir()} == {
