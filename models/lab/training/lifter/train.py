@@ -54,10 +54,10 @@ class TrainConfig(BaseModel):
 
     subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
     its train and val subjects (mocap/split.py), instead of the motion capture that the shipped network was trained on.
-    start: weights to begin with, of the same shape and dilations, or with fewer blocks, the further ones then doing
-    nothing at first: "pcnet3d", the shipped one's, or a run's best.pt or exported network. The first `single` steps
-    see single frames, as many different people and views as there are frames, which teaches geometry several times
-    faster; then windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
+    start: weights of the same `net` to begin with: "pcnet3d", the shipped one's, or a run's best.pt or exported
+    network. The first `single` steps see single frames, as many different people and views as there are frames, which
+    teaches geometry several times faster; then windows, `lengths` long and how often (the shares' sum does not matter),
+    teach what time adds.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -135,15 +135,9 @@ def run(
 
 
 def started(net: LifterNet, path: Path) -> LifterNet:
-    """net with the weights of an earlier run (exported.weights_of). Further blocks than the earlier network had add
-    nothing: it answers as that one does, and learns from there. InputError as of load_weights and weights_of."""
-    weights, own = weights_of(path, net), net.state_dict()
+    """net with the weights of an earlier run. InputError as of load_weights and weights_of."""
+    weights = weights_of(path, net)
     with reading(path, "weights of this network"):
-        blocks = len({name.split(".")[1] for name in weights if name.startswith("blocks.")})
-        more = tuple(f"blocks.{i}." for i in range(blocks, len(net.blocks)))
-        for name, value in own.items():
-            if name.startswith(more):
-                weights[name] = torch.zeros_like(value) if ".out." in name or ".back." in name else value
         net.load_state_dict(weights)
     return net.train()
 

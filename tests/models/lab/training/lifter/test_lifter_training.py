@@ -147,17 +147,8 @@ def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, trained,
     assert not (tmp_path / "third").exists()
 
 
-def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp_path):
+def test_a_network_starts_with_weights_of_its_own_shape_alone(tmp_path):
     small, large = LifterNet(NetConfig(8, 16, (1, 3))), LifterNet(NetConfig(8, 16, (1, 3, 9, 1)))
-    torch.save(small.state_dict(), tmp_path / "small.pt")
-    grown = module.started(large, tmp_path / "small.pt")
-    x = torch.randn(2, 30, CHANNELS)
-    for one, other in zip(small.eval()(x), grown.eval()(x), strict=True):
-        torch.testing.assert_close(one, other)
-    grown(x)[0].square().mean().backward()
-    assert all(
-        layer.weight.grad.abs().max() > 0 for block in grown.blocks for layer in (block.out, block.back)
-    )
     torch.save(large.state_dict(), tmp_path / "large.pt")
     with pytest.raises(InputError, match=r"large\.pt.*[Uu]nexpected key"):
         module.started(small, tmp_path / "large.pt")
@@ -238,9 +229,8 @@ def test_bones_seen_short_may_be_deep():
 def test_a_network_of_other_dilations_is_not_gone_on_with(exported):
     """It would answer otherwise, though all its weights fit."""
     _, path = exported
-    with pytest.raises(InputError, match=r"dilations \(1, 1\).*lifter\.onnx reaches 4 frames, not 2"):
+    with pytest.raises(InputError, match=r"dilations.*lifter\.onnx reaches 4 frames, not 2"):
         module.started(LifterNet(NetConfig(8, 16, (1, 1))), path)
-    module.started(LifterNet(NetConfig(8, 16, (1, 3, 9))), path)
 
 
 def test_validation_has_a_part_for_every_data_set(config, clips, monkeypatch):
