@@ -33,6 +33,7 @@ _PARTS = (
     ("rectifier", LiveRectifier, "update"),
     ("recording, beside it", LiveRecording, "_write"),
 )
+_SECONDS = 30.0  # of the walker's video
 _FIRST = 30  # frames that are not counted: networks warm up, and the lifter's window fills
 
 
@@ -41,7 +42,6 @@ def live(
         Path | None, typer.Argument(help="A video; by default one of the walker is made.")
     ] = None,
     detector: Annotated[str, typer.Option(help="As for `live`.")] = "movenet",
-    seconds: Annotated[float, typer.Option(min=3, help="Length of the walker's video.")] = 30.0,
     device: OnDevice = "auto",
 ) -> None:
     """Measure live on a video that is played at its own speed, and on one whose images wait."""
@@ -49,7 +49,7 @@ def live(
     with tempfile.TemporaryDirectory() as folder, computing_on(device):
         if video is None:
             video = Path(folder) / "walker.mp4"
-            write_long_video(video, seconds)
+            write_long_video(video, _SECONDS)
         for realtime in (True, False):
             spent, seen, dropped, wall_s = measured_live(video, detector, realtime)
             played = "at its own speed" if realtime else "as fast as it goes"
