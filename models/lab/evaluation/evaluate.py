@@ -152,8 +152,6 @@ def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str
     names = given["rectifier"]
     asked = {key: given[key] for key in ("lifter", "seed", "bed") if key in given}
     own = {key: given[key] for key in _OWN if key in given}
-    if "networks" in given:
-        own["kept"] = output / "lifts"
     if "fit" in given:
         own["output"] = output
     with computing_on(given["device"]) as where:
@@ -214,7 +212,7 @@ lifters = _report(
     """Compare lifters person by person, to choose one.
 
     It lifts whole validation takes from wild and typical cameras: with noisy and exact keypoints, with and without a
-    known focal length. DIR/lifts keeps the errors, so the same command continues after a stop.
+    known focal length: some four minutes of a core for each network.
     """,
     file="lifters",
 )  # fmt: skip

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -41,7 +39,6 @@ class JudgedTake:
     (F, 3, 3). lying: (F,).
     """
 
-    name: str
     person: str
     inputs: Mapping[str, tuple[PoseSequence, float | None]]
     image_size: tuple[int, int]
@@ -52,22 +49,12 @@ class JudgedTake:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """Takes that are judged, and kept, together. part: the set's name in tables. views: the cameras' name."""
+    """Takes that are judged together. part: the set's name in tables. views: the cameras' name."""
 
     part: str
     views: Bed
     seed: int
     clips: Sequence[Clip]
-
-    def key(self) -> str:
-        """Changes when the takes do."""
-        shortest = min(self.clips, key=len)  # stands for the way in which all are drawn
-        drawn = see(shortest, self.seed, views=BEDS[self.views])
-        found = hashlib.sha256()
-        for part in (drawn.keypoints.joints, drawn.joints_camera, *(clip.joints for clip in self.clips)):
-            found.update(np.ascontiguousarray(part).tobytes())
-        found.update(" ".join(clip.name for clip in self.clips).encode())
-        return found.hexdigest()[:12]
 
     def takes(self) -> Iterator[JudgedTake]:
         """The clips before virtual cameras, the same ones for noisy and for exact keypoints."""
@@ -76,7 +63,6 @@ class Material:
                 see(clip, self.seed, noise=noise, views=BEDS[self.views]) for noise in (None, EXACT_KEYPOINTS)
             )
             yield JudgedTake(
-                name=clip.name,
                 person=clip.subject,
                 inputs={
                     PUBLISHED: (noisy.keypoints, None),
@@ -106,19 +92,16 @@ def materials(seeds: int, only: Sequence[str] = ()) -> list[Material]:
     return found
 
 
-def judge(take: JudgedTake, poses: PoseSequence) -> dict[str, Any]:
-    """{"take", "person", posture: [figures], or None without frames of that posture}."""
+def judge(take: JudgedTake, poses: PoseSequence) -> dict[str, list[float]]:
+    """{posture: figures} of those that have frames."""
     frames = poses.frame_index
     lying = take.lying[frames]
     lifted, truth = poses.joints.astype(np.float64), take.truth[frames]
-    judged = {
+    return {
         posture: take_figures(lifted, truth, take.R_camera_from_ray[frames], use, poses.times)
         for posture, use in zip(POSTURES, (~lying, lying), strict=True)
         if use.any()
     }
-    return {
-        "take": take.name, "person": take.person, **{posture: judged.get(posture) for posture in POSTURES}
-    }  # fmt: skip
 
 
 def take_figures(
