@@ -13,7 +13,7 @@ from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.signals.angles import angles, near, sides_of
 from ...angle_error.take_angles import smoothed
-from ...common.metrics import joint_error, procrustes_error, scaled
+from ...common.metrics import procrustes_error, scaled
 from ..synthetic.keypoint_noise import EXACT_KEYPOINTS
 from .people import mean
 from .sets import evaluation_sets
@@ -24,8 +24,8 @@ CONDITIONS = PUBLISHED, FOCAL_KNOWN, EXACT = (
 )  # fmt: skip
 POSTURES = ("upright", "lying")
 FIGURES = {  # of a take, with their units; all but the last are errors
-    "MPJPE": "mm", "PA-MPJPE": "mm", "along the ray": "mm", "across the ray": "mm", "constant": "mm",
-    "velocity": "mm/s", "knee_flexion": "deg", "elbow_flexion": "deg", "lifted": "%",
+    "MPJPE": "mm", "PA-MPJPE": "mm", "along the ray": "mm", "across the ray": "mm", "velocity": "mm/s",
+    "knee_flexion": "deg", "elbow_flexion": "deg", "lifted": "%",
 }  # fmt: skip
 _ANGLES = ("knee_flexion", "elbow_flexion")
 
@@ -113,9 +113,8 @@ def take_figures(
 ) -> list[float]:
     """FIGURES of the frames (T,) in use of lifted and true joints (T, 17, 3), CAMERA axes, metres and any unit.
 
-    MPJPE and what lies along and across the ray: one scale a frame. constant: how much smaller the MPJPE is when the
-    mean error of each joint over the take is taken off it. velocity: mean distance of velocities between neighbouring
-    frames, one scale a take. Angles: root mean square, both sides, after the low-pass that runs have.
+    MPJPE and what lies along and across the ray: one scale a frame. velocity: mean distance of velocities between
+    neighbouring frames, one scale a take. Angles: root mean square, both sides, after the low-pass that runs have.
     """
     there = use & np.asarray(is_finite(lifted).all(axis=1))
     lifted_share = 100 * there.sum() / use.sum()
@@ -123,7 +122,6 @@ def take_figures(
         return [*[np.nan] * (len(FIGURES) - 1), float(lifted_share)]
     one, other = lifted[there], truth[there]
     off = scaled(one, other) - other
-    mpjpe = np.linalg.norm(off, axis=-1).mean()
     in_ray = np.abs(rotate(transpose(R_camera_from_ray[there]), off))
     of_a_take = scaled(one, other, "take")
     next_to = np.diff(np.flatnonzero(there)) == 1
@@ -131,11 +129,10 @@ def take_figures(
     speed = np.diff(of_a_take - other, axis=0)[next_to] / step_s[:, None, None]
     bent, true = (angles(smoothed(joints, time_s)) for joints in (lifted, truth))
     figures = [
-        1000 * mpjpe,
+        1000 * np.linalg.norm(off, axis=-1).mean(),
         1000 * procrustes_error(one, other).mean(),
         1000 * in_ray[..., 2].mean(),
         1000 * np.linalg.norm(in_ray[..., :2], axis=-1).mean(),
-        1000 * (mpjpe - joint_error(off, off.mean(axis=0)).mean()),
         1000 * mean(np.linalg.norm(speed, axis=-1)),
     ]
     for name in _ANGLES:

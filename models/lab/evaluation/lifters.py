@@ -32,7 +32,7 @@ PAGE = Page(
     "Lifters",
     "pcnet3d {pcnet3d}, seeds of cameras: {seeds}, whole validation takes. Every person has one weight; people: "
     "{people}. So few people stand for few others: intervals are rather too narrow. One scale a frame, velocity one a "
-    "take; angles are RMSE, 6 Hz. Constant: how much smaller the MPJPE is without each joint's mean error over a take. "
+    "take; angles are RMSE, 6 Hz. "
     "Whether a network that was trained elsewhere saw these people nobody knows.",
     [
         Table(

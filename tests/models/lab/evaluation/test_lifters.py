@@ -106,10 +106,6 @@ def test_a_known_error_is_measured(clips):
     assert found["along the ray"] < 0.02
     assert found["knee_flexion"] < 0.1 < found["elbow_flexion"]
     assert found["lifted"] == 100
-    off[:, wrist] = np.array([0.017, 0, 0])
-    for sign, least, most in ((1, 0.6, 1.0), (np.tile([-1, 1], 30)[:, None, None], -0.1, 0.1)):
-        found = judge(take, poses.with_(joints=take.truth + sign * off))["upright"]
-        assert least < found[list(FIGURES).index("constant")] / found[0] < most
     assert judge(take, poses.with_(joints=np.full((60, 17, 3), np.nan)))["upright"][-1] == 0
 
 
