@@ -149,7 +149,8 @@ def measures(
     take = Columns(kinematics, filtered.times, breaks(filtered), judged(source), unstated_deg)
     body = body_joints(filtered, rectified)
     named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in kinematics]
-    ranges = [row for name in named for row in within(name, _range(take, name), side_of(name))]
+    own_zero = not any(step.name == "neutral" for step in filtered.history)
+    ranges = [row for name in named for row in within(name, _range(take, name, own_zero), side_of(name))]
     on_demand = [
         row
         for name in repeated
@@ -195,7 +196,8 @@ def measures(
     )
 
 
-def _range(take: Columns, name: str) -> list[Row]:
+def _range(take: Columns, name: str, own_zero: bool) -> list[Row]:
+    """own_zero: the angle is 0 where docs/angles.md says, not in somebody's neutral posture: then anatomy limits it."""
     values = continuous(take(name), ALL_ANGLES[name].centre_deg)
     known = values[np.isfinite(values)]
     if len(known) < FEWEST:
@@ -208,7 +210,7 @@ def _range(take: Columns, name: str) -> list[Row]:
         return [Remark("reason", why), *basis(values)]
     (low, high), (at_low, at_high) = ends(values, sd)
     least, most = ALL_ANGLES[name].anatomy_deg
-    beyond = int(((known < least) | (known > most)).sum())
+    beyond = int(((known < least) | (known > most)).sum()) if own_zero else 0
     return [
         with_error("lowest", "deg", known.min(), at_low),
         with_error("highest", "deg", known.max(), at_high),

@@ -52,7 +52,7 @@ from .glossary import COUNTED, explained
 _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
     "usual_error": "usual ±", "beyond_anatomy_frames": "frames beyond anatomy",
-    "walking_speed": "speed", "walks": "stretches",
+    "walking_speed": "speed", "walks": "walks or runs",
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
     "count_reason": "there may be more", "longest_reason": "the longest may last longer",

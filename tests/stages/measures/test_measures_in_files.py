@@ -1,4 +1,4 @@
-"""Measures as files, pages and the recording have them: every figure, with its error, its unit and its time."""
+"""Measures as files and pages have them: every figure, with its error, its unit and its time."""
 
 import csv
 import json
@@ -19,7 +19,6 @@ from pcnet3d.stages.export.measures import (
     write_strides,
 )
 from pcnet3d.stages.measures.strides import peaks, stride_rows
-from pcnet3d.stages.record.measures import measures_markdown
 from refusals import refused
 
 
@@ -138,13 +137,6 @@ def test_the_parquet_table_is_the_same(take, tmp_path):
     assert str(table.schema.field("value").type) == "double"
     with refused("needs-stage"):
         write_measures_parquet(take.with_(measures=None), tmp_path / "none.parquet")
-
-
-def test_the_text_of_the_recording_says_figures_and_reasons(take):
-    text = measures_markdown(take.measures, "m")
-    for said in ("#### walking", "cadence spm: 11", "| knee flexion |", "both ranges are below 5 degrees"):
-        assert said in text
-    assert max(map(len, text.splitlines())) < 800  # no curves, nor each stride
 
 
 def test_files_have_figures_in_full_and_pages_end_them_at_their_error(take):
