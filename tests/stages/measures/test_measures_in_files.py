@@ -180,3 +180,13 @@ def test_a_table_that_somebody_has_changed_has_words(tmp_path, text):
     (tmp_path / "measures.csv").write_text(text.replace("ROWS", ",".join(Row._fields)))
     with pytest.raises(InputError, match=r"measures\.csv"):
         read_measures(tmp_path)
+
+
+def test_a_figure_that_cannot_be_told_is_read_as_it_was(tmp_path):
+    """The code beside it was read as a remark of its own, and written twice after that."""
+    walk = {"mean_step_length": 0.8, "mean_step_length_error": 0.52}
+    measures = rows_of({"walking": {"steps": 8, **walk, "right": walk}})
+    take = Take("t", poses=PoseSequence(np.zeros((1, 17, 3)), H36M17, Z_UP), measures=measures)
+    write_measures(take, tmp_path / "measures.csv")
+    assert "walking.right.mean_step_length_outcome" in (tmp_path / "measures.csv").read_text(encoding="utf-8")
+    assert read_measures(tmp_path) == measures
