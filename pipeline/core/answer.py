@@ -17,8 +17,6 @@ from .measures import (
     subgroup,
     text,
     value,
-    with_bar,
-    without_error,
 )
 from .messages import how_many
 from .take import Take
@@ -101,8 +99,7 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
     if cadence := measure(walking, "cadence"):
         words += f", {_figure(cadence, 'a minute')}"
     if metric and (speed := measure(walking, "walking_speed")):
-        unsure = speed.bar is not None and speed.bar >= speed.value
-        words += f", at {f'a speed that cannot be told (± {speed.bar:g} m/s)' if unsure else _figure(speed, 'm/s')}"
+        words += f", at {'a speed that ' * speed.untold}{_figure(speed, 'm/s')}"
     return [(steps, words)]
 
 
@@ -259,9 +256,7 @@ def _between(low: float, high: float, ways: tuple[str, str] | None) -> str:
 
 def _figure(of: Measure, unit: str) -> str:
     """With the words of its unit, and its error or that this is not known."""
-    if of.error is None:
-        return f"about {without_error(of.value)} {unit} (error not known)"
-    return f"{with_bar(of.value, of.error)} {unit}"
+    return of.in_words(unit) if of.error is not None else f"about {of.in_words(unit)} (error not known)"
 
 
 def _count(of: Group, name: str = "count") -> int:

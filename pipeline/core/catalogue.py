@@ -252,7 +252,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "not-seen": ("warning", "view",
         "The detector does not see the {part} {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("note", "",
-        "Lengths have no unit. For metres give the person's height (--stature METRES)."),
+        "Lengths are in units of the source. For metres give the person's height (--stature METRES)."),
     "scaled": ("repair", "",
         "Lengths were scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scale-assumed": ("warning", "",

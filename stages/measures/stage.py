@@ -158,7 +158,10 @@ def measures(
     take = Columns(kinematics, filtered.times, breaks(filtered), judged(source), unstated_deg)
     body = body_joints(filtered, rectified)
     named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in kinematics]
-    ranges = [row for name in named for row in within(name, _range(take, name, unsure), side_of(name))]
+    own_zero = not any(step.name == "neutral" for step in filtered.history)
+    ranges = [
+        row for name in named for row in within(name, _range(take, name, own_zero, unsure), side_of(name))
+    ]
     on_demand = [
         row
         for name in repeated
@@ -204,8 +207,9 @@ def measures(
     )
 
 
-def _range(take: Columns, name: str, unsure: Mapping[str, np.ndarray]) -> list[Row]:
-    """By the frames in which the detector is sure of the angle's joints; none where the others may have shown more."""
+def _range(take: Columns, name: str, own_zero: bool, unsure: Mapping[str, np.ndarray]) -> list[Row]:
+    """By the frames in which the detector is sure of the angle's joints; none where the others may have shown more.
+    own_zero: the angle is 0 where docs/angles.md says, not in somebody's neutral posture: then anatomy limits it."""
     every = continuous(take(name), ALL_ANGLES[name].centre_deg)
     joints = ANGLES[name].joints if name in ANGLES else ()
     guessed = np.any([unsure[joint] for joint in joints if joint in unsure] or [[False]], axis=0)
@@ -228,7 +232,7 @@ def _range(take: Columns, name: str, unsure: Mapping[str, np.ndarray]) -> list[R
     if max(low - lowest, highest - high) > error:
         return [Remark("reason", f"{share}; the others do not show its range"), *basis(values)]
     least, most = ALL_ANGLES[name].anatomy_deg
-    beyond = int(((known < least) | (known > most)).sum())
+    beyond = int(((known < least) | (known > most)).sum()) if own_zero else 0
     return [
         with_error("lowest", "deg", known.min(), at_low),
         with_error("highest", "deg", known.max(), at_high),

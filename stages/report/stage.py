@@ -134,7 +134,7 @@ def _ways(take: Take) -> Iterator[Markup]:
     """Both wrists' paths as lines: as the camera or one who looks north sees them, and in LEVEL; all at one scale."""
     source, rectified = take.need("poses"), take.need("rectified")
     before, level = (_from_pelvis(poses, "r_wrist", "l_wrist") for poses in (source, rectified.level))
-    seen, words = "camera's view", "right and up are the image's"
+    seen, words = "camera's view", "right and up are those of the image"
     if source.frame.family != "camera":
         seen, words = "looking north", "the world's east is to the right"
     front, right = ways_of_level(rectified.level_heading)
@@ -149,7 +149,9 @@ def _ways(take: Take) -> Iterator[Markup]:
         title = f"{name} ({length_unit(source)})"
         both = dict(zip((RIGHT, LEFT), points.swapaxes(0, 1), strict=True))
         yield figure(
-            [path(both, boxes[name][0], reach, f"Paths of both wrists: {title}")], title, f"{words}."
+            [path(both, boxes[name][0], reach, f"Paths of both wrists: {title}")],
+            title,
+            f"{words[0].upper()}{words[1:]}.",
         )
 
 

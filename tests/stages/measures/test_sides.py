@@ -115,7 +115,7 @@ def test_steps_of_unsure_legs_have_no_symmetry():
 def test_a_range_is_of_frames_in_which_the_detector_is_sure(unsure, deeper, told):
     guessed = np.isin(np.arange(len(TIME)), np.arange(len(TIME))[unsure])
     take = Columns(swinging(deeper=deeper), TIME, (), judged=False, unstated_deg=8.0)
-    rows = _range(take, "r_knee_flexion", {"r_ankle": guessed, "l_knee": ~guessed})
+    rows = _range(take, "r_knee_flexion", True, {"r_ankle": guessed, "l_knee": ~guessed})
     found = {row.name: row for row in rows}
     assert ("p95" in found, "reason" in found) == (told, not told)
     assert found["frames"].value == (~guessed).sum()
