@@ -212,11 +212,12 @@ def _jumped(jumps: Group) -> list[_Told]:
 
 def _ranges(ranges: Group) -> str:
     """The joints whose range is the most times its error, by that of the side that moves more; that none moves only
-    where all have an error."""
+    where all have an error, on both sides."""
     told = [told for name in _JOINTS if (told := _range(ranges, name))[1]]
     moving = [each for each in told if each[0] > 1]
     stated = ["±" in words for _, words in told]
-    if not moving and len(told) == len(_JOINTS) and all(stated):
+    both = all(("(right)" in words) == ("(left)" in words) for _, words in told)
+    if not moving and len(told) == len(_JOINTS) and both and all(stated):
         return "no joint moves by more than its error"
     joints = [words for _, words in sorted(moving or told, key=lambda each: -each[0])[:_JOINTS_TOLD]]
     of_ends = " (± for each end)" if any(stated) else " (errors not known)"
