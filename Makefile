@@ -31,7 +31,7 @@ audit: .venv-test/.installed
 	.venv-test/$(BIN)/pip freeze --exclude-editable | sed 's/+cpu//' > .venv-test/installed.txt
 	.venv-test/$(BIN)/pip-audit --strict --no-deps --disable-pip -r .venv-test/installed.txt
 
-# The site of the documents, the reference of the API in it, and a look at every link; a warning ends it.
+# The site of the documents, the reference of the API in it, and a look at what it loads; a warning ends it.
 docs: .venv-test/.installed
 	rm -rf build/site
 	.venv-test/$(BIN)/sphinx-build -W -q -c docs/site -d build/doctrees . build/site

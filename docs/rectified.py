@@ -16,7 +16,7 @@ from pcnet3d.models.lab.evaluation.real_rectified import real_poses
 from pcnet3d.models.lab.evaluation.sets import Question
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.rotations import rotate, transpose
-from pcnet3d.pipeline.inspect.image import bone_colour
+from pcnet3d.pipeline.inspect.image import draw_bones
 
 CELL, SHARE = 200, (0.3, 0.7)  # pixels of a cell's side; where in a clip the frames are taken
 HEADINGS = (
@@ -31,10 +31,8 @@ def cell(picture: np.ndarray, label: str) -> np.ndarray:
     """picture: (17, 2) x to the right, y up, in body heights."""
     image = np.full((CELL, CELL, 3), 255, np.uint8)
     cv2.line(image, (CELL // 2, 20), (CELL // 2, CELL - 8), (225, 225, 225), 1)
-    at = np.round(CELL * (0.5 + 0.8 * picture * (1, -1))).astype(int)
-    for parent, child in H36M17.bones:
-        ends = [tuple(int(c) for c in at[H36M17.index(joint)]) for joint in (parent, child)]
-        cv2.line(image, *ends, bone_colour(parent, child), 3, cv2.LINE_AA)
+    at = CELL * (0.5 + 0.8 * picture * (1, -1))
+    draw_bones(image, at, H36M17, thick=3)
     cv2.putText(image, label, (6, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.38, (60, 60, 60), 1, cv2.LINE_AA)
     return image
 

@@ -48,9 +48,7 @@ def _own_lifter() -> Any:
 
 GEOMETRIC = Shipped("the torso's own axes, the paper's baseline", Geometric)
 PCNET = _weights("default rectifier, trained on motion capture; models/rectifier/card.md", "pcnet.onnx")
-PAPER = _weights(
-    "the paper's network at its full size, in int8; steadier on real clips, slower", "paper.onnx"
-)
+PAPER = _weights("the paper's network at its full size, in int8; slower", "paper.onnx")
 LIFTER = Shipped(
     "2D keypoints to 3D, used without --poses; models/lifter/card.md", _own_lifter, (SHIPPED, CHANGES)
 )

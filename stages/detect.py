@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -26,6 +27,7 @@ from ..pipeline.signals.swap_repair import treated
 from ..pipeline.signals.tracker import LARGER, PACE, REACH
 
 _LISTED = 5  # people named in a note
+_FEWEST = 10  # frames of a track that is somebody, as of `--person all`
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 
@@ -76,7 +78,7 @@ class Detect:
             found.save(self.folder / KEYPOINTS)
         people = found.people()
         chosen = choose_detected(people, told.person, str(video.path))
-        keypoints = chosen if told.fps is None else timed(chosen, told.fps)
+        keypoints = chosen if told.fps is None else timed(chosen, told.fps).with_(notices=chosen.notices)
         _, keypoints, swapped, _ = treated(None, keypoints, told.swaps)
         assert keypoints is not None
         take = take.with_(keypoints=keypoints)
@@ -97,12 +99,24 @@ def _notices(
     """What the user should know about who was found where. size: the image's width and height."""
     notices = [*chosen.notices, *found.doubts(chosen)]
     others = [one for one in people if one.person != chosen.person]
+    notices += [notice("cut-or-another", frame=frame) for frame in _adjoined(chosen, others, found.cuts)]
     again = [one.person for one in others if _may_be(found, one, chosen, size)]
     if again:
         notices.append(notice("lost-and-found", again=" and ".join(again[:_LISTED]), person=chosen.person))
     if found.frames_seen < found.frames:
         notices.append(notice("interrupted", frame=found.frames_seen, frames=found.frames))
     return notices
+
+
+def _adjoined(chosen: PoseSequence, others: Sequence[PoseSequence], cuts: np.ndarray) -> list[int]:
+    """Frames that begin one track where the other ends, where no cut of the scene says why."""
+    pairs = [pair for one in others if len(one) >= _FEWEST for pair in ((chosen, one), (one, chosen))]
+    ends = {
+        int(later.frame_index[0])
+        for first, later in pairs
+        if later.frame_index[0] == first.frame_index[-1] + 1
+    }
+    return sorted(ends - set(cuts.tolist()))
 
 
 def _may_be(found: Detections, one: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> bool:

@@ -126,6 +126,8 @@ def _said(
         size_percent=half_bar(100 * SCALE_SD),
         depth=f"because of the focal length, the distance from the camera is within {share:g} %"
         if (share := half_bar(100 * path.focal_sd)) < 100
+        else "the distance from the camera is not known"
+        if guess
         else "the focal length and the distance from the camera are not known",
         guess=guess,
         unjudged="" if made_by_the_built_in(poses) else "; these errors were not measured for these poses",

@@ -179,7 +179,7 @@ def updated(figures: dict[str, Any], evaluation: dict[str, Any]) -> dict[str, An
     measured = {method.partition("@")[2] for method in evaluation.get("networks", [])}
     content = json.dumps(evaluation)
     for name, digest in shipped().items():
-        content = content.replace(f"pcnet@{digest}", name)
+        content = content.replace(f"{name}@{digest}", name)
     new = dict(figures)
     for name in names:
         block = BLOCKS[name]

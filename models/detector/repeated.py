@@ -1,4 +1,4 @@
-"""Images of a video that only repeat the one before: of a padded frame rate, or of a recording that stalls."""
+"""Images of a video that only repeat the one before: of a padded frame rate, a recording that stalls, or a still."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...pipeline.files.detections import MOVES, Detections
+from ...pipeline.signals.filters import stretches
 
 # Changes are those of `Glance.change_to`, in grey values. Compressed repeats have up to a quarter of the change before
 # and after them, images of real recordings two thirds and more. Where less than MOVES moves a
@@ -15,6 +16,10 @@ _SMALL = 0.25
 _FEW = 4  # images that repeat in a row between others that move, as of 6 frames a second in 30
 _BESIDE = 3  # images that move before and after more of them,
 _LEAP = 1.1  # times as far as those after it: without a leap somebody stands still
+# Grey values by which an image that is shown on changes, in the middle and at a key frame, where it stops and goes on
+# from one image to the next; and in the middle where that is all there is. A small person who stands changes them by
+# 0.6, seen as large as usual by 2 and more.
+_STILL, _SHARPER, _SAME = 1.5, MOVES / 2, 0.2
 
 
 def repeated(change: np.ndarray) -> np.ndarray:
@@ -33,7 +38,21 @@ def repeated(change: np.ndarray) -> np.ndarray:
         if run and now >= MOVES <= before and change[run].max() < _SMALL * now and _halts(change, run):
             found += run
         run, before = [], now
-    return np.array(found, np.int64)
+    return np.union1d(np.array(found, np.int64), _frozen(change))
+
+
+def _frozen(change: np.ndarray) -> np.ndarray:
+    """(R,) rows of images that show the one before on: it stops and goes on at once, as nobody does, or the scene ends
+    with it; of a scene that is a still all but the first."""
+    found = [np.empty(0, np.int64)]
+    for first, stop in stretches(change < _SHARPER).tolist():
+        sides = change[max(first - _BESIDE, 0) : first], change[stop : stop + _BESIDE]
+        sides = [side for side in sides if np.isfinite(side).any()]
+        most = _STILL if sides else _SAME
+        moves = all((side >= MOVES).all() for side in sides)
+        if stop - first > _FEW and moves and np.median(change[first:stop]) < most:
+            found.append(np.arange(first, stop))
+    return np.concatenate(found)
 
 
 def _halts(change: np.ndarray, run: list[int]) -> bool:
@@ -47,13 +66,15 @@ def _halts(change: np.ndarray, run: list[int]) -> bool:
 
 def without_repeats(found: Detections) -> Detections:
     """The same with nobody in repeated images, which show where people were before. Over few of them in a row people
-    are taken to move evenly: as gaps, those of a padded frame rate would be most of a take."""
+    are taken to move evenly: as gaps, those of a padded frame rate would be most of a take. Who is in one image alone,
+    however long it is shown, is left there."""
     again = np.isin(found.frame_index, found.repeated)
     kept, moved = ~again, {"joints": found.joints.copy(), "box": found.box.copy()}
     for person in np.unique(found.person[again]):
         mine = np.flatnonzero(found.person == person)
         known = mine[~again[mine]]
-        if not len(known):
+        if len(known) < 2:
+            kept[mine] = True
             continue
         seen = found.frame_index[known]
         at = np.interp(found.frame_index[mine], seen, np.arange(len(known)))

@@ -18,6 +18,7 @@ from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.signals.tracker import MEMORY, Sighting, Tracker, exchanges
 from ...pipeline.signals.visibility import LEAST_SCORE
+from .leaps import leaps
 from .protocols import Detector, Found
 from .repeated import repeated, without_repeats
 from .scene_cuts import Glance
@@ -186,8 +187,8 @@ def detect(
 
     Ctrl-C ends it early: what was found so far comes back, with `frames_seen` less than `frames`. resume: what was
     kept, to go on from; the result is the same as in one go. In the answer alone repeated images are left out, and who
-    is exchanged with somebody else is told apart. Memory grows by what was found alone. InputError when the video
-    cannot be decoded, or not one image of it, or `resume` is of something else.
+    is exchanged with somebody else, or goes on behind a leap of the image, is told apart. Memory grows by what was
+    found alone. InputError when the video cannot be decoded, or not one image of it, or `resume` is of something else.
     """
     first, total = video.span[0], video.span[1] + 1
     every = max(int(_UNSEEN_S * video.fps), 1) if total > 1 else 1
@@ -242,14 +243,17 @@ def _glance_before(video: Video, first: int, number: int) -> Glance | None:
 
 
 def _told_apart(found: Detections) -> Detections:
-    """The same, with who goes on as somebody else in the middle of a track under a name of their own. Joints that
-    nobody saw, of legs out of the image, are guessed now here, now there, and tell nothing."""
+    """The same, with who goes on as somebody else in the middle of a track, or behind a cut within the scene, under a
+    name of their own. Joints that nobody saw, of legs out of the image, are guessed now here, now there, and tell
+    nothing."""
+    cuts = leaps(found)
     pieces, seen = [], np.where((found.confidence < LEAST_SCORE)[..., None], np.nan, found.joints)
     for name in np.unique(found.person):
         rows = np.flatnonzero(found.person == name)
         others = [row for row, _ in exchanges(found.time_s[rows], seen[rows].astype(np.float64))]
-        pieces += np.split(rows, others)
+        others += np.searchsorted(found.frame_index[rows], cuts).tolist()
+        pieces += [piece for piece in np.split(rows, sorted(others)) if len(piece)]
     person = np.empty_like(found.person)
     for name, rows in enumerate(sorted(pieces, key=lambda rows: int(rows[0]))):
         person[rows] = name
-    return replace(found, person=person)
+    return replace(found, person=person, cuts=np.union1d(found.cuts, cuts))

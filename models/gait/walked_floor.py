@@ -45,14 +45,17 @@ def _stairs(rises: np.ndarray) -> str:
     return ""
 
 
-def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: float) -> WalkedFloor | None:
+def walked_floor(
+    places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: float, deeper: np.ndarray | float = 0.0
+) -> WalkedFloor | None:
     """The line through the heights of at least four places (N, 3) in LEVEL, in the order of the feet that stand there;
     None of fewer, or where they are not apart.
 
     sd: standard deviation of one place's height, shared_sd: of all alike, in the places' unit; up_sd_deg: of up about
-    any horizontal axis. Where heights are off the line by more than `sd`, that is what the line's errors rest on;
-    where they jump from place to place by more, rises have to exceed that, and what an up that is off makes of a step,
-    by two standard deviations. They have to be steeper than a ramp, too.
+    any horizontal axis; deeper: (N, 3) by how much places lie elsewhere with the longest focal length that the camera
+    may have, at which a rise has to be a stair too. Where heights are off the line by more than `sd`, that is what the
+    line's errors rest on; where they jump from place to place by more, rises have to exceed that, and what an up that
+    is off makes of a step, by two standard deviations. They have to be steeper than a ramp, too.
     """
     if len(places) < FEWEST:
         return None
@@ -66,6 +69,11 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
     slope = float(along @ height) / apart
     # Who comes back ends where they began, or short of it.
     farthest = along[np.argmax(np.abs(along - along[0]))]
+    longer = across + deeper
+    run, rises_by = (np.diff(of, axis=0) for of in (longer[:, :2], longer[:, 2]))
+    longer = longer - longer.mean(axis=0)
+    at = longer[:, :2] @ way
+    by_focal = (float(at @ longer[:, 2]) / float(at @ at) - slope) / SD_90
     scatter = max(sd, float(np.linalg.norm(height - slope * along)) / np.sqrt(len(places) - 2))
     tilt = np.tan(np.radians(up_sd_deg))
     rise, step = np.diff(height), np.linalg.norm(np.diff(across[:, :2], axis=0), axis=1)
@@ -77,13 +85,14 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
     def beyond(least: np.ndarray) -> np.ndarray:
         return (np.sign(rise) * (np.abs(rise) > least)).astype(int)
 
+    steep = np.sign(rise) * rises_by > _STEEP * np.linalg.norm(run, axis=1)
     return WalkedFloor(
         height=float(middle[2]),
         height_sd=float(
             np.sqrt(scatter**2 / len(places) + shared_sd**2 + (tilt * np.linalg.norm(middle[:2])) ** 2)
         ),
         slope_deg=float(np.degrees(np.arctan(slope))) * (1 if farthest >= along[0] else -1),
-        slope_sd_deg=float(np.degrees(np.arctan(np.hypot(scatter / np.sqrt(apart), tilt)))),
-        rises=beyond(np.maximum(_BEYOND * difference_sd, stair)),
+        slope_sd_deg=float(np.degrees(np.arctan(np.sqrt(scatter**2 / apart + tilt**2 + by_focal**2)))),
+        rises=beyond(np.maximum(_BEYOND * difference_sd, stair)) * steep,
         may_rise=beyond(np.maximum(stair - error, 0.0)),
     )

@@ -93,7 +93,7 @@ def up_from_images(
     covariance = _covariance(best, found[1:], _FLAT_NATS if third < 0 else _NATS)
     error = float(np.degrees(np.sqrt(np.trace(covariance))))
     if error > _WIDEST_DEG:
-        return Unknown(f"the straight lines show up only to within {error:.0f} degrees")
+        return Unknown(f"the straight lines tell which way is up only to within {error:.0f} degrees")
     assert best.covariance is not None
     return ImageUp(
         up=best.up,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from .measures import (
     CANNOT_BE_TOLD,
@@ -17,8 +18,6 @@ from .measures import (
     subgroup,
     text,
     value,
-    with_bar,
-    without_error,
 )
 from .messages import how_many
 from .take import Take
@@ -46,10 +45,29 @@ _UNSEEN = 0.5  # of the frames: the range of the rest is not that of the take
 _UNSTATED = 13.0  # degrees: the usual ± of a lifted range, for one without
 
 
-def answer(take: Take, reasons: str = "in the report, under What happened") -> list[str]:
+@dataclass(frozen=True)
+class JointRange:
+    """Where the angles of a joint lie in nine of ten frames. sides: such as {"right": "3 to 58"}, degrees; of the trunk
+    {"": "4 left to 6 right"}. bar: the widest ± of an end, None where none is known. times: its error, that it ranges.
+    """
+
+    joint: str
+    sides: Mapping[str, str]
+    bar: float | None
+    times: float
+
+    def __str__(self) -> str:
+        """Such as "knees 3 to 58 (right) and 2 to 68 (left) ± 9"."""
+        parts = " and ".join(f"{ends}{f' ({side})' * bool(side)}" for side, ends in self.sides.items())
+        return f"{self.joint} {parts}" + ("" if self.bar is None else f" ± {self.bar:.0f}")
+
+
+def answer(
+    take: Take, reasons: str = "in the report, under What happened", with_ranges: bool = True
+) -> list[str]:
     """Sentences about a take's movements, the most frequent first, and the joints that range furthest for their error;
     then what was not there, what cannot be told, and what was not looked for. Nothing of a take without
-    measures. reasons: where a reader finds why."""
+    measures. reasons: where a reader finds why. with_ranges: in a sentence, where no table shows `joint_ranges`."""
     if not take.measures:
         return []
     measures = grouped(take.measures)
@@ -65,7 +83,7 @@ def answer(take: Take, reasons: str = "in the report, under What happened") -> l
         *_struck(measures, "kicks", "kicked"),
     ]
     moved = [words for _, words in sorted(done, key=lambda told: -told[0])]
-    ranges = _ranges(subgroup(measures, "range_of_motion"))
+    ranges = _ranges(subgroup(measures, "range_of_motion"), with_ranges)
     sentences = ("; ".join(moved), ranges, *_not_seen(measures, poses.duration_s, f"(why: {reasons})"))
     said = sentences if done else (*sentences[2:], sentences[1])
     return [f"{words[:1].upper()}{words[1:]}." for words in said if words]
@@ -101,8 +119,7 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
     if cadence := measure(walking, "cadence"):
         words += f", {_figure(cadence, 'a minute')}"
     if metric and (speed := measure(walking, "walking_speed")):
-        unsure = speed.bar is not None and speed.bar >= speed.value
-        words += f", at {f'a speed that cannot be told (± {speed.bar:g} m/s)' if unsure else _figure(speed, 'm/s')}"
+        words += f", at {'a speed that ' * speed.untold}{_figure(speed, 'm/s')}"
     return [(steps, words)]
 
 
@@ -213,37 +230,40 @@ def _jumped(jumps: Group) -> list[_Told]:
     return [(count, f"jumped {often}{heights if 0 < len(found) <= _MOST else ''}")]
 
 
-def _ranges(ranges: Group) -> str:
-    """The joints whose range is the most times its error, by that of the side that moves more; that none moves only
-    where all have an error."""
-    told = [told for name in _JOINTS if (told := _range(ranges, name))[1]]
-    moving = [each for each in told if each[0] > 1]
-    stated = ["±" in words for _, words in told]
-    if not moving and len(told) == len(_JOINTS) and all(stated):
-        return "no joint moves by more than its error"
-    joints = [words for _, words in sorted(moving or told, key=lambda each: -each[0])[:_JOINTS_TOLD]]
-    of_ends = " (± for each end)" if any(stated) else " (errors not known)"
-    return f"in nine of ten frames, in degrees{of_ends}: {'; '.join(joints)}" if joints else ""
+def _ranges(ranges: Group, each: bool) -> str:
+    """A sentence, in which each joint is named only if asked for."""
+    if not (told := joint_ranges(ranges)):
+        known = any(_range(ranges, name).sides for name in _JOINTS)
+        return "no joint moves by more than its error" * known
+    of_ends = " (± for each end)" if any(one.bar is not None for one in told) else " (errors not known)"
+    return f"in nine of ten frames, in degrees{of_ends}: {'; '.join(map(str, told))}" * each
 
 
-def _range(ranges: Group, name: str) -> tuple[float, str]:
-    """How many times its error the wider side ranges, and such as "knees 3 to 58 (right) and 2 to 68 (left) ± 9"; empty
-    where no side is to be believed."""
-    sides = {"": name} if name in ranges else {side: f"{side[0]}_{name}" for side in _SIDES}
-    parts, errors, far = [], [], 0.0
-    for side, angle in sides.items():
+def joint_ranges(ranges: Group) -> list[JointRange]:
+    """The joints whose range is the most times its error, by that of the side that moves more; empty where none moves
+    by more, and all have an error, on both sides, or where none is known."""
+    known = [one for name in _JOINTS if (one := _range(ranges, name)).sides]
+    moving = [one for one in known if one.times > 1]
+    whole = all(one.bar is not None and set(one.sides) in ({""}, set(_SIDES)) for one in known)
+    if not moving and whole and len(known) == len(_JOINTS):
+        return []
+    return sorted(moving or known, key=lambda one: -one.times)[:_JOINTS_TOLD]
+
+
+def _range(ranges: Group, name: str) -> JointRange:
+    """Without sides where none is to be believed."""
+    angles = {"": name} if name in ranges else {side: f"{side[0]}_{name}" for side in _SIDES}
+    sides, errors, times = {}, [], 0.0
+    for side, angle in angles.items():
         of = subgroup(ranges, angle)
         ends = [end for figure in ("p05", "p95") if (end := measure(of, figure))]
         if len(ends) < 2 or value(of, "beyond_anatomy_frames") or (value(of, "nan_share") or 0.0) > _UNSEEN:
             continue
         if full := measure(of, "p05_p95"):
-            far = max(far, full.value / (full.bar or _UNSTATED))
-        parts.append(f"{_between(ends[0].value, ends[1].value, _WAYS.get(name))}{f' ({side})' * bool(side)}")
+            times = max(times, full.value / (full.bar or _UNSTATED))
+        sides[side] = _between(ends[0].value, ends[1].value, _WAYS.get(name))
         errors += [end.bar for end in ends if end.bar is not None]
-    if not parts:
-        return far, ""
-    within = f" ± {max(errors):.0f}" if errors else ""
-    return far, f"{_JOINTS[name]} {' and '.join(parts)}{within}"
+    return JointRange(_JOINTS[name], sides, max(errors, default=None), times)
 
 
 def _between(low: float, high: float, ways: tuple[str, str] | None) -> str:
@@ -258,9 +278,7 @@ def _between(low: float, high: float, ways: tuple[str, str] | None) -> str:
 
 def _figure(of: Measure, unit: str) -> str:
     """With the words of its unit, and its error or that this is not known."""
-    if of.error is None:
-        return f"about {without_error(of.value)} {unit} (error not known)"
-    return f"{with_bar(of.value, of.error)} {unit}"
+    return of.in_words(unit) if of.error is not None else f"about {of.in_words(unit)} (error not known)"
 
 
 def _count(of: Group, name: str = "count") -> int:

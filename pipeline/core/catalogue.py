@@ -40,8 +40,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "Of {of:~image} with movement, {repeated} only {repeated:?repeats/repeat} the one before, {where}. Up to four "
         "in a row are filled in by even movement; speeds are less certain. Record or export the video at the camera's "
         "own frame rate."),
+    "image-still": ("suspicious", "view",
+        "All images are the same: this is a picture, in which nobody moves or holds still."),
+    "images-frozen": ("warning", "view",
+        "The image stands still in frames {frames}: they show the same. Where the person is meanwhile is not known; "
+        "nothing is measured there."),
     "scene-changes": ("warning", "files",
-        "The video cuts to another scene {count:~time}, at frame {frames}; people are not tracked across a cut."),
+        "The video is cut {count:~time}, at frame {frames}: to another scene, or within one, with images taken out "
+        "or the picture enlarged. People are not tracked across a cut."),
     "scenes-apart": ("note", "files",
         "People share the camera and the LEVEL axes only within one scene of the video."),
     "people-by-poses-alone": ("warning", "files",
@@ -126,6 +132,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "person-chosen": ("note", "files",
         "People were tracked under {people:~number} (how many frames, from which to which): {listed}. Number "
         "{person} was used; --person chooses another."),
+    "cut-or-another": ("warning", "view",
+        "At frame {frame} one person is lost and another found: it may be the same person, behind a cut of the video."),
     "lost-and-found": ("note", "files",
         "{again} may be {person} again: a person who is lost for a second gets a new number."),
     "hardly-a-person": ("warning", "view",
@@ -244,7 +252,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "not-seen": ("warning", "view",
         "The detector does not see the {part} {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("note", "",
-        "Lengths have no unit. For metres give the person's height (--stature METRES)."),
+        "Lengths are in units of the source. For metres give the person's height (--stature METRES)."),
     "scaled": ("repair", "",
         "Lengths were scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scale-assumed": ("warning", "",

@@ -31,7 +31,7 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
         "The angles of {with_neutral} are relative to a neutral posture (--neutral), those of {without} are not, so "
         "they differ by that posture."),
     "cutoffs-differ": ("warning", "motion",
-        "The runs were filtered at different cut-offs ({cutoffs} Hz)."),
+        "The runs were filtered at different cut-offs ({cutoffs})."),
     "rates-differ": ("warning", "clock",
         "The {takes} were lifted at {least_fps:.4g} to {most_fps:.4g} frames per second. This alone changes ranges "
         "of motion (in walking, the knee's by 3 degrees between 30 and 60): film at one rate."),

@@ -12,8 +12,7 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
     "too-few-frames": ("suspicious", "poses",
         "Fewer than two frames have all joints: too few to tell whether the poses are good."),
     "gaps": ("note", "poses",
-        "{lost} of {frames:~frame} {lost:?is/are} missing: {absent} without a row (at most {longest} in a row), "
-        "{incomplete} with NaN, {empty} with all joints at one point."),
+        "{lost} of {frames:~frame} {lost:?is/are} missing: {how}."),
     "duplicates": ("note", "poses",
         "{repeated:~row repeats/rows repeat} the row before exactly, first at row {first}; speeds are wrong there."),
     "frames-not-numbered": ("note", "poses",

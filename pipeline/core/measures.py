@@ -67,6 +67,23 @@ class Measure:
         return None if self.error is None else half_bar(self.error)
 
     @property
+    def untold(self) -> bool:
+        """Whether all of a walk's length or speed may be error: pages say that it cannot be told, files have the code
+        beside it."""
+        of_walk = self.group[:1] == ("walking",) and self.unit in OF_LENGTH
+        return of_walk and self.bar is not None and self.bar >= self.value
+
+    def in_words(self, unit: str = "") -> str:
+        """With its bar, as people read it, or that it is `untold`; without an error in two digits. unit: to be written
+        behind it."""
+        behind = f" {unit}" * bool(unit)
+        if self.untold:
+            return f"cannot be told (± {self.bar:g}{behind})"
+        return (
+            f"{without_error(self.value) if self.error is None else with_bar(self.value, self.error)}{behind}"
+        )
+
+    @property
     def key(self) -> str:
         """`cadence_spm`: as in files."""
         return self.name + UNITS[self.unit].ending
@@ -77,9 +94,13 @@ class Measure:
         return f"{self.name}_error{UNITS[self.unit].ending}"
 
     @property
-    def within_error_key(self) -> str:
-        """`step_time_within_error` of `step_time_symmetry_index`."""
-        return self.name.replace("symmetry_index", "within_error")
+    def judged(self) -> dict[str, bool | str]:
+        """What files say of it beside it: `step_time_within_error` of `step_time_symmetry_index`, and an `_outcome`
+        where it is `untold`."""
+        said: dict[str, bool | str] = {f"{self.name}_outcome": CANNOT_BE_TOLD} if self.untold else {}
+        if self.within_error is not None:
+            said[self.name.replace("symmetry_index", "within_error")] = self.within_error
+        return said
 
 
 @dataclass(frozen=True)
@@ -274,5 +295,4 @@ def _with_error(of: Measure | Sequence[Measure]) -> dict[str, Any]:
         )
         return {one.key: [each and each.value for each in every], **stated}
     stated = {} if of.error is None else {of.error_key: of.error}
-    judged = {} if of.within_error is None else {of.within_error_key: of.within_error}
-    return {of.key: of.value, **stated, **judged}
+    return {of.key: of.value, **stated, **of.judged}

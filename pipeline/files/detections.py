@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,7 @@ _LISTED = 5  # frames or people named in a sentence
 # Times from repeated images to the next, at least, so many of which are alike, one frame more or less, where a frame
 # rate was padded. Where most images repeat, as of 10 frames a second in 30, accelerations were up to twice too high.
 _REGULAR, _ALIKE, _MOST = 4, 0.6, 0.5
+_FROZEN = 12  # images in a row that are told as one that stands still
 MOVES = 12.0  # grey values of `change`: a key frame leaves a still scene as it is within that
 _WORDS = ("layout", "method", "source")
 # Mean score of shoulders and hips, median over a take, that MoveNet of one person gives to people: 0.57 and more, also
@@ -78,12 +79,25 @@ class Detections:
         return doubts + self._repeats(person)
 
     def _repeats(self, person: PoseSequence) -> list[Notice]:
-        """A notice of repeated images while a person is seen; where most repeat, quick movements are lost."""
+        """Notices of repeated images while a person is seen; where most repeat, quick movements are lost."""
         seen, (first, last) = person.frame_index, person.frame_index[[0, -1]]
+        if (np.diff(self.repeated[self.repeated > last], prepend=last, append=self.frames_seen) == 1).all():
+            last = self.frames_seen - 1  # to the end the person is in the image that stands still
         repeated = self.repeated[(self.repeated > first) & (self.repeated <= last)]
+        runs = np.split(repeated, np.flatnonzero(np.diff(repeated) > 1) + 1)
+        frozen = [run for run in runs if len(run) >= _FROZEN]
+        if frozen and np.isin(seen[1:], repeated).all():
+            return [notice("image-still")]
+        if frozen:
+            still = np.concatenate(frozen)
+            weight: Weight = "suspicious" if len(still) > _MOST * (last + 1 - first) else "warning"
+            spans = listed([f"{run[0] - 1} to {run[-1]}" for run in frozen])
+            return [
+                notice("images-frozen", weight=weight, frames=spans),
+                *replace(self, repeated=np.setdiff1d(self.repeated, still))._repeats(person),
+            ]
         if not len(repeated):
             return []
-        runs = np.split(repeated, np.flatnonzero(np.diff(repeated) > 1) + 1)
         apart, long = np.diff([run[0] for run in runs]), np.array([len(run) for run in runs[:-1]])
         alike = abs(apart - np.median(apart)) <= 1 if len(apart) >= _REGULAR else np.zeros(1, bool)
         if alike.mean() > _ALIKE:
@@ -96,7 +110,7 @@ class Detections:
         change = self.change[first + 1 : last + 1]
         # Where hardly anything moves nobody can tell a repeat.
         compared = len(repeated) + int((np.delete(change, repeated - first - 1) >= MOVES).sum())
-        weight: Weight = "suspicious" if len(repeated) > _MOST * compared else "warning"
+        weight = "suspicious" if len(repeated) > _MOST * compared else "warning"
         return [notice("images-repeated", weight=weight, repeated=len(repeated), of=compared, where=where)]
 
     def _hardly_anybody(self, person: PoseSequence) -> list[Notice]:

@@ -79,9 +79,13 @@ def _read(line: dict[str, str]) -> Measure | Remark:
 
 
 def _joined(figures: list[Measure | Remark]) -> Iterator[measures.Row]:
-    """Moments in one row each."""
+    """Moments in one row each; without what the figure before says itself."""
+    said: dict[str, bool | str] = {}
     for (group, name), same in groupby(figures, lambda row: (row.group, row.name)):
+        if name in said:
+            continue
         rows = list(same)
+        said = rows[-1].judged if isinstance(rows[-1], Measure) else {}
         if name in MOMENTS:
             at_s = tuple(row.value for row in rows if isinstance(row, Measure))
             yield Moments(name, at_s, rows[0].side, group)

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.layouts import Layout
 from ..core.messages import how_many
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
 from ..core.take import Video
 from ..files.images import write_png
 from ..files.video_frames import images_at
-from .image import bone_colour, from_the_front
+from .image import draw_bones, from_the_front
 
 MOST = 48  # people on a sheet
 
@@ -97,7 +96,7 @@ def _thumbnail(track: PoseSequence, row: int, images: dict[int, np.ndarray]) -> 
     canvas = np.full((_CELL, _CELL, 3), _GREY, dtype=np.uint8)
     if image is not None:
         canvas = _cut(image, scale, corner)
-    _draw(canvas, (flat - corner) * scale, track.layout)
+    draw_bones(canvas, (flat - corner) * scale, track.layout, edge=1)
     return canvas
 
 
@@ -110,18 +109,6 @@ def _cut(image: np.ndarray, scale: float, corner: np.ndarray) -> np.ndarray:
         image, move, (_CELL, _CELL), flags=cv2.INTER_AREA, borderMode=cv2.BORDER_CONSTANT, borderValue=_GREY
     )
     return np.ascontiguousarray(cut[..., ::-1])
-
-
-def _draw(canvas: np.ndarray, points: np.ndarray, layout: Layout) -> None:
-    """A skeleton's bones at these pixels (J, 2)."""
-    import cv2
-
-    for bone in layout.bones:
-        ends = points[layout.indices(bone)]
-        if np.isfinite(ends).all():
-            start, end = (tuple(int(v) for v in point.round()) for point in ends)
-            cv2.line(canvas, start, end, _WHITE, 4, cv2.LINE_AA)
-            cv2.line(canvas, start, end, bone_colour(*bone), 2, cv2.LINE_AA)
 
 
 def _write(sheet: np.ndarray, text: str, at: tuple[int, int], size: float, thick: int) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.frames import Frame
-from ..core.layouts import H36M17
+from ..core.layouts import H36M17, Layout
 from ..core.pose import PoseSequence
 from ..core.rotations import rotate
 from ..files.images import write_png
@@ -33,6 +33,19 @@ def bone_colour(start: str, end: str) -> tuple[int, int, int]:
     """BGR of a bone by its joints: of its side, or grey."""
     sides = {start[:2], end[:2]} & _COLOURS.keys()
     return _COLOURS[sides.pop()] if len(sides) == 1 else _MIDDLE
+
+
+def draw_bones(image: np.ndarray, points: np.ndarray, layout: Layout, thick: int = 2, edge: int = 0) -> None:
+    """A skeleton's bones at these pixels (J, 2), each in its colour, with a white edge so wide."""
+    import cv2
+
+    for start, end in layout.bones:
+        ends = points[layout.indices((start, end))].round()
+        if np.isfinite(ends).all():
+            a, b = ends.astype(int).tolist()
+            if edge:
+                cv2.line(image, a, b, (255, 255, 255), thick + 2 * edge, cv2.LINE_AA)
+            cv2.line(image, a, b, bone_colour(start, end), thick, cv2.LINE_AA)
 
 
 def _seen(points: np.ndarray, frame: Frame) -> np.ndarray:
@@ -67,10 +80,6 @@ def draw(poses: PoseSequence, path: Path) -> None:
             cv2.putText(image, side, (x + 6, y + 16), cv2.FONT_HERSHEY_SIMPLEX, 0.42, _MIDDLE, 1, cv2.LINE_AA)
             middle = np.array([x, y]) + _CELL / 2
             points = middle + seen[column][:, axes] / reach * (_CELL / 2 - 18) * [1, -1]
-            for start, end in H36M17.bones:
-                ends = points[H36M17.indices((start, end))].round()
-                if np.isfinite(ends).all():
-                    a, b = ends.astype(int).tolist()
-                    cv2.line(image, a, b, bone_colour(start, end), 2, cv2.LINE_AA)
+            draw_bones(image, points, H36M17)
     path.parent.mkdir(parents=True, exist_ok=True)
     write_png(path, image)

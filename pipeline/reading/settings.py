@@ -185,8 +185,8 @@ class RunOptions(BaseModel):
         str | None,
         _option(
             _PERSON,
-            "Which person: an ID in the file, longest, largest, or all (a folder for each). pick only draws "
-            "everybody, with their IDs, into DIR-people.png.",
+            "Which person: an ID in the file, longest, largest, or all (a folder for each). With pick "
+            "nothing is computed: DIR-people.png shows who has which ID.",
         ),
         Tells("person", by_reading=True),
     ] = None

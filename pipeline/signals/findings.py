@@ -73,18 +73,14 @@ def row_findings(source: PoseSequence) -> list[Notice]:
     absent, gone, empty = span - len(source), _incomplete(source), int(empty_rows(source).sum())
     if lost := absent + gone + empty:
         longest = int(np.diff(source.frame_index).max(initial=1)) - 1
-        found.append(
-            notice(
-                "gaps",
-                weight=weighed(lost / span, _LOST),
-                lost=lost,
-                frames=span,
-                absent=absent,
-                longest=longest,
-                incomplete=gone,
-                empty=empty,
-            )
+        counts: dict[str, Any] = {"absent": absent, "longest": longest, "incomplete": gone, "empty": empty}
+        ways = (
+            f"{absent} left out (at most {longest} in a row)" * bool(absent),
+            f"{gone} without some coordinates" * bool(gone),
+            f"{empty} with all joints at one point" * bool(empty),
         )
+        how, weight = ", ".join(filter(None, ways)), weighed(lost / span, _LOST)
+        found.append(notice("gaps", weight=weight, lost=lost, frames=span, how=how, **counts))
     repeated = repeated_rows(source)
     if len(repeated):
         weight = weighed(len(repeated) / len(source), _REPEATED)

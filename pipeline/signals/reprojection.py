@@ -146,6 +146,16 @@ def limb_scores(take: Take) -> dict[str, np.ndarray]:
     )
 
 
+def unsure_joints(take: Take) -> dict[str, np.ndarray]:
+    """{joint: (T,)} of the middle and outer joints of LIMBS, in the rows of the poses: where the detector is unsure of
+    it, and may have guessed. Empty where nothing tells."""
+    return {
+        joint: score < SURE_SCORE
+        for limb, scores in limb_scores(take).items()
+        for joint, score in zip(LIMBS[limb][1:], scores.T, strict=True)
+    }
+
+
 def _beside(take: Take) -> tuple[PoseSequence, PoseSequence, Camera] | None:
     """Poses in CAMERA axes, keypoints of the same images, and their camera; None where one lacks."""
     poses, keypoints, camera = take.poses, take.keypoints, take.camera

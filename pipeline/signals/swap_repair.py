@@ -91,7 +91,7 @@ def wrong_rows(poses: PoseSequence, swaps: Iterable[Swap]) -> np.ndarray:
 
 
 def told(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
-    """Each kind with its frames, such as "legs exchanged in frames 17-21 at 0.57 s, 53 at 1.77 s"; "" without. Those
+    """Each kind with its frames, such as "legs exchanged in frames 17-21 from 0.57 s, 53 at 1.77 s"; "" without. Those
     that are not certain come after, with what is not."""
     beside = ", or in those beside them (which is unclear)"
     ranges: dict[tuple[str, str], list[str]] = {}
@@ -100,7 +100,7 @@ def told(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
         first, last = frames[swap.first_row], frames[swap.last_row]
         span = f"{first}" if first == last else f"{first}-{last}"
         if poses.time_s is not None:
-            span += f" at {poses.time_s[swap.first_row]:.2f} s"
+            span += f" {'at' if first == last else 'from'} {poses.time_s[swap.first_row]:.2f} s"
         what = f"{'' if swap.certain or swap.one_sided else 'perhaps '}{swap.kind} in frames"
         ranges.setdefault((what, beside if swap.one_sided else ""), []).append(span)
     said = []

@@ -48,7 +48,8 @@ def unseen(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(T, 17) which joints of H36M17 were not seen at video frames frame_index (T,) and times (T,) in seconds, and
     (T, 17) which of them were out of the image. keypoints: of the same person, pixels; image_size: width and height,
-    None where unknown. A frame without a row of keypoints says nothing."""
+    None where unknown. A frame without a row of keypoints says nothing. A joint of MoveNet that was not seen is seen
+    again once the detector is sure of it, not where it only guesses between two such times."""
     seen = remap(keypoints, H36M17)
     rows = np.searchsorted(seen.frame_index, frame_index)
     there = (rows < len(seen)) & (seen.frame_index[np.minimum(rows, len(seen) - 1)] == frame_index)
@@ -56,7 +57,20 @@ def unseen(
     points, score = seen.joints[rows], seen.confidence[rows]
     out = _out(points, image_size) | _squeezed(points, image_size)
     bad = (out | ~is_finite(points) | (score < LEAST_SCORE)) & there[:, None]
-    return _mostly(bad, times), _mostly(out & there[:, None], times)
+    hidden, scores = _mostly(bad, times), mean_scores(keypoints, frame_index, times)
+    if scores is not None:
+        _until_sure(hidden, scores)
+    return hidden, _mostly(out & there[:, None], times)
+
+
+def _until_sure(hidden: np.ndarray, scores: np.ndarray) -> None:
+    """Adds to hidden (T, 17) what lies between two times that it names of a joint, or between one and an end of the
+    take, in which no score (T, 17) is of a joint that was seen."""
+    for joint in np.flatnonzero(hidden.any(axis=0)).tolist():
+        mask = hidden[:, joint]
+        for first, stop in stretches(mask | ~(scores[:, joint] >= SURE_SCORE)).tolist():
+            if len(named := first + np.flatnonzero(mask[first:stop])):
+                mask[first if first == 0 else named[0] : stop if stop == len(mask) else named[-1] + 1] = True
 
 
 def mean_scores(keypoints: PoseSequence, frame_index: np.ndarray, times: np.ndarray) -> np.ndarray | None:

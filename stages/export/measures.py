@@ -71,9 +71,8 @@ def _rows(group: Group, above: tuple[str, ...], length: str) -> Iterator[Row]:
                 unit = UNITS[one.unit].table.format(length) or None
                 figure = one.side or None, one.number, float(one.value), one.error, unit
                 yield Row(".".join((*above, one.key)), *figure, *span, None)
-                if one.within_error is not None:
-                    judged = ".".join((*above, one.within_error_key))
-                    yield _said(judged, one.side, str(one.within_error))
+                for name, judged in one.judged.items():
+                    yield _said(".".join((*above, name)), one.side, str(judged))
 
 
 def _said(measure: str, side: str, text: str) -> Row:

@@ -14,13 +14,15 @@ from ...models.gait.gait import Gait
 from ...models.gait.walked_floor import FEWEST, walked_floor
 from ...models.place.airborne import no_place
 from ...pipeline.core.anthropometry import implied_stature
-from ...pipeline.core.measures import Measure, Remark, Row, grouped, text, value
+from ...pipeline.core.camera import ASSUMED_FOCAL_SD
+from ...pipeline.core.measures import SD_90, Measure, Remark, Row, grouped, text, value
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.filters import breaks
 from .figures import with_error
 
 _STEEPEST_DEG = 45.0  # nobody walks on a steeper floor
+_CROPPED = 2.0  # times as long as its lens says, where nobody says that: half of the image was cut out
 _ANKLE = 0.039  # statures above the sole (Winter, Biomechanics and Motor Control, 4th ed. 2009, figure 4.1)
 
 
@@ -47,7 +49,8 @@ def floor(
     own, shared = _sds(filtered, rectified)
     up = rectified.up_error_deg[np.isfinite(rectified.up_error_deg)]
     up_sd_deg = float(np.median(up) / np.sqrt(2)) if len(up) else 0.0
-    found = walked_floor(places.reshape(-1, 3), own, shared, up_sd_deg)
+    places = places.reshape(-1, 3)
+    found = walked_floor(places, own, shared, up_sd_deg, _deeper(places, filtered, rectified))
     if found is None:
         return [Remark("reason", f"feet stand in fewer than {FEWEST} places")]
     if not abs(found.slope_deg) < _STEEPEST_DEG:
@@ -73,6 +76,16 @@ def floor(
         *rise,
         Measure("places", len(places)),
     ]
+
+
+def _deeper(places: np.ndarray, filtered: PoseSequence, rectified: Rectified) -> np.ndarray | float:
+    """By how much places (N, 3) lie further along the camera's axis with the longest focal length that it may have; 0
+    where the source itself knows the place."""
+    if filtered.root_shared is None or rectified.R_source_from_level.ndim != 2:
+        return 0.0
+    axis, sd = rectified.R_source_from_level[2], filtered.root_shared[1]
+    longest = (1 + SD_90 * sd) * (_CROPPED if sd >= ASSUMED_FOCAL_SD else 1.0)
+    return (longest - 1) * (places @ axis)[:, None] * axis
 
 
 def _sds(filtered: PoseSequence, rectified: Rectified) -> tuple[float, float]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from ...pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, SEEN, Measure, Remark, Row
 from ...pipeline.core.notices import Notice, grave
@@ -29,22 +31,32 @@ _EXCHANGED = ("swaps-found", "swaps-doubtful")  # and left so
 _BASIS = ("frames", "nan_share")  # stages/measures/figures.py
 _BY_HEIGHT = ("punches", "kicks")  # how high a hand or foot is makes them
 _BY_TIME = ("walking", "jumps", *_BY_HEIGHT)  # how long it takes, how fast
+UNSURE = 0.5  # of the frames, in which the detector is unsure of a limb: the others do not show what it does
+# The joints of a side that show each, and whether it takes both sides: one that is seen to do nothing is enough then.
+_SHOWN_BY = {
+    "walking": (("knee", "ankle"), True), "knee_bends": (("knee", "ankle"), True), "arm_raises": (("elbow",), False),
+    "jumps": (("knee", "ankle"), True), "punches": (("elbow", "wrist"), False), "kicks": (("knee", "ankle"), False),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Doubts:
-    """In words, "" where there is no doubt: which way the body is turned, how fast it moves, which leg is which."""
+    """In words, "" where there is no doubt: which way the body is turned, how fast it moves, which leg is which; and of
+    each movement, where there is a doubt, whether the limbs are where they seem to be; and that all is one image."""
 
     turned: str = ""
     paced: str = ""
     legs: str = ""
+    limbs: Mapping[str, str] = field(default_factory=dict)
+    still: str = ""
 
 
 NO_DOUBTS = Doubts()
 
 
-def doubts_of(said: Iterable[Notice]) -> Doubts:
-    """What notices leave open. Of turned bodies those of suspicious or unusable poses count."""
+def doubts_of(said: Iterable[Notice], unsure: Mapping[str, np.ndarray]) -> Doubts:
+    """What notices leave open, and joints of which the detector is unsure, each (T,) of
+    signals.reprojection.unsure_joints. Of turned bodies those of suspicious or unusable poses count."""
     said = tuple(said)
     exchanged = any(
         each.code in _EXCHANGED and "legs exchanged" in each.values.get("kinds", ()) for each in said
@@ -53,7 +65,19 @@ def doubts_of(said: Iterable[Notice]) -> Doubts:
         next((_TURNED[each.code] for each in grave(said) if each.code in _TURNED), ""),
         "the frame rate may be wrong" * bool(against_rate(said)),
         "the legs look exchanged at times" * exchanged,
+        _limbs(unsure),
+        "all images are the same" * any(each.code == "image-still" for each in said),
     )
+
+
+def _limbs(unsure: Mapping[str, np.ndarray]) -> dict[str, str]:
+    limbs = {}
+    for movement, (joints, both) in _SHOWN_BY.items() if unsure else ():
+        sides = [np.any([unsure[f"{side}_{joint}"] for joint in joints], axis=0).mean() for side in "rl"]
+        if (share := (min if both else max)(sides)) > UNSURE:
+            limb = "an arm" if "elbow" in joints else "the legs" if both else "a leg"
+            limbs[movement] = f"the detector is unsure of {limb} in {100 * share:.0f} % of the frames"
+    return limbs
 
 
 def with_outcome(
@@ -75,8 +99,9 @@ def with_outcome(
     counts = [row for row in rows if isinstance(row, Measure) and row.name in ("count", "steps")]
     hidden = any(isinstance(row, Remark) and row.name == "reason" for row in rows)
     of_pace, of_legs = doubt.paced * (movement in _BY_TIME), doubt.legs * (movement == "walking")
-    why = doubt.turned or (of_pace or of_legs) * (not hidden)
+    why = doubt.still or doubt.turned or (of_pace or of_legs or doubt.limbs.get(movement, "")) * (not hidden)
     seen = any(row.value for row in counts) and not (doubt.turned and movement in _BY_HEIGHT)
+    seen = seen and not doubt.still
     too_short = lasts_s < BRIEFEST_S[movement]
     looked = looked or not lasts_s  # of a single frame that is reason enough
     if looked and not seen and (too_short or why):

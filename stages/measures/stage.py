@@ -17,7 +17,7 @@ from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import SIDES, body_joints, gait_of, separation_sd, unjudged
 from ...models.place.airborne import Airborne, airborne
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.measures import Measure, Remark, Row, grouped, side_of, subgroup, within
+from ...pipeline.core.measures import SD_90, Measure, Remark, Row, grouped, side_of, subgroup, within
 from ...pipeline.core.notices import Notice, notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
@@ -25,14 +25,14 @@ from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.signals.angles import ANGLES, continuous
 from ...pipeline.signals.filters import breaks
 from ...pipeline.signals.foot_angles import ALL_ANGLES
-from ...pipeline.signals.reprojection import residuals_of, straight_in_image
+from ...pipeline.signals.reprojection import residuals_of, straight_in_image, unsure_joints
 from .columns import Columns
 from .figures import basis, with_error
 from .floor import floor
 from .jumps import cut_jumps, jumping, jumps, unsure_hops, without_leaps, without_slips
 from .movements import arm_raises, knee_bends
 from .off_keypoints import exchanged, not_shown, off_keypoints
-from .outcomes import BRIEFEST_S, NO_DOUBTS, Doubts, doubts_of, with_outcome
+from .outcomes import BRIEFEST_S, NO_DOUBTS, UNSURE, Doubts, doubts_of, with_outcome
 from .repeats import repeats
 from .sides import ranges_compared, sides_untold, steps_compared
 from .smoothness import path_length
@@ -84,10 +84,17 @@ class Measures:
         gait = gait_of(body_joints(filtered, rectified), filtered, rectified, kinematics)
         source = take.need("poses")
         residuals = residuals_of(take)
-        asked = airborne(take), self.repeated, self.belt_speed, straight_in_image(take), doubts_of(take.said)
+        unsure = unsure_joints(take)
+        asked = (
+            airborne(take),
+            self.repeated,
+            self.belt_speed,
+            straight_in_image(take),
+            doubts_of(take.said, unsure),
+        )
         against = not_shown(take, residuals)
         untold = sides_untold(take)
-        found = measures(filtered, rectified, kinematics, source, gait, *asked, against, untold)
+        found = measures(filtered, rectified, kinematics, source, gait, *asked, against, untold, unsure)
         found += tuple(within("off_keypoints", off_keypoints(residuals, source.times)))
         said = exchanged(take, residuals)
         said += [notice("on-a-belt")] * (
@@ -130,6 +137,7 @@ def measures(
     doubt: Doubts = NO_DOUBTS,
     against: Mapping[str, Spans] = MappingProxyType({}),
     untold: Mapping[str, str] = MappingProxyType({}),
+    unsure: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> tuple[Row, ...]:
     """Rows, named below as in summary.json (`pipeline.core.measures.nested`). What cannot be had is absent, and its
     group has a `reason`.
@@ -138,7 +146,8 @@ def measures(
     the angles (stages.angles.Angles) and paths (stages.trajectories.trajectory); source: the poses that
     were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
     in_image: signals.reprojection.straight_in_image; doubt: of outcomes.doubts_of; against: of
-    off_keypoints.not_shown; untold: of sides.sides_untold.
+    off_keypoints.not_shown; untold: of sides.sides_untold; unsure: of signals.reprojection.unsure_joints, whose frames
+    are in no range.
 
     Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
     of angles by what they are stated with; of ranges, of right less left and from repetition to repetition (peak_mdc90)
@@ -152,7 +161,10 @@ def measures(
     take = Columns(kinematics, filtered.times, breaks(filtered), judged(source), unstated_deg)
     body = body_joints(filtered, rectified)
     named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in kinematics]
-    ranges = [row for name in named for row in within(name, _range(take, name), side_of(name))]
+    own_zero = not any(step.name == "neutral" for step in filtered.history)
+    ranges = [
+        row for name in named for row in within(name, _range(take, name, own_zero, unsure), side_of(name))
+    ]
     on_demand = [
         row
         for name in repeated
@@ -162,7 +174,7 @@ def measures(
     ]
     flights = without_slips(flights, against)
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
-    cut, unsure = cut_jumps(flights, gait), unsure_hops(flights, gait)
+    cut, hops = cut_jumps(flights, gait), unsure_hops(flights, gait)
     gait = without_leaps(gait, jumped)
     runs = [(step.start_s, step.stop_s) for step in gait.steps if gait.kind == "running"]
     flies = [(flight.off_s, flight.land_s) for flight in flights.flights]
@@ -174,7 +186,7 @@ def measures(
     struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd, elbows)
     lean = leans(filtered) if rectified.level_ok else None
     bends, landings = knee_bends(take, gait, jumped, flights.ankle, apart, steps_told, against, lean)
-    leaps = jumps(flights, jumped, cut, unsure, rectified, landings)
+    leaps = jumps(flights, jumped, cut, hops, rectified, landings)
     movements = {
         "knee_bends": bends,
         "arm_raises": arm_raises(
@@ -198,9 +210,17 @@ def measures(
     )
 
 
-def _range(take: Columns, name: str) -> list[Row]:
-    values = continuous(take(name), ALL_ANGLES[name].centre_deg)
+def _range(take: Columns, name: str, own_zero: bool, unsure: Mapping[str, np.ndarray]) -> list[Row]:
+    """By the frames in which the detector is sure of the angle's joints; none where the others may have shown more.
+    own_zero: the angle is 0 where docs/angles.md says, not in somebody's neutral posture: then anatomy limits it."""
+    every = continuous(take(name), ALL_ANGLES[name].centre_deg)
+    joints = ANGLES[name].joints if name in ANGLES else ()
+    guessed = np.any([unsure[joint] for joint in joints if joint in unsure] or [[False]], axis=0)
+    values = np.where(guessed, np.nan, every)
     known = values[np.isfinite(values)]
+    share = f"the detector is unsure of its joints in {100 * guessed.mean():.0f} % of the frames"
+    if guessed.mean() > UNSURE:
+        return [Remark("reason", share), *basis(values)]
     if len(known) < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have this angle"), *basis(values)]
     sd = take.sd(name)
@@ -210,8 +230,12 @@ def _range(take: Columns, name: str) -> list[Row]:
         why = f"{100 * hidden:.0f} % of the frames are near its axis or too uncertain; the others do not show its range"
         return [Remark("reason", why), *basis(values)]
     (low, high), (at_low, at_high) = ends(values, sd)
+    lowest, highest = np.percentile(every[np.isfinite(every)], [5, 95])
+    error = SD_90 * float(np.nanmax([at_low, at_high, take.unstated_deg]))
+    if max(low - lowest, highest - high) > error:
+        return [Remark("reason", f"{share}; the others do not show its range"), *basis(values)]
     least, most = ALL_ANGLES[name].anatomy_deg
-    beyond = int(((known < least) | (known > most)).sum())
+    beyond = int(((known < least) | (known > most)).sum()) if own_zero else 0
     return [
         with_error("lowest", "deg", known.min(), at_low),
         with_error("highest", "deg", known.max(), at_high),

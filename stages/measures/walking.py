@@ -230,7 +230,8 @@ def _travels(body: np.ndarray, filtered: PoseSequence, rectified: Rectified, jum
     # What all of the path shares makes it longer or shorter, but never none.
     if not (far > _TRAVELS * leg and far > SD_90 * np.sqrt(2) * sd * (1 + SD_90 * share)):
         return ""
-    return f"the person moves over the floor by {far / leg:.2g} leg lengths, perhaps in steps to the side"
+    how = "in steps that were not found, perhaps to the side"
+    return f"the person moves over the floor by {far / leg:.2g} leg lengths {how}"
 
 
 def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:

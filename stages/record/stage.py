@@ -35,7 +35,6 @@ from .angles import log_angles, log_marks
 from .first import log_first
 from .gaps import angles_with_gaps_marked, gaps_marked
 from .horizon import log_horizon
-from .measures import measures_markdown
 from .prints import foot_prints
 from .summary import summary_markdown
 from .up import log_up
@@ -75,7 +74,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     the path over it and its error, foot prints, the camera, and what goes along with the person); wrists/source,
     wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt (the votes
     as the camera's pitch and roll); angles/<angle> with the ends of its 90 % band; marks (moments of events);
-    off_keypoints (how far each limb is from its keypoints); events; summary; measures.
+    off_keypoints (how far each limb is from its keypoints); events; summary.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
@@ -115,12 +114,8 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
         log_horizon(recording, take)
         log_angles(recording, angles_with_gaps_marked(take))
         log_notices(recording, take.notices, poses)
-        texts = {"summary": summary_markdown(take)}
-        if take.measures:
-            texts["measures"] = measures_markdown(take.measures, poses.frame.unit)
-        for entity, text in texts.items():
-            document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
-            recording.log(entity, document, static=True)
+        summary = rr.TextDocument(summary_markdown(take), media_type=rr.MediaType.MARKDOWN)
+        recording.log("summary", summary, static=True)
     return notices
 
 

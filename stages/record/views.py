@@ -66,8 +66,6 @@ def _details(take: Take, size: float) -> rrb.Container:
     after = ("back", "right", "up") if ways == OWN_WAYS else (f"from {front}", f"to {right}", "up")
     after = after if rectified.camera != "moving" else ("back", "right (relative)", "up")
     words: list[rrb.View] = [rrb.TextDocumentView(origin="summary", name="Summary")]
-    if take.measures:
-        words.append(rrb.TextDocumentView(origin="measures", name="Measures"))
     if take.notices:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
         words.append(rrb.TextLogView(origin="events", name="Events", columns=columns))

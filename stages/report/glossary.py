@@ -5,9 +5,9 @@ from __future__ import annotations
 # By a measure's name without its unit, `mean_` and `sd_`.
 _EXPLAINED = {
     "steps": "From one foot's landing to the other foot's; a walk has one landing more than it has steps.",
-    "backward_steps": "Steps of stretches in which the feet land behind each other; means are over both ways.",
+    "backward_steps": "Steps of walks in which the feet land behind each other; means are over both ways.",
     "strides": "From a foot's landing to the next landing of the same foot.",
-    "walks": "Stretches of at least three steps (two in a run) without a stop or a sharp turn.",
+    "walks": "Walks or runs: at least three steps (two of a run) without a stop or a sharp turn.",
     "cadence": "Steps a minute, by the mean step time.",
     "walking_speed": "Distance that the pelvis moves between landings, divided by time.",
     "step_length": "From the other foot's place to this foot's, along the walk.",
@@ -50,7 +50,7 @@ _EXPLAINED = {
     "landing_feet": "On how many feet the person lands.",
     "floor_height": "Height of the floor under the feet, measured from the camera or the world's origin.",
     "slope": "Slope of the floor along the walk.",
-    "path_length": "Total distance moved.",
+    "path_length": "Total distance moved. Of lifted poses its error is not known; fast movements read too short.",
     "mean_speed": "Path length divided by time.",
 }  # fmt: skip
 

@@ -13,6 +13,7 @@ from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.inspect.image import from_the_front
+from ...pipeline.signals.reprojection import unsure_joints
 from ...pipeline.signals.visibility import certain
 from ..drawing import palette
 from ..drawing.page import figure, picture
@@ -88,14 +89,19 @@ def _angle(take: Take, event: Event) -> str:
 
 def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
     """(J, 2) pixels of the 2D keypoints that were seen in a video frame, and their layout; NaN where there are none: a
-    detector puts legs that it does not see somewhere. A point so doubtful for a moment alone is not drawn either, but a
-    lift rests on it (visibility.py)."""
+    detector puts legs that it does not see somewhere. A point of which it is unsure is not drawn either, but a lift
+    rests on it (visibility.py)."""
     poses, keypoints = take.need("poses"), take.keypoints
     if keypoints is None:
         return np.full((len(poses.layout), 2), np.nan), poses.layout
-    row = np.flatnonzero(keypoints.frame_index == frame)
-    missing = np.full((len(keypoints.layout), 2), np.nan)
-    return (certain(keypoints, None).joints[row[0]] if len(row) else missing), keypoints.layout
+    row, at = np.flatnonzero(keypoints.frame_index == frame), poses.frame_index == frame
+    drawn = np.full((len(keypoints.layout), 2), np.nan)
+    if len(row):
+        drawn = certain(keypoints, None).joints[row[0]].copy()
+    for joint, unsure in unsure_joints(take).items():
+        if joint in keypoints.layout and unsure[at].any():
+            drawn[keypoints.layout.index(joint)] = np.nan
+    return drawn, keypoints.layout
 
 
 def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout, angle: str = "", joint: str = "") -> bytes:

@@ -29,8 +29,6 @@ from ...pipeline.core.measures import (
     text,
     value,
     why_untold,
-    with_bar,
-    without_error,
 )
 from ...pipeline.core.measures import Curve as MeanCurve
 from ...pipeline.core.messages import how_many
@@ -55,7 +53,7 @@ from .glossary import COUNTED, explained
 _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
     "usual_error": "usual ±", "beyond_anatomy_frames": "frames beyond anatomy",
-    "walking_speed": "speed", "walks": "stretches",
+    "walking_speed": "speed", "walks": "walks or runs",
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
     "count_reason": "there may be more", "longest_reason": "the longest may last longer",
@@ -259,6 +257,8 @@ def _told(leaf: Any, length: str, running: bool) -> Told:
     about = explained(_name(leaf), running, length == "m")
     if _many(leaf) > _MANY:
         return Told(words, _both(leaf), about)
+    if isinstance(leaf, Measure) and leaf.untold:
+        return Told(words, leaf.in_words(unit), about, soft=True)
     both = f"{_both(leaf)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
     within = isinstance(leaf, Measure) and leaf.within_error is True
     return Told(words, f"{both}, within its error" if within else both, about, within, _name(leaf) in _LARGE)
@@ -320,7 +320,7 @@ def _each(leaf: Any, of: int = 0) -> list[str]:
     if isinstance(leaf, Moments):
         return [f"{at_s:.2f}" for at_s in leaf.at_s]
     shown = {
-        one.number or 0: _unknown(one) if one.error is None else with_bar(one.value, one.error)
+        one.number or 0: _unknown(one) if one.error is None else one.in_words()
         for one in (leaf if isinstance(leaf, list) else [leaf])
     }
     return [shown.get(i, "–") for i in range(max(of, *(i + 1 for i in shown)))]
@@ -332,7 +332,7 @@ def _unknown(one: Measure) -> str:
         return f"{one.value:z.0f}"
     if not one.unit or float(one.value).is_integer():
         return _shown(one.value)
-    return without_error(one.value)
+    return one.in_words()
 
 
 def _both(leaf: Any, of: int = 0) -> str:
@@ -352,8 +352,8 @@ def _cell_of(member: Mapping[str, Any], name: str) -> Cell:
     whole = isinstance(leaf, Measure) and not leaf.unit  # a count
     of = len(moments(member, "start"))
     cell = _cell(leaf.value) if whole else _both(leaf, of * isinstance(leaf, list))
-    lies_within = isinstance(leaf, Measure) and leaf.within_error
-    if lies_within or (name in _RANGES and value(member, "beyond_anatomy_frames")):
+    says_nothing = isinstance(leaf, Measure) and (leaf.within_error or leaf.untold)
+    if says_nothing or (name in _RANGES and value(member, "beyond_anatomy_frames")):
         return Soft(cell if isinstance(cell, str) else _shown(cell))
     return cell
 

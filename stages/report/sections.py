@@ -19,7 +19,7 @@ from ..drawing.page import Cell, Link, box, bullets, details, small, table
 
 IN_THE_GAUGE = ("poses", "left and right", "view")  # what notices there are about, told beside it
 _MOST = 40  # notices of one kind
-_UNITS = {"m": "metres", "arbitrary": "units of the source, which has no scale"}
+_UNITS = {"m": "metres", "arbitrary": "units of the source"}
 _HEADINGS = {
     "camera": "Front is towards the camera, and right is the camera's left.",
     "world": "Front and right are those of the file's world.",
@@ -84,15 +84,12 @@ def gravity_words(facts: Facts) -> Markup:
         return small(facts.up_words)
     relative = "; front and right are relative to it" if facts.rectified.camera == "moving" else ""
     error = facts.error_deg
+    faces = f"The direction that the body faces is off by less than {bound_in_words(error)}° in half of the frames."
     lines = [
         f"The camera {facts.camera_words}{relative}.",
         f"Up: {facts.up_words} {facts.rests_words}".rstrip(),
         _HEADINGS.get(facts.rectified.level_heading, "Front and right are the person's own."),
-        *(
-            [f"In half of the frames the body's direction is off by less than {bound_in_words(error)}°."]
-            if np.isfinite(error) and not facts.up_of_unusable
-            else []
-        ),
+        *([faces] if np.isfinite(error) and not facts.up_of_unusable else []),
     ]
     return bullets(lines)
 

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 from markupsafe import Markup
 
+from ...pipeline.core.answer import JointRange, joint_ranges
 from ...pipeline.core.answer import answer as seen
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import Group, grouped, subgroup
@@ -23,7 +24,7 @@ from ...pipeline.inspect.image import from_the_front
 from ..drawing.charts import LEFT, RIGHT, SOFT, Curve, over_time, path
 from ..drawing.facts import Facts, facts_of, length_unit, tilt, voted, ways_of_level
 from ..drawing.image_lines import WORDS, drawn
-from ..drawing.page import answer, charts, details, figure, page, picture, small
+from ..drawing.page import answer, beside, charts, details, figure, page, picture, small, table
 from .angles import angle_charts, ranges, sides_compared
 from .key_frames import key_figures, lines_jpeg
 from .measures import happened, measure_tables
@@ -67,10 +68,12 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
     facts, measures = facts_of(take), grouped(take.measures or ())
     give_memory_back()
-    said = [*seen(take, "below, under What happened"), *sides_compared(measures)]
+    said = [*seen(take, "below, under What happened", with_ranges=False), *sides_compared(measures)]
+    joints = joint_ranges(subgroup(measures, "range_of_motion"))
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
-    bars = small(_ERRORS) if any("±" in sentence for sentence in said) else Markup("")
-    head = session_words(take, facts) + answer(said or withheld) + bars
+    stated = any("±" in sentence for sentence in said) or any(joint.bar is not None for joint in joints)
+    head = session_words(take, facts) + answer(said or withheld) + _furthest(joints)
+    head += small(_ERRORS) if stated else Markup("")
     head += trust(take, facts) + told_of(take)
     several = len(take.poses) > 1  # charts over time of one frame are empty
     sections = [
@@ -85,6 +88,21 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         ("Where this comes from", provenance(facts, take)),
     ]
     return page(take.title, head, sections)
+
+
+def _furthest(joints: Sequence[JointRange]) -> Markup:
+    """The joints that range furthest; those with a right and a left side, and those of the trunk."""
+
+    def rows(sides: tuple[str, ...]) -> list[tuple[str | None, ...]]:
+        return [
+            (of.joint, *map(of.sides.get, sides), "not known" if of.bar is None else f"{of.bar:.0f}")
+            for of in joints
+            if not of.sides.keys().isdisjoint(sides)
+        ]
+
+    head, within = "In nine of ten frames, degrees", "± of each end"
+    of_limbs = table((head, "right", "left", within), rows(("right", "left")))
+    return beside(of_limbs, table((head, "", within), rows(("",))))
 
 
 def _motion(take: Take, measures: Group) -> Markup:
@@ -134,7 +152,7 @@ def _ways(take: Take) -> Iterator[Markup]:
     """Both wrists' paths as lines: as the camera or one who looks north sees them, and in LEVEL; all at one scale."""
     source, rectified = take.need("poses"), take.need("rectified")
     before, level = (_from_pelvis(poses, "r_wrist", "l_wrist") for poses in (source, rectified.level))
-    seen, words = "camera's view", "right and up are the image's"
+    seen, words = "camera's view", "right and up are those of the image"
     if source.frame.family != "camera":
         seen, words = "looking north", "the world's east is to the right"
     front, right = ways_of_level(rectified.level_heading)
@@ -149,7 +167,9 @@ def _ways(take: Take) -> Iterator[Markup]:
         title = f"{name} ({length_unit(source)})"
         both = dict(zip((RIGHT, LEFT), points.swapaxes(0, 1), strict=True))
         yield figure(
-            [path(both, boxes[name][0], reach, f"Paths of both wrists: {title}")], title, f"{words}."
+            [path(both, boxes[name][0], reach, f"Paths of both wrists: {title}")],
+            title,
+            f"{words[0].upper()}{words[1:]}.",
         )
 
 

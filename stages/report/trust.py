@@ -38,7 +38,7 @@ _SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
 _SHOWS_FAULTS_S = 0.5  # of the take, in which an arm that is lost comes back
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
 _WORDS = {
-    "good": ("Good", "figures hold within the errors beside them."),
+    "good": ("Good", "figures hold within their errors, where these are known."),
     "care": ("Check", "figures hold within their errors, but read what is marked below."),
     "bad": ("Do not rely on it", "read what is marked below."),
 }

@@ -14,7 +14,7 @@ from pcnet3d import examples
 from pcnet3d.examples.demo import demo
 from pcnet3d.pipeline import InputError
 
-SCRIPTS = Path(examples.__file__).parent
+SCRIPT = Path(examples.__file__).with_name("live.py")
 
 
 def test_demo_leaves_inputs_and_results_and_compares_with_the_truth(tmp_path, capsys):
@@ -54,18 +54,9 @@ def test_demo_leaves_a_strangers_folder_alone(tmp_path):
     assert (stranger / "thesis.txt").read_text() == "precious"
 
 
-@pytest.mark.parametrize(
-    ("script", "expected"),
-    [
-        ("from_arrays.py", "right knee flexion: 3 to 100 degrees"),
-        ("inside_your_pipeline.py", "48 frames"),
-        ("live.py", "right wrist +1.0"),
-    ],
-)
-def test_script(script, expected, tmp_path):
+def test_the_live_script(tmp_path):
     result = subprocess.run(
-        [sys.executable, SCRIPTS / script], cwd=tmp_path, capture_output=True, text=True, timeout=120
+        [sys.executable, SCRIPT], cwd=tmp_path, capture_output=True, text=True, timeout=120
     )
     assert result.returncode == 0, result.stderr
-    assert expected in result.stdout
-    assert len((SCRIPTS / script).read_text().splitlines()) < 60
+    assert "right wrist +1.0" in result.stdout

@@ -13,7 +13,7 @@ import numpy as np
 
 from golden import detections, estimators, films, landmarks, lifters, phalp, sensors, worlds
 from golden.bodies import Person
-from pcnet3d.examples.walker.imu import strapped
+from golden.strapped import strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, Layout

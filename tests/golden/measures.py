@@ -58,7 +58,7 @@ def _measures(key: str, value: float | list, figures: dict) -> list[Measure]:
     side = _SIDES.get(name, "")
     one = Measure(name, 0.0, unit, side=side)
     errors = figures.get(one.error_key)
-    judged = figures.get(one.within_error_key) if "symmetry_index" in name else None
+    judged = figures.get(name.replace("symmetry_index", "within_error")) if "symmetry_index" in name else None
     if not isinstance(value, list):
         return [Measure(name, value, unit, errors, side, within_error=judged)]
     errors = errors or [None] * len(value)

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from golden.strapped import Faults, strapped
 from golden.worlds import R_Y_UP_FROM_Z_UP
-from pcnet3d.examples.walker.imu import Faults, strapped
 from pcnet3d.pipeline.signals.imu import Imu
 
 PERFECT = Faults(0.0, (0.0, 0.0, 0.0), 0.0, 1.0, 0.0, 0.0, (30.0, -50.0, 110.0))

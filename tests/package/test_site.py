@@ -31,11 +31,8 @@ def build(source: Path, folder: Path) -> subprocess.CompletedProcess[str]:
 
 @sphinx
 def test_the_site(tmp_path):
-    """The reference of the API, which `make docs` adds and checks as well, is an empty page here."""
     done = build(ROOT, tmp_path)
     assert done.returncode == 0, done.stderr
-    (tmp_path / "site/api").mkdir()
-    (tmp_path / "site/api/index.html").touch()
     assert problems(tmp_path / "site") == []
     assert (tmp_path / "site/index.html").exists()
     assert (tmp_path / "site/docs/first_take.html").read_text(encoding="utf-8").count("_images/") >= 2
@@ -63,21 +60,15 @@ def test_the_check_sees(tmp_path):
         ("<style>@import 'https://example.org/a.css';</style>", ""),
         ("", '<img src="https://example.org/a.png">'),
         ("", '<img src="here.png" srcset="https://example.org/a.png 2x">'),
-        ("", '<a href="gone.html">a</a>'),
-        ("", '<a href="index.html#gone">a</a>'),
-        ("", '<a href="#gone">a</a>'),
     ]:
-        (tmp_path / "here.png").touch()
         (tmp_path / "index.html").write_text(f"<html><head>{head}</head><body>{body}</body></html>")
         assert len(problems(tmp_path)) == 1
 
 
 def test_the_check_lets_a_page_name_addresses(tmp_path):
-    (tmp_path / "a").mkdir()
-    (tmp_path / "a/index.html").write_text('<p id="b">')
     (tmp_path / "index.html").write_text(
-        '<a href="https://example.org">c</a> <a href="mailto:d@example.org">d</a> <a href="a#b">e</a>'
-        '<img src="data:image/png;base64,AA=="> <a id="b" href="#b">f</a>'
+        '<a href="https://example.org">c</a> <a href="mailto:d@example.org">d</a>'
+        '<img src="data:image/png;base64,AA==">'
     )
     assert problems(tmp_path) == []
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from golden import lifters, numbered, sensors, worlds
+from golden.strapped import Faults, strapped
 from golden.trainings import tiny
 from pages.blocks import text_of
 from pcnet3d.examples.demo import demo
 from pcnet3d.examples.walker.camera import Camera, camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints, write_poses
-from pcnet3d.examples.walker.imu import Faults, strapped
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap

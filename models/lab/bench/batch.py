@@ -27,6 +27,8 @@ from ...rectifier.onnx import PCNetRectifier
 from ..common.modules import in_own_process
 from .run import cpu_s, gemm_gflops, peak_mb, took_s
 
+_TAKES, _SECONDS = 20, 5.0  # of the study, and how long each is
+
 
 @dataclass(frozen=True)
 class MeasuredBatch:
@@ -55,14 +57,12 @@ class MeasuredBatch:
 
 
 def batch(
-    takes: Annotated[int, typer.Option(min=1, help="Takes of the study.")] = 20,
-    seconds: Annotated[float, typer.Option(min=1, help="Length of a take.")] = 5.0,
     workers: Annotated[int, typer.Option(min=1, help="Takes at a time.")] = 1,
     device: OnDevice = "auto",
 ) -> None:
     """Measure a study of short takes: what each costs beyond its networks, and the memory of the processes."""
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
-    print(in_own_process(measured_batch, takes, seconds, workers, device))
+    print(in_own_process(measured_batch, _TAKES, _SECONDS, workers, device))
 
 
 def measured_batch(takes: int, seconds: float, workers: int, device: Device = AUTO) -> MeasuredBatch:

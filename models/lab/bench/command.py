@@ -1,4 +1,4 @@
-"""`pcnet3d bench`: how fast rectifiers, whole runs of files and of a video, live and studies are on this machine."""
+"""`pcnet3d bench`: how fast rectifiers, whole runs of files and of a video, and studies are on this machine."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import typer
 
 from .batch import batch
 from .files import files
-from .live import live
 from .pipeline import pipeline
 from .rectify import rectify
 
 bench = typer.Typer(help="Measure speed and memory on this machine.", no_args_is_help=True)
-for _command in (rectify, files, pipeline, live, batch):
+for _command in (rectify, files, pipeline, batch):
     bench.command()(_command)

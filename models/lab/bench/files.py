@@ -41,15 +41,12 @@ def files(
             "--walks", help="Use a person who walks and give the image's size; keypoints are then lifted too."
         ),
     ] = False,
-    keypoints: Annotated[bool, typer.Option(help="Give the keypoints beside the poses.")] = True,
     device: OnDevice = "auto",
 ) -> None:
     """Measure a run on files of poses and keypoints: every stage, the memory, and how long a command takes to start."""
     with tempfile.TemporaryDirectory() as folder:
         written = write_walk(Path(folder), frames) if walks else write_inputs(Path(folder), frames)
-        options = written.with_(device=device)
-        options = options if keypoints else options.with_(keypoints=None, image_size=None)
-        print(in_own_process(_run, options))
+        print(in_own_process(_run, written.with_(device=device)))
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
     for what, code in _START.items():
         start = partial(subprocess.run, [sys.executable, "-c", code], check=True, stdout=subprocess.DEVNULL)

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.measures import grouped, measure, moments, subgroup
+from ....pipeline.core.measures import Group, grouped, measure, moments, subgroup
 from ....pipeline.core.rotations import rotate
 from ...common.metrics import SD_90
+from ...gait.events import Stance, Step
 from ...gait.gait import Gait
+from ...gait.of_take import SIDES
 from ..evaluation.acceleration import filtered
 from ..evaluation.finished import Finished
 from ..evaluation.gait import step_values, true_gait
 from ..evaluation.people import mean
 from .judge import Stated
 
-_NEAR_S = 0.25  # of what was found, within which a true step is the same
+_NEAR_S = 0.25  # of what was found, within which a true landing is the same
 # What is judged by the name that is published: what `measures` calls it, and the values whose mean it is.
 _FIGURES = {
     "stance, %": ("mean_stance", "stance_percent"),
@@ -31,8 +33,8 @@ _CADENCE = "cadence, steps/min"
 
 
 def walks(finished: Finished) -> Iterator[Stated]:
-    """Means of a take's walks or runs against those of the true steps in the same time, of static cameras. Nothing of
-    a take in which nobody walks, or no walk is found."""
+    """Means of a take's walks or runs against those of the same steps in truth, of static cameras. Nothing of a take in
+    which nobody walks, or no walk is found."""
     take, truth = finished.take, finished.truth
     if take is None or truth.up.ndim > 1:
         return
@@ -40,11 +42,10 @@ def walks(finished: Finished) -> Iterator[Stated]:
     lands = [at for side in ("right", "left") for at in moments(subgroup(found, side), "landings")]
     if not lands:
         return
-    gait, first_s, last_s = true_gait(truth, finished.spells), min(lands) - _NEAR_S, max(lands) + _NEAR_S
-    near = (
-        [step for step in walk if first_s <= step.start_s and step.stop_s <= last_s] for walk in gait.walks
-    )
-    part = Gait(gait.feet, [walk for walk in near if walk])
+    true = true_gait(truth, finished.spells)
+    if not any(step.start_s < max(lands) and min(lands) < step.stop_s for step in true.steps):
+        return
+    part = Gait(true.feet, true_walks(found, true.feet))
     if not part.walks:
         return
     time_s = truth.keypoints.times
@@ -62,6 +63,35 @@ def walks(finished: Finished) -> Iterator[Stated]:
     if cadence is not None and cadence.error is not None:
         error = cadence.value - 60 / means["step_time_s"]
         yield _stated(_CADENCE, finished, error, cadence.error, known)
+
+
+def true_walks(found: Group, feet: Mapping[str, Sequence[Stance]]) -> list[list[Step]]:
+    """The true steps between the landings of those that were found. Others are no part of what is said: turns and hops
+    that were not counted, and landings so late that the take does not show whether the foot came to rest. A false step
+    has none: it makes the found mean wrong. found: the group `walking`; feet: true stances by side."""
+    lands = {side: moments(subgroup(found, words), "landings") for words, side in SIDES.items()}
+    true = sorted((at.start_s, side) for side, of in feet.items() for at in of if np.isfinite(at.start_s))
+
+    def nearest(at_s: float, of: str) -> int:
+        """Which of the true ones; -1 of none."""
+        off, i = min(
+            ((abs(start - at_s), i) for i, (start, side) in enumerate(true) if side == of), default=(1.0, -1)
+        )
+        return i if off < _NEAR_S else -1
+
+    pairs = set[int]()  # of true landings, one after the other, by the first
+    for words, side in SIDES.items():
+        group, other = subgroup(found, words), "rl"[side == "r"]
+        for start, stop in zip(moments(group, "stride_start"), moments(group, "stride_stop"), strict=True):
+            (between,) = (at for at in lands[other] if start < at < stop)
+            first, middle, last = nearest(start, side), nearest(between, other), nearest(stop, side)
+            pairs |= {i for i, j in ((first, middle), (middle, last)) if i >= 0 and j == i + 1}
+    walks: list[list[Step]] = []
+    for i in sorted(pairs):
+        if i - 1 not in pairs:
+            walks.append([])
+        walks[-1].append(Step(true[i + 1][1], true[i][0], true[i + 1][0]))
+    return walks
 
 
 def _stated(

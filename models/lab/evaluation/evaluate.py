@@ -11,7 +11,7 @@ import csv
 from collections.abc import Callable, Sequence
 from datetime import date
 from importlib import import_module
-from inspect import Parameter, Signature
+from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -34,72 +34,62 @@ evaluate = typer.Typer(help="Test lifters, rectifiers and later stages where the
 ROOT = Path(__file__).parents[3]
 _LEDGER = ("date", "command", "networks", "because")
 _BOTH = ["geometric", "pcnet"]
-# Every option of a report, with its default.
-_OPTIONS: dict[str, tuple[Any, Any]] = {
-    "networks": (
-        Annotated[list[str], typer.Argument(help="pcnet3d (built-in), or .onnx files of lifters.")], Parameter.empty
-    ),
-    "data": (
-        Annotated[Path, typer.Argument(help="Motion capture, a file of pcnet3d mocap.")], Parameter.empty
-    ),
-    "output": (
-        Annotated[Path, typer.Option("-o", "--output", help="Folder for the report, .md and .json.")], Parameter.empty
-    ),
-    "rectifier": (
-        Annotated[list[str], typer.Option(help="A rectifier, or a network's .onnx file; repeatable.")], _BOTH
-    ),
-    "split": (
-        Annotated[Path | None, typer.Option(help="JSON file whose `test` lists the test people; by default all.")], None
-    ),
-    "targets": (
-        Annotated[Targets, typer.Option(help="True axes: gravity and heading (body), or the file's (axes).")], "body"
-    ),
-    "lifter": (Annotated[str, typer.Option(help="pcnet3d (built-in), or an .onnx file.")], "pcnet3d"),
-    "seed": (Annotated[int, typer.Option(min=0, help="Random seed.")], 0),
-    "seeds": (Annotated[int, typer.Option(min=1, help="How many random seeds to draw cameras from.")], 3),
-    "part": (
-        Annotated[
-            list[str] | None,
-            typer.Option(help='Only this part, such as "CMU val"; for `errors` also "real take"; repeatable.'),
-        ],
-        None,
-    ),
-    "bed": (
-        Annotated[
-            Bed, typer.Option(help="Cameras: wild (also steep, tilted, with long lenses) or typical (as people film).")
-        ],
-        "wild",
-    ),
-    "sets": (
-        Annotated[
-            Sets,
-            typer.Option(
-                help="People to test on: validation people (val), or test people, which need --because."
-            ),
-        ],
-        "val",
-    ),
-    "because": (
-        Annotated[
-            str,
-            typer.Option(help="Reason for a look at test people; it is added to docs/accuracy/ledger.csv, or to DIR."),
-        ],
-        "",
-    ),
-    "fit": (
-        Annotated[bool, typer.Option("--fit", help="Also fit angle errors and write DIR/joint_noise.json.")], False
-    ),
-    "answers": (
-        Annotated[
-            Path | None,
-            typer.Option(help="Test the poses in this folder, by another lifter from testbed --keypoints."),
-        ], None
-    ),
-    "errors": (
-        Annotated[Path | None, typer.Option(help="Test the angle errors in this file, as --fit writes it.")], None
-    ),
-    "device": (OnDevice, "auto"),
-}  # fmt: skip
+
+
+def _asked(
+    networks: Annotated[list[str], typer.Argument(help="pcnet3d (built-in), or .onnx files of lifters.")],
+    data: Annotated[Path, typer.Argument(help="Motion capture, a file of pcnet3d mocap.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report, .md and .json.")],
+    rectifier: Annotated[
+        list[str], typer.Option(help="A rectifier, or a network's .onnx file; repeatable.")
+    ] = _BOTH,
+    split: Annotated[
+        Path | None, typer.Option(help="JSON file whose `test` lists the test people; by default all.")
+    ] = None,
+    targets: Annotated[
+        Targets, typer.Option(help="True axes: gravity and heading (body), or the file's (axes).")
+    ] = "body",
+    lifter: Annotated[str, typer.Option(help="pcnet3d (built-in), or an .onnx file.")] = "pcnet3d",
+    seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
+    seeds: Annotated[int, typer.Option(min=1, help="How many random seeds to draw cameras from.")] = 3,
+    part: Annotated[
+        list[str] | None,
+        typer.Option(help='Only this part, such as "CMU val"; for `errors` also "real take"; repeatable.'),
+    ] = None,
+    bed: Annotated[
+        Bed,
+        typer.Option(
+            help="Cameras: wild (also steep, tilted, with long lenses) or typical (as people film)."
+        ),
+    ] = "wild",
+    sets: Annotated[
+        Sets,
+        typer.Option(
+            help="People to test on: validation people (val), or test people, which need --because."
+        ),
+    ] = "val",
+    because: Annotated[
+        str,
+        typer.Option(
+            help="Reason for a look at test people; it is added to docs/accuracy/ledger.csv, or to DIR."
+        ),
+    ] = "",
+    fit: Annotated[
+        bool, typer.Option("--fit", help="Also fit angle errors and write DIR/joint_noise.json.")
+    ] = False,
+    answers: Annotated[
+        Path | None,
+        typer.Option(help="Test the poses in this folder, by another lifter from testbed --keypoints."),
+    ] = None,
+    errors: Annotated[
+        Path | None, typer.Option(help="Test the angle errors in this file, as --fit writes it.")
+    ] = None,
+    device: OnDevice = "auto",
+) -> None:
+    """Every option that a report may have."""
+
+
+_OPTIONS = signature(_asked, eval_str=True).parameters
 _BEFORE_CAMERAS = ("lifter", "seed", "bed", "sets", "because")  # of reports on virtual takes
 # That one report alone is asked.
 _OWN = ("networks", "data", "split", "targets", "seeds", "part", "beds", "fit", "answers", "errors")
@@ -117,22 +107,22 @@ def _report(
     """The subcommand of a report. module: of this folder; tables: its function. options: of _OPTIONS, besides -o and
     --device. words: its help. file: of the report, without its ending. changed: option=(annotation or
     None for the usual one, default)."""
-    taken = {key: _OPTIONS[key] for key in _OPTIONS if key in (*options, "output", "device")}
+    keyword = Parameter.KEYWORD_ONLY
+    taken = {
+        key: option.replace(kind=keyword)
+        for key, option in _OPTIONS.items()
+        if key in (*options, "output", "device")
+    }
     for key, (annotation, default) in changed.items():
-        taken[key] = (annotation or _OPTIONS[key][0], default)
+        annotation = annotation or _OPTIONS[key].annotation
+        taken[key] = Parameter(key, keyword, default=default, annotation=annotation)
 
     def command(**given: Any) -> None:
-        given = {key: default for key, (_, default) in taken.items()} | given
+        given = {key: option.default for key, option in taken.items()} | given
         _write(name, {"rectifier": (), **given}, file, module, tables)
 
-    order = sorted(taken.items(), key=lambda option: option[1][1] is not Parameter.empty)
-    command.__signature__ = Signature(  # type: ignore[attr-defined]  (what typer reads)
-        [
-            Parameter(key, Parameter.POSITIONAL_OR_KEYWORD, default=default, annotation=annotation)
-            for key, (annotation, default) in order
-        ]
-    )
-    command.__annotations__ = {key: annotation for key, (annotation, _) in taken.items()}
+    command.__signature__ = Signature([*taken.values()])  # type: ignore[attr-defined]  (what typer reads)
+    command.__annotations__ = {key: option.annotation for key, option in taken.items()}
     command.__doc__ = words
     evaluate.command(name)(command)
     return command
@@ -152,8 +142,6 @@ def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str
     names = given["rectifier"]
     asked = {key: given[key] for key in ("lifter", "seed", "bed") if key in given}
     own = {key: given[key] for key in _OWN if key in given}
-    if "networks" in given:
-        own["kept"] = output / "lifts"
     if "fit" in given:
         own["output"] = output
     with computing_on(given["device"]) as where:
@@ -214,7 +202,7 @@ lifters = _report(
     """Compare lifters person by person, to choose one.
 
     It lifts whole validation takes from wild and typical cameras: with noisy and exact keypoints, with and without a
-    known focal length. DIR/lifts keeps the errors, so the same command continues after a stop.
+    known focal length: some four minutes of a core for each network.
     """,
     file="lifters",
 )  # fmt: skip

@@ -54,9 +54,8 @@ PAGE = Page(
             ["set", "gait"],
             {
                 "takes": "{takes}", "steps found": "{steps[0]}", "true": "{steps[1]}",
-                "frames on the floor: precision": "{contact[precision]:.3f}", "recall": "{contact[recall]:.3f}",
             },
-            where=lambda row: "contact" in row,
+            where=lambda row: "steps" in row,
         ),
         Table(
             "Events",
@@ -82,15 +81,13 @@ PAGE = Page(
 
 @dataclass(frozen=True, eq=False)
 class JudgedGait:
-    """One take of a person. kind: "walking", "running" or "none", by its true contacts. steps: (found, true). frames:
-    (N, 2) bool, on the floor as found and in truth. events: {"initial contact", "toe-off": (errors in s (K,), found,
-    true)}. means: {path: {figure: Mean}} of the steps and strides that both have; differences: {path: {figure:
-    Difference}} of their sides."""
+    """One take of a person. kind: "walking", "running" or "none", by its true contacts. steps: (found, true). events:
+    {"initial contact", "toe-off": (errors in s (K,), found, true)}. means: {path: {figure: Mean}} of the steps and
+    strides that both have; differences: {path: {figure: Difference}} of their sides."""
 
     person: str
     kind: str
     steps: tuple[int, int]
-    frames: np.ndarray
     events: dict[str, tuple[np.ndarray, int, int]]
     means: dict[str, dict[str, Mean]] = field(default_factory=dict)
     differences: dict[str, dict[str, Difference]] = field(default_factory=dict)
@@ -146,12 +143,9 @@ def judge(
 
     world = rotate(seen.R_camera_from_world.T, seen.joints_camera)
     true_smooth, true = filtered(seen.truth, time_s), true_gait(seen, spells)
-    frames = [
-        np.stack([_inside(each.feet[side], time_s) for each in (found, true)], axis=-1) for side in SIDES
-    ]
     events = {"initial contact": _events(found, true, "start_s"), "toe-off": _events(found, true, "stop_s")}
     steps = (len(found.steps), len(true.steps))
-    judged = JudgedGait(seen.subject, true.kind, steps, np.concatenate(frames), events)
+    judged = JudgedGait(seen.subject, true.kind, steps, events)
     same = _of_both(found, true)
     if same is None:
         return judged
@@ -215,13 +209,6 @@ def step_values(gait: Gait, root: np.ndarray, level: np.ndarray, time_s: np.ndar
     return {**time_values(gait), **length_values(gait, root[:, :2], ankles, time_s)}
 
 
-def _inside(feet: Sequence[Stance], time_s: np.ndarray) -> np.ndarray:
-    inside = np.zeros(len(time_s), dtype=bool)
-    for stance in feet:
-        inside |= ~((time_s < stance.start_s) | (time_s > stance.stop_s))
-    return inside
-
-
 def _events(found: Gait, true: Gait, what: str) -> tuple[np.ndarray, int, int]:
     """Errors of the events that have one of the same foot within a quarter of a second, and how many there are: of the
     whole take, walks or not."""
@@ -268,16 +255,10 @@ def _of_both(found: Gait, true: Gait) -> tuple[Gait, Gait] | None:
 
 
 def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
-    """Of takes of one kind: steps, contact frames, events and figures."""
-    frames = np.concatenate([take.frames for take in takes])
-    both = (frames[:, 0] & frames[:, 1]).sum()
+    """Of takes of one kind: steps, events and figures."""
     result: dict[str, Any] = {
         "takes": len(takes),
         "steps": [sum(take.steps[i] for take in takes) for i in (0, 1)],
-        "contact": {
-            "precision": float(both / frames[:, 0].sum()),
-            "recall": float(both / frames[:, 1].sum()),
-        },
         "events": {},
         "figures": {},
     }

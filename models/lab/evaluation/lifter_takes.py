@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +13,7 @@ from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.signals.angles import angles, near, sides_of
 from ...angle_error.take_angles import smoothed
-from ...common.metrics import joint_error, procrustes_error, scaled
+from ...common.metrics import procrustes_error, scaled
 from ..synthetic.keypoint_noise import EXACT_KEYPOINTS
 from .people import mean
 from .sets import evaluation_sets
@@ -26,8 +24,8 @@ CONDITIONS = PUBLISHED, FOCAL_KNOWN, EXACT = (
 )  # fmt: skip
 POSTURES = ("upright", "lying")
 FIGURES = {  # of a take, with their units; all but the last are errors
-    "MPJPE": "mm", "PA-MPJPE": "mm", "along the ray": "mm", "across the ray": "mm", "constant": "mm",
-    "velocity": "mm/s", "knee_flexion": "deg", "elbow_flexion": "deg", "lifted": "%",
+    "MPJPE": "mm", "PA-MPJPE": "mm", "along the ray": "mm", "across the ray": "mm", "velocity": "mm/s",
+    "knee_flexion": "deg", "elbow_flexion": "deg", "lifted": "%",
 }  # fmt: skip
 _ANGLES = ("knee_flexion", "elbow_flexion")
 
@@ -41,7 +39,6 @@ class JudgedTake:
     (F, 3, 3). lying: (F,).
     """
 
-    name: str
     person: str
     inputs: Mapping[str, tuple[PoseSequence, float | None]]
     image_size: tuple[int, int]
@@ -52,22 +49,12 @@ class JudgedTake:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """Takes that are judged, and kept, together. part: the set's name in tables. views: the cameras' name."""
+    """Takes that are judged together. part: the set's name in tables. views: the cameras' name."""
 
     part: str
     views: Bed
     seed: int
     clips: Sequence[Clip]
-
-    def key(self) -> str:
-        """Changes when the takes do."""
-        shortest = min(self.clips, key=len)  # stands for the way in which all are drawn
-        drawn = see(shortest, self.seed, views=BEDS[self.views])
-        found = hashlib.sha256()
-        for part in (drawn.keypoints.joints, drawn.joints_camera, *(clip.joints for clip in self.clips)):
-            found.update(np.ascontiguousarray(part).tobytes())
-        found.update(" ".join(clip.name for clip in self.clips).encode())
-        return found.hexdigest()[:12]
 
     def takes(self) -> Iterator[JudgedTake]:
         """The clips before virtual cameras, the same ones for noisy and for exact keypoints."""
@@ -76,7 +63,6 @@ class Material:
                 see(clip, self.seed, noise=noise, views=BEDS[self.views]) for noise in (None, EXACT_KEYPOINTS)
             )
             yield JudgedTake(
-                name=clip.name,
                 person=clip.subject,
                 inputs={
                     PUBLISHED: (noisy.keypoints, None),
@@ -106,19 +92,16 @@ def materials(seeds: int, only: Sequence[str] = ()) -> list[Material]:
     return found
 
 
-def judge(take: JudgedTake, poses: PoseSequence) -> dict[str, Any]:
-    """{"take", "person", posture: [figures], or None without frames of that posture}."""
+def judge(take: JudgedTake, poses: PoseSequence) -> dict[str, list[float]]:
+    """{posture: figures} of those that have frames."""
     frames = poses.frame_index
     lying = take.lying[frames]
     lifted, truth = poses.joints.astype(np.float64), take.truth[frames]
-    judged = {
+    return {
         posture: take_figures(lifted, truth, take.R_camera_from_ray[frames], use, poses.times)
         for posture, use in zip(POSTURES, (~lying, lying), strict=True)
         if use.any()
     }
-    return {
-        "take": take.name, "person": take.person, **{posture: judged.get(posture) for posture in POSTURES}
-    }  # fmt: skip
 
 
 def take_figures(
@@ -130,9 +113,8 @@ def take_figures(
 ) -> list[float]:
     """FIGURES of the frames (T,) in use of lifted and true joints (T, 17, 3), CAMERA axes, metres and any unit.
 
-    MPJPE and what lies along and across the ray: one scale a frame. constant: how much smaller the MPJPE is when the
-    mean error of each joint over the take is taken off it. velocity: mean distance of velocities between neighbouring
-    frames, one scale a take. Angles: root mean square, both sides, after the low-pass that runs have.
+    MPJPE and what lies along and across the ray: one scale a frame. velocity: mean distance of velocities between
+    neighbouring frames, one scale a take. Angles: root mean square, both sides, after the low-pass that runs have.
     """
     there = use & np.asarray(is_finite(lifted).all(axis=1))
     lifted_share = 100 * there.sum() / use.sum()
@@ -140,7 +122,6 @@ def take_figures(
         return [*[np.nan] * (len(FIGURES) - 1), float(lifted_share)]
     one, other = lifted[there], truth[there]
     off = scaled(one, other) - other
-    mpjpe = np.linalg.norm(off, axis=-1).mean()
     in_ray = np.abs(rotate(transpose(R_camera_from_ray[there]), off))
     of_a_take = scaled(one, other, "take")
     next_to = np.diff(np.flatnonzero(there)) == 1
@@ -148,11 +129,10 @@ def take_figures(
     speed = np.diff(of_a_take - other, axis=0)[next_to] / step_s[:, None, None]
     bent, true = (angles(smoothed(joints, time_s)) for joints in (lifted, truth))
     figures = [
-        1000 * mpjpe,
+        1000 * np.linalg.norm(off, axis=-1).mean(),
         1000 * procrustes_error(one, other).mean(),
         1000 * in_ray[..., 2].mean(),
         1000 * np.linalg.norm(in_ray[..., :2], axis=-1).mean(),
-        1000 * (mpjpe - joint_error(off, off.mean(axis=0)).mean()),
         1000 * mean(np.linalg.norm(speed, axis=-1)),
     ]
     for name in _ANGLES:

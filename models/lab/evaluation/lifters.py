@@ -6,10 +6,8 @@ take, then over the person's takes, so that every person has one weight. Network
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import combinations, product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,12 +15,10 @@ import numpy as np
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.lifted import ToLift
 from ....pipeline.core.pose import package_version
-from ....pipeline.files.atomic import read_object, write_json
 from ....pipeline.plugins.protocols import Lifter
 from ....pipeline.running.progress import each
-from ...common.metrics import plain
 from ...lifter.load import load_lifter
-from .lifter_takes import CONDITIONS, FIGURES, POSTURES, Material, judge, materials
+from .lifter_takes import CONDITIONS, FIGURES, POSTURES, judge, materials
 from .people import by_person, interval, mean, means
 from .sets import Question
 from .tables import Page, Table
@@ -36,7 +32,7 @@ PAGE = Page(
     "Lifters",
     "pcnet3d {pcnet3d}, seeds of cameras: {seeds}, whole validation takes. Every person has one weight; people: "
     "{people}. So few people stand for few others: intervals are rather too narrow. One scale a frame, velocity one a "
-    "take; angles are RMSE, 6 Hz. Constant: how much smaller the MPJPE is without each joint's mean error over a take. "
+    "take; angles are RMSE, 6 Hz. "
     "Whether a network that was trained elsewhere saw these people nobody knows.",
     [
         Table(
@@ -69,10 +65,9 @@ People = dict[str, dict[str, np.ndarray]]  # {part: {person: (F,) of FIGURES}}
 
 
 def tables(
-    question: Question, networks: Sequence[str], kept: Path, seeds: int = 3, part: Sequence[str] | None = None
+    question: Question, networks: Sequence[str], seeds: int = 3, part: Sequence[str] | None = None
 ) -> dict[str, Any]:
-    """Everything the report says. networks: names of load_lifter. kept: the folder in which errors are kept by
-    network, so that the same work goes on where it was left. part: labels of the parts to judge; all without any.
+    """Everything the report says. networks: names of load_lifter. part: labels of the parts to judge; all without any.
 
     {"seeds", "networks": [method], "rows": [{"condition", "views", "posture", "part", "people", "network", FIGURES}],
     "differences": [{"condition", "views", "posture", "people", "networks": [A, B], figure: {"mean", "low", "high"}}],
@@ -84,12 +79,14 @@ def tables(
         key: {} for key in product(CONDITIONS, POSTURES, (*BEDS, _BOTH), lifters)
     }
     for material in materials(seeds, part or ()):
-        for (network, condition), judged in errors_of(lifters, material, kept).items():
-            for take, posture in product(judged, POSTURES):
-                for views in (material.views, _BOTH):
-                    if take[posture] is not None:
-                        of_part = takes[condition, posture, views, network].setdefault(material.part, [])
-                        of_part.append((take["person"], np.array(take[posture], dtype=float)))
+        words = f"{material.part}, {material.views}, seed {material.seed}"
+        for take in each(material.takes(), words, len(material.clips)):
+            for (network, lifter), (condition, given) in product(lifters.items(), take.inputs.items()):
+                keypoints, focal_px = given
+                poses = lifter.lift(ToLift(keypoints, take.image_size, focal_px)).poses
+                for (posture, figures), views in product(judge(take, poses).items(), (material.views, _BOTH)):
+                    of_part = takes[condition, posture, views, network].setdefault(material.part, [])
+                    of_part.append((take.person, np.array(figures)))
     values = {
         key: {label: by_person(of) for label, of in parts.items()} for key, parts in takes.items() if parts
     }
@@ -126,39 +123,6 @@ def opened(names: Sequence[str]) -> dict[str, Lifter]:
             )
         lifters[lifter.method] = lifter
     return lifters
-
-
-def errors_of(
-    lifters: Mapping[str, Lifter], material: Material, kept: Path
-) -> dict[tuple[str, str], list[dict[str, Any]]]:
-    """{(network, condition): [{"take", "person", posture: (F,) figures, or None without such frames}]}, out of the
-    folder where they are kept there, else lifted and kept."""
-    stem = f"{material.part}-{material.views}-{material.seed}".replace(" ", "_")
-    files = {
-        (network, condition): kept / network.rpartition("@")[2] / f"{stem}-{CONDITIONS.index(condition)}.json"
-        for network in lifters
-        for condition in CONDITIONS
-    }
-    of = {"key": material.key(), "figures": list(FIGURES)}
-    found = {}
-    for key, path in files.items():
-        content = read_object(path)
-        if content.get("of") == of:
-            found[key] = content["takes"]
-    missing = [key for key in files if key not in found]
-    if not missing:
-        return found
-    made: dict[tuple[str, str], list[dict[str, Any]]] = {key: [] for key in missing}
-    words = f"{material.part}, {material.views}, seed {material.seed}"
-    for take in each(material.takes(), words, len(material.clips)):
-        for network, condition in missing:
-            keypoints, focal_px = take.inputs[condition]
-            poses = lifters[network].lift(ToLift(keypoints, take.image_size, focal_px)).poses
-            made[network, condition].append(plain(judge(take, poses)))
-    for key, takes in made.items():
-        files[key].parent.mkdir(parents=True, exist_ok=True)
-        write_json(files[key], {"of": of, "takes": takes})
-    return found | {key: json.loads(json.dumps(takes)) for key, takes in made.items()}
 
 
 def rows_of(key: tuple[str, str, str, str], parts: People) -> list[dict[str, Any]]:

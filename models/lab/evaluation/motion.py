@@ -16,7 +16,7 @@ import numpy as np
 
 from ....pipeline.core.frames import turned_covariance
 from ....pipeline.core.rotations import rotate
-from ....pipeline.signals.filters import CUTOFF_HZ, savitzky_golay
+from ....pipeline.signals.filters import CUTOFF_HZ
 from ...common.metrics import Figure
 from ...smoother import known_noise
 from .acceleration import NO_MOTION, PARTS, accelerations, agreement, filtered, velocities
@@ -28,7 +28,7 @@ from .testbed import LiftedTake
 
 STATED, ESTIMATED = "known noise, stated", "known noise, estimated"
 _SIX = f"Butterworth {CUTOFF_HZ:g} Hz"
-FIXED = (_SIX, "Butterworth 3 Hz", "Butterworth 1.5 Hz")
+FIXED = (_SIX, "Butterworth 3 Hz")
 # Of axes of which the last is vertical.
 _ALONG = {"vertical": [2], "horizontal": [0, 1]}
 _QUARTERS = ("slowest quarter", "second", "third", "fastest quarter")
@@ -70,10 +70,7 @@ class Scores:
 
 _SMOOTHERS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     _SIX: lambda path, time_s: path,  # as both sides are filtered so
-    **{name: partial(filtered, cutoff_hz=hz) for name, hz in zip(FIXED[1:], (3.0, 1.5), strict=True)},
-    f"Savitzky-Golay {CUTOFF_HZ:g} Hz": lambda path, time_s: savitzky_golay(
-        path.reshape(len(path), -1), time_s
-    ).reshape(path.shape),
+    FIXED[1]: partial(filtered, cutoff_hz=3.0),
 }
 
 

@@ -19,7 +19,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose, turn_deg, turned
+from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate
 from ....pipeline.core.take import Video
 from ....pipeline.files.video_frames import shown_size
 from ....pipeline.plugins.protocols import Rectifier
@@ -91,12 +91,10 @@ PAGE = Page(
             ["keypoints, rectifier", "camera"],
             {
                 **_UP,
-                "LEVEL": "{level_mm:.0f}",
                 **{name: f"{{{name}[rmse]:.1f}} / {{{name}[mae]:.1f}}" for name in _LEANS},
             },
             "Up: degrees off, and root mean square error stated; levelled: takes that are not "
-            "refused. LEVEL: as rigid, but with the up that was found and one true heading. Lean of the trunk: RMSE / "
-            "MAE, degrees.",
+            "refused. Lean of the trunk: RMSE / MAE, degrees.",
         ),
         Table(
             "The same man standing still, from the video alone", "standing/*/*", ["rectifier", "camera"], _UP
@@ -181,12 +179,12 @@ def lift_row(poses: PoseSequence, limbs: np.ndarray) -> dict[str, Any]:
     lifted = poses.joints[:, _LIMB_ROWS].astype(np.float64)
     one, other = about_hips(lifted), about_hips(limbs)
     R_world_from_camera = kabsch(other.reshape(-1, 3), one.reshape(-1, 3))
-    turned = scaled(rotate(R_world_from_camera, one), other, "take")
+    fitted = scaled(rotate(R_world_from_camera, one), other, "take")
     found, true = (limb_angles(joints, None, poses.times) for joints in (lifted, limbs))
     return {
         "frames": len(limbs),
         "pa_mm": mean(1000 * procrustes_error(lifted, limbs)),
-        "rigid_mm": mean(1000 * joint_error(turned, other)),
+        "rigid_mm": mean(1000 * joint_error(fitted, other)),
         **angle_errors(found, true, _LIFT_ANGLES),
     }
 
@@ -212,13 +210,11 @@ def level_row(
     limbs: np.ndarray | None = None,
     look: Look | None = None,
 ) -> dict[str, Any]:
-    """One gravity for the take against the true up (3,), and the lift in LEVEL against true limbs (T, 12, 3) where they
+    """One gravity for the take against the true up (3,), and the trunk's lean against true limbs (T, 12, 3) where they
     are known. look: what the image says about up.
 
-    levelled: 1 unless the take is refused. up_deg: how far its up is off; stated_deg: root mean square error
-    that was stated. level_mm: mean distance of the 12 joints to the truth, both relative to the
-    mid-hips, after the best heading and scale for the take, so that what is left is lean and pose. Then RMSE and MAE
-    in degrees of _LEANS, of a refused take too.
+    levelled: 1 unless the take is refused. up_deg: how far its up is off; stated_deg: root mean square error that was
+    stated. Then RMSE and MAE in degrees of _LEANS, of a refused take too.
     """
     joints = poses.joints.astype(np.float64)
     level = level_static(
@@ -233,19 +229,8 @@ def level_row(
     }
     if limbs is None:
         return row
-    lifted = joints[:, _LIMB_ROWS]
-    found = limb_angles(lifted, level.R_camera_from_body, poses.times)
-    return {
-        **row,
-        "level_mm": mean(1000 * level_error(lifted, level.R_camera_from_level, limbs)),
-        **angle_errors(found, limb_angles(limbs, None, poses.times), _LEANS),
-    }
-
-
-def level_error(lifted: np.ndarray, R_camera_from_level: np.ndarray, limbs: np.ndarray) -> np.ndarray:
-    """(T,) metres, level_row's level_mm. lifted: (T, 12, 3), CAMERA axes; limbs: the truth, world +Z up."""
-    points, truth = rotate(transpose(R_camera_from_level), about_hips(lifted)), about_hips(limbs)
-    return joint_error(scaled(turned(points, turn_deg(points, truth)), truth, "take"), truth)
+    found = limb_angles(joints[:, _LIMB_ROWS], level.R_camera_from_body, poses.times)
+    return {**row, **angle_errors(found, limb_angles(limbs, None, poses.times), _LEANS)}
 
 
 def limb_angles(

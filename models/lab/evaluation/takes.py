@@ -52,8 +52,8 @@ PAGE = Page(
             "Trust",
             "takes/*/methods/*",
             ["set", "method"],
-            {"levelled": "{levelled:.1%}", "drift": "{drifted} of {takes}"},
-            "Levelled: takes that are not refused. Drift: takes said to be seen by a camera that moved; none was.",
+            {"levelled": "{levelled:.1%}"},
+            "Levelled: takes that are not refused.",
             where=lambda row: "levelled" in row,
         ),
         *take_acceleration.TABLES,
@@ -63,14 +63,13 @@ PAGE = Page(
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """One method on one take. rotation, tilt (degrees), mpjpe (mm): (T,), NaN without an answer. Of a take-level method
-    also whether it was levelled, and whether a drift of the camera was reported; else None. person: who it is."""
+    """One method on one take. rotation, tilt (degrees), mpjpe (mm): (T,), NaN without an answer. levelled: of a
+    take-level method; else None. person: who it is."""
 
     rotation: np.ndarray
     tilt: np.ndarray
     mpjpe: np.ndarray
     levelled: bool | None = None
-    drifted: bool | None = None
     person: str = ""
 
 
@@ -143,14 +142,12 @@ def judge(take: LiftedTake, joints: np.ndarray, answer: Answer) -> Judged:
     )
     if answer.levelled is None:
         return errors
-    return replace(
-        errors, levelled=not why_not(answer.levelled), drifted=answer.levelled.drift_at is not None
-    )
+    return replace(errors, levelled=not why_not(answer.levelled))
 
 
 def row(methods: dict[str, list[Judged]]) -> dict[str, Any]:
     """Figures of one set. Tilt: over takes, of a take's mean. Rotation and MPJPE: over frames. Of take-level methods
-    also the share levelled, and how many takes were said to be seen by a moving camera."""
+    also the share levelled."""
     first = next(iter(methods.values()))
     figures: dict[str, Any] = {
         "takes": len(first), "frames": sum(len(take.rotation) for take in first), "methods": {},
@@ -168,7 +165,6 @@ def row(methods: dict[str, list[Judged]]) -> dict[str, Any]:
         }
         if takes[0].levelled is not None:
             method["levelled"] = sum(bool(take.levelled) for take in takes) / len(takes)
-            method["drifted"] = sum(bool(take.drifted) for take in takes)
         figures["methods"][name] = method
     return figures
 

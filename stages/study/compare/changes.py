@@ -121,7 +121,8 @@ def told(changes: list[Change], against: str) -> Iterator[str]:
     figures = f"of {len(tested)} ranges of motion and figures of movements"
     more_than = "by more than may be chance among so many"
     if not apart:
-        yield f"None {figures} differs {more_than}; {own}"
+        some = "; some of these may well have changed" if beyond > 3 * _BEYOND * len(tested) else ""
+        yield f"None {figures} alone differs {more_than}; {own}{some}"
         return
     words = [f"{named(change)} {change.words}{_gap(change.unit)}{change.unit}" for change in apart[:_MOST]]
     more = f" and {len(apart) - _MOST} more" if len(apart) > _MOST else ""

@@ -157,9 +157,9 @@ def compared(
     if 0 < len(from_neutral) < len(sides):
         without = ", ".join(side.name for side in sides if side.name not in from_neutral)
         notices.append(notice("neutral-of-some", with_neutral=", ".join(from_neutral), without=without))
-    cutoffs = {side.cutoff_hz for side in sides}
+    cutoffs = {"none" if side.cutoff_hz is None else f"{side.cutoff_hz:g} Hz" for side in sides}
     if len(cutoffs) > 1:
-        notices.append(notice("cutoffs-differ", cutoffs=", ".join(map(str, cutoffs))))
+        notices.append(notice("cutoffs-differ", cutoffs=", ".join(sorted(cutoffs))))
     notices += rates_apart("runs", (rate(side.time_s) for side in sides if side.run and is_lifted(side.run)))
     pairs = []
     for side in others:

@@ -23,8 +23,7 @@ _ERRORS = (
     "Of the figures said to differ, at most a tenth does so by chance (Benjamini & Hochberg 1995)."
 )
 LOWER_BOUND = (
-    "At least one of the two has an error of half a root mean square difference or more, here as for angles. Runs "
-    "that agree may still share errors."
+    "At least one of the two runs is off by half of the difference or more. Runs that agree may share errors."
 )
 
 

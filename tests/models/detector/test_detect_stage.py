@@ -102,8 +102,16 @@ def test_a_detector_that_goes_on_with_somebody_else_gives_two_people(walk_film, 
             )
 
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Crossing())
-    _, chosen = Detect()(Take("walk", video=walk_film)).notices
-    assert chosen.values["listed"] == "1 (30, 10 to 39), 0 (10, 0 to 9)"
+    said = {each.code: each.values for each in Detect()(Take("walk", video=walk_film)).notices}
+    assert said["person-chosen"]["listed"] == "1 (30, 10 to 39), 0 (10, 0 to 9)"
+    assert said["cut-or-another"]["frame"] == 10
+
+
+def test_a_rate_that_contradicts_the_video_is_said_once(walk_film, monkeypatch):
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: _Two())
+    take = Detect()(Take("walk", video=walk_film).telling(fps=2 * walk_film.fps))
+    said = [each.code for each in (*take.notices, *take.keypoints.notices)]
+    assert said.count("fps-contradicts") == 1
 
 
 def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, monkeypatch):

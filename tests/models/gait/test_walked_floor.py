@@ -73,6 +73,22 @@ def test_stairs_are_three_rises_in_a_row_beyond_the_error():
     assert (kerb.stairs, kerb.rises.tolist()) == ("none", [0, 0, 0, 1, 0, 0, 0, 0])
 
 
+@pytest.mark.parametrize(("longest", "stairs"), [(1.0, "down"), (4.5, CANNOT_BE_TOLD)])
+def test_a_long_lens_from_above_makes_no_stairs(longest, stairs):
+    """A flat car park, filmed from above by a long lens: "Stairs: up", slope 31 ± 7 degrees."""
+    pitch = np.radians(35.0)
+    axis = np.array([np.cos(pitch), 0.0, -np.sin(pitch)])
+    true = np.column_stack([25 - STEP * np.arange(9), np.zeros(9), np.full(9, -25 * np.tan(pitch))])
+    nearer = (
+        -(1 - 1 / 4) * (true @ axis)[:, None] * axis
+    )  # by a focal length that is a fourth of the true one
+    places = true + nearer
+    found = walked_floor(places, 0.03, 0.0, 2.0, (longest - 1) * (places @ axis)[:, None] * axis)
+    assert abs(found.slope_deg) > 20
+    assert (abs(found.slope_deg) < 1.7 * found.slope_sd_deg) == (longest > 1)
+    assert found.stairs == stairs
+
+
 @pytest.mark.parametrize(("sds", "stairs"), [(1.8, CANNOT_BE_TOLD), (2.2, "up")])
 def test_a_stair_is_two_standard_deviations_of_a_difference_high(sds, stairs):
     sd = 0.05

@@ -218,7 +218,11 @@ def test_a_range_of_few_frames_is_not_that_of_the_take():
 def test_where_no_range_is_wider_than_its_error_no_joint_moves_and_only_where_all_are_known():
     still = {"p05_deg": 10.0, "p95_deg": 14.0, "p05_p95_deg": 4.0}
     still |= {f"{name}_error_deg": 5.0 for name in ("p05", "p95", "p05_p95")}
-    joints = [name if name.startswith(("trunk", "thorax")) else f"r_{name}" for name in _JOINTS]
+    joints = [
+        angle
+        for name in _JOINTS
+        for angle in ([name] if name.startswith(("trunk", "thorax")) else [f"l_{name}", f"r_{name}"])
+    ]
     assert (
         answer(take(range_of_motion=dict.fromkeys(joints, still)))[-1]
         == "No joint moves by more than its error."

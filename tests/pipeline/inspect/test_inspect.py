@@ -218,7 +218,9 @@ def test_a_joint_that_is_never_there_hides_no_repeated_and_no_failed_row(walker,
     failed[:, H36M17.index("head")] = np.nan
     said = {f.code: f.text for f in looked_at(tmp_path, failed).people[0].findings}
     assert said["duplicates"].startswith("3 rows repeat the row before exactly, first at row 41")
-    assert "0 with NaN, 2 with all joints at one point" in said["gaps"]
+    assert said["gaps"].endswith(
+        ": 2 with all joints at one point."
+    )  # "35 without a row, 0 with NaN, 0 with ..."
 
 
 def test_rows_in_which_the_pelvis_alone_is_there_repeat_nothing(walker, tmp_path):

@@ -87,7 +87,7 @@ def test_a_given_recipe_has_all_that_the_options_ask_for():
     recipe = load_recipe().starting_with("lift")
     assert planned(options, recipe) == planned(options)
     assert planned(options, planned(options)) == planned(options)
-    with pytest.raises(InputError, match="--lifter is for the stage 'lift'"):
+    with pytest.raises(InputError, match=r"--lifter is for the stage 'lift'.*take its place"):
         planned(options, load_recipe())
     left_out = RunOptions(poses=POSES, settings=["record=off"])
     assert planned(left_out, planned(left_out)) == planned(left_out)

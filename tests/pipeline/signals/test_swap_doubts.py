@@ -82,7 +82,7 @@ def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
     assert len(found) <= 60  # the labeling with fewer frames
     assert (
         told(wrong, (found,))
-        == "legs exchanged in frames 0-49 at 0.00 s, or in those beside them (which is unclear)"
+        == "legs exchanged in frames 0-49 from 0.00 s, or in those beside them (which is unclear)"
     )
     for how in ("report", "repair", "mask"):
         _, keypoints, (event,), _ = treated(None, wrong, how)
@@ -163,7 +163,9 @@ def test_a_repair_against_the_rhythm_is_undone_and_said(monkeypatch):
         _, keypoints, (event,), _ = treated(None, wrong, how)
         np.testing.assert_array_equal(keypoints.joints, wrong.joints)
         assert event.weight == "warning"
-        assert "legs exchanged in frames 58-81 at 1.93 s, 83-109 at 2.77 s, but after a repair" in event.text
+        assert (
+            "legs exchanged in frames 58-81 from 1.93 s, 83-109 from 2.77 s, but after a repair" in event.text
+        )
         assert "the legs would not alternate" in event.text
         assert "--set read.swaps" not in event.text
 
@@ -175,7 +177,7 @@ def test_a_repair_that_makes_joints_leap_is_undone_and_others_are_not():
     kept, (said,) = settled(wrong, (arms, legs))
     assert kept == (arms,)
     assert said.startswith(
-        "legs exchanged in frames 64-67 at 2.13 s, but after a repair joints would leap farther"
+        "legs exchanged in frames 64-67 from 2.13 s, but after a repair joints would leap farther"
     )
     assert worsened(wrong, right) == ()
     assert worsened(right, right) == ()

@@ -213,7 +213,7 @@ def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path, poses):
     few = saved(tmp_path / "few.npz", spoilt(poses, "legs exchanged", first=60, last=61))
     many = saved(tmp_path / "many.npz", spoilt(poses, "l_leg mirrored in depth", first=60, last=69))
     result = succeeded(pcnet3d("inspect", few, *OPTIONS))
-    assert "2 of 240 frames look wrong: legs exchanged in frames 60-61 at 2.00 s." in result.stdout
+    assert "2 of 240 frames look wrong: legs exchanged in frames 60-61 from 2.00 s." in result.stdout
     result = pcnet3d("inspect", many, *OPTIONS, "--json")
     assert result.returncode == 3, result.stderr
     (found,) = json.loads(result.stdout)["people"][0]["swaps"]
@@ -222,7 +222,7 @@ def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path, poses):
 
 def test_told_merges_by_kind(poses):
     wrong = spoilt(spoilt(poses, "legs exchanged", first=60, last=61), "legs exchanged", first=150, last=150)
-    assert told(wrong, find_swaps(wrong)) == "legs exchanged in frames 60-61 at 2.00 s, 150 at 5.00 s"
+    assert told(wrong, find_swaps(wrong)) == "legs exchanged in frames 60-61 from 2.00 s, 150 at 5.00 s"
 
 
 @pytest.mark.parametrize(("how", "event"), [("report", "warning"), ("repair", "repair"), ("mask", "repair")])
@@ -288,6 +288,6 @@ def test_the_command_line_repairs_counts_and_refuses_other_words(tmp_path, poses
     ]
     assert (
         said
-        == "The poses were corrected as asked: legs exchanged in frames 60-69 at 2.00 s (10 of 240 frames)."
+        == "The poses were corrected as asked: legs exchanged in frames 60-69 from 2.00 s (10 of 240 frames)."
     )
     assert pcnet3d("run", *options, "--set", "read.swaps=fix").returncode == 2

@@ -193,3 +193,17 @@ def test_scores_are_means_over_a_quarter_of_a_second_and_of_movenet_only():
     scores = mean_scores(found, given.frame_index, TIMES)
     np.testing.assert_allclose(scores[4:50], 0.4, atol=0.02)
     assert np.isnan(scores[70:]).all()
+
+
+@pytest.mark.parametrize(("between", "meanwhile"), [(0.4, True), (0.7, False)])
+@pytest.mark.parametrize("detector", ["movenet@0", "other@0"])
+def test_a_joint_that_was_not_seen_comes_back_when_the_detector_is_sure_of_it(between, meanwhile, detector):
+    """Of feet behind a banner "not see the feet until 1.2 s, from 4.1 to 7.7 s": between and after it guessed them."""
+    score = np.full((FRAMES, 17), 0.9)
+    score[:, ANKLES] = 0.1
+    score[30:50, ANKLES] = score[75:, ANKLES] = between
+    given = keypoints(score=score).with_(made_by=MadeBy("estimated", detector))
+    hidden, _ = judged(given)
+    assert hidden[:, ANKLES[0]].all() == (meanwhile and detector == "movenet@0")
+    assert hidden[:20, ANKLES].all()
+    assert not np.delete(hidden, ANKLES, axis=1).any()

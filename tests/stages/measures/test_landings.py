@@ -27,7 +27,7 @@ from pcnet3d.stages.measures.jumps import (
     without_slips,
 )
 from pcnet3d.stages.measures.movements import knee_bends
-from pcnet3d.stages.measures.outcomes import BRIEFEST_S, Doubts, with_outcome
+from pcnet3d.stages.measures.outcomes import BRIEFEST_S, Doubts, doubts_of, with_outcome
 from pcnet3d.stages.measures.stage import Measures
 
 TIMES = np.arange(0, 6, 1 / 30)
@@ -281,3 +281,27 @@ def test_a_run_that_the_take_begins_in_is_no_jump():
     cut = ((0.85, 0.98), (9.0, 9.1))
     assert cut_jumps(Airborne(cut=cut), run()) == [(9.0, 9.1)]
     assert cut_jumps(Airborne(cut=cut), Gait({"r": [], "l": []}, [])) == list(cut)
+
+
+@pytest.mark.parametrize(("share", "hides"), [(0.4, set()), (0.6, {"arm_raises", "kicks", "punches"})])
+def test_of_a_limb_that_is_guessed_in_most_frames_nothing_is_said_to_be_absent(share, hides):
+    """At night the detector was unsure of the legs in 97 % of the frames, and the page said "No kicks"."""
+    joints = [f"{side}_{joint}" for side in "rl" for joint in ("knee", "ankle", "elbow", "wrist")]
+    guessed = np.arange(10) < 10 * share
+    one, all_of = (
+        doubts_of([], {joint: guessed & (joint[0] in sides) for joint in joints}) for sides in ("r", "rl")
+    )
+    for doubt, hidden in ((one, hides), (all_of, set(BRIEFEST_S) if hides else set())):
+        for movement in BRIEFEST_S:
+            none, some = (
+                nested(with_outcome(movement, [Measure("count", n)], 3.0, doubt=doubt)) for n in (0, 1)
+            )
+            assert none["outcome"] == (CANNOT_BE_TOLD if movement in hidden else NONE)
+            assert some["outcome"] == SEEN
+
+
+def test_in_a_picture_nobody_moves_or_holds_still():
+    doubt = doubts_of([notice("image-still")], {})
+    for count in (0, 1):
+        said = nested(with_outcome("arm_raises", [Measure("count", count)], 4.0, doubt=doubt))
+        assert said["outcome"] == CANNOT_BE_TOLD

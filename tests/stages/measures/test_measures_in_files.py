@@ -1,4 +1,4 @@
-"""Measures as files, pages and the recording have them: every figure, with its error, its unit and its time."""
+"""Measures as files and pages have them: every figure, with its error, its unit and its time."""
 
 import csv
 import json
@@ -19,7 +19,6 @@ from pcnet3d.stages.export.measures import (
     write_strides,
 )
 from pcnet3d.stages.measures.strides import peaks, stride_rows
-from pcnet3d.stages.record.measures import measures_markdown
 from refusals import refused
 
 
@@ -140,13 +139,6 @@ def test_the_parquet_table_is_the_same(take, tmp_path):
         write_measures_parquet(take.with_(measures=None), tmp_path / "none.parquet")
 
 
-def test_the_text_of_the_recording_says_figures_and_reasons(take):
-    text = measures_markdown(take.measures, "m")
-    for said in ("#### walking", "cadence spm: 11", "| knee flexion |", "both ranges are below 5 degrees"):
-        assert said in text
-    assert max(map(len, text.splitlines())) < 800  # no curves, nor each stride
-
-
 def test_files_have_figures_in_full_and_pages_end_them_at_their_error(take):
     walking = nested(take.measures)["walking"]
     cadence, error = walking["cadence_spm"], walking["cadence_error_spm"]
@@ -188,3 +180,13 @@ def test_a_table_that_somebody_has_changed_has_words(tmp_path, text):
     (tmp_path / "measures.csv").write_text(text.replace("ROWS", ",".join(Row._fields)))
     with pytest.raises(InputError, match=r"measures\.csv"):
         read_measures(tmp_path)
+
+
+def test_a_figure_that_cannot_be_told_is_read_as_it_was(tmp_path):
+    """The code beside it was read as a remark of its own, and written twice after that."""
+    walk = {"mean_step_length": 0.8, "mean_step_length_error": 0.52}
+    measures = rows_of({"walking": {"steps": 8, **walk, "right": walk}})
+    take = Take("t", poses=PoseSequence(np.zeros((1, 17, 3)), H36M17, Z_UP), measures=measures)
+    write_measures(take, tmp_path / "measures.csv")
+    assert "walking.right.mean_step_length_outcome" in (tmp_path / "measures.csv").read_text(encoding="utf-8")
+    assert read_measures(tmp_path) == measures

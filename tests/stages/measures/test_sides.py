@@ -10,6 +10,7 @@ from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES, MIDLINE
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.sides import ranges_compared, sides_untold, steps_compared
+from pcnet3d.stages.measures.stage import _range
 
 TIME = np.arange(90) / 30
 
@@ -100,3 +101,21 @@ def test_steps_of_unsure_legs_have_no_symmetry():
     assert steps == rows[0]
     assert outcome == Remark("step_time_symmetry_outcome", CANNOT_BE_TOLD)
     assert (reason.name, reason.text) == ("step_time_symmetry_reason", "why")
+
+
+@pytest.mark.parametrize(
+    ("unsure", "deeper", "told"),
+    [
+        (slice(0, 0), 0.0, True),
+        (slice(0, 12), 0.0, True),  # the other frames show the same
+        (slice(0, 12), 60.0, False),  # a knee behind a car: "22 to 95" of one that bends to 30
+        (slice(0, 50), 0.0, False),  # a banner over the legs
+    ],
+)
+def test_a_range_is_of_frames_in_which_the_detector_is_sure(unsure, deeper, told):
+    guessed = np.isin(np.arange(len(TIME)), np.arange(len(TIME))[unsure])
+    take = Columns(swinging(deeper=deeper), TIME, (), judged=False, unstated_deg=8.0)
+    rows = _range(take, "r_knee_flexion", True, {"r_ankle": guessed, "l_knee": ~guessed})
+    found = {row.name: row for row in rows}
+    assert ("p95" in found, "reason" in found) == (told, not told)
+    assert found["frames"].value == (~guessed).sum()

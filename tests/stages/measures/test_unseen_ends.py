@@ -161,3 +161,9 @@ def test_legs_that_are_not_seen_for_long_before_the_first_frame_may_have_walked(
     assert _hidden(apart, TIME) == ""
     assert "0.00 to 5.00 s" in _hidden(np.where(TIME < 5, np.nan, apart), TIME)
     assert _hidden(np.where(TIME < 0.5, np.nan, apart), TIME) == ""
+
+
+def test_a_lifted_duration_is_no_surer_than_where_a_movement_begins():
+    """Of raises that were stated to within 0.17 s, 57 % were: steep ends say nothing of a swing before the raise."""
+    steep = 80.0 * (np.abs(TIME - 2) < 0.5)
+    assert bends(steep, sd_deg=4.0)["mean_duration_error_s"] >= 0.15

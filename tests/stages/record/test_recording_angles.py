@@ -1,11 +1,10 @@
-"""Angles and measures in the recording."""
+"""Angles in the recording."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from golden.measures import rows_of
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH
 
 ORIGIN = "ViewBlueprint:space_origin"
@@ -89,11 +88,3 @@ def test_no_angles_no_view(recorded, kinematics):
     recording = recorded(kinematics)
     assert not any(entity.startswith("angles") for entity in recording.entities)
     assert not any(origin.startswith("angles") for origin in recording.blueprint(ORIGIN))
-
-
-def test_measures_as_text(recorded):
-    recording = recorded(columns(), measures=rows_of({"walking": {"cadence_spm": 104.5, "reason": "none"}}))
-    ((text,),) = [recording.static("measures", "TextDocument:text")]
-    assert "cadence spm: 104.5" in text
-    assert "measures" in recording.blueprint(ORIGIN)
-    assert "measures" not in recorded(columns()).entities

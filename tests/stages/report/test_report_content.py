@@ -144,7 +144,7 @@ def test_front_and_right_are_said_only_where_the_heading_is_the_persons(walk_tak
     """Two people who are seen from the side: in their common LEVEL front is not where they face."""
     both = Rectify(rectifier="geometric").together([walk_take, walk_take])
     said = report(both[0])
-    assert "the front is to the right" in report(walk_take)
+    assert "The front is to the right" in report(walk_take)
     assert "front is" not in said
     assert "After: from the camera&#39;s left (m)" in said
     assert "directions on the floor are the camera&#39;s: back is away from it, right to its left." in said
@@ -160,7 +160,7 @@ def test_front_and_right_of_several_people_in_a_world_are_the_worlds():
     rectified = Rectify().together([take, take])[0]
     said = report(rectified)
     assert "front is" not in said
-    assert "the world&#39;s south is up, the world&#39;s west to the right" in said
+    assert "The world&#39;s south is up, the world&#39;s west to the right" in said
     np.testing.assert_array_equal(rectified.rectified.R_source_from_level, np.eye(3))  # x north, y west
 
 

@@ -13,6 +13,7 @@ from golden import numbered
 from pcnet3d.adapters.video import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, Take
 from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.files.video_frames import images_ahead, images_at, images_from
 from pcnet3d.stages.drawing.skeletons import key_rows
 from pcnet3d.stages.report.key_frames import _crop, jpeg, keypoints_at
@@ -264,3 +265,17 @@ def test_a_joint_that_nobody_saw_is_no_part_of_a_posture(recwarn):
     joints[:, H36M17.index("r_ankle")] = np.nan
     assert len(key_rows(joints)) == 6
     assert not list(recwarn)
+
+
+def test_points_of_which_the_detector_is_unsure_are_not_drawn():
+    """Legs were drawn over a banner that hid them."""
+    poses = PoseSequence(np.zeros((30, 17, 3)), H36M17, CAMERA, time_s=np.arange(30) / 30)
+    sure = np.full((30, 17), 0.8)
+    sure[10:, COCO17.index("r_knee")] = 0.4
+    pixels = np.ones((30, 17, 2), dtype=np.float32)
+    seen = PoseSequence(pixels, COCO17, IMAGE, confidence=sure, time_s=np.arange(30) / 30)
+    seen = seen.with_(made_by=MadeBy("estimated", "movenet@0"))
+    for frame, drawn in ((2, True), (20, False)):
+        points, _ = keypoints_at(Take("t", poses=poses, keypoints=seen), frame)
+        assert np.isfinite(points).all() == drawn
+        assert np.isfinite(np.delete(points, COCO17.index("r_knee"), axis=0)).all()

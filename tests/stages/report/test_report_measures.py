@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 
 from golden.measures import rows_of
-from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, Measure, Moments, Remark, grouped, half_bar, within
+from pcnet3d.pipeline.core.measures import (
+    CANNOT_BE_TOLD,
+    Measure,
+    Moments,
+    Remark,
+    grouped,
+    half_bar,
+    nested,
+    within,
+)
 from pcnet3d.pipeline.signals.angles import MIDLINE
 from pcnet3d.pipeline.signals.foot_angles import ALL_OF_BOTH
 from pcnet3d.stages.drawing.words import range_words
@@ -192,6 +201,21 @@ def test_lengths_and_speeds_have_the_unit_of_the_take(length, per_second):
     assert f"path length ({length})" in said
     assert f"mean speed ({per_second})" in said
     assert f"1.25 ± 0.033 {per_second}" in said
+
+
+def test_a_step_length_that_is_smaller_than_its_error_is_no_figure():
+    """A page said "0.80 ± 0.86 m"; its first sentence already said of the speed that it cannot be told."""
+    walk = {"mean_step_length": 0.8, "mean_step_length_error": 0.52}
+    walking = {"gait": "walking", "steps": 8, **walk, "right": walk, "left": {**walk, "steps": 4}}
+    rows = rows_of({"walking": walking})
+    said = happened(rows, "m")
+    assert "0.8" not in said.replace("0.86", "")
+    assert figures(said)["mean step length"] == "cannot be told (± 0.86 m)"
+    assert said.count("cannot be told (± 0.86)") == 2
+    assert nested(rows)["walking"]["right"] == {**walk, "mean_step_length_outcome": CANNOT_BE_TOLD}
+    width = {"mean_step_width": 0.09, "mean_step_width_error": 0.05}
+    wide = happened(rows_of({"walking": {"steps": 8, **width}}), "m")
+    assert figures(wide)["mean step width"] == "0.09 ± 0.082 m"
 
 
 def test_only_what_happened_is_shown_and_the_rest_is_named_on_demand():

@@ -29,8 +29,8 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
 
 def weights_of(path: Path, net: LifterNet) -> dict[str, Tensor]:
     """The weights of a run's best.pt, or of a network that `export` wrote, such as the shipped lifter.onnx, by their
-    names in LifterNet. InputError when it is neither, or says another reach than net's first as many blocks have:
-    dilations are in no weight. Of a best.pt nobody knows them."""
+    names in LifterNet. InputError when it is neither, or says another reach than net's: dilations are in no weight. Of
+    a best.pt nobody knows them."""
     if path.suffix.lower() != ".onnx":
         return read_weights(path)
     stored = stored_in(path)
@@ -47,13 +47,11 @@ def weights_of(path: Path, net: LifterNet) -> dict[str, Tensor]:
             biases = [name for name in node.input if name in weights]
             if node.op_type == "Add" and matrices and biases:
                 weights[biases[0].removesuffix("bias") + "weight"] = matrices[0].T.contiguous()
-        count = len({name.split(".")[1] for name in weights if name.startswith("blocks.")})
-        dilations = [block.dilation for block in net.blocks if isinstance(block, Block)][:count]
-        if int(stored.said.get("reach", sum(dilations))) != sum(dilations):
+        reach = sum(block.dilation for block in net.blocks if isinstance(block, Block))
+        if int(stored.said.get("reach", reach)) != reach:
             raise InputError(
                 "wrong-network",
-                f"Expected a network whose first {count} blocks have the config's dilations "
-                f"({', '.join(map(str, dilations))}), but {path} reaches {stored.said['reach']} frames, not "
-                f"{sum(dilations)}.",
+                f"Expected a network with the config's dilations, but {path} reaches {stored.said['reach']} frames, "
+                f"not {reach}.",
             )
         return weights

@@ -15,7 +15,6 @@ from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, Po
 from torch import Tensor
 
 from .....pipeline.core.errors import InputError
-from .....pipeline.core.layouts import H36M17
 from .....pipeline.files.atomic import write_text
 from .....pipeline.reading.mocap.clip import Clip
 from ....lifter import SHIPPED
@@ -38,16 +37,13 @@ from .net import LifterNet, NetConfig
 from .validation import judged, whole_takes
 from .windows import Batch, Material, Windows
 
-_PARENTS, _CHILDREN = ([H36M17.index(bone[end]) for bone in H36M17.bones] for end in (0, 1))
-
 
 class Weights(BaseModel):
-    """Of the loss's parts beside the mean distance of joints in metres: the error of every bone from joint to joint
-    (metres), of the joints' motion from frame to frame (metres), of the stated velocities (metres a frame), and the
-    negative log-likelihood of the stated deviations, which teaches them and nothing else."""
+    """Of the loss's parts beside the mean distance of joints in metres: the error of the joints' motion from frame to
+    frame (metres), of the stated velocities (metres a frame), and the negative log-likelihood of the stated deviations,
+    which teaches them and nothing else."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    bones: NonNegativeFloat = 0.0
     motion: NonNegativeFloat = 0.5
     velocity: NonNegativeFloat = 0.5
     deviation: NonNegativeFloat = 0.005
@@ -58,10 +54,10 @@ class TrainConfig(BaseModel):
 
     subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
     its train and val subjects (mocap/split.py), instead of the motion capture that the shipped network was trained on.
-    start: weights to begin with, of the same shape and dilations, or with fewer blocks, the further ones then doing
-    nothing at first: "pcnet3d", the shipped one's, or a run's best.pt or exported network. The first `single` steps
-    see single frames, as many different people and views as there are frames, which teaches geometry several times
-    faster; then windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
+    start: weights of the same `net` to begin with: "pcnet3d", the shipped one's, or a run's best.pt or exported
+    network. The first `single` steps see single frames, as many different people and views as there are frames, which
+    teaches geometry several times faster; then windows, `lengths` long and how often (the shares' sum does not matter),
+    teach what time adds.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -139,15 +135,9 @@ def run(
 
 
 def started(net: LifterNet, path: Path) -> LifterNet:
-    """net with the weights of an earlier run (exported.weights_of). Further blocks than the earlier network had add
-    nothing: it answers as that one does, and learns from there. InputError as of load_weights and weights_of."""
-    weights, own = weights_of(path, net), net.state_dict()
+    """net with the weights of an earlier run. InputError as of load_weights and weights_of."""
+    weights = weights_of(path, net)
     with reading(path, "weights of this network"):
-        blocks = len({name.split(".")[1] for name in weights if name.startswith("blocks.")})
-        more = tuple(f"blocks.{i}." for i in range(blocks, len(net.blocks)))
-        for name, value in own.items():
-            if name.startswith(more):
-                weights[name] = torch.zeros_like(value) if ".out." in name or ".back." in name else value
         net.load_state_dict(weights)
     return net.train()
 
@@ -186,8 +176,6 @@ def loss(answer: tuple[Tensor, Tensor, Tensor], truth: Batch, weights: Weights) 
     joints, sd, velocity = answer
     error = joints - truth.joints
     total = error.norm(dim=-1).mean()
-    if weights.bones:
-        total = total + weights.bones * (error[:, :, _CHILDREN] - error[:, :, _PARENTS]).norm(dim=-1).mean()
     if error.shape[1] > 1:
         total = total + weights.motion * error.diff(dim=1).norm(dim=-1).mean()
         total = total + weights.velocity * (velocity - truth.velocity).norm(dim=-1).mean()

@@ -21,7 +21,7 @@ def judged():
 def of_person(person, means, differences):
     """A walk that is judged by these means and differences alone."""
     path = "true path"
-    return JudgedGait(person, "walking", (1, 1), np.zeros((0, 2)), {}, {path: means}, {path: differences})
+    return JudgedGait(person, "walking", (1, 1), {}, {path: means}, {path: differences})
 
 
 def test_true_joints_have_true_steps(judged):
@@ -35,7 +35,6 @@ def test_true_joints_have_true_steps(judged):
     assert difference.size == pytest.approx(means["step_length"].true, rel=0.02)
     assert abs(difference.true) < 0.02
     assert abs(difference.found) < 1.645 * difference.sd("step_length")
-    assert (judged.frames[:, 0] == judged.frames[:, 1]).mean() > 0.8
 
 
 def test_the_report_has_every_row(judged):

@@ -1,7 +1,6 @@
-"""Lifters compared by person: weights, intervals, and work that goes on where it was stopped."""
+"""Lifters compared by person: weights and intervals."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +9,8 @@ from golden.virtual import walked
 from pcnet3d.models.lab.evaluation import evaluate as reports
 from pcnet3d.models.lab.evaluation import lifter_takes, lifters
 from pcnet3d.models.lab.evaluation.lifter_takes import EXACT, FIGURES, PUBLISHED, Material, judge
-from pcnet3d.models.lab.evaluation.lifters import difference, rows_of, tables
+from pcnet3d.models.lab.evaluation.lifters import difference, rows_of
 from pcnet3d.models.lab.evaluation.people import by_person, interval, pooled
-from pcnet3d.models.lab.evaluation.sets import Question
 from pcnet3d.pipeline import CAMERA, H36M17, InputError
 from pcnet3d.pipeline.core.layouts import remap
 from pcnet3d.pipeline.core.lifted import Lifted
@@ -102,16 +100,12 @@ def test_a_known_error_is_measured(clips):
     poses = take.inputs[PUBLISHED][0].with_(joints=2.5 * (take.truth + off), frame=frame)
     judged = judge(take, poses)
     found = dict(zip(FIGURES, judged["upright"], strict=True))
-    assert judged["lying"] is None
+    assert judged.keys() == {"upright"}
     assert found["MPJPE"] == pytest.approx(1.0, abs=0.05)  # 17 mm at one of 17 joints
     assert found["across the ray"] == pytest.approx(1.0, abs=0.05)
     assert found["along the ray"] < 0.02
     assert found["knee_flexion"] < 0.1 < found["elbow_flexion"]
     assert found["lifted"] == 100
-    off[:, wrist] = np.array([0.017, 0, 0])
-    for sign, least, most in ((1, 0.6, 1.0), (np.tile([-1, 1], 30)[:, None, None], -0.1, 0.1)):
-        found = judge(take, poses.with_(joints=take.truth + sign * off))["upright"]
-        assert least < found[list(FIGURES).index("constant")] / found[0] < most
     assert judge(take, poses.with_(joints=np.full((60, 17, 3), np.nan)))["upright"][-1] == 0
 
 
@@ -128,36 +122,20 @@ def test_the_conditions_share_their_cameras(clips):
 
 
 @pytest.fixture
-def judged(clips, monkeypatch):
-    """Two people as all the validation there is, before one kind of camera."""
+def wrong(clips, monkeypatch):
+    """Of two people as all the validation there is, before one kind of camera."""
     material = Material("CMU val", "wild", 0, clips)
     monkeypatch.setattr(lifters, "materials", lambda seeds, only: [material])
     truths = {len(take.truth): take.truth for take in material.takes()}
     wrong = Wrong(truths)
     monkeypatch.setattr(lifters, "opened", lambda names: {wrong.method: wrong})
-    return material, wrong
+    return wrong
 
 
-def test_work_goes_on_where_it_was_stopped(judged, tmp_path, monkeypatch):
-    material, wrong = judged
-    first = tables(Question(), ["wrong"], tmp_path)
+def test_any_lifter_is_judged_and_the_page_says_how_few_people(wrong, tmp_path, capsys):
+    reports.lifters(networks=["wrong"], output=tmp_path / "out")
     assert len(wrong.asked) == 9  # three takes, three conditions
     assert sorted(focal is None for focal in wrong.asked) == [False] * 6 + [True] * 3
-    assert tables(Question(), ["wrong"], tmp_path) == first
-    assert len(wrong.asked) == 9
-    kept = sorted(tmp_path.rglob("*.json"))
-    assert len(kept) == 3
-    kept[1].write_text("{")  # as of a disk that was full
-    assert tables(Question(), ["wrong"], tmp_path) == first
-    assert len(wrong.asked) == 12
-    other = replace(material, clips=material.clips[::-1])
-    monkeypatch.setattr(lifters, "materials", lambda seeds, only: [other])
-    tables(Question(), ["wrong"], tmp_path)
-    assert len(wrong.asked) == 21
-
-
-def test_any_lifter_is_judged_and_the_page_says_how_few_people(judged, tmp_path, capsys):
-    reports.lifters(networks=["wrong"], output=tmp_path / "out")
     page = (tmp_path / "out" / "lifters.md").read_text()
     assert page in capsys.readouterr().out
     assert "people: 2 (CMU val)." in page

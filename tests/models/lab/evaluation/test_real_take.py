@@ -82,7 +82,7 @@ def test_a_barrel_lens_draws_points_towards_its_centre_by_the_first_coefficient(
 def test_a_perfect_lift_has_no_error(poses, world):
     limbs = world[:, _ROWS]
     lift, level = lift_row(poses, limbs), level_row(knows_up(np.eye(3)), poses, _UP, limbs)
-    assert max(lift["pa_mm"], lift["rigid_mm"], level["level_mm"]) < 1e-3
+    assert max(lift["pa_mm"], lift["rigid_mm"]) < 1e-3
     assert level["up_deg"] < 1e-3
     assert level["levelled"] == 1
     for row, names in ((lift, ("knee_flexion", "elbow_flexion")), (level, ("trunk_lean_sagittal",))):
@@ -90,22 +90,13 @@ def test_a_perfect_lift_has_no_error(poses, world):
             assert row[name]["rmse"] < 0.01
 
 
-def test_a_wrong_up_costs_lean_and_joints_in_level_only(poses, world):
+def test_a_wrong_up_costs_lean_only(poses, world):
     limbs = world[:, _ROWS]
     row = level_row(knows_up(_TILT.as_matrix()), poses, _UP, limbs)
     assert row["up_deg"] == pytest.approx(10, abs=1)  # the feet vote too
     lean = np.hypot(row["trunk_lean_sagittal"]["rmse"], row["trunk_lean_frontal"]["rmse"])
     assert lean == pytest.approx(row["up_deg"], abs=0.3)
-    from_hips = np.linalg.norm(limbs - limbs[:, :1] / 2 - limbs[:, 6:7] / 2, axis=-1).mean()
-    assert (
-        30 < row["level_mm"] < 1000 * from_hips * np.radians(10)
-    )  # a joint on the axis of the tilt does not move
     assert lift_row(poses, limbs)["rigid_mm"] < 1e-3
-
-
-def test_heading_is_not_held_against_a_level(poses, world):
-    turned = rotate(Rotation.from_euler("z", 77, degrees=True).as_matrix(), world[:, _ROWS])
-    assert level_row(knows_up(np.eye(3)), poses, _UP, turned)["level_mm"] < 1e-3
 
 
 def test_a_bent_knee_shows_in_the_knee_only(poses, world):

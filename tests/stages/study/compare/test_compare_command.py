@@ -250,6 +250,14 @@ def test_runs_of_one_recording_keep_their_stamps(sides):
     assert found.pairs[0].agreement["r_knee_flexion"]["rmse_deg"] < 1e-6
 
 
+def test_a_run_without_a_filter_has_no_cut_off(sides):
+    """The page named "cut-offs (None, 6.0 Hz)"."""
+    filters = zip(sides[:2], (None, 6.0), strict=True)
+    found = compared([replace(side, name=f"run {hz}", cutoff_hz=hz) for side, hz in filters])
+    (said,) = (each for each in found.notices if each.code == "cutoffs-differ")
+    assert said.values["cutoffs"] == "6 Hz, none"
+
+
 @pytest.mark.parametrize("late_s", [-1.7, 0.0123, 2.4])
 def test_a_shift_is_found_to_a_fraction_of_a_frame(sides, late_s):
     moved = replace(sides[1], time_s=sides[1].time_s + late_s)

@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.sensors import PERFECT, write_csv, write_sensors
+from golden.strapped import Faults, strapped
 from golden.worlds import R_Y_UP_FROM_Z_UP, totalcapture
 from pcnet3d.adapters import read
-from pcnet3d.examples.walker.imu import Faults, strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.pipeline.reading.find import find_adapter

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.walker.imu import Faults, strapped
+from golden.strapped import Faults, strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.rotations import turned

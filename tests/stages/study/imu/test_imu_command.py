@@ -11,8 +11,8 @@ import pytest
 
 import commands
 from golden.sensors import write_csv
+from golden.strapped import Faults, strapped
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
-from pcnet3d.examples.walker.imu import Faults, strapped
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.finished import read_run

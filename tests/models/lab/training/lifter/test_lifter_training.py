@@ -89,20 +89,6 @@ def test_the_deviation_that_costs_least_is_the_true_one():
     assert torch.equal(*slopes)
 
 
-def test_the_error_of_bones_is_what_their_two_ends_differ_by():
-    """A knee that is off costs its two bones; a leg that is off as one piece costs the bone above it alone."""
-    joints, sd = torch.zeros(1, 1, 17, 3), torch.ones(1, 1, 17, 2)
-    truth = Batch(joints, joints, joints)
-
-    def cost(bones, *off):
-        answer = joints.clone()
-        answer[:, :, H36M17.indices(off), 0] = 0.1
-        return float(module.loss((answer, sd, joints), truth, module.Weights(bones=bones, deviation=0.0)))
-
-    for off, bones in ((("r_knee",), 2), (("r_hip", "r_knee", "r_ankle"), 1), (("r_ankle",), 1)):
-        assert cost(3.0, *off) - cost(0.0, *off) == pytest.approx(3.0 * bones * 0.1 / 16)
-
-
 def test_a_run_gives_a_network_that_the_run_time_answers_alike(config, trained):
     out, said = trained
     assert {path.name for path in out.iterdir()} == {
@@ -161,17 +147,8 @@ def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, trained,
     assert not (tmp_path / "third").exists()
 
 
-def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp_path):
+def test_a_network_starts_with_weights_of_its_own_shape_alone(tmp_path):
     small, large = LifterNet(NetConfig(8, 16, (1, 3))), LifterNet(NetConfig(8, 16, (1, 3, 9, 1)))
-    torch.save(small.state_dict(), tmp_path / "small.pt")
-    grown = module.started(large, tmp_path / "small.pt")
-    x = torch.randn(2, 30, CHANNELS)
-    for one, other in zip(small.eval()(x), grown.eval()(x), strict=True):
-        torch.testing.assert_close(one, other)
-    grown(x)[0].square().mean().backward()
-    assert all(
-        layer.weight.grad.abs().max() > 0 for block in grown.blocks for layer in (block.out, block.back)
-    )
     torch.save(large.state_dict(), tmp_path / "large.pt")
     with pytest.raises(InputError, match=r"large\.pt.*[Uu]nexpected key"):
         module.started(small, tmp_path / "large.pt")
@@ -252,9 +229,8 @@ def test_bones_seen_short_may_be_deep():
 def test_a_network_of_other_dilations_is_not_gone_on_with(exported):
     """It would answer otherwise, though all its weights fit."""
     _, path = exported
-    with pytest.raises(InputError, match=r"dilations \(1, 1\).*lifter\.onnx reaches 4 frames, not 2"):
+    with pytest.raises(InputError, match=r"dilations.*lifter\.onnx reaches 4 frames, not 2"):
         module.started(LifterNet(NetConfig(8, 16, (1, 1))), path)
-    module.started(LifterNet(NetConfig(8, 16, (1, 3, 9))), path)
 
 
 def test_validation_has_a_part_for_every_data_set(config, clips, monkeypatch):

@@ -1,6 +1,6 @@
 """Prints how near the accelerations of a lifted walker are to those of simulated inertial sensors, by smoother:
 
-    python docs/imu.py
+    python tests/bench/bench_imu.py
 
 The built-in walker before five cameras, as people film, with detectors' noise; lifted, and levelled with one gravity.
 Sensors on forearm and foot with noise, bias, mounting, lag and heading of their own, less one on the pelvis; 6 Hz on
@@ -9,9 +9,11 @@ both sides. RMSE in m/s^2 of one axis and r, over cameras and both sides of the 
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import numpy as np
 
-from pcnet3d.examples.walker.imu import strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.spread import stated_spread
 from pcnet3d.models.gravity import Seen, level_static
@@ -28,6 +30,9 @@ from pcnet3d.pipeline.signals.filters import CUTOFF_HZ
 from pcnet3d.pipeline.signals.imu import point_on
 from pcnet3d.stages.study.imu.align import align
 from pcnet3d.stages.study.imu.motion import even_times, imu_signal, path_acceleration
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from golden.strapped import strapped
 
 CAMERAS, SEARCH_S = 5, 0.5
 SEGMENTS = {"forearm": ("r_forearm", "l_forearm"), "foot": ("r_foot", "l_foot")}

@@ -1,0 +1,68 @@
+"""Cuts within a scene are found by what leaps in the image and in somebody's joints at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from golden.detections import detected, scored
+from pcnet3d.models.detector.leaps import leaps
+from pcnet3d.models.detector.video import _told_apart
+from pcnet3d.stages.detect import _adjoined
+
+FRAMES, CUT = np.arange(60), 30
+
+
+def filmed(lengthened: float, arm: float, change: float, lasts: int = 60):
+    """Somebody who moves a little; from the cut on larger, and with an arm elsewhere, in body sizes. change: of the
+    image at the cut, in grey values."""
+    body = np.random.default_rng(0).uniform(0, 200, (17, 2))
+    points = body + 2 * np.sin(0.3 * FRAMES)[:, None, None] + 300
+    there = slice(CUT, CUT + lasts)
+    middle = points[there].mean(axis=1, keepdims=True)
+    points[there] = middle + lengthened * (points[there] - middle)
+    points[there, 7:11] += arm * 280
+    found = detected(FRAMES, scored(points), np.zeros(60, int))
+    changes = np.full(60, 16.0)
+    changes[0], changes[CUT] = np.nan, change
+    return replace(found, change=changes, frames=60, frames_seen=60)
+
+
+@pytest.mark.parametrize(
+    ("lengthened", "arm", "change", "told"),
+    [
+        (1.3, 0.0, 60.0, True),  # an editor enlarges the picture: "camera stands still", the pelvis travelled
+        (1 / 1.3, 0.0, 60.0, True),
+        (1.0, 0.4, 55.0, True),  # two seconds were cut out: "the poses are good"
+        (1.0, 0.4, 18.0, False),  # a keypoint is lost, or an arm is quick
+        (1.0, 0.0, 200.0, False),  # a picture beside the person changes, or a light
+    ],
+)
+def test_what_leaps_in_the_image_and_in_the_body_is_a_cut(lengthened, arm, change, told):
+    found = filmed(lengthened, arm, change)
+    assert leaps(found).tolist() == [CUT] * told
+    apart = _told_apart(found)
+    assert apart.cuts.tolist() == [CUT] * told
+    assert [len(one) for one in apart.people()] == ([30, 30] if told else [60])
+    assert [one.code for one in apart.doubts(apart.people()[0]) if one.code == "scene-changes"] == [
+        "scene-changes"
+    ] * told
+
+
+@pytest.mark.parametrize(
+    ("ends", "begins", "cuts", "told"),
+    [
+        (30, 30, [], True),
+        (30, 30, [30], False),
+        (30, 33, [], False),
+        (55, 55, [], False),  # who is lost is seen elsewhere for a moment
+    ],
+)
+def test_where_one_track_ends_another_begins_is_said(ends, begins, cuts, told):
+    """A walk with half a second cut out was of two people, of whom the page took the second without a word."""
+    frames = np.r_[0:ends, begins:60]
+    points = scored(np.random.default_rng(0).uniform(0, 200, (len(frames), 17, 2)))
+    one, other = detected(frames, points, (np.arange(len(frames)) >= ends).astype(int)).people()
+    assert _adjoined(one, [other], np.array(cuts)) == [30] * told
+    if told:
+        assert _adjoined(other, [one], np.array(cuts)) == [30]
