@@ -20,8 +20,9 @@ _FLAT = (0.2, 0.6)  # of a stance: the foot lies flat and its ankle moves least
 _FLAT_SAMPLES = 7
 _WAY_SAMPLES = 25
 _LONGEST_S = 0.8  # of a stance, for that: who stops moves the feet later
-# Of the speed at which feet go back under the body: less drift is the error of the path or the lift.
-_CARRIED = 0.5
+# Of the speed at which feet go back under the body: with less drift the person gets on over the floor, and the drift is
+# the error of the path or the lift.
+_CARRIED = 0.7
 
 
 def lengths(
@@ -111,7 +112,7 @@ def belt_drift(
     seams: Sequence[int] = (),
 ) -> np.ndarray | None:
     """(2,) the velocity at which feet that stand are carried along, the median of the stances; None where most stay,
-    drifting back by less than half as fast as they go back under the body, whichever way it walks. Feet that drift
+    drifting back by less than 0.7 of how fast they go back under the body, whichever way it walks. Feet that drift
     ahead are on no belt: their legs were lifted too short. root, ankles: as those of `lengths`."""
     drifts, backs = carried(root, ankles, time_s, feet, seams)
     along = ((drifts - _CARRIED * backs) * backs).sum(axis=1)

@@ -15,22 +15,9 @@ from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
+from ...pipeline.signals.doubtful_flights import BRIEF_S, Hop, cut_off, hidden, hops
 from ...pipeline.signals.filters import on_lines, rate
-from ...pipeline.signals.flights import (
-    BRIEF,
-    BRIEF_S,
-    GRAVITY,
-    LIFTED,
-    MEASURED,
-    NEEDED,
-    SCALE_SD,
-    Flight,
-    Rule,
-    cut_off,
-    flights,
-    hidden,
-    uncertain,
-)
+from ...pipeline.signals.flights import GRAVITY, LIFTED, MEASURED, NEEDED, SCALE_SD, Flight, Rule, flights
 from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
 
 BUILT_IN = "pcnet3d"  # lifter
@@ -48,11 +35,10 @@ _ROUNDS = 5  # of weighing joints
 class Airborne:
     """A take's flights, in order. reason: why there may be others that cannot be told, "" where there are none. lifted:
     that they are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known.
-    still: that the camera is known to stand still. looked: False where nothing could be looked at. uncertain: (begin,
-    end) in seconds, beside flights that were found, of when the feet may have left the floor too. brief: likewise,
-    without flights, of hops that are too brief to be sure of. cut: of flights of which only the begin or the end was
-    seen. hides: in words, what may hide others. ankle: (T,) statures, how high the lower ankle is in each frame by
-    itself; None where that is not known."""
+    still: that the camera is known to stand still. looked: False where nothing could be looked at. uncertain: beside
+    these, when the feet may have left the floor too. cut: (begin, end) in seconds of flights of which only the begin or
+    the end was seen. hides: in words, what may hide others. ankle: (T,) statures, how high the lower ankle is in each
+    frame by itself; None where that is not known."""
 
     flights: tuple[Flight, ...] = ()
     reason: str = ""
@@ -60,8 +46,7 @@ class Airborne:
     judged: bool = False
     still: bool = True
     looked: bool = True
-    uncertain: tuple[tuple[float, float], ...] = ()
-    brief: tuple[tuple[float, float], ...] = ()
+    uncertain: tuple[Hop, ...] = ()
     cut: tuple[tuple[float, float], ...] = ()
     hides: tuple[str, ...] = ()
     ankle: np.ndarray | None = None
@@ -88,7 +73,11 @@ def airborne(take: Take) -> Airborne:
     if level.measured_root is not None:
         found, cut = flights(level, MEASURED), cut_off(level, MEASURED)
         return Airborne(
-            tuple(found), cut=tuple(cut), hides=_hides(level, MEASURED), ankle=_lower_ankle(level)
+            tuple(found),
+            uncertain=tuple(hops(level, MEASURED, found, _stature_m(level))),
+            cut=tuple(cut),
+            hides=_hides(level, MEASURED),
+            ankle=_lower_ankle(level),
         )
     if take.keypoints is None or take.camera is None or rectified.in_world:
         return Airborne(reason="without 2D keypoints heights are too uncertain for flights", looked=False)
@@ -98,7 +87,7 @@ def airborne(take: Take) -> Airborne:
         return Airborne(reason="the camera looks down or up too steeply for heights")
     root = np.column_stack([level.root[:, :2], height])
     level = level.with_(joints=bridged(level.joints, level.times), root=root, root_covariance=None)
-    stature_m = implied_stature(level.joints) if level.frame.unit == "m" else None
+    stature_m = _stature_m(level)
     found = flights(level, LIFTED, stature_m)
     if not found and (slow := flights(level, _ANY_PACE)):
         share = np.median([flight.fall for flight in slow]) * (stature_m or _USUAL_M) / GRAVITY
@@ -108,16 +97,13 @@ def airborne(take: Take) -> Airborne:
     still = take.stands
     unknown = "neither the user nor the images say that the camera stands still (--camera static)"
     judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN
-    others = uncertain(level, LIFTED, found) if found else []
-    brief = [] if found else flights(level, BRIEF, stature_m)
     return Airborne(
         tuple(found),
         "" if still else unknown,
         lifted=True,
         judged=judged,
         still=still,
-        uncertain=tuple(others),
-        brief=tuple((hop.off_s, hop.land_s) for hop in brief),
+        uncertain=tuple(hops(level, LIFTED, found, stature_m)),
         cut=tuple(cut_off(level, LIFTED, stature_m)),
         hides=_hides(level, LIFTED),
         ankle=_lower_ankle(level),
@@ -129,6 +115,10 @@ def _hides(level: PoseSequence, rule: Rule) -> tuple[str, ...]:
     few = f"at {fps:.3g} frames per second a flight of {BRIEF_S:g} s has {BRIEF_S * fps:.2g} frames"
     unseen = f"not seen from {spans_in_words(spans)}"
     return (*[few] * (round(BRIEF_S * fps) < rule.fewest), *[unseen] * bool(spans))
+
+
+def _stature_m(level: PoseSequence) -> float | None:
+    return implied_stature(level.joints) if level.frame.unit == "m" else None
 
 
 def _lower_ankle(level: PoseSequence) -> np.ndarray:

@@ -305,6 +305,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "keypoints."),
     "gait-errors-unknown": ("note", "motion",
         "The errors of the gait figures are not known: these poses{by} were not compared with ground truth."),
+    "on-a-belt": ("note", "motion",
+        "The feet that stand are carried back under the body, as by a treadmill: speed and lengths of steps are "
+        "relative to its belt."),
     "gait-unlike-any-seen": ("warning", "motion",
         "The gait errors were fitted on people whose {gait} had no such values: {figures}. There they were not "
         "compared with ground truth."),

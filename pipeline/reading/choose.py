@@ -15,12 +15,14 @@ from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, rotate, unit
 from ..files.detections import listed
 from ..signals.reprojection import off_in_image
+from ..signals.tracker import steps
 from ..signals.visibility import certain
 
 # How far a lift is from its own keypoints in the image (`_apart`), and how much further everybody else must be. Lifts
 # of real takes by MotionBERT, MHFormer and BlazePose are 0.045 to 0.16 off their own keypoints or another detector's,
 # 0.18 to 0.6 off the same person's a third of a second later, and 0.44 to 0.66 off another person's.
 _ALIKE, _BY_FAR = (0.04, 0.25), 1.5
+_AT_ONCE, _ONE_PLACE = 3, 0.15  # frames; of the body's size, from one to the next
 _ENOUGH_FRAMES = 10  # medians of three frames were up to 0.8 off where a person turned
 
 
@@ -64,6 +66,7 @@ def choose_detected(people: tuple[PoseSequence, ...], person: str | None, where:
         chosen = max(people, key=lambda poses: (len(poses), _area(poses, "")))
     else:
         chosen = choose_person(people, person, where)
+    chosen = chosen.saying(*_back_as_another(chosen, people))
     if len(people) == 1 or person not in (None, *RANKS):
         return chosen
     tracks = [
@@ -72,6 +75,21 @@ def choose_detected(people: tuple[PoseSequence, ...], person: str | None, where:
     ]
     values = {"people": len(tracks), "listed": listed(tracks), "person": chosen.person}
     return chosen.saying(notice("person-chosen", **values))
+
+
+def _back_as_another(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> list[Notice]:
+    """That the chosen one comes back where another is lost who was there meanwhile only: they may be exchanged."""
+    frames = chosen.frame_index
+    for row in np.flatnonzero(np.diff(frames) > 1):
+        gone, back = int(frames[row]), int(frames[row + 1])
+        for other in people:
+            first, last = int(other.frame_index[0]), int(other.frame_index[-1])
+            joints = np.stack([chosen.joints[row], other.joints[-1], chosen.joints[row + 1]])
+            sizes, apart = float(steps(joints[::2])[0]), steps(joints)[1]
+            if gone < first and back - _AT_ONCE <= last < back and apart < _ONE_PLACE:
+                unseen = back - gone - 1
+                return [notice("leap-after-gap", weight="suspicious", sizes=sizes, frame=back, unseen=unseen)]
+    return []
 
 
 def same_person(

@@ -6,8 +6,8 @@ limbs do; shown k times too slowly it falls at 9.81 / k^2.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from ..core.anthropometry import implied_stature
 from ..core.layouts import H36M17
 from ..core.pose import PoseSequence
-from .filters import on_lines, rate, runs, stretches
+from .filters import on_lines, rate, stretches
 from .rises import lifted_rise
 
 # Segment masses as shares of the body's, with the centre of mass at a share of the way from the first joint to the
@@ -39,16 +39,11 @@ _MASSES = (
 NEEDED = tuple(dict.fromkeys(joint for start, end, _, _ in _MASSES for joint in (start, end)))
 SCALE_SD = 0.04  # of lifted heights, what the flights of a take share of their error, as a share
 _UP = 0.07  # statures by which both ankles are above their floor in the air; standing on the toes lifts them by 0.05
-_AT_LEAST = 3  # frames above the floor that may be a flight; two are noise
 _FLOOR = 20  # per cent of the time in which an ankle that stands is lower
 _TRIMMED = 0.1  # of the frames at either end, in which a foot may still push
 GRAVITY = 9.81  # m / s2
 PEOPLE_M = (1.0, 2.2)  # statures of those who jump
-BRIEF_S = 0.2  # a flight 5 cm high; what hides no longer one hides no jump
-_OVER_FEET = 0.2  # statures from the feet to the centre of mass; who hops on the hands does not jump
-# Statures that a part of a flight may be off a fall of gravity: of 3372 begins and ends of captured takes on the floor
-# one has such a part, with and without noise, and of those over 0.2 s into a flight or before its end nine in ten.
-_PART_OFF = 0.03
+OVER_FEET = 0.2  # statures from the feet to the centre of mass; who hops on the hands does not jump
 _BEFORE_S = 0.3  # before the feet leave the floor: where it is
 # Which leaves the floor so long before the other, or lands after it, has no part in the jump.
 _ONE_FOOT_S = 0.12
@@ -86,9 +81,6 @@ LIFTED = Rule(
     since_s=0.0, until_s=0.02, noise=np.inf, off=0.015, middle=0.25, least_s=0.17, high=0.0, floor_s=1.0, knees=0.4,
     lifted=True, fall_s=0.03,
 )  # fmt: skip
-# Hops that are too brief to be sure of: four frames at 30 a second. Of 147 lifted takes in which no jump is found
-# (validation people, typical cameras) four have such a hop, and in all of these the captured ankles are off the floor.
-BRIEF = replace(LIFTED, least_s=0.09)
 
 
 def falls(level: PoseSequence) -> np.ndarray:
@@ -105,7 +97,8 @@ def falls(level: PoseSequence) -> np.ndarray:
 class Flight:
     """off_s, land_s: when the feet leave the floor and meet it, by the lower ankle; apex_s: when the centre of mass is
     highest. fall: how fast it falls, in statures / s2. rise: statures, by how much it rises after the feet have left.
-    off_feet, land_feet: on how many feet the person takes off and lands."""
+    off_feet, land_feet: on how many feet the person takes off and lands. clear: statures, how high the lower ankle gets
+    over its floor."""
 
     off_s: float
     apex_s: float
@@ -114,6 +107,7 @@ class Flight:
     rise: float
     off_feet: int
     land_feet: int
+    clear: float = 0.0
 
 
 def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None = None) -> list[Flight]:
@@ -124,58 +118,15 @@ def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None 
     person's stature where it is not known. rise is half of the fall times the square of the time that it takes
     (Linthorne, Am J Phys 69(11), 2001); of lifted poses that of rises.py, which is nearer to the captured rise.
     """
-    path = _path(level, rule)
+    path = body_path(level, rule)
     if path is None:
         return []
     found = (_flight(path, rows, line, stature_m) for rows, line in _spells(path, level.seams))
     return [flight for flight in found if flight is not None]
 
 
-def uncertain(level: PoseSequence, rule: Rule, found: Sequence[Flight]) -> list[tuple[float, float]]:
-    """(begin, end) in seconds of when both ankles are above their floor, but for too short a time, or fall too unlike a
-    free fall, to be one of the flights found. level, rule: as those of `flights`."""
-    path = _path(level, replace(rule, fewest=_AT_LEAST, least_s=0.0))
-    if path is None:
-        return []
-    spells = [
-        (float(path.time_s[at.start]), float(path.time_s[at.stop - 1]))
-        for at, _ in _spells(path, level.seams)
-    ]
-    return [(a, b) for a, b in spells if not any(one.off_s <= b and a <= one.land_s for one in found)]
-
-
-def cut_off(level: PoseSequence, rule: Rule, stature_m: float | None = None) -> list[tuple[float, float]]:
-    """(begin, end) in seconds of flights that the take begins or ends in, or that a clip boundary cuts: both ankles are
-    above their floor up to there, and the body falls freely onto the floor, or rises freely from it. Arguments of
-    `flights`."""
-    path = _path(level, rule)
-    if path is None:
-        return []
-    return [
-        (float(path.time_s[rows.start]), float(path.time_s[rows.stop - 1]))
-        for rows, way in _pieces(path, level.seams)
-        if _part(path, rows, way, stature_m)
-    ]
-
-
-def hidden(level: PoseSequence, rule: Rule) -> list[tuple[float, float]]:
-    """(begin, end) in seconds of when somebody may fly for BRIEF_S unseen: neither is where both ankles and the body
-    are known, nor that one ankle is on its floor. level, rule: as those of `flights`."""
-    path = _path(level, rule)
-    if path is None:
-        return []
-    known = np.isfinite(path.lowest) & np.isfinite(path.centre[:, 2])
-    for start, stop in pairwise([0, *level.seams, len(known)]):
-        ankle, time_s = path.lowest[start:stop], path.time_s[start:stop]
-        if np.isfinite(ankle).any():
-            known[start:stop] |= path.either[start:stop] <= _floor(ankle, time_s, rule.floor_s) + _UP
-    pieces = runs(known, path.time_s, level.seams)
-    last_s = [path.time_s[0], *(path.time_s[piece.stop - 1] for piece in pieces)]
-    first_s = [*(path.time_s[piece.start] for piece in pieces), path.time_s[-1]]
-    return [(float(a), float(b)) for a, b in zip(last_s, first_s, strict=True) if b - a > BRIEF_S + 1e-9]
-
-
-def _path(level: PoseSequence, rule: Rule) -> _Path | None:
+def body_path(level: PoseSequence, rule: Rule) -> BodyPath | None:
+    """The paths that tell flights, of arguments of `flights`; None without a root, or of nobody."""
     stature = implied_stature(level.joints) if len(level) else np.nan
     if level.root is None or not stature > 0:
         return None
@@ -188,11 +139,11 @@ def _path(level: PoseSequence, rule: Rule) -> _Path | None:
     ankles, knees = (world[:, H36M17.indices((f"r_{at}", f"l_{at}")), 2] for at in ("ankle", "knee"))
     legs = (1 - rule.knees) * ankles + rule.knees * knees
     centre, either = np.sum(parts, axis=0), np.fmin(*ankles.T)
-    return _Path(level.times, centre, ankles.min(axis=1), ankles.max(axis=1), either, legs, rule)
+    return BodyPath(level.times, centre, ankles.min(axis=1), ankles.max(axis=1), either, legs, rule)
 
 
 @dataclass(frozen=True)
-class _Path:
+class BodyPath:
     """time_s (T,); in statures the centre of mass (T, 3), and the heights of the lower and the higher ankle (T,), of
     the one that is known where one is missing (T,), and of both legs (T, 2), by which is told when the feet leave the
     floor."""
@@ -206,14 +157,18 @@ class _Path:
     rule: Rule
 
 
-def _flight(path: _Path, rows: slice, line: np.ndarray, stature_m: float | None) -> Flight | None:
+def _flight(path: BodyPath, rows: slice, line: np.ndarray, stature_m: float | None) -> Flight | None:
     """The flight in rows in which both ankles are above a line (T,); None where the body does not fall freely."""
     rule, time_s = path.rule, path.time_s
     ends, fit = [rows.start, rows.stop - 1], _fall(path.centre[rows], time_s[rows], rule)
-    if (path.centre[ends, 2] - path.lowest[ends] < _OVER_FEET).any():
+    if (path.centre[ends, 2] - path.lowest[ends] < OVER_FEET).any():
         return None
-    if fit is None or not _free(fit.fall, np.ptp(time_s[rows]), rule, stature_m):
+    if fit is None:
         return None
+    if not np.isnan(rule.fall_s):  # within 2.6 standard deviations
+        slack = 2.6 * np.hypot(rule.fall_s / np.ptp(time_s[rows]), SCALE_SD)
+        if not is_free(np.array(fit.fall), slack, stature_m):
+            return None
     edges = ((rows.start, -1), (rows.stop - 1, 1))
     feet = [1 if _apart_s(path.highest - line, time_s, *edge) > _ONE_FOOT_S else 2 for edge in edges]
     off_s, land_s = (_edge(path, line, rows, way, on) for (_, way), on in zip(edges, feet, strict=True))
@@ -225,7 +180,8 @@ def _flight(path: _Path, rows: slice, line: np.ndarray, stature_m: float | None)
         free = fit.fall if stature_m is None else GRAVITY / stature_m
         stands, height = path.lowest <= line, np.where(np.isfinite(line), path.centre[:, 2], np.nan)
         rise = lifted_rise(time_s, height, path.lowest, stands, rows, off_s, fit.apex_s, free)
-    return Flight(off_s, fit.apex_s, land_s, fit.fall, rise, *feet)
+    clear = float((path.lowest - line)[rows].max()) + _UP
+    return Flight(off_s, fit.apex_s, land_s, fit.fall, rise, *feet, clear=clear)
 
 
 def _passes(height: np.ndarray, time_s: np.ndarray, row: int) -> float:
@@ -234,7 +190,7 @@ def _passes(height: np.ndarray, time_s: np.ndarray, row: int) -> float:
     return float(time_s[row] + share * (time_s[row + 1] - time_s[row]))
 
 
-def _edge(path: _Path, line: np.ndarray, rows: slice, way: int, feet: int) -> float:
+def _edge(path: BodyPath, line: np.ndarray, rows: slice, way: int, feet: int) -> float:
     """When the body leaves the floor before (way -1) or meets it after (1) rows in which the lower ankle is above the
     line, on so many feet; NaN where that was not seen."""
     row, time_s = rows.start if way < 0 else rows.stop - 1, path.time_s
@@ -266,30 +222,19 @@ def _apart_s(height: np.ndarray, time_s: np.ndarray, row: int, way: int) -> floa
     return float(abs(time_s[last] - time_s[row]))
 
 
-def _spells(path: _Path, seams: tuple[int, ...]) -> list[tuple[slice, np.ndarray]]:
+def _spells(path: BodyPath, seams: tuple[int, ...]) -> list[tuple[slice, np.ndarray]]:
     """Rows in which the lower ankle is well above the floor, between two lows that were seen, and the line (T,) that it
     is above."""
     return [
         (rows, line)
-        for rows, line, before, after in _above(path, seams)
-        if before and after and _lasts_s(path, rows) >= path.rule.least_s
+        for rows, line, before, after in above(path, seams)
+        if before and after and lasts_s(path, rows) >= path.rule.least_s
     ]
 
 
-def _pieces(path: _Path, seams: tuple[int, ...]) -> list[tuple[slice, int]]:
-    """Rows in which the lower ankle is well above the floor from the begin of a clip to a low that was seen (1), or
-    from one to the end of a clip (-1), for half as long as a flight at least."""
-    edges = {0, len(path.lowest), *seams}
-    return [
-        (rows, 1 if after else -1)
-        for rows, _, before, after in _above(path, seams)
-        if before != after
-        and (rows.start if after else rows.stop) in edges
-        and _lasts_s(path, rows) >= path.rule.least_s / 2
-    ]
-
-
-def _above(path: _Path, seams: tuple[int, ...]) -> Iterator[tuple[slice, np.ndarray, bool, bool]]:
+def above(
+    path: BodyPath, seams: tuple[int, ...], up: float = _UP, fewest: int | None = None
+) -> Iterator[tuple[slice, np.ndarray, bool, bool]]:
     """Rows in which the lower ankle is well above the floor, the line (T,) that it is above, and whether the lows
     before and after them were seen."""
     height, time_s, rule = path.lowest, path.time_s, path.rule
@@ -298,35 +243,20 @@ def _above(path: _Path, seams: tuple[int, ...]) -> Iterator[tuple[slice, np.ndar
         if not np.isfinite(piece).any():
             continue
         line = np.full(len(height), np.nan)
-        line[start:stop] = _floor(piece, times, rule.floor_s) + _UP
+        line[start:stop] = floor_around(piece, times, rule.floor_s) + up
         for a, b in stretches(piece > line[start:stop]):
-            if b - a >= rule.fewest:
+            if b - a >= (fewest or rule.fewest):
                 before = a > 0 and bool(np.isfinite(piece[a - 1]))
                 after = b < len(piece) and bool(np.isfinite(piece[b]))
                 yield slice(start + a, start + b), line, before, after
 
 
-def _lasts_s(path: _Path, rows: slice) -> float:
+def lasts_s(path: BodyPath, rows: slice) -> float:
     """With half of a frame to either side, in which the ankle passes its line."""
     return float(np.gradient(path.time_s)[rows].sum())
 
 
-def _part(path: _Path, rows: slice, way: int, stature_m: float | None) -> bool:
-    """Whether rows in the air show a body that comes down onto the floor (way 1) or goes up from it (-1) as one that
-    falls freely. So few rows hardly tell how fast a fall gets faster: the path is held against one of gravity."""
-    inner = _inner(path.centre[rows])
-    height, time_s = path.centre[rows, 2][inner], path.time_s[rows][inner]
-    if not np.isfinite(height).all() or (path.centre[rows, 2] - path.lowest[rows] < _OVER_FEET).any():
-        return False
-    fall = GRAVITY / (stature_m or float(np.mean(PEOPLE_M)))
-    time_s = time_s - time_s[-1 if way > 0 else 0]  # from the floor's end
-    fallen = height + fall / 2 * time_s**2
-    speed, at = np.polyfit(time_s, fallen, 1)
-    off = np.sqrt(((fallen - at - speed * time_s) ** 2).mean())
-    return bool(off < _PART_OFF and -way * speed > fall * path.rule.least_s / 2)
-
-
-def _floor(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np.ndarray:
+def floor_around(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np.ndarray:
     """(T,) what a height (T,) is for a fifth of the time around, or of the whole time."""
     from scipy.ndimage import percentile_filter
 
@@ -347,7 +277,7 @@ class _Fit:
 
 def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
     """The parabola of a path (N, 3) that rises and falls; None where it is none."""
-    inner = _inner(centre)
+    inner = without_ends(centre)
     middle_s = float(time_s[inner].mean())
     centre, time_s = centre[inner], time_s[inner] - middle_s
     if not np.isfinite(centre).all():
@@ -365,15 +295,13 @@ def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
     return _Fit(-float(bend), middle_s - float(speed / bend))
 
 
-def _inner(centre: np.ndarray) -> slice:
+def without_ends(centre: np.ndarray) -> slice:
+    """The rows of a path (N, ...) in the air in which no foot may still push."""
     return slice(int(_TRIMMED * len(centre)), len(centre) - int(_TRIMMED * len(centre)))
 
 
-def _free(fall: float, duration_s: float, rule: Rule, stature_m: float | None) -> bool:
-    """Whether a fall, statures / s2, is one of gravity within 2.6 standard deviations, of a person of that stature, or
-    of any."""
-    if np.isnan(rule.fall_s):
-        return True
-    slack = 2.6 * np.hypot(rule.fall_s / duration_s, SCALE_SD)
+def is_free(fall: np.ndarray, slack: float, stature_m: float | None) -> np.ndarray:
+    """Whether falls (...,), statures / s2, are those of gravity within a share, of a person of that stature, or of any;
+    of the same shape."""
     least, most = PEOPLE_M if stature_m is None else (stature_m, stature_m)
-    return GRAVITY / most * (1 - slack) < fall < GRAVITY / least * (1 + slack)
+    return (GRAVITY / most * (1 - slack) < fall) & (fall < GRAVITY / least * (1 + slack))

@@ -13,7 +13,7 @@ PACE = 10  # frames over which it is seen how people move on
 _NEVER = 1e6
 # Somebody else goes on where joints move by so much of the body's size from one frame to the next, or farther by so
 # much a second that nobody is seen, and then stay: so far from where they were going, or so many times larger or
-# smaller, by medians over so long before and after.
+# smaller, by medians over so long before and after, or over _PATH frames where these last longer.
 _STEP, _A_SECOND, _FRAME_S = 0.12, 2.5, 1 / 30
 _APART, LARGER, _NEAR_S = 0.15, 1.28, 0.25
 _PATH = 4  # frames that show where somebody was going
@@ -103,9 +103,12 @@ def exchanges(time_s: np.ndarray, points: np.ndarray) -> list[tuple[int, float]]
     went = steps(points)
     wander = _A_SECOND * np.maximum(np.diff(time_s) - _FRAME_S, 0)
     rows = np.flatnonzero(went > _STEP + wander) + 1
-    bounds = np.searchsorted(time_s, (time_s[rows - 1] - _NEAR_S, time_s[rows] + _NEAR_S))
+    starts, stops = np.searchsorted(time_s, (time_s[rows - 1] - _NEAR_S, time_s[rows] + _NEAR_S))
+    # At ten frames a second as many as show where somebody was going.
+    starts = np.minimum(starts, np.maximum(rows - _PATH, 0))
+    stops = np.maximum(stops, np.minimum(rows + _PATH, len(points)))
     found = []
-    for row, start, stop in zip(rows.tolist(), *bounds.tolist(), strict=True):
+    for row, start, stop in zip(rows.tolist(), starts.tolist(), stops.tolist(), strict=True):
         parts = slice(start, row), slice(row, stop)
         # Joints seen throughout: by others the same body would be larger, and elsewhere.
         both = np.isfinite(points[start:stop]).all(axis=(0, 2))

@@ -15,6 +15,7 @@ from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.measures import Measure, Remark, Row
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import Rectified
+from ...pipeline.signals.doubtful_flights import Hop
 from ...pipeline.signals.flights import GRAVITY, Flight
 from .figures import moments, with_error
 from .off_keypoints import contradicts
@@ -26,6 +27,7 @@ _ABSORBED_S = 0.6  # after a landing: by then the knees have given way
 # its toes: twelve of these fall by 0.07 and more, the others by 0.046 at most, among them all that are labelled.
 _FALLS_S, _FALLS = 0.5, 0.06
 _STRIDE_S = 0.3  # nobody flies longer from step to step of a run
+_HIGH = 0.15  # statures: nor gets the lower ankle so high; in runs it rises to 0.1, in hops among them 0.23 and more
 _FEWEST_STEPS = {"walking": 3, "running": 2}  # as models/gait/events.py counts them
 _CM = 100.0
 _UNSURE = "it is uncertain whether the feet leave the floor from"
@@ -63,18 +65,23 @@ def without_slips(airborne: Airborne, against: Mapping[str, Sequence[tuple[float
     def slips(flight: Flight) -> bool:
         return contradicts((flight.off_s + flight.land_s) / 2, against, "r_leg", "l_leg")
 
-    spans = tuple((flight.off_s, flight.land_s) for flight in airborne.flights if slips(flight))
+    doubtful = (
+        Hop(flight.off_s, flight.land_s, flight.clear) for flight in airborne.flights if slips(flight)
+    )
     return replace(
         airborne,
         flights=tuple(flight for flight in airborne.flights if not slips(flight)),
-        uncertain=(*airborne.uncertain, *spans),
-        brief=(*airborne.brief, *spans),
+        uncertain=(*airborne.uncertain, *doubtful),
     )
 
 
 def jumping(airborne: Airborne, gait: Gait) -> list[Flight]:
     """The flights that are jumps: not those from step to step of a run. A walk has none, so one among its steps is."""
-    return [flight for flight in airborne.flights if not _strides(flight.off_s, flight.land_s, gait)]
+    return [
+        flight
+        for flight in airborne.flights
+        if flight.clear > _HIGH or not _strides(flight.off_s, flight.land_s, gait)
+    ]
 
 
 def cut_jumps(airborne: Airborne, gait: Gait) -> list[tuple[float, float]]:
@@ -83,9 +90,13 @@ def cut_jumps(airborne: Airborne, gait: Gait) -> list[tuple[float, float]]:
     return [(a, b) for a, b in airborne.cut if not _strides(a, b, gait, _STRIDE_S)]
 
 
-def brief_hops(airborne: Airborne, gait: Gait) -> list[tuple[float, float]]:
-    """(begin, end) in seconds of hops that are too brief to be sure of: not of those from step to step of a run."""
-    return [(a, b) for a, b in airborne.brief if not _strides(a, b, gait)]
+def unsure_hops(airborne: Airborne, gait: Gait) -> list[tuple[float, float]]:
+    """(begin, end) in seconds of hops that are not sure: not of those from step to step of a run."""
+    return [
+        (hop.start_s, hop.stop_s)
+        for hop in airborne.uncertain
+        if hop.clear > _HIGH or not _strides(hop.start_s, hop.stop_s, gait)
+    ]
 
 
 def _strides(begin_s: float, end_s: float, gait: Gait, around_s: float = 0.0) -> bool:
@@ -151,22 +162,22 @@ def jumps(
     airborne: Airborne,
     found: Sequence[Flight],
     cut: Sequence[tuple[float, float]],
-    brief: Sequence[tuple[float, float]],
+    unsure: Sequence[tuple[float, float]],
     rectified: Rectified,
     landings: Sequence[tuple[float, float]] = (),
 ) -> list[Row]:
     """The group `jumps`: how many of `jumping`, when the feet leave the floor, on how many they take off and land,
     flight times, heights by these, and by how much the centre of mass rises (pipeline/signals/flights.py); the time on
     the floor before a rebound. `count_reason`: where there may be more. No count where jumps
-    cannot be told, and why. found: of `jumping`; cut: of `cut_jumps`; brief: of `brief_hops`; landings: (begin, end)
+    cannot be told, and why. found: of `jumping`; cut: of `cut_jumps`; unsure: of `unsure_hops`; landings: (begin, end)
     in seconds of knee bends that may take up one."""
     if not found and airborne.reason:
         return [Remark("reason", airborne.reason)]
+    doubt = [f"{_UNSURE} {spans_in_words(unsure)}"] * bool(unsure)
     may_land = [f"what is seen from {spans_in_words(landings)} may be a landing"] * bool(landings)
     if not found:
         part = [f"only part of one was seen, from {spans_in_words(cut)}"] * bool(cut)
-        unsure = [f"{_UNSURE} {spans_in_words(brief)}"] * bool(brief)
-        why = "; ".join([*(part or unsure), *airborne.hides] or may_land)
+        why = "; ".join([*(part or doubt), *airborne.hides] or may_land)
         return [Measure("count", 0), *([Remark("reason", why)] if why else [])]
     stature = float(implied_stature(rectified.level.joints))
     up_deg = float(np.nanmedian(rectified.up_error_deg)) if airborne.lifted else 0.0
@@ -179,8 +190,7 @@ def jumps(
     heights = [
         (i, GRAVITY / 8 * times(flight) ** 2, error.height_m(times(flight))) for i, (flight, error) in each
     ]
-    unsure = [f"{_UNSURE} {spans_in_words(airborne.uncertain)}"] * bool(airborne.uncertain)
-    why = "; ".join([*unsure, *airborne.hides] or may_land)
+    why = "; ".join([*doubt, *airborne.hides] or may_land)
     return [
         Measure("count", len(found)),
         *([Remark("count_reason", why)] if why else []),
@@ -196,18 +206,19 @@ def jumps(
             "length",
             ((i, flight.rise * stature, error.rise * stature) for i, (flight, error) in each),
         ),
-        *_numbered("contact_time", "s", _contacts(found, errors, airborne.uncertain)),
+        *_numbered("contact_time", "s", _contacts(found, errors, unsure)),
     ]
 
 
 def _contacts(
-    found: Sequence[Flight], errors: Sequence[_Errors], uncertain: Sequence[tuple[float, float]]
+    found: Sequence[Flight], errors: Sequence[_Errors], unsure: Sequence[tuple[float, float]]
 ) -> Iterator[tuple[int, float, float]]:
-    """(number of the jump, seconds on the floor before it, error) of rebounds. uncertain: of Airborne."""
+    """(number of the jump, seconds on the floor before it, error) of rebounds. unsure: of
+    `unsure_hops`."""
     for i in range(1, len(found)):
         start_s, stop_s = found[i - 1].land_s, found[i].off_s
         contact_s = stop_s - start_s
-        left = any(start_s < until_s and since_s < stop_s for since_s, until_s in uncertain)
+        left = any(start_s < until_s and since_s < stop_s for since_s, until_s in unsure)
         if 0 < contact_s < _REBOUND_S and not left:
             yield i, contact_s, errors[i].time_s
 

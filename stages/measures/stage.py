@@ -17,7 +17,7 @@ from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import SIDES, body_joints, gait_of, separation_sd, unjudged
 from ...models.place.airborne import Airborne, airborne
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.measures import SD_90, Measure, Remark, Row, grouped, side_of, within
+from ...pipeline.core.measures import SD_90, Measure, Remark, Row, grouped, side_of, subgroup, within
 from ...pipeline.core.notices import Notice, notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
@@ -29,7 +29,7 @@ from ...pipeline.signals.reprojection import residuals_of, straight_in_image, un
 from .columns import Columns
 from .figures import basis, with_error
 from .floor import floor
-from .jumps import brief_hops, cut_jumps, jumping, jumps, without_leaps, without_slips
+from .jumps import cut_jumps, jumping, jumps, unsure_hops, without_leaps, without_slips
 from .movements import arm_raises, knee_bends
 from .off_keypoints import exchanged, not_shown, off_keypoints
 from .outcomes import BRIEFEST_S, NO_DOUBTS, UNSURE, Doubts, doubts_of, with_outcome
@@ -97,6 +97,9 @@ class Measures:
         found = measures(filtered, rectified, kinematics, source, gait, *asked, against, untold, unsure)
         found += tuple(within("off_keypoints", off_keypoints(residuals, source.times)))
         said = exchanged(take, residuals)
+        said += [notice("on-a-belt")] * (
+            self.belt_speed is None and "belt" in subgroup(grouped(found), "walking")
+        )
         said += [*doubts(gait, source), *_focal(take, gait), *_zoom(take, gait)] if rectified.level_ok else []
         return take.with_(measures=found).saying(*said)
 
@@ -171,7 +174,7 @@ def measures(
     ]
     flights = without_slips(flights, against)
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
-    cut, brief = cut_jumps(flights, gait), brief_hops(flights, gait)
+    cut, hops = cut_jumps(flights, gait), unsure_hops(flights, gait)
     gait = without_leaps(gait, jumped)
     runs = [(step.start_s, step.stop_s) for step in gait.steps if gait.kind == "running"]
     flies = [(flight.off_s, flight.land_s) for flight in flights.flights]
@@ -183,7 +186,7 @@ def measures(
     struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd, elbows)
     lean = leans(filtered) if rectified.level_ok else None
     bends, landings = knee_bends(take, gait, jumped, flights.ankle, apart, steps_told, against, lean)
-    leaps = jumps(flights, jumped, cut, brief, rectified, landings)
+    leaps = jumps(flights, jumped, cut, hops, rectified, landings)
     movements = {
         "knee_bends": bends,
         "arm_raises": arm_raises(

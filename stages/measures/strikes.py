@@ -33,8 +33,9 @@ _PUNCH_RISES, _PUNCH_REACH = 0.25, 0.75  # punches: 0.41 and more, 0.9
 _PUNCH_SPEED = 4.5
 _PUNCH_HEIGHT = (-0.6, 0.6)  # arms, of the wrist over the shoulder: from the body's middle to over the head
 # A lifter smooths punches away; the image shows them. Of 21 labelled punches lifted before cameras 9 are found so, and
-# none in 141 series without one (a rise of 0.4 in the image: 7 and none, of 0.27: 10 and one).
-_LIFTED_RISES, _LIFTED_REACH, _IMAGE_RISES = 0.12, 0.7, 0.33
+# none in 141 series without one (a rise of 0.4 in the image: 7 and none, of 0.27: 10 and one). Lifted punches reach out
+# at 1.98 arm lengths a second and more (12 of 14), tennis strokes mostly slower; who runs swings the arms as fast.
+_LIFTED_RISES, _LIFTED_REACH, _LIFTED_SPEED, _IMAGE_RISES = 0.12, 0.7, 1.9, 0.33
 _SOON_S, _AT_ONCE_S = 1 / 3, 0.13  # within which they rise and return; which the image and the lift are apart
 _STEADY_S = 0.1  # median of the image's: keypoints jump for a frame
 _KICK_RISES, _KICK_SPEED = 0.8, 2.5  # kicks: 1.08 and more, 4.4 (lifted 3.2); a runner's foot rises to 0.61
@@ -95,7 +96,8 @@ def strikes(
     heights are not known, and why. level: filtered joints (T, 17, 3) in LEVEL. lifted: whether a lifter made the poses,
     which hides most punches: they are told by in_image too, {limb: (T,)} of signals.reprojection.straight_in_image, and
     not without. runs, flies: (begin, end) in seconds of the steps of a run, and of flights: a leg that swings there
-    does not kick, for in a kick the other foot stands, and arms that swing in a flight do not punch. unfiltered: the
+    does not kick, for in a kick the other foot stands, and arms that swing in a flight, or lifted ones in a run, do not
+    punch. unfiltered: the
     poses before the filter, which show a leg that leaps; no kick is told there. apart_sd: of a foot's distance from the
     other, in lengths of a leg; where a foot rises by all but this error nobody can say that there was no kick. elbows:
     {side: (T,)} their flexion, in which a lifted punch must be known."""
@@ -141,7 +143,8 @@ def strikes(
     swings = [*kicks, *((off_s - _SOON_S, land_s) for off_s, land_s in flies)]
     for side in SIDES.values():
         arm, key = limbs["punches", side], ("punches", side)
-        found[key] = [_trimmed(arm, times, one) for one in found[key] if not _during(swings, one)]
+        others = swings if arm.image is None else [*swings, *runs]
+        found[key] = [_trimmed(arm, times, one) for one in found[key] if not _during(others, one)]
         if arm.image is None:
             slow = repetitions(arm.driver, times, _PUNCH_RISES, seams)
             slow = [
@@ -332,7 +335,10 @@ def _may_punch(limb: _Limb, times: np.ndarray, one: Repetition) -> bool:
 
 def _punches(limb: _Limb, times: np.ndarray, one: Repetition, least: float = _PUNCH_SPEED) -> bool:
     if limb.image is not None:
-        return _may_punch(limb, times, one) and _shoots(limb.image, times, one.peak_s, _IMAGE_RISES)
+        out = _rows(times, one.peak_s - _SOON_S, one.peak_s)
+        fast = np.nanmax(derivative(limb.reach, times)[out], initial=0.0) >= _LIFTED_SPEED
+        shoots = _shoots(limb.image, times, one.peak_s, _IMAGE_RISES)
+        return bool(fast and shoots and _may_punch(limb, times, one))
     peak, (low, high) = int(times.searchsorted(one.peak_s)), _PUNCH_HEIGHT
     if not low <= limb.height[peak] <= high:
         return False

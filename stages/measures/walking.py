@@ -117,7 +117,8 @@ def walking(
     depth = depth_of_steps(R_camera_from_body, filtered.times, gait.walks) if lifted else 0.0
     values = time_values(gait)
     said = _Means(gait.kind, errors, leg_length(body), root_sd, depth, style_of(values))
-    phases = (*_PHASES, "flight_time_s" if gait.kind == "running" else "double_support_percent")
+    both = "flight_time_s" if gait.kind == "running" else "double_support_percent"
+    phases = (*_PHASES, *[both] * (not gait.mixed))
     timed: tuple[Sequence[str], Sequence[str]] = ("step_time_s", "stance_time_s", *phases), (*_TIMES, *phases)
     fewest, why_untimed = _STRIDES[gait.kind], list[Row]()
     if errors is None and len(gait.strides) < fewest:  # nobody knows how far single ones of them are off
@@ -160,7 +161,7 @@ def walking(
         f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""
     )
     return [
-        Remark("gait", "walking or running" if quick else gait.kind),
+        Remark("gait", "walking or running" if quick or gait.mixed else gait.kind),
         Measure("walks", len(gait.walks)),
         Measure("steps", len(gait.steps)),
         *([Measure("backward_steps", back)] if back else []),

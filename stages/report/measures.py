@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -154,12 +155,10 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
     its columns where they are few. length: the unit of lengths, "m" or "units". level: of the heading that this stands
     under; 3 where the measures are one group's."""
     own = {
-        name: leaf
+        name: _in_cm(leaf) if name == "jump_height" and isinstance(leaf, list) else leaf
         for name, leaf in measures.items()
         if not isinstance(leaf, dict | Curves)
-        and not (
-            name == "count" and "holds" in measures and not value(measures, name)
-        )  # the holds are counted
+        and (name != "count" or "holds" not in measures or value(measures, name))  # the holds are counted
         and not (name == "jump_height" and length != "m")  # beside the one in cm
     }
     groups = {name: leaf for name, leaf in measures.items() if isinstance(leaf, dict | Curves)}
@@ -184,6 +183,10 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
             if name not in flat
         )
     )
+
+
+def _in_cm(leaf: list[Measure]) -> list[Measure]:
+    return [replace(m, value=100 * m.value, error=m.error and 100 * m.error, unit="cm") for m in leaf]
 
 
 def worded(name: str) -> str:
@@ -250,11 +253,8 @@ def _repetitions(own: Mapping[str, Any], length: str) -> Markup:
 
 def _told(leaf: Any, length: str, running: bool) -> Told:
     """A figure that stands alone: its name, and it with its error and unit, in grey where it lies within that."""
-    words, unit, about = (
-        worded(_name(leaf)),
-        unit_of(leaf, length),
-        explained(_name(leaf), running, length == "m"),
-    )
+    words, unit = worded(_name(leaf)), unit_of(leaf, length)
+    about = explained(_name(leaf), running, length == "m")
     if _many(leaf) > _MANY:
         return Told(words, _both(leaf), about)
     if isinstance(leaf, Measure) and leaf.untold:

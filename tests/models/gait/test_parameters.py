@@ -1,5 +1,7 @@
 """Times and lengths of a walker whose footprints, speed and cadence are known: straight, in a bend, on a belt."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -109,6 +111,13 @@ def test_feet_that_drift_ahead_are_on_no_belt(share):
     assert over_belt(root, short, TIME, gait, np.array([1.0, 0.0]))[1] == 0
 
 
+def test_who_gets_on_over_the_floor_is_on_no_belt():
+    """A shuffler, whose path was 0.4 of what his feet told, was put on a treadmill at three times his speed."""
+    root, ankles, gait = striding()
+    assert over_belt(0.4 * root, ankles, TIME, gait, np.array([1.0, 0.0]))[1] == 0
+    assert over_belt(0.1 * root, ankles, TIME, gait, np.array([1.0, 0.0]))[1] > 0
+
+
 def test_who_walks_there_and_backwards_again_is_on_no_belt():
     """The feet went back under the body in one half and ahead in the other, together hardly at all: any drift was a
     belt's."""
@@ -210,3 +219,17 @@ def test_speed_towards_the_camera_has_the_whole_error_of_the_focal_length(toward
     covariance = np.broadcast_to(np.eye(3), (61, 3, 3))
     walk = [[Step("right", 0.0, 1.0), Step("left", 1.0, 2.0)]]
     assert path_error(root, covariance, axis, 0.0, 0.75, time_s, walk)[1] == pytest.approx(share, abs=1e-9)
+
+
+@pytest.mark.parametrize(("walked", "mixed"), [(0, False), (6, True)])
+def test_a_run_that_becomes_a_walk_is_not_all_a_run(walked, mixed):
+    """ "Ran at least 8 steps": three with flights, five with both feet on the floor."""
+    lands = 0.35 * np.arange(14)
+    on_s = np.where(np.arange(14) < 14 - walked, 0.25, 0.5)
+    feet = {
+        side: [Stance(side, at, at + on) for at, on in zip(lands[first::2], on_s[first::2], strict=True)]
+        for first, side in enumerate("rl")
+    }
+    steps = [Step("lr"[i % 2], start, stop) for i, (start, stop) in enumerate(pairwise(lands))]
+    gait = Gait(feet, [steps])
+    assert (gait.kind, gait.mixed) == ("running", mixed)

@@ -12,7 +12,7 @@ from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence
 from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
 from pcnet3d.pipeline.inspect.inspect import inspect
-from pcnet3d.pipeline.reading.choose import choose_person
+from pcnet3d.pipeline.reading.choose import choose_detected, choose_person
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
 
@@ -55,6 +55,25 @@ def test_equals_are_to_be_chosen_by_name(facing_camera):
         said = rf"x holds 2 people who are equally the {rank}: a \(5 frames\), b \(5 frames\); choose one by name"
         with pytest.raises(InputError, match=said):
             choose_person(people, rank, "x")
+
+
+@pytest.mark.parametrize(("aside", "lasts", "told"), [(0.1, 8, True), (2.0, 8, False), (0.1, 12, False)])
+def test_who_comes_back_where_another_is_lost_may_be_the_other(facing_camera, aside, lasts, told):
+    """Three men were one person, and nothing was said. The other is there from frame 10 on, this one not until 17."""
+
+    def at(name: str, frames: np.ndarray, away: np.ndarray) -> PoseSequence:
+        joints = 100 * (facing_camera[:, :2] + np.stack([away, 0 * away], axis=-1)[:, None])
+        return PoseSequence(joints, H36M17, IMAGE, frame_index=frames, time_s=frames / 10, person=name)
+
+    seen = np.r_[:10, 18:40]
+    one = at("0", seen, np.where(seen < 18, 0.0, 1.0 + aside))
+    other = at("1", np.arange(10, 10 + lasts), np.ones(lasts))
+    said = [
+        each.values["frame"]
+        for each in choose_detected((one, other), None, "x").notices
+        if "gap" in each.code
+    ]
+    assert said == [18] * told
 
 
 @pytest.mark.parametrize("source", ["", f"{'0' * 64} 1"])

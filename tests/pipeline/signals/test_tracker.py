@@ -87,6 +87,14 @@ def test_who_goes_on_elsewhere_is_somebody_else(aside, size, told, lasts):
     assert [row for row, _ in exchanges(np.arange(40) / 30, points)] == [20] * (told and lasts > 1)
 
 
+@pytest.mark.parametrize(("aside", "told"), [(0.6, True), (0.2, False)])
+def test_who_goes_on_elsewhere_is_somebody_else_at_ten_frames_a_second_too(aside, told):
+    """Three men one after the other were one person: a quarter of a second had too few frames to show where he went."""
+    points = np.stack([person(frame, 100 + frame).points for frame in range(40)])
+    points[20:] += (aside * np.linalg.norm(np.ptp(points[0], axis=0)), 0)
+    assert [row for row, _ in exchanges(np.arange(40) / 10, points)] == [20] * told
+
+
 def test_who_is_seen_with_more_of_the_body_is_nobody_else():
     """A woman to the hips turned, and more joints of hers were seen: she went on as another person."""
     points = np.stack([person(frame, 100 + frame).points for frame in range(40)])

@@ -12,16 +12,17 @@ from pcnet3d.models.gait.gait import Gait
 from pcnet3d.models.place.airborne import Airborne
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, Measure, Remark, nested
 from pcnet3d.pipeline.core.notices import notice
+from pcnet3d.pipeline.signals.doubtful_flights import Hop
 from pcnet3d.pipeline.signals.flights import Flight
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.jumps import (
     _contacts,
     _Errors,
-    brief_hops,
     cut_jumps,
     goes_on,
     jumping,
     jumps,
+    unsure_hops,
     without_leaps,
     without_slips,
 )
@@ -108,7 +109,7 @@ def test_a_flight_of_legs_off_their_keypoints_is_not_counted_and_not_denied():
         airborne = without_slips(Airborne((flight,)), {limb: [(1.8, 1.9)]})
         gait = Gait({"r": [], "l": []}, [])
         assert len(jumping(airborne, gait)) == count
-        assert len(brief_hops(airborne, gait)) == 1 - count
+        assert len(unsure_hops(airborne, gait)) == 1 - count
 
 
 @pytest.mark.parametrize(("hop", "contacts"), [((), 1), (((2.2, 2.3),), 0), (((5.0, 5.1),), 1)])
@@ -257,6 +258,14 @@ def test_steps_are_the_least_where_a_walk_is_not_seen_to_begin_and_end(begin_s, 
     time_s = np.arange(begin_s, end_s, 1 / 30)
     jumped = [Flight(jump_s[0], 0.0, jump_s[1], 5.8, 0.18, 1, 1)] if jump_s else []
     assert bool(goes_on(run(), [slice(0, len(time_s))], time_s, jumped)) == cut
+
+
+@pytest.mark.parametrize(("clear", "count"), [(0.1, 0), (0.24, 1)])
+def test_a_hop_among_the_steps_of_a_run_is_a_jump_by_how_high_the_feet_get(clear, count):
+    """Who hopped in a run, the ankle 0.4 m up, did not jump: a flight of 0.28 s was a stride."""
+    flight = Flight(1.8, 1.92, 2.05, 5.8, 0.06, 1, 1, clear)
+    assert len(jumping(Airborne((flight,)), run())) == count
+    assert len(unsure_hops(Airborne(uncertain=(Hop(1.8, 2.05, clear),)), run())) == count
 
 
 def test_no_foot_lands_in_the_air():

@@ -263,7 +263,9 @@ def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
         0,
     )  # the camera goes with the person, or the floor moves
     on_belt = straight.poses.with_(joints=world)
-    found = nested(measured(on_belt).measures)["walking"]
+    done = measured(on_belt)
+    assert "on-a-belt" in [each.code for each in done.said]
+    found = nested(done.measures)["walking"]
     assert found["belt"] == "its speed is that at which the standing foot drifts back"
     assert found["walking_speed"] == pytest.approx(straight.speed_mps, rel=0.05)
     told = nested(measured(on_belt, (*STAGES[:3], Measures(belt_speed=1.25))).measures)["walking"]

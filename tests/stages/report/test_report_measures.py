@@ -371,7 +371,8 @@ def test_a_speed_without_metres_stands_beside_none_in_metres():
 def test_a_jump_has_no_height_in_units_beside_the_one_in_centimetres():
     jumps = {"count": 1, "start_s": [1.5], "height_by_flight_time_cm": [12.0], "jump_height": [0.11]}
     shown = {length: measure_tables(grouped(rows_of(jumps)), length) for length in ("m", "units")}
-    assert "jump height (m)" in shown["m"]
+    assert "jump height (cm)" in shown["m"]
+    assert ">11<" in shown["m"]
     assert "jump height" not in shown["units"]
 
 
