@@ -95,9 +95,9 @@ def repeats(
     # Of a part nobody knows how far it went: it may be of another like those found.
     parts = [one for one in seen_in_part if not _is_held(one)]
     others = [*every, *holds, *parts]
-    near = comes_near(driver, take.times, asked, error, take.seams, may_be, besides=others)
     # Of poses by the built-in lifter, or measured, a near miss beside others is none.
-    near = [] if others and take.judged else near
+    error = 0.0 if others and take.judged else error
+    near = comes_near(driver, take.times, asked, error, take.seams, may_be, besides=others)
     uncertain = any(judged(one) == COUNTS for one in near)
     told += [(one, judged(one)) for one in near if not uncertain]
     whole_ones = [one for one in found if one.whole]
