@@ -209,7 +209,7 @@ def _arm(
     angle, shown = f"{side}_shoulder_elevation", [f"{side}_{part}" for part in _IN_RAISES]
     driver = take(angle)
     unsure = np.array([contradicts(at_s, against, f"{side}_elbow") for at_s in take.times], dtype=bool)
-    known = np.flatnonzero(np.isfinite(driver))
+    known = np.flatnonzero(np.isfinite(driver) & ~unsure)
     first_s, last_s = take.times[known[[0, -1]]] if len(known) else (0.0, 0.0)
 
     def rises(begin_s: float, end_s: float) -> bool:

@@ -64,6 +64,8 @@ def repeats(
     what counts of that. doubts: filled with (begin, end) of what may be none, by why."""
     if np.isfinite(driver).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
+    sure = np.isfinite(driver) & (True if unsure is None else ~unsure)
+    first_s, last_s = take.times[np.flatnonzero(sure if sure.any() else np.isfinite(driver))[[0, -1]]]
 
     def may_be(one: Repetition) -> bool:
         return judged(one) != OTHER
@@ -74,7 +76,12 @@ def repeats(
         return _SLIPS * bool(few)
 
     def seen(one: Repetition) -> Repetition:
-        if unsure is None or not unsure[take.times.searchsorted(one.peak_s)]:
+        """Without what nobody knows of it, before, behind and at its highest."""
+        if unsure is None:
+            return one
+        cut = one.cut[0] or one.start_s < first_s, one.cut[1] or one.stop_s > last_s
+        one = replace(one, cut=cut, whole=one.whole and not any(cut))
+        if not unsure[take.times.searchsorted(one.peak_s)]:
             return one
         return replace(one, peak=np.nan, up=(np.nan, np.nan), down=(np.nan, np.nan), whole=False)
 
@@ -108,7 +115,7 @@ def repeats(
     if gaps and (others or not near):
         why = [f"not seen from {spans_in_words(gaps)}"]
     elif found or not holds:
-        why = _in_part(take, driver, found, parts)
+        why = _in_part(first_s, last_s, found, parts)
     if not why and uncertain:
         which = "another" if others else "an"
         why = [f"it is uncertain whether {which} angle rises by {asked:g} degrees and comes back"]
@@ -135,10 +142,10 @@ def _in(one: Repetition, others: Sequence[Repetition]) -> bool:
 
 
 def _in_part(
-    take: Columns, driver: np.ndarray, found: Sequence[Repetition], parts: Sequence[Repetition]
+    first_s: float, last_s: float, found: Sequence[Repetition], parts: Sequence[Repetition]
 ) -> list[str]:
-    """What is said of repetitions that the take begins or ends in: of those found, and of others, `parts`."""
-    first_s, last_s = take.times[np.flatnonzero(np.isfinite(driver))[[0, -1]]]
+    """What is said of repetitions that begin before first_s, when the angle is sure for the first time, or end behind
+    last_s: of those found, and of others, `parts`."""
 
     def at(of: Sequence[Repetition]) -> list[float]:
         begun = any(one.cut[0] and one.start_s - first_s <= BRIDGED_S for one in of)

@@ -105,6 +105,15 @@ def test_a_raise_counts_by_what_is_seen_while_the_elbow_is_sure(unsure, count):
     )  # of a height that is not sure
 
 
+@pytest.mark.parametrize(("unsure", "count"), [((3.3, 12.0), 1), ((0.0, 2.7), 1), ((2.0, 12.0), 0)])
+def test_a_raise_counts_at_least_whose_return_the_detector_is_unsure_of_to_the_end(unsure, count):
+    """An arm rose from 20 to 153 degrees; then the detector was unsure of the elbow until the take's end: beside the
+    range of 23 to 150 degrees stood that whether it was raised cannot be told."""
+    arms = {f"{side}_shoulder_elevation_deg": 10 + bump(3, 0.7, 130) for side in "rl"}
+    told = raised(arms, {"l_elbow": [unsure]})["left"]
+    assert (told["count"], ["reason", "count_reason"][count] in told) == (count, True)
+
+
 def test_a_raise_counts_whatever_the_largest_is():
     """Of a dancer's arm that rose to the horizontal beside raises over the head the page said that it was uncertain
     whether it rises by 50 degrees."""
