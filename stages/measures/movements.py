@@ -29,13 +29,14 @@ from ...pipeline.core.measures import (
 )
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence
+from ...pipeline.signals.filters import stretches
 from ...pipeline.signals.flights import Flight
 from .columns import Columns
 from .cycles import Repetition
 from .jumps import absorbs, lands
 from .off_keypoints import contradicts
 from .outcomes import BRIEFEST_S
-from .repeats import COUNTS, OTHER, repeats
+from .repeats import COUNTS, OTHER, holds, repeats
 from .strikes import Spans, may_punch
 from .upright import NOT_UPRIGHT, is_upright
 
@@ -50,6 +51,7 @@ _A_LITTLE = 0.8  # less than in a step: nobody can say then that there was no be
 # Legs: by how much a foot's place in the room changes while the knees are bent by more than half. In 57 bends of lifted
 # validation takes 0.51 at most; in 20 of 25 in which the captured feet travel (side steps, runs) 0.61 and more.
 _TRAVELS = 0.55
+_UP = 90.0  # degrees: an arm above the horizontal of somebody who stands
 # Seconds that must be seen before the knees are bent most, in which a landing shows (jumps.lands): jumps that were cut
 # 0.2 s before the captured touchdown or later bend within 0.33 s of that, no labelled bend within 0.5 s.
 _SHOWN_S = 0.5
@@ -230,5 +232,24 @@ def _arm(
             return "what is seen from {} may be no raise: the detector is unsure of the elbow"
         return "what is seen from {} may be a punch, not a raise" if looks_so and looks_so(one) else COUNTS
 
-    briefest_s = BRIEFEST_S["arm_raises"]
-    return repeats(take, angle, driver, take.sd(angle), RAISE, shown, raises, briefest_s, unsure=unsure)
+    briefest_s, sd = BRIEFEST_S["arm_raises"], take.sd(angle)
+    rows = repeats(take, angle, driver, sd, RAISE, shown, raises, briefest_s, unsure=unsure)
+    lowest = driver - SD_90 * np.where(np.isfinite(sd), sd, take.unstated_deg)
+    up, told = (lowest > _UP) & ~unsure, grouped(rows)
+    seldom = 2 * up.sum() <= np.isfinite(driver).sum()
+    if seldom or value(told, "count") or text(told, "reason") or "holds" in told:
+        return rows
+    held = _held_up(up, take.times)
+    lies = leans is not None and not is_upright(leans, take.times, held)
+    return rows if lies else [*rows, *holds([held])]
+
+
+def _held_up(up: np.ndarray, times: np.ndarray) -> Repetition:
+    """Of an arm that neither rises nor returns, the longest time that it is surely up. up: (T,), at times (T,) in
+    seconds; some are."""
+    first, behind = max(stretches(up), key=lambda rows: rows[1] - rows[0])
+    begin_s, end_s, nan = float(times[first]), float(times[behind - 1]), float("nan")
+    none = nan, nan
+    return Repetition(
+        begin_s, begin_s, end_s, nan, nan, none, none, whole=False, held_s=end_s - begin_s, cut=(True, True)
+    )

@@ -97,11 +97,11 @@ def repeats(
     ]
     told += cut
     seen_in_part = [one for one, why in cut if why == COUNTS]
-    holds = sorted(filter(_is_held, [*every, *seen_in_part]), key=lambda one: one.start_s)
+    held = sorted(filter(_is_held, [*every, *seen_in_part]), key=lambda one: one.start_s)
     found = [one for one in every if not _is_held(one)]
     # Of a part nobody knows how far it went: it may be of another like those found.
     parts = [one for one in seen_in_part if not _is_held(one)]
-    others = [*every, *holds, *parts]
+    others = [*every, *held, *parts]
     # Of poses by the built-in lifter, or measured, a near miss beside others is none.
     error = 0.0 if others and take.judged else error
     near = comes_near(driver, take.times, asked, error, take.seams, may_be, besides=others)
@@ -114,14 +114,14 @@ def repeats(
     why = []
     if gaps and (others or not near):
         why = [f"not seen from {spans_in_words(gaps)}"]
-    elif found or not holds:
+    elif found or not held:
         why = _in_part(first_s, last_s, found, parts)
     if not why and uncertain:
         which = "another" if others else "an"
         why = [f"it is uncertain whether {which} angle rises by {asked:g} degrees and comes back"]
     unseen = "count_reason" if found else "reason"
     said = [Remark(unseen, "; ".join(why))] if why else []
-    rows: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
+    rows: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *holds(held)]
     rows += _figures(take, angle, driver, sd, found, shown)
     doubts = {} if doubts is None else doubts
     for one, why_none in told:
@@ -206,7 +206,7 @@ def doubted(rows: Sequence[Row], spans: Collection[tuple[float, float]], why: st
     return [*(row for row in rows if not (isinstance(row, Remark) and row.name == key)), Remark(key, said)]
 
 
-def _holds(held: Sequence[Repetition]) -> list[Row]:
+def holds(held: Sequence[Repetition]) -> list[Row]:
     """Postures that are held: no repetitions of a movement, and in none of its means."""
     if not held:
         return []
