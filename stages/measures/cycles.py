@@ -263,6 +263,13 @@ def hiding(
     found = [one for one in each if counts(one)]
     across = [(one.start_s, one.stop_s) for one in found if one.stop_s - one.start_s >= briefest_s]
     within = [(one.start_s, one.stop_s) for one in repetitions(x, time_s, least, seams)]
+    # What was seen beside a brief gap rises and returns, and the gap is too much of that: so it may be briefer.
+    lines = _filled(x, time_s, [gap for gap in _gaps(x, time_s, seams) if _lasts(gap, time_s) <= _BRIDGED_S])
+    across += [
+        (one.start_s, one.stop_s)
+        for one in _unbroken(lines, time_s, least, seams)
+        if counts(one) and not any(a <= one.peak_s <= b for a, b in within)
+    ]
     return [
         (begin, end)
         for begin, end in gaps

@@ -64,6 +64,8 @@ def repeats(
     what counts of that. doubts: filled with (begin, end) of what may be none, by why."""
     if np.isfinite(driver).sum() < FEWEST:
         return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
+    sure = np.isfinite(driver) & (True if unsure is None else ~unsure)
+    first_s, last_s = take.times[np.flatnonzero(sure if sure.any() else np.isfinite(driver))[[0, -1]]]
 
     def may_be(one: Repetition) -> bool:
         return judged(one) != OTHER
@@ -74,7 +76,12 @@ def repeats(
         return _SLIPS * bool(few)
 
     def seen(one: Repetition) -> Repetition:
-        if unsure is None or not unsure[take.times.searchsorted(one.peak_s)]:
+        """Without what nobody knows of it, before, behind and at its highest."""
+        if unsure is None:
+            return one
+        cut = one.cut[0] or one.start_s < first_s, one.cut[1] or one.stop_s > last_s
+        one = replace(one, cut=cut, whole=one.whole and not any(cut))
+        if not unsure[take.times.searchsorted(one.peak_s)]:
             return one
         return replace(one, peak=np.nan, up=(np.nan, np.nan), down=(np.nan, np.nan), whole=False)
 
@@ -90,14 +97,14 @@ def repeats(
     ]
     told += cut
     seen_in_part = [one for one, why in cut if why == COUNTS]
-    holds = sorted(filter(_is_held, [*every, *seen_in_part]), key=lambda one: one.start_s)
+    held = sorted(filter(_is_held, [*every, *seen_in_part]), key=lambda one: one.start_s)
     found = [one for one in every if not _is_held(one)]
     # Of a part nobody knows how far it went: it may be of another like those found.
     parts = [one for one in seen_in_part if not _is_held(one)]
-    others = [*every, *holds, *parts]
-    near = comes_near(driver, take.times, asked, error, take.seams, may_be, besides=others)
+    others = [*every, *held, *parts]
     # Of poses by the built-in lifter, or measured, a near miss beside others is none.
-    near = [] if others and take.judged else near
+    error = 0.0 if others and take.judged else error
+    near = comes_near(driver, take.times, asked, error, take.seams, may_be, besides=others)
     uncertain = any(judged(one) == COUNTS for one in near)
     told += [(one, judged(one)) for one in near if not uncertain]
     whole_ones = [one for one in found if one.whole]
@@ -107,14 +114,14 @@ def repeats(
     why = []
     if gaps and (others or not near):
         why = [f"not seen from {spans_in_words(gaps)}"]
-    elif found or not holds:
-        why = _in_part(take, driver, found, parts)
+    elif found or not held:
+        why = _in_part(first_s, last_s, found, parts)
     if not why and uncertain:
         which = "another" if others else "an"
         why = [f"it is uncertain whether {which} angle rises by {asked:g} degrees and comes back"]
     unseen = "count_reason" if found else "reason"
     said = [Remark(unseen, "; ".join(why))] if why else []
-    rows: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *_holds(holds)]
+    rows: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *holds(held)]
     rows += _figures(take, angle, driver, sd, found, shown)
     doubts = {} if doubts is None else doubts
     for one, why_none in told:
@@ -135,10 +142,10 @@ def _in(one: Repetition, others: Sequence[Repetition]) -> bool:
 
 
 def _in_part(
-    take: Columns, driver: np.ndarray, found: Sequence[Repetition], parts: Sequence[Repetition]
+    first_s: float, last_s: float, found: Sequence[Repetition], parts: Sequence[Repetition]
 ) -> list[str]:
-    """What is said of repetitions that the take begins or ends in: of those found, and of others, `parts`."""
-    first_s, last_s = take.times[np.flatnonzero(np.isfinite(driver))[[0, -1]]]
+    """What is said of repetitions that begin before first_s, when the angle is sure for the first time, or end behind
+    last_s: of those found, and of others, `parts`."""
 
     def at(of: Sequence[Repetition]) -> list[float]:
         begun = any(one.cut[0] and one.start_s - first_s <= BRIDGED_S for one in of)
@@ -199,7 +206,7 @@ def doubted(rows: Sequence[Row], spans: Collection[tuple[float, float]], why: st
     return [*(row for row in rows if not (isinstance(row, Remark) and row.name == key)), Remark(key, said)]
 
 
-def _holds(held: Sequence[Repetition]) -> list[Row]:
+def holds(held: Sequence[Repetition]) -> list[Row]:
     """Postures that are held: no repetitions of a movement, and in none of its means."""
     if not held:
         return []

@@ -51,8 +51,19 @@ def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
             f"{errors_of_angles(errors)}"
         )
         + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
+        + Markup("").join(map(small, _without_range(found)))
         + details("All figures of the ranges", measure_tables({name: found[name] for name in known}, level=3))
     )  # fmt: skip
+
+
+def _without_range(found: Group) -> list[str]:
+    """Which angles have no range, and why. found: the group `range_of_motion`."""
+    why = {name: reason for name in found if (reason := text(subgroup(found, name), "reason"))}
+    angles: dict[str, list[str]] = {}
+    for name, reason in why.items():
+        alike = {why.get(f"{side}_{of_both(name)}") for side in "rl"} == {reason}
+        angles.setdefault(reason, []).append(spoken(of_both(name) if alike else name))
+    return [f"No range of {', '.join(dict.fromkeys(of))}: {reason}." for reason, of in angles.items()]
 
 
 def sides_compared(measures: Group) -> list[str]:

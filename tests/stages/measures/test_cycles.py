@@ -142,6 +142,18 @@ def test_a_gap_that_cuts_a_repetition_may_hide_one(first, behind, kept):
     assert hiding(gap[rows], TIME[rows], 40, briefest_s=brief, counts=lambda one: one.start_s > 5) == []
 
 
+def test_a_brief_gap_hides_a_rise_whose_ends_were_seen_however_brief_it_is():
+    """An arm went from 19 to 98 degrees across four missing frames and back within a second: "No arm raises"."""
+    x = np.interp(TIME, [4.0, 4.1, 4.3, 4.8], [19, 19, 98, 26])
+    x[(TIME > 4.1) & (TIME < 4.3)] = np.nan
+    assert not repetitions(x, TIME, 50)
+    assert hiding(x, TIME, 50, briefest_s=1.6) == [
+        (pytest.approx(4.1, abs=0.04), pytest.approx(4.3, abs=0.04))
+    ]
+    assert hiding(x, TIME, 50, briefest_s=1.6, counts=lambda one: False) == []
+    assert hiding(x / 2, TIME, 50, briefest_s=1.6) == []
+
+
 @pytest.mark.parametrize("kept", [True, False])
 def test_a_repetition_whose_beginning_a_gap_hides_is_not_whole(kept):
     """It was a rise of 55 that took 1.4 s, of 100 in 1.6 s."""

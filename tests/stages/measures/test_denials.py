@@ -94,9 +94,10 @@ TIMES = np.arange(0, 6, 1 / 30)
 BUMP = np.exp(-(((TIMES - 3) / 0.5) ** 2))  # half of it from 2.6 to 3.4 s
 
 
-def bends(deg, apart, steps=(), leans=None):
+def bends(deg, apart, steps=(), leans=None, **columns):
     """knee_bends of both knees that bend to so many degrees at 3 s."""
-    take = Columns({f"{side}_knee_flexion_deg": deg * BUMP for side in "rl"}, TIMES, (), judged=True)
+    columns |= {f"{side}_knee_flexion_deg": deg * BUMP for side in "rl"}
+    take = Columns(columns, TIMES, (), judged=True)
     gait = Gait({"r": [], "l": []}, [[Step("r", *steps)]] if steps else [])
     return nested(knee_bends(take, gait, [], None, apart, True, {}, leans)[0])
 
@@ -117,6 +118,30 @@ def bends(deg, apart, steps=(), leans=None):
 def test_a_deep_bend_is_told_by_the_feet_while_it_is_deep(deg, moves_s, by, steps, count, doubt):
     told = bends(deg, np.where(moves_s < TIMES, by, 0.0), steps)
     assert (told["count"], "reason" in told) == (count, doubt)
+
+
+@pytest.mark.parametrize(("sd_deg", "doubt"), [(1.0, False), (6.0, True)])
+def test_a_bend_between_steps_within_its_error_of_a_squat_is_not_denied(sd_deg, doubt):
+    """Of somebody who walked to a box, bent the knees to 69 degrees, which were 72, and walked on: "No bends"."""
+    sd = {f"{side}_knee_flexion_sd_deg": np.full(len(TIMES), sd_deg) for side in "rl"}
+    told = bends(66, np.where(TIMES > 2.4, 1.0, 0.0), (1.5, 2.2), **sd)
+    assert (told["count"], "reason" in told) == (0, doubt)
+
+
+@pytest.mark.parametrize(
+    ("pelvis", "foot", "count"),
+    [(1.0, 1.0, 0), (1.0, 0.0, 1), (0.3, 0.3, 1), (0.0, 1.0, 0), (np.nan, 1.0, 1)],
+)
+def test_feet_that_travel_while_the_knees_are_bent_do_not_stay_in_place(pelvis, foot, count):
+    """Side steps of 0.95 m, in which the ankles are never one before the other: "Squatted at least once".
+    pelvis, foot: lengths of a leg of 0.8 m that they move to the side."""
+    way, still = np.clip(TIMES - 2.5, 0, 1), np.zeros(len(TIMES))
+    leg = 0.8 * np.cos(np.radians(80 * BUMP) / 2)
+    aside = {f"{side}_ankle_y": 0.8 * (foot - np.nan_to_num(pelvis)) * way for side in "rl"}
+    down = {f"{side}_ankle_z": -leg for side in "rl"} | {f"{side}_ankle_x": still for side in "rl"}
+    root = {"root_x": still, "root_y": 0.8 * pelvis * way, "root_z": still}
+    told = bends(80, still, **aside, **down, **root)
+    assert (told["count"], "reason" in told) == (count, not count)
 
 
 @pytest.mark.parametrize(

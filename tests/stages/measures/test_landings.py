@@ -143,6 +143,18 @@ def test_a_near_miss_beside_another_is_told_of_unknown_errors_alone(unstated_deg
     assert (bends["count"], "count_reason" in bends) == (1, doubt)
 
 
+@pytest.mark.parametrize(("sd_deg", "count", "doubt"), [(1.0, 2, False), (15.0, 1, True)])
+def test_a_bend_that_is_deep_enough_but_not_beyond_its_noise_is_not_denied_beside_another(
+    sd_deg, count, doubt
+):
+    """Two jumping jacks at half speed: of two equal bends, by 51 and 44 degrees, "bent the knees once"."""
+    columns = {f"{side}_knee_flexion_deg": dips(2.3, deg=60) + dips(4.0, deg=40) for side in "rl"}
+    columns |= {f"{side}_knee_flexion_sd_deg": np.full(len(TIMES), sd_deg) for side in "rl"}
+    of = Columns(columns, TIMES, (), judged=True)
+    bends = nested(knee_bends(of, Gait({"r": [], "l": []}, []), [], None, np.zeros(len(TIMES)), True, {})[0])
+    assert (bends["count"], "count_reason" in bends) == (count, doubt)
+
+
 @pytest.mark.parametrize(
     ("lowest_s", "count", "doubt"), [((2.3,), 0, {"reason"}), ((2.3, 4.0), 1, {"count_reason"})]
 )

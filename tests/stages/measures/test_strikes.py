@@ -105,6 +105,33 @@ def test_a_raise_counts_by_what_is_seen_while_the_elbow_is_sure(unsure, count):
     )  # of a height that is not sure
 
 
+@pytest.mark.parametrize(("deg", "sd_deg", "held"), [(130, 6.0, 1), (95, 6.0, 0), (95, 1.0, 1), (60, 1.0, 0)])
+def test_an_arm_that_is_up_all_the_time_is_not_said_not_to_be_raised(deg, sd_deg, held):
+    """Of a photograph of somebody with both arms overhead: "No arm raises"."""
+    both = {f"{side}_shoulder_elevation_deg": np.full(len(TIMES), float(deg)) for side in "rl"}
+    both |= {f"{side}_shoulder_elevation_sd_deg": np.full(len(TIMES), sd_deg) for side in "rl"}
+    told = raised(both, {"l_elbow": [(0, 12)]})
+    assert (told["right"]["count"], "reason" in told["right"], "holds" in told["left"]) == (0, False, False)
+    assert told["right"].get("holds", {}).get("count", 0) == held
+    raises = {
+        "r_shoulder_elevation_deg": 100 + bump(3, 0.7, 70),
+        "l_shoulder_elevation_deg": np.zeros(len(TIMES)),
+    }
+    assert "holds" not in raised(raises, {})["right"]  # it is raised once
+    if held:
+        assert "longest_reason" in told["right"]["holds"]
+        assert told["right"]["holds"]["longest_s"] == pytest.approx(np.ptp(TIMES))
+
+
+@pytest.mark.parametrize(("unsure", "count"), [((3.3, 12.0), 1), ((0.0, 2.7), 1), ((2.0, 12.0), 0)])
+def test_a_raise_counts_at_least_whose_return_the_detector_is_unsure_of_to_the_end(unsure, count):
+    """An arm rose from 20 to 153 degrees; then the detector was unsure of the elbow until the take's end: beside the
+    range of 23 to 150 degrees stood that whether it was raised cannot be told."""
+    arms = {f"{side}_shoulder_elevation_deg": 10 + bump(3, 0.7, 130) for side in "rl"}
+    told = raised(arms, {"l_elbow": [unsure]})["left"]
+    assert (told["count"], ["reason", "count_reason"][count] in told) == (count, True)
+
+
 def test_a_raise_counts_whatever_the_largest_is():
     """Of a dancer's arm that rose to the horizontal beside raises over the head the page said that it was uncertain
     whether it rises by 50 degrees."""

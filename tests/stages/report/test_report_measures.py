@@ -189,6 +189,18 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
         assert hidden not in said
 
 
+def test_angles_without_a_range_say_why():
+    """Beside peaks of knee flexion the table of ranges had no row of it, and no reason."""
+    known = {"p05_deg": 3.0, "p95_deg": 20.0}
+    why = {name: {"reason": "too far"} for name in ("r_knee_flexion", "l_knee_flexion", "l_hip_abduction")}
+    of = {**why, "pelvis_obliquity": {"reason": "no hips"}, "r_hip_abduction": known}
+    told = str(ranges(grouped(rows_of({"range_of_motion": of})), None))
+    assert "No range of knee flexion, left hip abduction: too far." in told
+    assert "No range of pelvis obliquity: no hips." in told
+    whole = {"range_of_motion": {"r_hip_abduction": known}}
+    assert "No range" not in str(ranges(grouped(rows_of(whole)), None))
+
+
 def test_no_measures():
     assert happened((), "m") == ranges({}, None) == measure_tables({}) == ""
 
