@@ -41,11 +41,11 @@ class Detections:
 
     frame_index, person: (N,) numbers of the video frame and of the person. time_s: (N,) seconds. joints: (N, J, 2)
     pixels. confidence: (N, J) in [0, 1]. box: (N, 4) left, top, right, bottom. frames: of the video, up to the last to
-    be looked at; `frames_seen` of them were. cuts: (C,) frames that begin another scene. layout: name of the joints'
-    layout. method: of the detector. source: what these rest on, the video's SHA-256 first; another run may only go on
-    when its own is the same. damaged: (D,) frames whose data the decoder called corrupt. repeated: (R,) frames whose
-    image only repeats the one before. change: (F,) grey values, of each frame's image from the one before
-    (`Glance.change_to`), NaN where unknown.
+    be looked at; `frames_seen` of them were. cuts: (C,) frames that begin another scene, or another piece of one.
+    layout: name of the joints' layout. method: of the detector. source: what these rest on, the video's SHA-256 first;
+    another run may only go on when its own is the same. damaged: (D,) frames whose data the decoder called corrupt.
+    repeated: (R,) frames whose image only repeats the one before. change: (F,) grey values, of each frame's image from
+    the one before (`Glance.change_to`), NaN where unknown.
     """
 
     frame_index: np.ndarray
