@@ -32,7 +32,7 @@ _WORDS = ("layout", "method", "source")
 # Mean score of shoulders and hips, median over a take, that MoveNet of one person gives to people: 0.57 and more, also
 # to those 17 pixels high or on their heads; trees in videos without anybody have 0.38 to 0.5.
 _SURE = 0.5
-_FEWEST = 10  # frames of a person, as of `--person all`
+FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +121,7 @@ class Detections:
         frames = len(person)
         # Images that were looked at: of a part of a video, or a live camera, fewer than `frames_seen`.
         images = 1 + np.isfinite(self.change).sum() + len(self.cuts)
-        few = frames < _FEWEST and 2 * frames < images
+        few = frames < FEWEST_FRAMES and 2 * frames < images
         found = [notice("hardly-seen", person=person.person, frames=frames)] if few else []
         torso = person.layout.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
         sure = float(np.median(person.confidence[:, torso].mean(axis=1)))
