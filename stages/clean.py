@@ -21,8 +21,8 @@ from ..pipeline.signals.visibility import not_seen, size_doubted, unseen
 
 @dataclass(frozen=True)
 class Clean:
-    """The stage. Options as those of `clean`. Keypoints outside the image hide their joints; the size comes from the
-    video or the user."""
+    """The stage. Options as those of `clean`. Keypoints that were not seen, or are outside the image, hide their joints
+    unless these are motion capture; the image's size comes from the video or the user."""
 
     max_gap_s: float = 0.2
     spike: float = 0.5
@@ -53,9 +53,10 @@ class Clean:
             detected = any(each.code == "detected" for each in take.said)  # in this video, so of its size
             if not detected and (doubt := size_doubted(take.keypoints, size)):
                 notices.append(doubt)
-            hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
-            poses = without(poses, hidden)
-            notices += not_seen(hidden, out, poses.times)
+            if poses.made_by.kind != "measured":
+                hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
+                poses = without(poses, hidden)
+                notices += not_seen(hidden, out, poses.times)
         return take.with_(poses=poses).saying(*notices)
 
 

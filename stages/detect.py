@@ -17,7 +17,7 @@ from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, package_version
 from ..pipeline.core.take import Take
-from ..pipeline.files.detections import Detections, load_detections
+from ..pipeline.files.detections import FEWEST_FRAMES, Detections, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.files.video_frames import shown_size
@@ -27,7 +27,6 @@ from ..pipeline.signals.swap_repair import treated
 from ..pipeline.signals.tracker import LARGER, PACE, REACH
 
 _LISTED = 5  # people named in a note
-_FEWEST = 10  # frames of a track that is somebody, as of `--person all`
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 
@@ -110,7 +109,7 @@ def _notices(
 
 def _adjoined(chosen: PoseSequence, others: Sequence[PoseSequence], cuts: np.ndarray) -> list[int]:
     """Frames that begin one track where the other ends, where no cut of the scene says why."""
-    pairs = [pair for one in others if len(one) >= _FEWEST for pair in ((chosen, one), (one, chosen))]
+    pairs = [pair for one in others if len(one) >= FEWEST_FRAMES for pair in ((chosen, one), (one, chosen))]
     ends = {
         int(later.frame_index[0])
         for first, later in pairs

@@ -1,7 +1,7 @@
 """What the built site loads from a network:  python docs/site/check.py build/site
 
 A page may name addresses to go to, but loads no script, style, font or image from elsewhere. What does is printed, and
-ends with code 1. Broken links end the build itself.
+ends with code 1. Broken links between documents end the build itself; those of the reference are not looked at.
 """
 
 from __future__ import annotations

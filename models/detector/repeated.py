@@ -17,8 +17,8 @@ _FEW = 4  # images that repeat in a row between others that move, as of 6 frames
 _BESIDE = 3  # images that move before and after more of them,
 _LEAP = 1.1  # times as far as those after it: without a leap somebody stands still
 # Grey values by which an image that is shown on changes, in the middle and at a key frame, where it stops and goes on
-# from one image to the next; and in the middle where that is all there is. A small person who stands changes them by
-# 0.6, seen as large as usual by 2 and more.
+# from one image to the next; and in the middle where that is all there is, whose first images and key frames are up to
+# MOVES sharper. A small person who stands changes them by 0.6, seen as large as usual by 2 and more.
 _STILL, _SHARPER, _SAME = 1.5, MOVES / 2, 0.2
 
 
@@ -45,13 +45,15 @@ def _frozen(change: np.ndarray) -> np.ndarray:
     """(R,) rows of images that show the one before on: it stops and goes on at once, as nobody does, or the scene ends
     with it; of a scene that is a still all but the first."""
     found = [np.empty(0, np.int64)]
-    for first, stop in stretches(change < _SHARPER).tolist():
-        sides = change[max(first - _BESIDE, 0) : first], change[stop : stop + _BESIDE]
-        sides = [side for side in sides if np.isfinite(side).any()]
-        most = _STILL if sides else _SAME
-        moves = all((side >= MOVES).all() for side in sides)
-        if stop - first > _FEW and moves and np.median(change[first:stop]) < most:
-            found.append(np.arange(first, stop))
+    for least, most in ((_SHARPER, _STILL), (MOVES, _SAME)):
+        for first, stop in stretches(change < least).tolist():
+            sides = change[max(first - _BESIDE, 0) : first][::-1], change[stop : stop + _BESIDE]
+            # Beyond a cut is another scene.
+            sides = [side for side in sides if len(side) and np.isfinite(side[0])]
+            if bool(sides) == (most == _SAME) or not all((side >= MOVES).all() for side in sides):
+                continue
+            if stop - first > _FEW and np.median(change[first:stop]) < most:
+                found.append(np.arange(first, stop))
     return np.concatenate(found)
 
 

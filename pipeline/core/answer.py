@@ -48,7 +48,7 @@ _UNSTATED = 13.0  # degrees: the usual ± of a lifted range, for one without
 @dataclass(frozen=True)
 class JointRange:
     """Where the angles of a joint lie in nine of ten frames. sides: such as {"right": "3 to 58"}, degrees; of the trunk
-    {"": "4 left to 6 right"}. bar: the widest ± of an end, None where none is known. times: its error, that it ranges.
+    {"": "4 left to 6 right"}. bar: the widest ± of an end, None where none is known. times: how many errors it ranges.
     """
 
     joint: str

@@ -41,7 +41,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "in a row are filled in by even movement; speeds are less certain. Record or export the video at the camera's "
         "own frame rate."),
     "image-still": ("suspicious", "view",
-        "All images are the same: this is a picture, in which nobody moves or holds still."),
+        "All images of the person are the same: this is a picture, in which nobody moves or holds still."),
     "images-frozen": ("warning", "view",
         "The image stands still in frames {frames}: they show the same. Where the person is meanwhile is not known; "
         "nothing is measured there."),

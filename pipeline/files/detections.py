@@ -32,7 +32,7 @@ _WORDS = ("layout", "method", "source")
 # Mean score of shoulders and hips, median over a take, that MoveNet of one person gives to people: 0.57 and more, also
 # to those 17 pixels high or on their heads; trees in videos without anybody have 0.38 to 0.5.
 _SURE = 0.5
-_FEWEST = 10  # frames of a person, as of `--person all`
+FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +41,11 @@ class Detections:
 
     frame_index, person: (N,) numbers of the video frame and of the person. time_s: (N,) seconds. joints: (N, J, 2)
     pixels. confidence: (N, J) in [0, 1]. box: (N, 4) left, top, right, bottom. frames: of the video, up to the last to
-    be looked at; `frames_seen` of them were. cuts: (C,) frames that begin another scene. layout: name of the joints'
-    layout. method: of the detector. source: what these rest on, the video's SHA-256 first; another run may only go on
-    when its own is the same. damaged: (D,) frames whose data the decoder called corrupt. repeated: (R,) frames whose
-    image only repeats the one before. change: (F,) grey values, of each frame's image from the one before
-    (`Glance.change_to`), NaN where unknown.
+    be looked at; `frames_seen` of them were. cuts: (C,) frames that begin another scene, or another piece of one.
+    layout: name of the joints' layout. method: of the detector. source: what these rest on, the video's SHA-256 first;
+    another run may only go on when its own is the same. damaged: (D,) frames whose data the decoder called corrupt.
+    repeated: (R,) frames whose image only repeats the one before. change: (F,) grey values, of each frame's image from
+    the one before (`Glance.change_to`), NaN where unknown.
     """
 
     frame_index: np.ndarray
@@ -121,7 +121,7 @@ class Detections:
         frames = len(person)
         # Images that were looked at: of a part of a video, or a live camera, fewer than `frames_seen`.
         images = 1 + np.isfinite(self.change).sum() + len(self.cuts)
-        few = frames < _FEWEST and 2 * frames < images
+        few = frames < FEWEST_FRAMES and 2 * frames < images
         found = [notice("hardly-seen", person=person.person, frames=frames)] if few else []
         torso = person.layout.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
         sure = float(np.median(person.confidence[:, torso].mean(axis=1)))

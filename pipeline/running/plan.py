@@ -104,7 +104,8 @@ def _reads(stage: str) -> tuple[str, ...]:
 def _require(recipe: Recipe, stage: str, what: str) -> None:
     if not recipe.has(stage):
         registry.load("stages", stage)  # says that there is none at all
-        instead = ": keypoints or poses that are given take its place" * (stage in ("detect", "lift"))
+        given = {"detect": "keypoints or poses", "lift": "poses"}.get(stage)
+        instead = f": {given} that are given take its place" if given else ""
         raise InputError(
             "option-conflict", f"{what} is for the stage '{stage}', which this run does not have{instead}."
         )

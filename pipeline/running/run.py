@@ -18,6 +18,7 @@ from ..core.notices import notice
 from ..core.system import give_memory_back
 from ..core.take import Take, Told
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
+from ..files.detections import FEWEST_FRAMES
 from ..files.names import KEYPOINTS
 from ..plugins.options import files_among
 from ..reading.clock import Clock
@@ -28,8 +29,6 @@ from .people import PersonRun, folder_names, write_index
 from .plan import planned
 from .recipe import Recipe
 from .runner import Pipeline, run_together
-
-FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
 
 _FRAME_BYTES, _FIXED_BYTES = 5000, 1 << 22  # of a run without its video; 18,000 frames take 90 MB
 

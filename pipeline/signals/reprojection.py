@@ -136,9 +136,10 @@ def straight_in_image(take: Take) -> dict[str, np.ndarray] | None:
 
 def limb_scores(take: Take) -> dict[str, np.ndarray]:
     """{limb: (T, 2)} of LIMBS in the rows of the poses: mean_scores of its middle and outer joint, one below SURE_SCORE
-    where the detector is unsure of the limb. Empty where nothing tells."""
+    where the detector is unsure of the limb. Empty where nothing tells, and of motion capture, which needs no detector.
+    """
     poses, keypoints = take.poses, take.keypoints
-    if poses is None or keypoints is None:
+    if poses is None or keypoints is None or poses.made_by.kind == "measured":
         return {}
     scores = mean_scores(keypoints, poses.frame_index, poses.times)
     return (

@@ -41,8 +41,9 @@ _SHOWN_BY = {
 
 @dataclass(frozen=True)
 class Doubts:
-    """In words, "" where there is no doubt: which way the body is turned, how fast it moves, which leg is which; and of
-    each movement, where there is a doubt, whether the limbs are where they seem to be; and that all is one image."""
+    """In words, "" where there is no doubt: which way the body is turned, how fast it moves, which leg is which; of
+    each movement, where there is a doubt, whether the limbs are where they seem to be; and that all images of the
+    person are one picture."""
 
     turned: str = ""
     paced: str = ""
@@ -66,7 +67,7 @@ def doubts_of(said: Iterable[Notice], unsure: Mapping[str, np.ndarray]) -> Doubt
         "the frame rate may be wrong" * bool(against_rate(said)),
         "the legs look exchanged at times" * exchanged,
         _limbs(unsure),
-        "all images are the same" * any(each.code == "image-still" for each in said),
+        "all images of the person are the same" * any(each.code == "image-still" for each in said),
     )
 
 

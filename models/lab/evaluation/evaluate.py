@@ -202,7 +202,7 @@ lifters = _report(
     """Compare lifters person by person, to choose one.
 
     It lifts whole validation takes from wild and typical cameras: with noisy and exact keypoints, with and without a
-    known focal length: some four minutes of a core for each network.
+    known focal length. A network takes some four minutes of a core.
     """,
     file="lifters",
 )  # fmt: skip
@@ -230,7 +230,7 @@ motion = _report(
 )  # fmt: skip
 swaps = _report(
     "swaps", "swaps", _BEFORE_CAMERAS,
-    "Exchange limbs and reverse depth in takes, and test how well this is found.",
+    "Test how well exchanged limbs of simulated keypoints are found, and what repairs are worth to the lift.",
 )  # fmt: skip
 gait = _report(
     "gait", "gait", ("rectifier", *_BEFORE_CAMERAS),

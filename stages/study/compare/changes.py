@@ -30,6 +30,8 @@ from .side import Side
 _MOST = 6  # changes that a sentence names
 _OTHER_CADENCE = 0.1  # share by which cadences differ that are of two walks, where their errors are not known
 _BEYOND = 0.1  # of the figures that did not change, of each by itself: SD_90
+# Times as many and more: of ten figures, if their errors were independent, in one of 80 pairs of takes.
+_MANY = 3
 
 
 class Change(NamedTuple):
@@ -121,7 +123,8 @@ def told(changes: list[Change], against: str) -> Iterator[str]:
     figures = f"of {len(tested)} ranges of motion and figures of movements"
     more_than = "by more than may be chance among so many"
     if not apart:
-        some = "; some of these may well have changed" if beyond > 3 * _BEYOND * len(tested) else ""
+        many = beyond > max(1, _MANY * _BEYOND * len(tested))
+        some = "; some of these may well have changed" * many
         yield f"None {figures} alone differs {more_than}; {own}{some}"
         return
     words = [f"{named(change)} {change.words}{_gap(change.unit)}{change.unit}" for change in apart[:_MOST]]

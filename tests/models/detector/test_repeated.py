@@ -33,6 +33,9 @@ STALLED = np.r_[0:20, [19] * 9, 29:40]
         ([np.nan, *[0] * 30], range(1, 31)),  # a picture
         ([*MOVES, *NOT], range(6, 16)),  # to the end
         ([np.nan, *NOT, *MOVES], range(1, 11)),
+        ([np.nan, 6.2, 1.4, *[0.1] * 10, 3.3, *[0] * 10], range(1, 24)),  # a picture, encoded
+        ([*MOVES, np.nan, *[0.1] * 10], range(7, 17)),  # behind a cut
+        ([*MOVES, *NOT, np.nan, *MOVES], range(6, 16)),  # up to a cut
         ([*[4.0] * 6, *NOT, *[4.0] * 6], []),  # somebody small stands
         (NOT * 3, []),
         ([*NOT, 16] * 4, []),  # a sharper key frame now and then

@@ -10,6 +10,7 @@ from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.signals.angles import UNSEEN
+from pcnet3d.pipeline.signals.reprojection import limb_scores, unsure_joints
 from pcnet3d.pipeline.signals.visibility import mean_scores, not_seen, size_doubted, unseen
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
@@ -207,3 +208,17 @@ def test_a_joint_that_was_not_seen_comes_back_when_the_detector_is_sure_of_it(be
     assert hidden[:, ANKLES[0]].all() == (meanwhile and detector == "movenet@0")
     assert hidden[:20, ANKLES].all()
     assert not np.delete(hidden, ANKLES, axis=1).any()
+
+
+@pytest.mark.parametrize("kind", ["measured", "estimated"])
+def test_a_detector_hides_nothing_of_motion_capture(kind):
+    """Knees that markers had measured lost their range, because MoveNet did not see them in the video."""
+    joints = np.random.default_rng(0).normal(size=(FRAMES, 17, 3))
+    poses = PoseSequence(joints, H36M17, CAMERA, time_s=TIMES, made_by=MadeBy(kind))
+    score = np.full((FRAMES, 17), 0.9)
+    score[:, ANKLES] = 0.1
+    given = keypoints(score=score).with_(made_by=MadeBy("estimated", "movenet@0"))
+    done = Clean()(Take("t", poses=poses, keypoints=given).telling(image_size=SIZE))
+    assert np.isnan(done.poses.joints[:, ANKLES]).any() == (kind == "estimated")
+    assert ("not-seen" in [each.code for each in done.notices]) == (kind == "estimated")
+    assert bool(limb_scores(done)) == bool(unsure_joints(done)) == (kind == "estimated")

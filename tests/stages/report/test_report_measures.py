@@ -218,16 +218,14 @@ def test_lengths_and_speeds_have_the_unit_of_the_take(length, per_second):
 def test_a_step_length_that_is_smaller_than_its_error_is_no_figure():
     """A page said "0.80 ± 0.86 m"; its first sentence already said of the speed that it cannot be told."""
     walk = {"mean_step_length": 0.8, "mean_step_length_error": 0.52}
-    walking = {"gait": "walking", "steps": 8, **walk, "right": walk, "left": {**walk, "steps": 4}}
-    rows = rows_of({"walking": walking})
+    rows = rows_of({"walking": {"steps": 8, **walk, "right": walk, "left": {**walk, "steps": 4}}})
     said = happened(rows, "m")
     assert "0.8" not in said.replace("0.86", "")
     assert figures(said)["mean step length"] == "cannot be told (± 0.86 m)"
     assert said.count("cannot be told (± 0.86)") == 2
     assert nested(rows)["walking"]["right"] == {**walk, "mean_step_length_outcome": CANNOT_BE_TOLD}
-    width = {"mean_step_width": 0.09, "mean_step_width_error": 0.05}
-    wide = happened(rows_of({"walking": {"steps": 8, **width}}), "m")
-    assert figures(wide)["mean step width"] == "0.09 ± 0.082 m"
+    wide = {"steps": 8, "mean_step_width": 0.09, "mean_step_width_error": 0.05}
+    assert figures(happened(rows_of({"walking": wide}), "m"))["mean step width"] == "0.09 ± 0.082 m"
 
 
 def test_only_what_happened_is_shown_and_the_rest_is_named_on_demand():
@@ -243,8 +241,7 @@ def test_only_what_happened_is_shown_and_the_rest_is_named_on_demand():
     assert "Knee bends" not in shown
     assert "Jumps: cannot be told: nobody &lt;knows&gt;." in absent
     assert "Knee bends: none." in absent
-    squatted = {"knee_bends": {"count": 2, "squats": 2}}
-    assert "<h3>Squats</h3>" in happened(rows_of(squatted), "m")
+    assert "<h3>Squats</h3>" in happened(rows_of({"knee_bends": {"count": 2, "squats": 2}}), "m")
     assert "<h3>Knee bends</h3>" in happened(rows_of({"knee_bends": {"count": 2, "squats": 1}}), "m")
 
 

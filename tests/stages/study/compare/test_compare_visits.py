@@ -232,6 +232,26 @@ def test_of_many_figures_one_that_chance_may_have_made_is_not_said_to_differ(sid
         assert said.endswith(f"{beyond or 'none'} is beyond its own MDC90, where 1 would be by chance alone")
 
 
+@pytest.mark.parametrize(("of", "beyond", "several"), [(2, 1, False), (10, 3, False), (10, 4, True)])
+def test_several_figures_may_have_changed_where_many_more_are_beyond_than_by_chance(
+    sides, of, beyond, several
+):
+    """Of two figures one was beyond its MDC90, as one of two is in every fifth pair of takes."""
+
+    def visit(side, more_deg):
+        ranges = {
+            name: {"p05_p95_deg": 50.0 + more_deg * (i < beyond), "p05_p95_error_deg": 4.0}
+            for i, name in enumerate(list(ANGLES)[:of])
+        }
+        return with_run(side, measures=rows_of({"range_of_motion": ranges}))
+
+    found = changes(visit(sides[1], 9.8), visit(sides[0], 0.0), True)
+    assert sum(not change.within_error for change in found) == beyond
+    (said,) = told(found, "front less side")
+    assert said.startswith(f"None of {of}")
+    assert said.endswith("may well have changed") == several
+
+
 def test_visits_that_are_alike_differ_in_nothing(sides):
     visits = [of_visit(side, 5.0, 55.0, 1.0) for side in sides]
     assert list(result(compared(visits).pairs[0]))[-1].startswith("None of 2 ranges")
