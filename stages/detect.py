@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -17,7 +16,7 @@ from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, package_version
 from ..pipeline.core.take import Take
-from ..pipeline.files.detections import FEWEST_FRAMES, Detections, load_detections
+from ..pipeline.files.detections import Detections, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.files.video_frames import shown_size
@@ -98,24 +97,12 @@ def _notices(
     """What the user should know about who was found where. size: the image's width and height."""
     notices = [*chosen.notices, *found.doubts(chosen)]
     others = [one for one in people if one.person != chosen.person]
-    notices += [notice("cut-or-another", frame=frame) for frame in _adjoined(chosen, others, found.cuts)]
     again = [one.person for one in others if _may_be(found, one, chosen, size)]
     if again:
         notices.append(notice("lost-and-found", again=" and ".join(again[:_LISTED]), person=chosen.person))
     if found.frames_seen < found.frames:
         notices.append(notice("interrupted", frame=found.frames_seen, frames=found.frames))
     return notices
-
-
-def _adjoined(chosen: PoseSequence, others: Sequence[PoseSequence], cuts: np.ndarray) -> list[int]:
-    """Frames that begin one track where the other ends, where no cut of the scene says why."""
-    pairs = [pair for one in others if len(one) >= FEWEST_FRAMES for pair in ((chosen, one), (one, chosen))]
-    ends = {
-        int(later.frame_index[0])
-        for first, later in pairs
-        if later.frame_index[0] == first.frame_index[-1] + 1
-    }
-    return sorted(ends - set(cuts.tolist()))
 
 
 def _may_be(found: Detections, one: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> bool:

@@ -13,7 +13,7 @@ from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, rotate, unit
-from ..files.detections import listed
+from ..files.detections import FEWEST_FRAMES, listed
 from ..signals.reprojection import off_in_image
 from ..signals.tracker import steps
 from ..signals.visibility import certain
@@ -66,7 +66,7 @@ def choose_detected(people: tuple[PoseSequence, ...], person: str | None, where:
         chosen = max(people, key=lambda poses: (len(poses), _area(poses, "")))
     else:
         chosen = choose_person(people, person, where)
-    chosen = chosen.saying(*_back_as_another(chosen, people))
+    chosen = chosen.saying(*_back_as_another(chosen, people), *_adjoined(chosen, people))
     if len(people) == 1 or person not in (None, *RANKS):
         return chosen
     tracks = [
@@ -90,6 +90,18 @@ def _back_as_another(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> 
                 unseen = back - gone - 1
                 return [notice("leap-after-gap", weight="suspicious", sizes=sizes, frame=back, unseen=unseen)]
     return []
+
+
+def _adjoined(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> list[Notice]:
+    """Of each frame that begins one track where the other ends, the chosen or another, where no cut says why."""
+    others = (one for one in people if one.person != chosen.person and len(one) >= FEWEST_FRAMES)
+    pairs = [pair for one in others for pair in ((chosen, one), (one, chosen))]
+    frames = {
+        int(later.frame_index[0])
+        for first, later in pairs
+        if later.scene == first.scene and later.frame_index[0] == first.frame_index[-1] + 1
+    }
+    return [notice("cut-or-another", frame=frame) for frame in sorted(frames)]
 
 
 def same_person(

@@ -208,7 +208,8 @@ def charts(figures: Iterable[Markup], small: bool = False) -> Markup:
 
 def beside(*parts: Markup) -> Markup:
     """Side by side where there is room."""
-    return kit().beside([part for part in parts if part])
+    shown = [part for part in parts if part]
+    return kit().beside(shown) if shown else Markup("")
 
 
 def joined(parts: Iterable[Markup]) -> Markup:

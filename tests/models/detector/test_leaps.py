@@ -8,7 +8,7 @@ import pytest
 from golden.detections import detected, scored
 from pcnet3d.models.detector.leaps import leaps
 from pcnet3d.models.detector.video import _told_apart
-from pcnet3d.stages.detect import _adjoined
+from pcnet3d.pipeline.reading.choose import choose_detected
 
 FRAMES, CUT = np.arange(60), 30
 
@@ -62,7 +62,8 @@ def test_where_one_track_ends_another_begins_is_said(ends, begins, cuts, told):
     """A walk with half a second cut out was of two people, of whom the page took the second without a word."""
     frames = np.r_[0:ends, begins:60]
     points = scored(np.random.default_rng(0).uniform(0, 200, (len(frames), 17, 2)))
-    one, other = detected(frames, points, (np.arange(len(frames)) >= ends).astype(int)).people()
-    assert _adjoined(one, [other], np.array(cuts)) == [30] * told
-    if told:
-        assert _adjoined(other, [one], np.array(cuts)) == [30]
+    found = detected(frames, points, (np.arange(len(frames)) >= ends).astype(int))
+    people = replace(found, cuts=np.array(cuts, np.int64)).people()
+    for person in ("0", "1") if told else ("0",):
+        said = choose_detected(people, person, "").notices
+        assert [each.values["frame"] for each in said if each.code == "cut-or-another"] == [30] * told

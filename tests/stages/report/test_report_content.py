@@ -67,6 +67,10 @@ def test_the_ranges_stand_before_what_is_long(walk_take):
     assert content.index("<h3>Knee bends</h3>") < content.index("<h3>Floor</h3>")
 
 
+def test_no_room_is_left_for_tables_without_rows(walk_take):
+    assert '<div class="beside"></div>' not in report(walk_take.with_(measures=()))
+
+
 def test_an_acceleration_that_is_less_certain_than_large_is_left_to_words(walk_take):
     columns = dict(walk_take.kinematics)
     columns["r_wrist_acceleration_reason"] = np.full_like(columns["r_wrist_acceleration_reason"], UNCERTAIN)
