@@ -232,7 +232,7 @@ def _range(take: Columns, name: str, own_zero: bool, unsure: Mapping[str, np.nda
     (low, high), (at_low, at_high) = ends(values, sd)
     lowest, highest = np.percentile(every[np.isfinite(every)], [5, 95])
     error = SD_90 * float(np.nanmax([at_low, at_high, take.unstated_deg]))
-    if max(low - lowest, highest - high) > error:
+    if guessed.any() and max(low - lowest, highest - high) > error:
         return [Remark("reason", f"{share}; the others do not show its range"), *basis(values)]
     least, most = ALL_ANGLES[name].anatomy_deg
     beyond = int(((known < least) | (known > most)).sum()) if own_zero else 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -83,9 +84,9 @@ def true_walks(found: Group, feet: Mapping[str, Sequence[Stance]]) -> list[list[
     for words, side in SIDES.items():
         group, other = subgroup(found, words), "rl"[side == "r"]
         for start, stop in zip(moments(group, "stride_start"), moments(group, "stride_stop"), strict=True):
-            (between,) = (at for at in lands[other] if start < at < stop)
-            first, middle, last = nearest(start, side), nearest(between, other), nearest(stop, side)
-            pairs |= {i for i, j in ((first, middle), (middle, last)) if i >= 0 and j == i + 1}
+            between = [nearest(at, other) for at in lands[other] if start < at < stop]
+            landings = [nearest(start, side), *between, nearest(stop, side)]
+            pairs |= {i for i, j in pairwise(landings) if i >= 0 and j == i + 1}
     walks: list[list[Step]] = []
     for i in sorted(pairs):
         if i - 1 not in pairs:
