@@ -124,9 +124,9 @@ def told(items: Iterable[Told]) -> Markup:
     return kit().figures(items) if items else Markup("")
 
 
-def details(summary: str, content: Markup) -> Markup:
-    """What is shown on demand; nothing when there is nothing."""
-    return kit().details(summary, content) if content else Markup("")
+def details(summary: str, content: Markup, shown: bool = False) -> Markup:
+    """What is shown on demand, or what can be hidden and is printed; nothing when there is nothing."""
+    return kit().details(summary, content, shown) if content else Markup("")
 
 
 def bullets(items: Iterable[str], ordered: bool = False) -> Markup:

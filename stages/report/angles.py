@@ -85,7 +85,7 @@ def sides_compared(measures: Group) -> list[str]:
     untold = "; ".join(dict.fromkeys(filter(None, whys)))
     if not stated:
         return [f"Whether right and left differ cannot be told: {untold}."] if untold else []
-    rest = [f"Of other figures it cannot be told: {untold}."] if untold else []
+    rest = [f"Whether right and left differ in other figures cannot be told: {untold}."] if untold else []
     differ = differing(difference_chance(np.array([value / error for value, error, _ in stated.values()])))
     apart = [
         f"{words} {value:+z.0f} ± {bar:.0f} %"

@@ -106,7 +106,7 @@ def happened(rows: Iterable[Row], length: str) -> Markup:
             )
     single: Group = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict)}
     shown = measure_tables(single, length) + joined(parts)
-    missed = details("Movements that were not found, and why", bullets(absent))
+    missed = details("Movements that were not found, and why", bullets(absent), shown=True)
     if shown:
         return small(_ERRORS) + missed + shown
     return small("No movement was counted.") + missed if absent else Markup("")

@@ -95,7 +95,11 @@ def _furthest(joints: Sequence[JointRange]) -> Markup:
 
     def rows(sides: tuple[str, ...]) -> list[tuple[str | None, ...]]:
         return [
-            (of.joint, *map(of.sides.get, sides), "not known" if of.bar is None else f"{of.bar:.0f}")
+            (
+                of.joint,
+                *(of.sides.get(side, "–").replace(" to ", "\u00a0to\u00a0") for side in sides),
+                "not known" if of.bar is None else f"{of.bar:.0f}",
+            )
             for of in joints
             if not of.sides.keys().isdisjoint(sides)
         ]
