@@ -94,7 +94,18 @@ class Measures:
         )
         against = not_shown(take, residuals)
         untold = sides_untold(take)
-        found = measures(filtered, rectified, kinematics, source, gait, *asked, against, untold, unsure)
+        found = measures(
+            filtered,
+            rectified,
+            kinematics,
+            source,
+            gait,
+            *asked,
+            against,
+            untold,
+            unsure,
+            take.told.neutral is None,
+        )
         found += tuple(within("off_keypoints", off_keypoints(residuals, source.times)))
         said = exchanged(take, residuals)
         said += [notice("on-a-belt")] * (
@@ -138,6 +149,7 @@ def measures(
     against: Mapping[str, Spans] = MappingProxyType({}),
     untold: Mapping[str, str] = MappingProxyType({}),
     unsure: Mapping[str, np.ndarray] = MappingProxyType({}),
+    own_zero: bool = True,
 ) -> tuple[Row, ...]:
     """Rows, named below as in summary.json (`pipeline.core.measures.nested`). What cannot be had is absent, and its
     group has a `reason`.
@@ -147,7 +159,7 @@ def measures(
     were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
     in_image: signals.reprojection.straight_in_image; doubt: of outcomes.doubts_of; against: of
     off_keypoints.not_shown; untold: of sides.sides_untold; unsure: of signals.reprojection.unsure_joints, whose frames
-    are in no range.
+    are in no range; own_zero: of `_range`.
 
     Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
     of angles by what they are stated with; of ranges, of right less left and from repetition to repetition (peak_mdc90)
@@ -161,7 +173,6 @@ def measures(
     take = Columns(kinematics, filtered.times, breaks(filtered), judged(source), unstated_deg)
     body = body_joints(filtered, rectified)
     named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in kinematics]
-    own_zero = not any(step.name == "neutral" for step in filtered.history)
     ranges = [
         row for name in named for row in within(name, _range(take, name, own_zero, unsure), side_of(name))
     ]
