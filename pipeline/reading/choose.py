@@ -22,7 +22,8 @@ from ..signals.visibility import certain
 # of real takes by MotionBERT, MHFormer and BlazePose are 0.045 to 0.16 off their own keypoints or another detector's,
 # 0.18 to 0.6 off the same person's a third of a second later, and 0.44 to 0.66 off another person's.
 _ALIKE, _BY_FAR = (0.04, 0.25), 1.5
-_AT_ONCE, _ONE_PLACE = 3, 0.15  # frames; of the body's size, from one to the next
+# Frames, and of the body's size from one to the next: looser ones took 12 of 444 sound takes for exchanged.
+_AT_ONCE, _ONE_PLACE = 3, 0.15
 _ENOUGH_FRAMES = 10  # medians of three frames were up to 0.8 off where a person turned
 
 

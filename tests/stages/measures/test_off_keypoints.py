@@ -4,12 +4,12 @@ keypoints."""
 import numpy as np
 import pytest
 
-from pcnet3d.models.angle_error.off_keypoints import widened
+from pcnet3d.models.angle_error.off_keypoints import agrees, steady, widened
 from pcnet3d.models.angle_error.take_angles import AngleSeries
 from pcnet3d.pipeline import H36M17, Take
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES
-from pcnet3d.pipeline.signals.reprojection import limb_scores, residuals_of, straight_in_image
+from pcnet3d.pipeline.signals.reprojection import Residuals, limb_scores, residuals_of, straight_in_image
 from pcnet3d.pipeline.signals.swaps import kinds
 from pcnet3d.stages.measures.off_keypoints import exchanged, not_shown
 
@@ -81,3 +81,29 @@ def test_raises_rest_on_the_elbow(filmed):
     assert times[18] <= begin <= times[22]
     assert times[47] <= end <= times[52]
     assert arms("l_wrist", 0.4) == arms("l_elbow", 0.55) == arms("l_elbow", 0.4, "yolo@0") == [[], []]
+
+
+def test_errors_grow_where_a_limb_contradicts_its_keypoints_and_nowhere_else():
+    off = np.full((60, 17, 2), 0.0)
+    off[..., 0] += 0.01 * np.arange(17)  # usual residuals
+    off[20:40, H36M17.index("r_wrist")] += 0.4
+    residuals = Residuals(1000 * off, off)
+    series = {
+        f"{side}_elbow_flexion": AngleSeries(
+            np.full(60, 50.0), np.full(60, 8.0), np.zeros(60, np.int8), np.full(60, 8.0)
+        )
+        for side in "rl"
+    }
+    found = widened(series, residuals, {})
+    assert agrees(residuals) > 0
+    wide = found["r_elbow_flexion"]
+    assert (wide.reason[22:38] != 0).all()  # beyond MAX_SD_DEG
+    assert (wide.sd_deg[:18] == 8).all()
+    assert (found["l_elbow_flexion"].sd_deg == 8).all()
+    assert widened(series, None, {}) == series
+
+
+def test_a_residual_of_one_frame_is_the_keypoints():
+    residual = np.full(30, 0.02)
+    residual[10] = 0.5
+    assert steady(residual).max() == pytest.approx(0.02)

@@ -7,14 +7,10 @@ import numpy as np
 import pytest
 
 from golden.measures import rows_of
-from pcnet3d.models.angle_error.off_keypoints import agrees, steady, widened
-from pcnet3d.models.angle_error.take_angles import AngleSeries
-from pcnet3d.models.lab.evaluation.repetitions import Judged, judge
 from pcnet3d.pipeline import CAMERA, PoseSequence, Take
 from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, grouped, nested, within
-from pcnet3d.pipeline.signals.reprojection import Residuals
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.cycles import repetitions
 from pcnet3d.stages.measures.figures import moments
@@ -369,38 +365,3 @@ def test_a_punch_that_the_image_shows_once_is_one():
     assert _once(twice, TIMES, found) == found
     (punch,) = _once(0.4 + bump(6.1, 0.08, 0.6), TIMES, found)
     assert (punch.start_s, punch.stop_s, punch.peak) == (found[0].start_s, found[1].stop_s, found[0].peak)
-
-
-def test_errors_grow_where_a_limb_contradicts_its_keypoints_and_nowhere_else():
-    off = np.full((60, 17, 2), 0.0)
-    off[..., 0] += 0.01 * np.arange(17)  # usual residuals
-    off[20:40, H36M17.index("r_wrist")] += 0.4
-    residuals = Residuals(1000 * off, off)
-    series = {
-        f"{side}_elbow_flexion": AngleSeries(
-            np.full(60, 50.0), np.full(60, 8.0), np.zeros(60, np.int8), np.full(60, 8.0)
-        )
-        for side in "rl"
-    }
-    found = widened(series, residuals, {})
-    assert agrees(residuals) > 0
-    wide = found["r_elbow_flexion"]
-    assert (wide.reason[22:38] != 0).all()  # beyond MAX_SD_DEG
-    assert (wide.sd_deg[:18] == 8).all()
-    assert (found["l_elbow_flexion"].sd_deg == 8).all()
-    assert widened(series, None, {}) == series
-
-
-def test_a_residual_of_one_frame_is_the_keypoints():
-    residual = np.full(30, 0.02)
-    residual[10] = 0.5
-    assert steady(residual).max() == pytest.approx(0.02)
-
-
-def test_labels_are_compared_by_count_and_by_the_most_time_shared():
-    judged = Judged()
-    judge(judged, [(1.0, 2.0)], [(0.1, 0.5), (1.1, 2.3)])
-    judge(judged, [], [])
-    row = judged.row()
-    assert (row["series"], row["movements"], row["counts"]) == (2, 1, 0.5)
-    assert (row["found"], row["begin"], row["end"]) == (1.0, 1.0, 0.0)

@@ -17,14 +17,12 @@ from pcnet3d.pipeline.core.measures import (
     nested,
     within,
 )
-from pcnet3d.pipeline.signals.angles import MIDLINE
-from pcnet3d.pipeline.signals.foot_angles import ALL_OF_BOTH
 from pcnet3d.stages.drawing.words import range_words
 from pcnet3d.stages.measures.movements import BEND, RAISE
 from pcnet3d.stages.measures.outcomes import BRIEFEST_S, with_outcome
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.measures.strikes import _KICK_RISES
-from pcnet3d.stages.report.angles import ranges, sides_compared
+from pcnet3d.stages.report.angles import ranges
 from pcnet3d.stages.report.glossary import COUNTED, explained
 from pcnet3d.stages.report.measures import FOR_FILES, happened, measure_tables, named
 from pcnet3d.stages.study.compare.changes import Change
@@ -326,49 +324,6 @@ def test_every_figure_of_a_walk_is_explained():
         for name, row in group.items():
             if isinstance(row, Measure | Moments | list) and name not in FOR_FILES:
                 assert explained(name) or name in ("frames", "nan_share", "start", "stop"), name
-
-
-def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
-    knee = {"symmetry_index_percent": -20.0, "symmetry_index_error_percent": 15.0, "within_error": True}
-    hip = {"symmetry_index_percent": 30.0, "symmetry_index_error_percent": 6.0, "within_error": False}
-
-    def compared(figures):
-        return sides_compared(grouped(rows_of(figures)))
-
-    assert compared({}) == []
-    assert (
-        compared({"symmetry": {"knee_flexion": {"symmetry_index_percent": 50.0}}}) == []
-    )  # no error is stated
-    (same,) = compared({"symmetry": {"knee_flexion": knee}})
-    assert same == "Between right and left no difference in range of motion is certain."
-    walking = {f"step_time_{key}": value for key, value in knee.items()}
-    (same,) = compared({"symmetry": {"knee_flexion": knee}, "walking": walking})
-    assert "in range of motion or steps is" in same
-    walking = {f"step_length_{key}": value for key, value in hip.items()}
-    (apart,) = compared({"symmetry": {"knee_flexion": knee, "thigh_trunk_flexion": hip}, "walking": walking})
-    (why,) = compared(
-        {"symmetry": {"knee_flexion": {"symmetry_outcome": CANNOT_BE_TOLD, "reason": "unsure"}}}
-    )
-    assert "unsure" in why
-    assert apart == (
-        "Right and left differ in range of thigh against trunk +30 ± 10 %, step length +30 ± 10 % (right minus left; "
-        "3 figures compared)."
-    )
-
-
-def test_one_difference_among_many_may_be_chance():
-    """A man who balances was filmed by four cameras: each page named another difference of his sides, and most were
-    none."""
-    angles = [name for name in ALL_OF_BOTH if name not in MIDLINE]
-    figures = {name: {"symmetry_index_percent": 2.0, "symmetry_index_error_percent": 20.0} for name in angles}
-    figures[angles[0]] = {"symmetry_index_percent": 50.0, "symmetry_index_error_percent": 20.0}
-    (said,) = sides_compared(grouped(rows_of({"symmetry": figures})))
-    assert f"1 of {len(angles)} exceeds its ±, which may be chance" in said
-    figures[angles[0]] = {"symmetry_index_percent": 150.0, "symmetry_index_error_percent": 20.0}
-    (said,) = sides_compared(grouped(rows_of({"symmetry": figures})))
-    assert "differ in" in said
-    assert "+150" in said
-    assert said.count("±") == 1
 
 
 def test_a_speed_without_metres_stands_beside_none_in_metres():
