@@ -41,13 +41,13 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "in a row are filled in by even movement; speeds are less certain. Record or export the video at the camera's "
         "own frame rate."),
     "image-still": ("suspicious", "view",
-        "All images of the person are the same: this is a picture, in which nobody moves or holds still."),
+        "All images of the person are the same: this is a picture, and shows no movement."),
     "images-frozen": ("warning", "view",
-        "The image stands still in frames {frames}: they show the same. Where the person is meanwhile is not known; "
-        "nothing is measured there."),
+        "The image stands still in frames {frames}. Where the person is meanwhile is not known, so nothing is measured "
+        "there."),
     "scene-changes": ("warning", "files",
-        "The video is cut {count:~time}, at frame {frames}: to another scene, or within one, with images taken out "
-        "or the picture enlarged. People are not tracked across a cut."),
+        "The video is cut {count:~time}, at frame {frames}: another scene begins, images were taken out, or the "
+        "picture was enlarged. People are not tracked across a cut."),
     "scenes-apart": ("note", "files",
         "People share the camera and the LEVEL axes only within one scene of the video."),
     "people-by-poses-alone": ("warning", "files",
@@ -306,7 +306,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "gait-errors-unknown": ("note", "motion",
         "The errors of the gait figures are not known: these poses{by} were not compared with ground truth."),
     "on-a-belt": ("note", "motion",
-        "The feet that stand are carried back under the body, as by a treadmill: speed and lengths of steps are "
+        "The standing feet are carried back under the body, as on a treadmill: speed and lengths of steps are "
         "relative to its belt."),
     "gait-unlike-any-seen": ("warning", "motion",
         "The gait errors were fitted on people whose {gait} had no such values: {figures}. There they were not "
