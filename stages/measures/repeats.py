@@ -113,7 +113,6 @@ def repeats(
     error = 0.0 if others and take.judged else error
     near = comes_near(driver, take.times, asked, error, take.seams, may_be, besides=others)
     uncertain = any(judged(one) == COUNTS for one in near)
-    told += [(one, judged(one)) for one in near if not uncertain]
     whole_ones = [one for one in found if one.whole]
     if found:
         briefest_s = _AS_LONG * min(one.stop_s - one.start_s for one in whole_ones or found)
