@@ -205,6 +205,17 @@ def test_without_a_punch_lifted_poses_do_not_say_that_there_was_none():
     assert nested(unsure)["right"]["reason"] == HIDES_PUNCHES  # there was an image
 
 
+def test_a_lifted_arm_that_never_reaches_out_does_not_punch():
+    """Every page of a walk said that punches cannot be told."""
+    level = PoseSequence(np.repeat(BODY[None], 60, axis=0), H36M17, CAMERA, time_s=TIMES[:60])
+    image = {f"{side}_arm": np.ones(60) for side in "rl"}
+    moved = level.joints.copy()
+    moved[20:40, H36M17.indices(["r_wrist"])[0]] += np.sin(np.linspace(0, np.pi, 20))[:, None] * [0, -0.3, 0.3]
+    for poses, hides in ((level, False), (level.with_(joints=moved), True)):
+        found = nested(strikes(poses, LEVELLED, True, image)["punches"])
+        assert ["reason" in found[side] for side in ("right", "left")] == [hides, False]
+
+
 def test_a_guard_that_rises_slowly_is_no_part_of_the_punch():
     """The arm opens a little from 2 s on and shoots out at 6 s: the punch lasts under a second."""
     reach = 0.4 + 0.05 * np.clip((TIMES - 2) / 3, 0, 1) + bump(6, 0.12, 0.5)
