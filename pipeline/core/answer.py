@@ -140,7 +140,11 @@ def _raised(arms: Group) -> list[_Told]:
     held = {side: _held(f"held the {side} arm up", of) for side, of in sides.items()}
     counts = {side: _count(of) for side, of in sides.items()}
     if right == left and right[0] and _together(*sides.values()):
-        return [(right[0], f"raised both arms {_counted(list(sides.values()))}"), *held["right"], *held["left"]]
+        return [
+            (right[0], f"raised both arms {_counted(list(sides.values()))}"),
+            *held["right"],
+            *held["left"],
+        ]
     seen = [side for side in _SIDES if counts[side] or held[side]]
     unknown = [side for side in _SIDES if side not in seen and text(sides[side], "reason")]
     other = f"; whether the {unknown[0]} arm was raised cannot be told" if seen and unknown else ""

@@ -162,9 +162,7 @@ def _unbroken(x: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[i
     return found
 
 
-def _held(
-    up: np.ndarray, up_s: np.ndarray, down: np.ndarray, down_s: np.ndarray
-) -> tuple[float, float]:
+def _held(up: np.ndarray, up_s: np.ndarray, down: np.ndarray, down_s: np.ndarray) -> tuple[float, float]:
     """When a rise comes to _HELD of its height, and when the return leaves that."""
     first = int(np.flatnonzero(up <= up.min() + _HELD * (up[-1] - up.min()))[-1])
     last = int(np.argmax(down <= down.min() + _HELD * (down[0] - down.min())))

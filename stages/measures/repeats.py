@@ -82,10 +82,12 @@ def repeats(
     def vague(one: Repetition) -> str:
         """Whether it rises, or comes back, only in moments whose own noise is as large."""
         start, peak, stop = np.searchsorted(take.times, [one.start_s, one.peak_s, one.stop_s])
-        for rows in (slice(max(start - 1, 0), peak), slice(peak, stop + 1)):
-            falls = np.nan_to_num(one.peak - driver[rows])
-            shows = falls >= _OWN * min(asked, falls.max(initial=0.0))
-            if np.isfinite(one.peak) and not (falls[shows] >= np.nan_to_num(NOISE * sd[rows][shows])).any():
+        sides = slice(max(start - 1, 0), peak + 1), slice(peak, stop + 1)
+        highest = np.nanmax(driver[sides[0].start : sides[1].stop], initial=-np.inf)
+        for rows in sides:
+            falls = np.nan_to_num(highest - driver[rows])
+            shows = falls >= _OWN * min(asked, falls.max())
+            if not (falls[shows] >= np.nan_to_num(NOISE * sd[rows][shows])).any():
                 return _VAGUE
         return ""
 
@@ -122,7 +124,8 @@ def repeats(
     others = [*every, *held, *parts]
     # Of poses by the built-in lifter, or measured, a near miss beside others is none.
     error = 0.0 if others and take.judged else error
-    near = comes_near(driver, take.times, asked, error, take.seams, may_be, besides=others)
+    besides = [*others, *(one for one, why in told if why not in (COUNTS, OTHER))]
+    near = comes_near(driver, take.times, asked, error, take.seams, may_be, besides=besides)
     uncertain = any(judged(one) == COUNTS for one in near)
     whole_ones = [one for one in found if one.whole]
     if found:

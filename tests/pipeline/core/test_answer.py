@@ -47,7 +47,10 @@ def test_of_an_arm_that_cannot_be_judged_it_is_said_beside_a_hold_too():
     held = {"count": 0, "holds": {"count": 1, "longest_s": 4.0}}
     arms = {"right": held, "left": {"count": 0, "reason": "it is uncertain"}}
     assert "whether the left arm was raised cannot be told" in answer(take(arm_raises=arms))[0]
-    assert "cannot be told" not in answer(take(arm_raises={"right": held, "left": {**held, "reason": "a gap"}}))[0]
+    assert (
+        "cannot be told"
+        not in answer(take(arm_raises={"right": held, "left": {**held, "reason": "a gap"}}))[0]
+    )
 
 
 def test_without_a_scale_there_is_no_speed_and_a_run_is_called_one():

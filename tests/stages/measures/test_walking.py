@@ -218,6 +218,16 @@ def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable():
     assert nested(measured(seen_from(walk, 90.0)).measures)["walking"]["steps"] >= 3
 
 
+@pytest.mark.parametrize(("still", "outcome"), [(False, CANNOT_BE_TOLD), (True, NONE)])
+def test_two_steps_that_the_take_cuts_at_both_ends_are_not_denied(walk, still, outcome):
+    """A man walked through the 1.7 s of a video: "No walking"."""
+    poses = walk.poses.rows(*np.searchsorted(walk.time_s, [2.3, 3.9]))
+    if still:  # the legs swing in place
+        places = poses.joint("pelvis")[:, None]
+        poses = poses.with_(joints=poses.joints - places + places[:1])
+    assert nested(measured(poses).measures)["walking"]["outcome"] == outcome
+
+
 @pytest.mark.parametrize(("moves", "outcome"), [(0.1, NONE), (1.0, CANNOT_BE_TOLD)])
 def test_who_stands_before_the_camera_does_not_walk(moves, outcome):
     """Of a woman who stood still for 4.6 s, her face towards the camera, walking could not be told."""
