@@ -269,11 +269,12 @@ class _Means:
         own = np.hypot(own, self.errors.side(self.gait, name, self.depth)) if of_side else own
         return float(self.leg * own if name in OF_LENGTH else own)
 
-    def difference_error(self, name: str, right: int, left: int) -> float:
-        """Of the mean of so many values of the right side less that of the left; NaN where none is stated."""
+    def difference_error(self, name: str, right: np.ndarray, left: np.ndarray) -> float:
+        """Of the mean of the right side's values less that of the left's; NaN where none is stated."""
         if self.errors is None or (name in OF_LENGTH and np.isnan(self.root_sd)):
             return float("nan")
-        own = self.errors.difference(self.gait, name, right, left, self.depth)
+        spread = scatter(np.concatenate([right, left]))
+        own = self.errors.difference(self.gait, name, len(right), len(left), self.depth, spread)
         return float(self.leg * own if name in OF_LENGTH else own)
 
     def single(self, name: str) -> float:
@@ -325,7 +326,7 @@ def _symmetries(said: _Means, values: Values) -> list[Row]:
         sides = [_finite(values[name][side]) if name in values else np.empty(0) for side in SIDES.values()]
         if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
             right, left = (found.mean() for found in sides)
-            error = said.difference_error(name, len(sides[0]), len(sides[1]))
+            error = said.difference_error(name, *sides)
             result += symmetry(float(right), float(left), error, of=f"{_NAMED[name][0]}_")
     return result
 
