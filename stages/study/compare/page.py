@@ -187,7 +187,7 @@ def _movements(pair: Pair) -> Markup:
         if change.group != "range_of_motion"
     ]
     head = ("", pair.reference.name, pair.side.name, "difference (± MDC90)")
-    return table(head, rows) + small(_of_changes(pair) if rows else "")
+    return table(head, rows) + small(_of_changes(pair)) if rows else Markup("")
 
 
 def _by(change: Change) -> Cell:
