@@ -261,7 +261,10 @@ def _told(leaf: Any, length: str, running: bool) -> Told:
         return Told(words, leaf.in_words(unit), about, soft=True)
     both = f"{_both(leaf)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
     within = isinstance(leaf, Measure) and leaf.within_error is True
-    return Told(words, f"{both}, within its error" if within else both, about, within, _name(leaf) in _LARGE)
+    unknown = isinstance(leaf, Measure) and leaf.error is None and leaf.unit in ("length", "speed")
+    unknown &= _name(leaf) == "walking_speed" or _name(leaf).startswith("mean_")
+    behind = ", within its error" if within else ", error not known" if unknown else ""
+    return Told(words, both + behind, about, within or unknown, _name(leaf) in _LARGE)
 
 
 def _rows(members: Mapping[str, Any], length: str) -> Markup:
