@@ -63,9 +63,10 @@ _WORDS = {
     "nan_share": "share without a value",
 }  # fmt: skip
 _OUTCOMES = {CANNOT_BE_TOLD: "cannot be told", NOT_LOOKED_FOR: "not looked for"}
+_ABOUT = "Click a figure to see what it is. SD: standard deviation."
 _ERRORS = (
     "The true figure lies within ± in nine of ten cases; without ± the error is not known. "
-    "Click a figure to see what it is. SD: standard deviation. "
+    f"{_ABOUT} "
     "Grey: a difference within its ±, which is its MDC90: if nothing differs, nine in ten differences lie within it."
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
@@ -108,7 +109,7 @@ def happened(rows: Iterable[Row], length: str) -> Markup:
     shown = measure_tables(single, length) + joined(parts)
     missed = details("Movements that were not found, and why", bullets(absent), shown=True)
     if shown:
-        return small(_ERRORS) + missed + shown
+        return small(_ERRORS if "±" in shown else f"No error of a figure is known. {_ABOUT}") + missed + shown
     return small("No movement was counted.") + missed if absent else Markup("")
 
 

@@ -322,9 +322,10 @@ def test_one_frame_has_no_empty_charts_and_its_angles_in_a_table():
     take = measured(one, GEOMETRIC)
     said = report(take)
     words = Page(report(take.with_(kinematics=None, filtered=None))).words
-    assert "1 frame, 0.0 s" in words
+    assert "1 frame" in words
+    assert "1 frame, 0.0 s" not in words
     assert not re.search(r"\bnan\b", words)
-    assert "<svg" not in said.split("Joint angles over time</h2>")[1]
+    assert "<svg" not in said.split("Joint angles</h2>")[1]
     assert "right knee flexion" in said
     assert "<h3>" not in said.split("What happened</h2>")[1].split("<h2>")[0]
     assert "0 s is too short" not in said
