@@ -61,7 +61,7 @@ def _range(of: Group, bars: bool) -> Cell:
     """bars: whether ranges of the take have errors; one that has none beside them says so."""
     shown, low = range_words(of), measure(of, "p05")
     return (
-        Soft(f"{shown.words if isinstance(shown, Soft) else shown} (± not known)")
+        Soft(f"{shown.words if isinstance(shown, Soft) else shown}, error not known")
         if bars and low and low.bar is None
         else shown
     )
@@ -127,7 +127,8 @@ def _difference(symmetry: Group, errors: AngleErrors | None) -> Cell:
     of = measure(symmetry, "symmetry_index")
     if of is None:
         return Soft("cannot be told") if _untold(symmetry) else None
-    words = f"{of.value:z.0f}{'' if of.bar is None else f' ± {of.bar:.0f}'} %"
+    bar = "" if of.bar is None else f" ±\u00a0{of.bar:.0f}"
+    words = f"{of.value:z.0f}{bar}\u00a0%"
     return Soft(words) if of.within_error or (of.bar is None and errors is not None) else words
 
 
