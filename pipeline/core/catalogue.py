@@ -265,7 +265,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "It is not known where the person is: {reason}."),
     "placed": ("note", "place",
         "The path of the pelvis comes from the keypoints, in {placed} of {frames} frames{bridges}. Each frame is "
-        "within {within:g} {unit}, mostly in depth, the size of the whole path within {size_percent:g} %; "
+        "within {within:g} {unit}, mostly in depth; besides, the size of the whole path is within {size_percent:g} %; "
         "{depth}{guess}{unjudged}."),
     "size-levelled": ("repair", "place",
         "The lifted body grew as it grew in the image, by {grown_percent:.0f} % in all; it was scaled to one size."),

@@ -80,7 +80,10 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         ("Key frames", skeleton_player(take) + _key_frames(take)),
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("What happened", happened(take.measures or (), length_unit(take.poses))),
-        ("Joint angles over time", angle_charts(take) + _off_keypoints(measures, length_unit(take.poses))),
+        (
+            "Joint angles over time" if several else "Joint angles",
+            angle_charts(take) + _off_keypoints(measures, length_unit(take.poses)),
+        ),
         ("Speeds and accelerations", _motion(take, measures) if several else Markup("")),
         ("Wrist paths before and after", _wrists(take) if several else Markup("")),
         ("Which way is up", _gravity(take, facts)),
@@ -132,16 +135,17 @@ def _off_keypoints(measures: Group, length: str) -> Markup:
 def _key_frames(take: Take) -> Markup:
     figures = key_figures(take)
     upright = "upright" if take.need("rectified").level_ok else "as it came, not levelled"
-    words = (
-        "Moments of events and, between them, frames chosen for their posture. Beside each image the same pose is "
-        f"{upright}, seen from the front and from its right side. Orange is the person's right, blue the left."
+    chosen = "Moments of events and, between them, frames chosen for their posture. "
+    words = chosen * (len(take.need("poses")) > 1) + (
+        f"Beside each image the same pose is {upright}, seen from the front and from its right side. "
+        "Orange is the person's right, blue the left."
     )
     return small(words) + charts(figures) if figures else Markup("")
 
 
 def _wrists(take: Take) -> Markup:
     rectified = take.need("rectified")
-    camera = "each frame's camera's" if rectified.camera == "moving" else "the camera's"
+    camera = "those of the camera in each frame" if rectified.camera == "moving" else "the camera's"
     heading = {
         "camera": f"{camera}: back is away from it, right to its left",
         "world": "the world's: back is its north, right its west",

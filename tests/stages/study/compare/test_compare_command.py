@@ -176,7 +176,7 @@ def test_the_page_of_two_runs_begins_with_what_came_of_it(cameras, runs):
     assert "front against side: treated as one motion" in head
     names = [re.search(r"<h2>([^<]+)</h2>", section).group(1) for section in sections]
     assert names == [
-        "At the same moments", "Ranges of motion", "Walking and repetitions", "Agreement of the angles",
+        "At the same moments", "Ranges of motion", "Agreement of the angles",
         "Agreement of the joints", "Cycles",
         "Angles over time and differences", "Wrist paths and accelerations", "How they were aligned",
     ]  # fmt: skip

@@ -201,7 +201,9 @@ def test_a_figure_of_which_one_take_shows_another_part_is_not_compared(sides):
     assert left_out.startswith("1 figure is not compared")
     assert said.startswith("1 of 1 ")
     found = compared([later, first], align="cycles")
-    assert "another part seen" in as_page(found)
+    page = as_page(found)
+    assert "another part seen" in page
+    assert "<h2>Walking and repetitions</h2>" not in page  # there are none, and it was an empty heading
     (entry,) = (
         one for one in figures(found)["pairs"]["side"]["changes"] if one["item"] == "l_thigh_sagittal"
     )
