@@ -25,7 +25,7 @@ from pcnet3d.pipeline.reading.load import read_video
 from pcnet3d.pipeline.signals.swaps import kinds
 from pcnet3d.stages.detect import Detect
 from pcnet3d.stages.study.live.command import live
-from pcnet3d.stages.study.live.recording import _blueprint
+from pcnet3d.stages.study.live.recording import _views
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +69,7 @@ def test_no_view_stands_in_two_tabs():
             for view in (views(each) if isinstance(each, Container) else [each])
         ]
 
-    ids = [view.id for view in views(_blueprint().root_container)]
+    ids = [view.id for view in views(_views())]
     assert len(ids) == len(set(ids)) > 5
 
 
