@@ -56,8 +56,3 @@ def test_raw_output_is_not_turned(save, bodies):
     assert not adapters()["display"].sniff(path)
     with pytest.raises(InputError, match="adapter videopose3d or ddhpose reads the raw output"):
         read(path, "display", undo=True)
-
-
-def test_millimetres_are_refused(save, bodies):
-    with pytest.raises(InputError, match="expected a body in metres"):
-        read(save(displayed(1000 * bodies)), "display", undo=True)
