@@ -255,9 +255,9 @@ def _linked(frames: np.ndarray, points: np.ndarray) -> Mapping[str, Sequence[int
 
 
 def followed(frames: np.ndarray, points: np.ndarray) -> dict[str, array[int]]:
-    """Rows of each person in order of time, by what they show in the image plane: frames (bodies,), points (bodies, N,
-    2), NaN where missing. A `Tracker` joins each to the nearest of the frames before; a row without a point is nobody.
-    """
+    """Rows of each person in order of time, by what they show in the image plane: frames (N,) and points (N, J, 2)
+    of all sightings, NaN where missing. A `Tracker` joins each to the nearest of the frames before; a row without
+    a point is nobody."""
     people: dict[str, array[int]] = defaultdict(lambda: array("q"))
     tracker, there = Tracker(), is_finite(points)
     ordered = np.argsort(frames, kind="stable").tolist()

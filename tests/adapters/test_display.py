@@ -26,7 +26,6 @@ def test_the_rotation_is_that_of_the_documents():
 @pytest.mark.parametrize("each_frame", [False, True], ids=["file", "each frame"])
 def test_golden(save, bodies, each_frame):
     path = save(displayed(bodies, each_frame))
-    assert [name for name, each in adapters().items() if each.sniff(path)] == ["display"]
     poses = read(path, fps=25, undo=True)
     np.testing.assert_allclose(poses.joints, bodies, atol=1e-5)
     assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")
