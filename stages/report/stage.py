@@ -13,7 +13,7 @@ from markupsafe import Markup
 from ...pipeline.core.answer import JointRange, joint_ranges
 from ...pipeline.core.answer import answer as seen
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.measures import Group, grouped, subgroup
+from ...pipeline.core.measures import Group, Measure, grouped, subgroup
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.system import give_memory_back
@@ -71,7 +71,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     said = [*seen(take, "below, under What happened", with_ranges=False), *sides_compared(measures)]
     joints = joint_ranges(subgroup(measures, "range_of_motion"))
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
-    stated = any("±" in sentence for sentence in said) or any(joint.bar is not None for joint in joints)
+    stated = any(isinstance(row, Measure) and row.error is not None for row in take.measures or ())
     head = session_words(take, facts) + answer(said or withheld) + _furthest(joints)
     head += small(_ERRORS) if stated else Markup("")
     head += trust(take, facts) + told_of(take)
