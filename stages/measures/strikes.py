@@ -366,7 +366,9 @@ def _shoots(x: np.ndarray, times: np.ndarray, peak_s: float, least: float, highe
     a third of a second, in most of which it is seen."""
     top = np.nanmax(x[_rows(times, peak_s - _AT_ONCE_S, peak_s + _AT_ONCE_S)], initial=-np.inf)
     sides = x[_rows(times, peak_s - _SOON_S, peak_s)], x[_rows(times, peak_s, peak_s + _SOON_S)]
-    return top >= highest and all(np.isfinite(of).mean() > 0.5 and top - np.nanmin(of) >= least for of in sides)
+    return top >= highest and all(
+        np.isfinite(of).mean() > 0.5 and top - np.nanmin(of) >= least for of in sides
+    )
 
 
 def _kicks(limb: _Limb, times: np.ndarray, one: Repetition, short: float = 0.0) -> bool:

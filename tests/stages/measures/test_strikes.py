@@ -210,7 +210,11 @@ def test_a_lifted_arm_that_never_reaches_out_does_not_punch():
     level = PoseSequence(np.repeat(BODY[None], 60, axis=0), H36M17, CAMERA, time_s=TIMES[:60])
     image = {f"{side}_arm": np.ones(60) for side in "rl"}
     moved = level.joints.copy()
-    moved[20:40, H36M17.indices(["r_wrist"])[0]] += np.sin(np.linspace(0, np.pi, 20))[:, None] * [0, -0.3, 0.3]
+    moved[20:40, H36M17.indices(["r_wrist"])[0]] += np.sin(np.linspace(0, np.pi, 20))[:, None] * [
+        0,
+        -0.3,
+        0.3,
+    ]
     for poses, hides in ((level, False), (level.with_(joints=moved), True)):
         found = nested(strikes(poses, LEVELLED, True, image)["punches"])
         assert ["reason" in found[side] for side in ("right", "left")] == [hides, False]
