@@ -202,11 +202,25 @@ def _treated(
         wrong = int(wrong_rows(poses, swaps).sum())
         values |= {"swaps": told(poses, swaps), "wrong": wrong, "of": len(poses)}
         notices.insert(0, notice(_CODES[how], **values))
-    if how == "report":
-        poses = poses.noted("swaps", found=as_frames(poses, found)) if found else poses
-    elif swaps:
+    if how != "report" and swaps:
         poses = (repair_swaps if how == "repair" else mask_swaps)(poses, swaps)
-    return poses, swaps, found, notices
+    left = found if how == "report" else tuple(swap for swap in found if swap not in swaps)
+    return poses.noted("swaps", found=as_frames(poses, left)) if left else poses, swaps, found, notices
+
+
+def in_doubt(poses: PoseSequence, keypoints: PoseSequence | None) -> dict[str, np.ndarray]:
+    """{"leg" or "arm": (T,) bool} in which rows of the poses these limbs may be exchanged: what `treated` has left of
+    theirs, and of the keypoints if this run has lifted them."""
+    doubt: dict[str, np.ndarray] = {}
+    sources = (poses, *([keypoints] if keypoints and poses.made_by.in_run else []))
+    steps = (
+        step.options.get("found", ()) for source in sources for step in source.history if step.name == "swaps"
+    )
+    for swap in (swap for found in steps for swap in found if swap["kind"].endswith("exchanged")):
+        limb, frames = swap["kind"].split("s ")[0], poses.frame_index
+        rows = (swap["first_frame"] <= frames) & (frames <= swap["last_frame"])
+        doubt[limb] = doubt.get(limb, False) | rows
+    return doubt
 
 
 def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSequence, Notice]:
