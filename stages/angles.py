@@ -80,7 +80,7 @@ class Angles:
             series, basis = by, "disagreement"
         if basis != "none":
             series = widened(series, residuals_of(take), limb_scores(take))
-        series = without_exchanged(series, in_doubt(poses, take.keypoints))
+        series = without_exchanged(series, in_doubt(take))
         said: list[Notice] = []
         if (neutral := take.told.neutral) is not None:
             of = _standing(neutral) if isinstance(neutral, str) else _Standing(series, times, neutral)

@@ -115,11 +115,11 @@ def test_angles_of_limbs_that_may_be_exchanged_are_withheld(filmed):
     joints = filmed.poses.joints.copy()
     joints[20:26] = ARMS.applied(joints[20:26])
     wrong = filmed.poses.with_(joints=joints)
-    left, keypoints, _, _ = treated(wrong, filmed.keypoints, "report")
-    doubt = in_doubt(left, keypoints)
+    _, _, said, _ = treated(wrong, None, "report")
+    doubt = in_doubt(filmed.with_(poses=wrong).saying(*said))
     (rows,) = (np.flatnonzero(of) for of in doubt.values())
     assert rows.tolist() == list(range(20, 26))
-    assert in_doubt(treated(wrong, None, "repair")[0], None) == {}
+    assert in_doubt(filmed.saying(*treated(wrong, None, "repair")[2])) == {}
     own = AngleSeries(
         *(np.full(len(wrong), 8.0) for _ in range(2)), np.zeros(len(wrong), np.int8), np.full(len(wrong), 8.0)
     )
@@ -133,7 +133,7 @@ def test_angles_of_limbs_that_may_be_exchanged_are_withheld(filmed):
 def test_exchanged_keypoints_say_nothing_of_poses_that_were_not_lifted_from_them(filmed):
     joints = filmed.keypoints.joints.copy()
     joints[20:26] = LEGS.applied(joints[20:26])
-    _, keypoints, _, _ = treated(None, filmed.keypoints.with_(joints=joints), "report")
-    assert in_doubt(filmed.poses, keypoints) == {}
+    _, _, said, _ = treated(None, filmed.keypoints.with_(joints=joints), "report")
+    assert in_doubt(filmed.saying(*said)) == {}
     lifted = filmed.poses.with_(made_by=MadeBy("estimated", "pcnet3d", in_run=True))
-    assert in_doubt(lifted, keypoints)["leg"].sum() == 6
+    assert in_doubt(filmed.with_(poses=lifted).saying(*said))["leg"].sum() == 6
