@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.running.recipe import load_toml
 
 Config = TypeVar("Config", bound=BaseModel)
+Share = Annotated[float, Field(ge=0, le=1)]
+Size = Annotated[float, Field(ge=0, allow_inf_nan=False)]  # such as a standard deviation
 
 
 def read_toml(path: Path, model: type[Config]) -> Config:
@@ -30,21 +30,6 @@ def checked(content: dict[str, Any], model: type[Config], where: str) -> Config:
         raise InputError(
             "bad-value", f"{where}: {'.'.join(map(str, first['loc']))}: {first['msg']}."
         ) from None
-
-
-def check_shares(config: object, *names: str) -> None:
-    """InputError when one of these numbers of a config is no share, between 0 and 1."""
-    _refuse(config, names, 1, "a share between 0 and 1")
-
-
-def check_sizes(config: object, *names: str) -> None:
-    """InputError when one of these numbers of a config, such as a standard deviation, is below 0 or has no end."""
-    _refuse(config, names, sys.float_info.max, "a number of at least 0")
-
-
-def _refuse(config: object, names: Sequence[str], most: float, what: str) -> None:
-    if wrong := [name for name in names if not 0 <= getattr(config, name) <= most]:
-        raise InputError("bad-value", f"expected {what} for {', '.join(wrong)}")
 
 
 def as_toml(config: BaseModel) -> str:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import torch
 from torch import Tensor
 
 
 class Draw:
-    """The same seed and step give the same numbers on the same kind of device, whatever came before."""
+    """The same seed and step give the same numbers on the same kind of device, whatever came before. rng: numpy's."""
 
     def __init__(self, seed: int, step: int, device: torch.device | str = "cpu") -> None:
         self.device = torch.device(device)
+        self.rng = np.random.default_rng([seed, step])
         self._generator = torch.Generator(self.device)
         self._generator.manual_seed((seed * 1_000_003 + step) % 2**63)
 
