@@ -1,14 +1,15 @@
-"""Training configs: a TOML file checked against a pydantic model."""
+"""Training configs and splits: files of TOML and JSON checked against a pydantic model."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, Field, ValidationError
 
-from ....pipeline.core.errors import InputError
+from ....pipeline.core.errors import InputError, readable
 from ....pipeline.running.recipe import load_toml
 
 Config = TypeVar("Config", bound=BaseModel)
@@ -21,10 +22,21 @@ def read_toml(path: Path, model: type[Config]) -> Config:
     return checked(load_toml(path, "a training config"), model, str(path))
 
 
+def read_json(path: Path, model: type[Config], what: str) -> Config:
+    """The same of a file of JSON. what: in words."""
+    with readable(path, what):
+        text = path.read_text(encoding="utf-8")
+    return _valid(lambda: model.model_validate_json(text), str(path))
+
+
 def checked(content: dict[str, Any], model: type[Config], where: str) -> Config:
     """The content as that model; InputError with `where` and the key that is wrong."""
+    return _valid(lambda: model.model_validate(content), where)
+
+
+def _valid(made: Callable[[], Config], where: str) -> Config:
     try:
-        return model.model_validate(content)
+        return made()
     except ValidationError as error:
         first = error.errors()[0]
         raise InputError(
