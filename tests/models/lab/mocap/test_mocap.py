@@ -221,9 +221,3 @@ def test_tennis_players_bring_skeletons_of_their_own(real):
     shanks = {person(one): np.linalg.norm(one.joints[0, knee] - one.joints[0, ankle]) for one in players}
     assert len(shanks) == 16
     assert np.ptp(list(shanks.values())) > 0.03
-
-
-def test_a_bare_array_is_no_motion_capture(tmp_path):
-    np.save(tmp_path / "poses.npy", np.zeros((3, 17, 3)))
-    with pytest.raises(InputError, match="is missing"):
-        read_mocap(tmp_path / "poses.npy")

@@ -119,15 +119,6 @@ def test_a_good_detector_errs_by_a_hundredth_and_a_half_at_wrists_and_ankles_as_
     assert np.isnan(good).mean() < 0.6 * np.isnan(usual).mean()  # gaps
 
 
-def test_the_good_detector_is_the_one_that_numpy_makes():
-    joints = np.broadcast_to(facing_camera() + np.array([0, 0, 4.0]), (300, 30, 17, 3))
-    pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
-    found, _ = keypoint_noise.detect(pixels, joints, np.random.default_rng(0), keypoint_noise.GOOD)
-    theirs = np.linalg.norm(found - pixels, axis=-1) / np.ptp(pixels[0, 0], axis=0).max()
-    ours = errors(Spoilt(good=1.0))
-    np.testing.assert_allclose(np.nanmean(ours, axis=(0, 1)), np.nanmean(theirs, axis=(0, 1)), rtol=0.08)
-
-
 def test_a_share_of_the_detectors_is_good():
     each = np.nanmean(errors(Spoilt(good=0.3))[..., FAR], axis=(1, 2))
     between = (0.015 + np.nanmean(errors(Spoilt())[..., FAR])) / 2

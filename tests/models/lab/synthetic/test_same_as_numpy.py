@@ -8,7 +8,6 @@ torch = pytest.importorskip("torch")
 from pcnet3d.models.common.vectors import rotate as rotated  # noqa: E402
 from pcnet3d.models.lab.synthetic import bodies, cameras  # noqa: E402
 from pcnet3d.models.lab.synthetic import keypoint_noise as noise2d  # noqa: E402
-from pcnet3d.models.lab.synthetic.on_device import cameras as t_cameras  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device import keypoint_noise as t_noise  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device import poses as t_poses  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
@@ -135,19 +134,6 @@ def test_noise_is_as_large_as_the_formula_says():
     np.testing.assert_allclose(spread_b, spread_a, rtol=0.12)
     assert gone_b == pytest.approx(gone_a, rel=0.3)
     assert mean_b == pytest.approx(mean_a, abs=0.01)
-
-
-@pytest.mark.parametrize("share", [0.0, 1.0])
-def test_cameras_keep_everybody_in_the_image(world, share):
-    joints = tensor(world.astype(np.float32)).repeat(30, 1, 1, 1)
-    placed = t_cameras.place(joints, Draw(1, 1), cameras.TYPICAL, cameras.ViewRange(), share)
-    inside = placed.to_camera(joints)
-    pixels = placed.project(inside)
-    assert bool((inside[..., 2] > 0.5).all())
-    assert bool(((pixels >= 0) & (pixels <= placed.image_size[:, None, None])).all())
-    ratio = placed.focal_px / placed.image_size.amax(-1)
-    low, high = cameras.TYPICAL.focal if share else cameras.ViewRange().focal
-    assert low - 1e-4 <= float(ratio.min()) < float(ratio.max()) <= high + 1e-4
 
 
 def test_layouts_agree():
