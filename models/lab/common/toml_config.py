@@ -40,7 +40,8 @@ def _valid(made: Callable[[], Config], where: str) -> Config:
     except ValidationError as error:
         first = error.errors()[0]
         raise InputError(
-            "bad-value", f"{where}: {'.'.join(map(str, first['loc']))}: {first['msg']}."
+            "bad-value",
+            ": ".join(filter(None, [where, ".".join(map(str, first["loc"])), f"{first['msg']}."])),
         ) from None
 
 

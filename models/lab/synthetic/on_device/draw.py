@@ -41,10 +41,6 @@ class Draw:
         """(count,) places among the weights, as often as they weigh."""
         return torch.multinomial(weights, count, replacement=True, generator=self._generator)
 
-    def number(self, between: tuple[float, float]) -> float:
-        """One number for the whole batch."""
-        return float(self.uniform(between, 1))
-
     def runs(self, rate: Tensor, mean_length: float | Tensor) -> Tensor:
         """Booleans of rate's shape (..., T): runs that start with that probability a frame and last geometrically
         long."""

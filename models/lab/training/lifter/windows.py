@@ -106,7 +106,7 @@ class Windows:
     def batch(self, draw: Draw, count: int, frames: int) -> Batch:
         """count windows of so many frames. InputError when no clip is as long."""
         material = self.material
-        other = draw.number((0.0, 1.0)) < material.other_rates
+        other = bool(draw.share(material.other_rates, 1))
         fps = float(draw.log_uniform(_FPS, 1)) if other else _CAPTURED_FPS
         captured = partial(self._motion, draw, frames, fps)
         world = varied(captured, count, draw, material, self.bodies, self.people, fps)
