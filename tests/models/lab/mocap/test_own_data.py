@@ -176,8 +176,6 @@ def test_training_on_own_data(training):
     ("change", "words"),
     [
         (lambda t: t.replace('"axes"', '"compass"'), "targets"),
-        (lambda t: t.replace("split = ", "# split = "), "`data` and `split` together"),
-        (lambda t: t.replace('subjects = "train"', 'subjects = "train-a"'), 'subjects = "train"'),
         (lambda t: t.replace("lifted = []", 'lifted = ["a.npz"]'), "Lifted takes"),
         (lambda t: t.replace("clips.npz", "clip.npz"), "found nothing"),
         (lambda t: t + "[mixture.poses]\nturned = 0.1\n", "as they were recorded"),

@@ -130,17 +130,12 @@ def test_a_bar_on_a_terminal_and_lines_of_the_log_elsewhere(folder):
 
     change(folder, "steps = 3", "steps = 40")
     ours, theirs = pty.openpty()
-    words = [
-        sys.executable,
-        "-c",
+    code = (
         "from pcnet3d.models.lab.training.rectifier import train\n"
         "train.export = lambda net, path, **said: path.write_bytes(b'slow')\n"
-        "from pcnet3d.pipeline.cli import main; main()",
-        "train",
-        "tiny.toml",
-        "-o",
-        "out",
-    ]
+        "from pcnet3d.pipeline.cli import main; main()"
+    )
+    words = [sys.executable, "-c", code, "train", "tiny.toml", "-o", "out"]
     done = subprocess.Popen(
         words, stdout=subprocess.PIPE, stderr=theirs, text=True, env={**os.environ, "TERM": "xterm"}
     )
