@@ -65,7 +65,8 @@ def _halts(change: np.ndarray, run: list[int]) -> bool:
     earlier, later = change[: run[0]][-_BESIDE:], change[run[-1] + 2 :][:_BESIDE]
     least = max(MOVES, change[run].max() / _HARDLY)
     moves = all(
-        len(side) == _BESIDE and (side >= MOVES).all() and np.median(side) > least for side in (earlier, later)
+        len(side) == _BESIDE and (side >= MOVES).all() and np.median(side) > least
+        for side in (earlier, later)
     )
     return moves and bool(change[run[-1] + 1] > _LEAP * np.median(later))
 
