@@ -21,7 +21,7 @@ _BLACK, _LEAST = 24, 0.25
 # caption, which stays, four patches go alike at most; past a near post, by 5 to 25 % of the width a frame, most do.
 # Where a film goes on mirrored, or of who stands alike, up to half of them are found at their place.
 _PATCH, _ROWS, _COLUMNS, _FOUND, _BESIDE, _FEWEST, _HALF = 0.3, 4, 6, 0.7, 3, 5, 0.5
-# So far leaps an image that shows much the same after a cut, in terms of each of the last three; and so much of it
+# So far leaps an image that shows much the same after a cut, against each of the last ten; and so much of it
 # becomes lighter, and so much darker: a lamp or a flash, which may dazzle, does the one or the other.
 _TIMES, _BOTH = 3.0, 0.1
 # Of the longer side: no camera turns further between two images, but an editor shifts a picture.

@@ -24,7 +24,7 @@ from .repeated import repeated, without_repeats
 from .scene_cuts import Glance
 
 _UNSEEN_S = 0.2  # somebody may be in view for so long before they are looked for
-_LAST = 3  # images that show how much moves: one may repeat another, as of 15 frames a second in 30
+_LAST = 10  # images that show how far the film leaps without a cut: a recording that stalls does so again and again
 _AGAIN = 30  # images before an interruption that are seen again at a time
 
 

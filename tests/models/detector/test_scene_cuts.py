@@ -94,9 +94,9 @@ def test_a_mirrored_film_of_who_stands_alike_is_cut(toys, toy, film):
     brighter = np.clip(1.6 * here + 60, 0, 255).astype(np.uint8)
     for same in (subtitle, brighter, here // 3, np.roll(here, 5, axis=1)):
         assert not before.is_cut_to(Glance.at(same), quiet)
-    found = detect(film([*[here] * 8, *[here[:, ::-1]] * 8]), load_detector(toy))
-    assert found.cuts.tolist() == [8]
-    assert [len(one) for one in found.people()] == [8, 8]
+    found = detect(film([*[here] * 12, *[here[:, ::-1]] * 12]), load_detector(toy))
+    assert found.cuts.tolist() == [12]
+    assert [len(one) for one in found.people()] == [12, 12]
 
 
 def test_a_camera_that_turns_takes_more_along_than_the_person(toys):
