@@ -16,7 +16,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import MPI3DHP17
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.matlab import keys, load, numbers
+from .kit.matlab import keys, load
+from .kit.numpy import shaped
 
 name = "ddhpose_3dhp"
 gives = "poses"
@@ -47,7 +48,7 @@ def read(path: Path, sequence: str | None = None) -> tuple[PoseSequence]:
             f"name one with sequence=TS1 (--option sequence=TS1), got {sequence or 'none'}.",
         )
     shape = (3, len(MPI3DHP17), "frames")
-    stored = numbers(f"{path}: expected '{sequence}'", held[sequence], (*shape, "steps"), shape)
+    stored = shaped(held[sequence], f"{path}, array '{sequence}'", (*shape, "steps"), shape)
     joints = np.transpose(stored[..., -1] if stored.ndim > len(shape) else stored, (2, 1, 0))
     frames = len(joints)
     starts = {*range(_CLIP, frames - _CLIP, _CLIP), frames - _CLIP} if frames > _CLIP else ()

@@ -17,7 +17,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import PoseSequence
-from .kit.numpy import has_objects, load_objects
+from .kit.numpy import has_objects, load_objects, shaped
 from .kit.tracks import Detection, sequences
 
 name = "detectron"
@@ -47,7 +47,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
                 f"{where}: expected [[], keypoints], got {how_many(len(classes), 'entry', 'entries')}.",
             )
         if len(classes[1]):
-            people = _people(classes[1], where)
+            people = shaped(classes[1], where, ("people", 4, len(COCO17))).astype(np.float64)
             detections += [Detection(frame, person[[_X, _Y, _PROBABILITY]].T) for person in people]
     return sequences(detections, (COCO17,), str(path))
 
@@ -58,15 +58,3 @@ def _list(value: Any, where: str) -> list[Any]:
             "wrong-content", f"{where}: expected a list of detections, got {type(value).__name__}."
         )
     return value
-
-
-def _people(value: Any, where: str) -> np.ndarray:
-    """(people, 4, 17) float64."""
-    people = np.asarray(value) if isinstance(value, np.ndarray) else np.zeros(())
-    if people.ndim != 3 or people.shape[1:] != (4, len(COCO17)) or people.dtype.kind not in "fiu":
-        raise InputError(
-            "wrong-content", f"{where}: expected keypoints of shape (people, 4, 17), got {people.shape}."
-        )
-    if np.isinf(people).any():
-        raise InputError("file-damaged", f"{where}: expected finite keypoints, got an infinite one.")
-    return people.astype(np.float64)

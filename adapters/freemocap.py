@@ -27,6 +27,7 @@ from ..pipeline.core.layouts import BLAZEPOSE33, COCO23, Layout, remap
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.arrays import load
 from .kit.beginning import first_bytes
+from .kit.landmarks import spelled
 from .kit.numpy import peek
 from .kit.tables import opened_table
 from .kit.world import check_upright
@@ -45,6 +46,9 @@ _COLUMNS = ("frame", "keypoint", "x", "y", "z")
 _BODY_MODELS = ("rtmpose.body", "mediapipe.body", "mediapipe_body")
 _MOST_FRAMES = 10_000_000  # more than a recording has, and as many as fit the memory
 _STATURE_MM = (800.0, 2600.0)
+_JOINTS = {
+    spelled(joint): joint for layout in (COCO23, BLAZEPOSE33) for joint in layout.joints
+}  # as MediaPipe's
 
 
 def sniff(path: Path) -> bool:
@@ -99,17 +103,7 @@ def _is_table(path: Path) -> bool:
     columns, first = lines[0].split(","), lines[1].split(",")
     if not set(_COLUMNS) <= set(columns) or len(first) != len(columns):
         return False
-    return "model" in columns or _joint(first[columns.index("keypoint")]) is not None
-
-
-def _joint(keypoint: str) -> str | None:
-    """Our name of FreeMoCap's left_knee, mouth_left, nose; None for points that no body has."""
-    part, _, side = keypoint.partition("_")
-    if part in ("left", "right"):
-        joint = f"{part[0]}_{side}"
-    else:
-        joint = f"{side[0]}_{part}" if side in ("left", "right") else keypoint
-    return joint if joint in COCO23 or joint in BLAZEPOSE33 else None
+    return "model" in columns or first[columns.index("keypoint")] in _JOINTS
 
 
 def _of_table(path: Path) -> PoseSequence:
@@ -144,7 +138,7 @@ def _rows(path: Path) -> Iterator[tuple[int, str, tuple[float, ...]]]:
     with opened_table(path, "FreeMoCap's table") as file:
         for line, row in enumerate(csv.DictReader(file), 2):
             wanted = row.get("model") in (None, *_BODY_MODELS) and row.get("trajectory") in (None, "3d_xyz")
-            joint = _joint(row["keypoint"] or "") if wanted else None
+            joint = _JOINTS.get(row["keypoint"] or "") if wanted else None
             if joint is None:
                 continue
             try:

@@ -19,7 +19,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import MPI3DHP17
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.matlab import keys, load, numbers
+from .kit.matlab import keys, load
+from .kit.numpy import shaped
 
 name = "mpi3dhp"
 gives = "poses"
@@ -45,19 +46,19 @@ def read(path: Path, camera: int = 0) -> tuple[PoseSequence]:
     held = load(path, _KEY, "valid_frame", what="MPI-INF-3DHP")
     if _KEY not in held:
         raise InputError("wrong-content", f"Expected an array '{_KEY}' in {path}, as MPI-INF-3DHP has it.")
-    stored, where = held[_KEY], f"{path}: expected '{_KEY}'"
+    stored, where = held[_KEY], f"{path}, array '{_KEY}'"
     if stored.dtype == object:
         cells = [np.asarray(cell) for cell in stored.ravel()]
         if not 0 <= camera < len(cells):
             raise InputError(
                 "bad-value", f"{path} has the cameras 0 to {len(cells) - 1}; got camera={camera}."
             )
-        joints = numbers(where, cells[camera], ("frames", _ALL * 3)).reshape(-1, _ALL, 3)[:, _RELEVANT]
+        joints = shaped(cells[camera], where, ("frames", _ALL * 3)).reshape(-1, _ALL, 3)[:, _RELEVANT]
     else:
         if camera:
             raise InputError("bad-value", f"{path} has one camera, 0; got camera={camera}.")
         stored = stored[..., None] if stored.ndim == 3 else stored
-        joints = numbers(where, stored, (3, len(MPI3DHP17), 1, "frames"))
+        joints = shaped(stored, where, (3, len(MPI3DHP17), 1, "frames"))
         joints = np.transpose(joints[:, :, 0], (2, 1, 0))
     rows = np.arange(len(joints))
     valid = held.get("valid_frame")

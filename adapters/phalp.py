@@ -24,6 +24,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BODY_25
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from .kit.numpy import shaped
 from .kit.people import Bodies
 from .kit.pickles import beginning, load
 
@@ -88,11 +89,7 @@ def _visible(frame: dict[str, Any], where: str) -> list[tuple[str, np.ndarray]]:
         raise InputError("wrong-content", f"{where}: expected 'tracked_time' with an entry per person.")
     visible = []
     for person, joints, age in zip(ids, people, since, strict=True):
-        joints = joints if isinstance(joints, np.ndarray) else np.zeros(())
-        if joints.shape != (_COUNT, 3) or joints.dtype.kind not in "fiu":
-            raise InputError(
-                "wrong-content", f"{where}: expected '{_JOINTS}' of shape ({_COUNT}, 3), got {joints.shape}."
-            )
+        joints = shaped(joints, f"{where}, '{_JOINTS}'", (_COUNT, 3))
         if age == 0:
             visible.append((str(person), joints[: len(BODY_25)]))
     return visible

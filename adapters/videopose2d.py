@@ -17,7 +17,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17, H36M17
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import PoseSequence
-from .kit.numpy import has_objects, load_objects
+from .kit.numpy import has_objects, load_objects, shaped
 from .kit.tracks import Detection, sequences
 
 name = "videopose2d"
@@ -55,17 +55,8 @@ def read(
             "bad-value",
             f"{where}, video '{video}': it has {how_many(count, 'camera')}, counted from 0; got camera={camera}.",
         )
-    points = np.asarray(cameras[camera]) if isinstance(cameras[camera], np.ndarray) else np.zeros(())
     layout = _LAYOUTS[said]
-    if points.ndim != 3 or points.shape[1:] != (len(layout), 2) or points.dtype.kind not in "fiu":
-        raise InputError(
-            "wrong-content",
-            f"{where}, video '{video}': expected an array of shape (frames, {len(layout)}, 2), got {points.shape}.",
-        )
-    if np.isinf(points).any():
-        raise InputError(
-            "file-damaged", f"{where}, video '{video}': expected finite keypoints, got an infinite one."
-        )
+    points = shaped(cameras[camera], f"{where}, video '{video}'", ("frames", len(layout), 2))
     scores = np.full((len(layout), 1), np.nan)
     detections = [
         Detection(frame, np.hstack([row.astype(np.float64), scores]), video)

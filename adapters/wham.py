@@ -22,6 +22,7 @@ from ..pipeline.core.layouts import FEET, H36M17_B, Layout
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.arrays import load as load_array
 from ..pipeline.files.skeletons import SMPL
+from .kit.numpy import shaped
 from .kit.pickles import beginning, load
 
 name = "wham"
@@ -97,21 +98,7 @@ def _subjects(held: Any, where: str) -> Iterator[tuple[str, np.ndarray, np.ndarr
             "format-unknown", f"{where}: expected a dict of subjects, as WHAM writes it, got another pickle."
         )
     for person, values in held.items():
-        mesh, frames = (_numbers(values, key) for key in ("verts", "frame_ids"))
-        if mesh.ndim != 3 or mesh.shape[1:] != (_VERTICES, 3) or len(mesh) == 0:
-            raise InputError(
-                "wrong-content",
-                f"{where}, subject {person}: expected verts of shape (frames, {_VERTICES}, 3), got {mesh.shape}.",
-            )
-        if frames.shape != mesh.shape[:1] or frames.dtype.kind not in "iu":
-            raise InputError(
-                "wrong-content",
-                f"{where}, subject {person}: expected frame_ids with the video frame of each row.",
-            )
+        here, arrays = f"{where}, subject {person}", values if isinstance(values, dict) else {}
+        mesh = shaped(arrays.get("verts"), f"{here}, verts", ("frames", _VERTICES, 3))
+        frames = shaped(arrays.get("frame_ids"), f"{here}, frame_ids", (len(mesh),), kinds="iu")
         yield str(person), mesh, frames
-
-
-def _numbers(values: Any, key: str) -> np.ndarray:
-    """A subject's array of that name; an empty one without it."""
-    found = values.get(key) if isinstance(values, dict) else None
-    return found if isinstance(found, np.ndarray) and found.dtype.kind in "fiu" else np.zeros(0)

@@ -13,19 +13,9 @@ if TYPE_CHECKING:
     from .lifter.load import load_lifter
     from .rectifier.load import load_rectifier
 
-_HOMES = {
-    "detector.load": ("load_detector",),
-    "detector.protocols": ("Detector", "Found", "PersonNetwork"),
-    "gravity.images": ("up_from_images",),
-    "gravity.live": ("LiveRectifier",),
-    "lifter.live": ("LiveLifter",),
-    "lifter.load": ("load_lifter",),
-    "rectifier.load": ("load_rectifier",),
-}
-
 __all__ = [
     "Detector", "Found", "LiveLifter", "LiveRectifier", "PersonNetwork",
     "load_detector", "load_lifter", "load_rectifier", "up_from_images",
 ]  # fmt: skip
 
-__getattr__ = lazily(__name__, _HOMES)
+__getattr__ = lazily(__name__)

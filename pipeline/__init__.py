@@ -30,33 +30,6 @@ if TYPE_CHECKING:
     from .signals.swap_repair import mask_swaps, repair_swaps, settled
     from .signals.swaps import find_swaps
 
-_HOMES = {
-    "core.camera": ("Camera",),
-    "core.device": ("computing_on",),
-    "core.errors": ("InputError",),
-    "core.frames": ("BODY", "CAMERA", "GL_CAMERA", "IMAGE", "LEVEL", "Y_UP", "Z_UP", "Frame", "change_frame"),
-    "core.layouts": ("H36M17", "Layout", "remap"),
-    "core.lifted": ("Lifted", "ToLift"),
-    "core.measures": ("Measure", "nested"),
-    "core.notices": ("Notice", "notice", "own_notice"),
-    "core.pose": ("PoseSequence", "Rectified"),
-    "core.rotations": ("angle_deg", "rotate", "transpose"),
-    "core.take": ("Take", "Told", "Video"),
-    "files.atomic": ("whole_file",),
-    "files.finished": ("read_run",),
-    "plugins.protocols": ("Adapter", "Lifter", "Rectifier", "Stage", "Writer"),
-    "reading.settings": ("RunOptions",),
-    "reading.take": ("open_take",),
-    "reading.testing": ("check_adapter",),
-    "running.plan": ("planned",),
-    "running.recipe": ("load_recipe",),
-    "running.run": ("run_files",),
-    "running.runner": ("Pipeline",),
-    "signals.angles": ("ANGLES", "REASONS", "angles"),
-    "signals.swap_repair": ("mask_swaps", "repair_swaps", "settled"),
-    "signals.swaps": ("find_swaps",),
-}
-
 __all__ = [
     "ANGLES", "BODY", "CAMERA", "GL_CAMERA", "H36M17", "IMAGE", "LEVEL", "REASONS", "Y_UP", "Z_UP",
     "Adapter", "Camera", "Frame", "InputError", "Layout", "Lifted", "Lifter", "Measure", "Notice", "Pipeline",
@@ -66,4 +39,4 @@ __all__ = [
     "rotate", "run_files", "settled", "transpose", "whole_file",
 ]  # fmt: skip
 
-__getattr__ = lazily(__name__, _HOMES)
+__getattr__ = lazily(__name__)

@@ -13,7 +13,7 @@ from ..models.angle_error.disagreement import by_disagreement
 from ..models.angle_error.joint_covariance import joint_covariance, turns_of
 from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ..models.angle_error.neutral import STILL_DEG, less_neutral, moves_deg, neutral_deg
-from ..models.angle_error.off_keypoints import widened
+from ..models.angle_error.off_keypoints import widened, without_exchanged
 from ..models.angle_error.rates import angle_rates
 from ..models.angle_error.take_angles import AngleSeries, angle_series, in_reference
 from ..pipeline.core.errors import InputError
@@ -26,6 +26,7 @@ from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
 from ..pipeline.signals.reprojection import limb_scores, residuals_of
+from ..pipeline.signals.swap_repair import in_doubt
 from .lift import Lift
 from .trajectories import Smoother
 
@@ -79,6 +80,7 @@ class Angles:
             series, basis = by, "disagreement"
         if basis != "none":
             series = widened(series, residuals_of(take), limb_scores(take))
+        series = without_exchanged(series, in_doubt(take))
         said: list[Notice] = []
         if (neutral := take.told.neutral) is not None:
             of = _standing(neutral) if isinstance(neutral, str) else _Standing(series, times, neutral)

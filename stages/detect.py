@@ -12,20 +12,20 @@ from ..models.detector.load import PersonKind, load_detector
 from ..models.detector.topdown import Follower
 from ..models.detector.video import detect
 from ..pipeline.core.errors import InputError
+from ..pipeline.core.layouts import LIMBS, layout_named
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, package_version
 from ..pipeline.core.take import Take
-from ..pipeline.files.detections import Detections, load_detections
+from ..pipeline.files.detections import Detections, listed, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.reading.choose import choose_detected
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
 from ..pipeline.signals.swap_repair import treated
-from ..pipeline.signals.tracker import LARGER, PACE, REACH
+from ..pipeline.signals.tracker import LARGER, PACE, REACH, extent
 
-_LISTED = 5  # people named in a note
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 
@@ -96,10 +96,10 @@ def _notices(
 ) -> list[Notice]:
     """What the user should know about who was found where. size: the image's width and height."""
     notices = [*chosen.notices, *found.doubts(chosen)]
-    others = [one for one in people if one.person != chosen.person]
+    others = sorted((one for one in people if one.person != chosen.person), key=len, reverse=True)
     again = [one.person for one in others if _may_be(found, one, chosen, size)]
     if again:
-        notices.append(notice("lost-and-found", again=" and ".join(again[:_LISTED]), person=chosen.person))
+        notices.append(notice("lost-and-found", again=listed(again), person=chosen.person))
     if found.frames_seen < found.frames:
         notices.append(notice("interrupted", frame=found.frames_seen, frames=found.frames))
     return notices
@@ -107,18 +107,21 @@ def _notices(
 
 def _may_be(found: Detections, one: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> bool:
     """Whether two tracks may be of one person: never in one image, in one scene, and wherever one goes on for the
-    other, as large and within reach of one who had not gone out of the image. size: the image's width and height."""
+    other, as large, by all but the arms, which may be up, and within reach of one who had not gone out of the image.
+    size: the image's width and height."""
     rows = np.isin(found.person, [int(one.person), int(other.person)])
     corners, time_s, frames = found.box[rows].reshape(-1, 2, 2), found.time_s[rows], found.frame_index[rows]
     ends = np.flatnonzero(np.diff(found.person[rows]))
     goes_on = ends + 1
     if (np.diff(frames) <= 0).any() or np.ptp(np.searchsorted(found.cuts, frames, side="right")):
         return False
-    body, middle = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1), corners.mean(axis=1)
+    middle, layout = corners.mean(axis=1), layout_named(found.layout)
+    trunk_legs = [joint for joint in LIMBS if joint in layout and not joint.endswith(("elbow", "wrist"))]
+    body = extent(found.joints[rows][:, layout.indices(trunk_legs)])
     larger, smaller = (of(body[ends], body[goes_on]) for of in (np.maximum, np.minimum))
     away_s = time_s[goes_on] - time_s[ends]
     way = np.linalg.norm(middle[goes_on] - middle[ends], axis=1)
-    near = way <= (REACH + _FASTEST * away_s) * larger
+    near = way <= (REACH + _FASTEST * away_s) * np.maximum(*(extent(corners)[at] for at in (ends, goes_on)))
     before = np.maximum(ends - PACE, np.concatenate([[0], goes_on[:-1]]))
     went_s = np.maximum(time_s[ends] - time_s[before], 1e-9)
     gone_to = middle[ends] + (middle[ends] - middle[before]) * (away_s / went_s)[:, None]

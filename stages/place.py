@@ -21,6 +21,11 @@ from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
 from ..pipeline.files.video_frames import image_size
 
+# Of the distance, what the lifted body's size errs by from posture to posture: with it the bar of a frame holds 91 to
+# 93 % of the frames of validation people (typical and wild cameras, seeds 0 and 5), without it 82 to 87 %, of the man
+# before four real cameras 90 % and 69 %. The covariance is without it, as gait errors were fitted.
+_POSTURE_SD = 0.012
+
 
 @dataclass(frozen=True)
 class Place:
@@ -111,7 +116,8 @@ def _said(
     """poses: placed. seen: (T,) whether a frame has any joint; the path bridges others. stature_m: told, by which
     the stage `scale` makes metres of lengths later."""
     there = is_finite(path.root)
-    own = np.sqrt(np.linalg.eigvalsh(path.own[there])[:, -1])
+    own = float(np.median(np.sqrt(np.linalg.eigvalsh(path.own[there])[:, -1])))
+    posture = _POSTURE_SD * float(np.median(np.linalg.norm(path.root[there], axis=1)))
     placed, frames, bridged = int((there & seen).sum()), len(seen), int((there & ~seen).sum())
     bridges = f" and bridges {bridged} in which the person is hidden" if bridged else ""
     metres = 1.0 if stature_m is None else stature_m / implied_stature(poses.joints)
@@ -121,7 +127,7 @@ def _said(
         placed=placed,
         frames=frames,
         bridges=bridges,
-        within=half_bar(metres * float(np.median(own))),
+        within=half_bar(metres * float(np.hypot(own, posture))),
         unit="m" if poses.frame.unit == "m" or stature_m is not None else "units",
         size_percent=half_bar(100 * SCALE_SD),
         depth=f"because of the focal length, the distance from the camera is within {share:g} %"

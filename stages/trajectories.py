@@ -18,7 +18,7 @@ is known, and hold even where a take could not be levelled.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Literal
 
@@ -49,9 +49,8 @@ from ..pipeline.signals.filters import (
     savitzky_golay,
     uneven_rows,
 )
+from ..pipeline.signals.norms import FINE, MISSING, UNCERTAIN
 from ..pipeline.signals.rates import fall_doubts, pace_doubts
-
-_MOST = 0.5  # share of frames that may be too uncertain for a curve
 
 Filter = Literal["butterworth", "savgol", "none"]
 Smoother = Literal["auto", "butterworth", "savgol", "none"]
@@ -65,10 +64,6 @@ _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgo
 
 # Findings of poses whose limbs are fast for another reason than a wrong frame rate.
 _LEAPING = ("leaps", "swaps")
-
-# Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`: there is a value; the
-# joint is missing, and too long for a value in between; the standard deviation is larger than all that the take has.
-FINE, MISSING, UNCERTAIN = range(3)
 
 
 @dataclass(frozen=True)
@@ -353,11 +348,3 @@ def _notices(path: PoseSequence, done: Lowpass, known_error: bool) -> list[Notic
     if done.rows_resampled:
         notices.append(notice("times-uneven", frames=done.rows_resampled))
     return notices
-
-
-def cannot_be_told(columns: Mapping[str, np.ndarray], name: str) -> bool:
-    """Whether most values of a speed or an acceleration are too uncertain. columns: (T,) of a take's kinematics."""
-    reason = columns.get(f"{name}_reason")
-    if reason is None or (reason == MISSING).all():
-        return False
-    return bool((reason[reason != MISSING] == UNCERTAIN).mean() > _MOST)

@@ -62,7 +62,7 @@ FAULTS = [
     Fault("models/common/metrics.py", 'if per == "frame"', 'if per == "take"', "models/common/test_metrics.py"),
     Fault("models/smoother.py", "np.square(factors)[:, None", "np.array(factors)[:, None",
           "models/test_smoother.py::test_factors_are_of_standard_deviations"),
-    Fault("models/detector/scene_cuts.py", "< _STAYS", "> _STAYS", "models/detector/test_scene_cuts.py"),
+    Fault("models/detector/scene_cuts.py", ">= _STAYS", "< _STAYS", "models/detector/test_scene_cuts.py"),
     Fault("models/rectifier/geometric.py", "np.cross(shoulders, trunk)", "np.cross(trunk, shoulders)",
           "stages/test_geometric.py"),
     Fault("models/lifter/crop_rays.py", "if focal_px is not None:", "if focal_px is None:",

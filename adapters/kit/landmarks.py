@@ -51,16 +51,15 @@ class _Columns:
     landmark: int | None = None
 
 
-def landmark_names() -> dict[str, int]:
-    """MediaPipe's own names of the landmarks in small letters, such as left_eye_inner and mouth_left."""
-    sides = {"l": "left", "r": "right"}
-    names = {}
-    for i, joint in enumerate(BLAZEPOSE33.joints):
-        side, _, part = joint.partition("_")
-        if side in sides:
-            joint = f"mouth_{sides[side]}" if part == "mouth" else f"{sides[side]}_{part}"
-        names[joint] = i
-    return names
+def spelled(joint: str) -> str:
+    """MediaPipe's own name of a joint in small letters, such as left_eye_inner and mouth_left."""
+    side = {"l_": "left", "r_": "right"}.get(joint[:2])
+    if side is None:
+        return joint
+    return f"mouth_{side}" if joint[2:] == "mouth" else f"{side}_{joint[2:]}"
+
+
+NAMES = {spelled(joint): i for i, joint in enumerate(BLAZEPOSE33.joints)}
 
 
 def seconds(name: str, value: float) -> float | None:
@@ -151,11 +150,10 @@ def _without_header(width: int) -> _Columns | None:
 
 def _wide_columns(names: list[str], frame: int | None, time: tuple[int, float] | None) -> _Columns | None:
     named, numbered = {}, {}
-    known = landmark_names()
     for i, name in enumerate(names):
         landmark, _, axis = name.rpartition("_")
-        if landmark in known and axis in _AXES:
-            named[known[landmark], _AXES[axis]] = i
+        if landmark in NAMES and axis in _AXES:
+            named[NAMES[landmark], _AXES[axis]] = i
         elif match := _NUMBERED.match(name):
             number, axis = match[1] or match[4], match[2] or match[3]
             if axis in _AXES:
@@ -199,12 +197,11 @@ def _wide(rows: Iterator[tuple[int, list[str]]], columns: _Columns, path: Path) 
 
 def _long(rows: Iterator[tuple[int, list[str]]], columns: _Columns, path: Path) -> Iterator[Body]:
     """Rows of one frame belong together; a landmark that comes again begins the next person."""
-    known = landmark_names()
     values, when, taken = np.full((COUNT, 4), np.nan), None, set()
     for line, row in rows:
         where = f"{path}, line {line}"
         said = row[columns.landmark or 0].strip() if len(row) > (columns.landmark or 0) else ""
-        landmark = known.get(
+        landmark = NAMES.get(
             said.lower().removeprefix("poselandmark."),
             int(said) if said.isdecimal() and len(said) < 4 else -1,
         )

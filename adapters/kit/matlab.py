@@ -9,7 +9,6 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError, naming
 from ...pipeline.core.extras import needed_for
-from ...pipeline.files.arrays import Shape, fits, in_words
 from ...pipeline.files.unpacked import check_size
 from . import mat5 as _mat5
 
@@ -78,16 +77,6 @@ def _load_hdf5(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
             check_size(array.nbytes, path.stat().st_size, f"an array '{name}'")
             found[name] = np.asarray(array[()]).T
     return found
-
-
-def numbers(where: str, array: np.ndarray, *shapes: Shape) -> np.ndarray:
-    """The array (...,) as float64; InputError unless it is one of numbers of one of these shapes."""
-    if array.dtype.kind not in "fiu" or not any(fits(array.shape, shape) for shape in shapes):
-        raise InputError(
-            "wrong-content",
-            f"{where} of shape {' or '.join(map(in_words, shapes))}, got {array.shape} of {array.dtype}.",
-        )
-    return array.astype(np.float64)
 
 
 def _start(path: Path) -> bytes:

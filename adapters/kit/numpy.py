@@ -11,11 +11,25 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.files.arrays import Shape, arrays_in, damage_reported, header, load, opened
+from ...pipeline.files.arrays import Shape, arrays_in, damage_reported, fits, header, in_words, load, opened
 from .pickles import loads
 
 _PEEK_BYTES = 1 << 22
 _BEGINNING = 1 << 16
+
+
+def shaped(values: Any, where: str, *shapes: Shape, kinds: str = "fiu") -> np.ndarray:
+    """The values (...,). InputError, beginning with `where`, unless they are an array of numbers of one of these
+    shapes, not empty, and none of them infinite. kinds: of their dtype."""
+    array = values if isinstance(values, np.ndarray) else np.zeros(())
+    fit = array.size > 0 and any(fits(array.shape, shape) for shape in shapes)
+    if array.dtype.kind not in kinds or not fit or np.isinf(array).any():
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected finite numbers of shape {' or '.join(map(in_words, shapes))}, got {array.shape} of "
+            f"{array.dtype}.",
+        )
+    return array
 
 
 def load_objects(path: Path, key: str) -> Any:

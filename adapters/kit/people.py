@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from array import array
 from collections import defaultdict
-from itertools import groupby
 
 import numpy as np
 
@@ -13,9 +12,7 @@ from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import Layout
 from ...pipeline.core.notices import notice
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.rotations import is_finite
-from ...pipeline.signals.tracker import Tracker, sighted
-from .tracks import Crowd, confidences, leap, once_a_frame, saying_nothing
+from .tracks import Crowd, confidences, followed, leap, once_a_frame, saying_nothing
 
 
 class Bodies:
@@ -75,7 +72,7 @@ class Bodies:
             groups = {"0": slice(None)}
         elif not groups:
             method = "nearest box" if boxed else "nearest position" if placed else "nearest pose"
-            groups = _followed(frames, points)
+            groups = followed(frames, points)
         people = []
         for person, rows in groups.items():
             rows = _in_order(rows, frames)
@@ -105,16 +102,3 @@ def _in_order(rows: array | slice, frames: np.ndarray) -> np.ndarray | slice:
         return rows if (np.diff(frames) > 0).all() else np.argsort(frames)
     numbers = np.frombuffer(rows, np.int64)
     return numbers[np.argsort(frames[numbers], kind="stable")]
-
-
-def _followed(frames: np.ndarray, points: np.ndarray) -> dict[str, array]:
-    """Rows of each person, by what they show in the image plane: points (bodies, N, 2)."""
-    people: dict[str, array] = defaultdict(lambda: array("q"))
-    tracker, there = Tracker(), is_finite(points)
-    ordered = np.argsort(frames, kind="stable").tolist()
-    for frame, everybody in groupby(ordered, key=frames.__getitem__):
-        rows = [row for row in everybody if there[row].any()]
-        names = tracker.names([sighted(int(frame), points[row], there[row]) for row in rows])
-        for row, name in zip(rows, names, strict=True):
-            people[str(name)].append(row)
-    return people

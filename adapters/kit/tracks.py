@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from array import array
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from ...pipeline.core.layouts import Layout
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.tracker import REACH, Tracker, sighted, steps
 from .json import numbers
 
@@ -34,18 +36,13 @@ _SURE = 0.5  # of a joint's usual score
 class Detection:
     """One person in one video frame.
 
-    points: (J, 3) float64, x and y in pixels and the detector's score (NaN without); 0, 0 or NaN is no joint.
+    points: (J, 3) x and y in pixels and the detector's score (NaN without); 0, 0 or NaN is no joint.
     person: the detector's name of the person, None when it does not follow people from frame to frame.
     """
 
     frame: int
     points: np.ndarray
     person: str | None = None
-
-    @cached_property
-    def found(self) -> np.ndarray:
-        """(J,) whether the joint is there (`found_in`)."""
-        return found_in(self.points)
 
 
 def found_in(points: np.ndarray) -> np.ndarray:
@@ -108,7 +105,7 @@ def sequences(
     """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
 
     layouts: those that the format can hold, told apart by their number of joints.
-    People without names are told apart by `linked`; the history says so. Where some detections have a name, those
+    People without names are told apart by `_linked`; the history says so. Where some detections have a name, those
     without are left out, for trackers name nobody where they are not sure; the history warns with their number. It
     warns of a `leap` too, of somebody who is alone and of each whom a tracker names, for trackers exchange people. A
     joint that was not found is NaN with confidence NaN. Scores are taken for `confidences`.
@@ -118,25 +115,27 @@ def sequences(
     detections = counted(detections, where)
     named = [detection for detection in detections if detection.person is not None]
     unnamed = len(detections) - len(named) if named else 0
-    detections = named or detections
-    if not any(detection.found.any() for detection in detections):
+    detections = sorted(named or detections, key=lambda one: one.frame)
+    if not any(found_in(detection.points).any() for detection in detections):
         raise InputError("nothing-usable", f"{where}: no person was found in any frame.")
     likely = _layouts_of(detections, layouts, where)
+    frames = np.array([detection.frame for detection in detections])
     points = np.stack([detection.points for detection in detections])
     there = found_in(points)
-    layout = likely_layout(np.where(there[..., None], points[..., :2], np.nan), likely)
-    points = points[there]
-    if np.abs(points[:, :2]).max() <= 1:
+    points[~there] = np.nan
+    layout = likely_layout(points[..., :2], likely)
+    if np.abs(points[there][:, :2]).max() <= 1:
         raise InputError(
             "wrong-axes",
             f"{where}: expected pixels, got coordinates between -1 and 1; write them in pixels of the video "
             "(OpenPose: --keypoint_scale 0).",
         )
-    unknown = saying_nothing(points[:, 2])
-    people: dict[str | None, list[Detection]] = defaultdict(list)
-    for detection in sorted(named or linked(detections), key=lambda one: one.frame):
-        people[detection.person].append(detection)
-    tracks = tuple(_sequence(rows, layout, unknown, where) for rows in people.values())
+    unknown = saying_nothing(points[there][:, 2])
+    people = _by_name(detections) if named else _linked(frames, points[..., :2])
+    tracks = tuple(
+        _sequence(person, frames[rows], points[rows], layout, unknown, where)
+        for person, rows in people.items()
+    )
     if not named:
         doubts = _sure_leap(tracks[0]) if len(tracks) == 1 else []
         tracks = tuple(poses.with_(linked=True).noted("link people", method="nearest") for poses in tracks)
@@ -206,11 +205,11 @@ def confidences(scores: np.ndarray, unknown: str) -> tuple[np.ndarray, dict[str,
     return np.clip(scores, 0, 1), said
 
 
-def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: str) -> PoseSequence:
-    frames, person = np.array([row.frame for row in rows]), str(rows[0].person)
+def _sequence(
+    person: str, frames: np.ndarray, points: np.ndarray, layout: Layout, unknown: str, where: str
+) -> PoseSequence:
+    """Of one person's frames (T,) and points (T, J, 3), NaN where not found."""
     once_a_frame(frames, person, where, "--set keypoints.track=true")
-    points = np.stack([row.points for row in rows])
-    points = np.where(found_in(points)[..., None], points, np.nan)
     confidence, said = confidences(points[..., 2], unknown)
     poses = PoseSequence(
         joints=points[..., :2],
@@ -238,23 +237,36 @@ def saying_nothing(scores: np.ndarray) -> str:
     return f"all are {low:g}" if low == high else f"all are {low:g} to {high:g}"
 
 
-def linked(detections: Iterable[Detection]) -> list[Detection]:
-    """The same detections with people named "0", "1", ... in order of appearance.
+def _by_name(detections: Iterable[Detection]) -> dict[str, list[int]]:
+    """The rows of each person whom the detector names."""
+    people: dict[str, list[int]] = defaultdict(list)
+    for row, detection in enumerate(detections):
+        people[str(detection.person)].append(row)
+    return people
 
-    Where no frame holds more than one person, all are one, though `leap` may doubt it; otherwise a `Tracker` names
-    them. A detection without a single joint is dropped.
-    """
-    frames: dict[int, list[Detection]] = defaultdict(list)
-    for detection in detections:
-        if detection.found.any():
-            frames[detection.frame].append(detection)
-    if all(len(people) == 1 for people in frames.values()):
-        return [replace(detection, person="0") for (detection,) in frames.values()]
-    tracker, named = Tracker(), []
-    for frame, people in sorted(frames.items()):
-        names = tracker.names([sighted(frame, one.points[:, :2], one.found) for one in people])
-        named += [replace(one, person=str(name)) for one, name in zip(people, names, strict=True)]
-    return named
+
+def _linked(frames: np.ndarray, points: np.ndarray) -> Mapping[str, Sequence[int]]:
+    """Rows of people named "0", "1", ... in order of appearance, as `followed`; where no frame holds more than one
+    person, all are one, though `leap` may doubt it. A row without a single joint is dropped."""
+    seen = np.flatnonzero(is_finite(points).any(axis=1))
+    if len(np.unique(frames[seen])) == len(seen):
+        return {"0": seen.tolist()}
+    return followed(frames, points)
+
+
+def followed(frames: np.ndarray, points: np.ndarray) -> dict[str, array[int]]:
+    """Rows of each person in order of time, by what they show in the image plane: frames (N,) and points (N, J, 2)
+    of all sightings, NaN where missing. A `Tracker` joins each to the nearest of the frames before; a row without
+    a point is nobody."""
+    people: dict[str, array[int]] = defaultdict(lambda: array("q"))
+    tracker, there = Tracker(), is_finite(points)
+    ordered = np.argsort(frames, kind="stable").tolist()
+    for frame, everybody in groupby(ordered, key=frames.__getitem__):
+        rows = [row for row in everybody if there[row].any()]
+        names = tracker.names([sighted(int(frame), points[row], there[row]) for row in rows])
+        for row, name in zip(rows, names, strict=True):
+            people[str(name)].append(row)
+    return people
 
 
 def _sure_leap(poses: PoseSequence) -> list[Notice]:

@@ -15,7 +15,8 @@ from ...pipeline.signals.filters import stretches
 _SMALL = 0.25
 _FEW = 4  # images that repeat in a row between others that move, as of 6 frames a second in 30
 _BESIDE = 3  # images that move before and after more of them,
-_LEAP = 1.1  # times as far as those after it: without a leap somebody stands still
+_LEAP = 1.1  # times as far as those after it: without a leap somebody stands still,
+_HARDLY = 0.5  # and that much more than they themselves: a subtitle that comes and goes makes no still of what moves
 # Grey values by which an image that is shown on changes, in the middle and at a key frame, where it stops and goes on
 # from one image to the next; and in the middle where that is all there is, whose first images and key frames are up to
 # MOVES sharper. A small person who stands changes them by 0.6, seen as large as usual by 2 and more.
@@ -62,7 +63,11 @@ def _halts(change: np.ndarray, run: list[int]) -> bool:
     if len(run) <= _FEW:
         return True
     earlier, later = change[: run[0]][-_BESIDE:], change[run[-1] + 2 :][:_BESIDE]
-    moves = all(len(side) == _BESIDE and (side >= MOVES).all() for side in (earlier, later))
+    least = max(MOVES, change[run].max() / _HARDLY)
+    moves = all(
+        len(side) == _BESIDE and (side >= MOVES).all() and np.median(side) > least
+        for side in (earlier, later)
+    )
     return moves and bool(change[run[-1] + 1] > _LEAP * np.median(later))
 
 

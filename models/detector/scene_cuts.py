@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...pipeline.files.detections import MOVES
+
 _SIDE = 32
 _LONGER = 160  # pixels of the longer side that are kept
 _MOST = 0.01  # of the pixels, whose change counts: a person is small in an image, and light and noise are everywhere
@@ -17,7 +19,11 @@ _BLACK, _LEAST = 24, 0.25
 # Patches of an image, of so much of its shorter side, that are found again in the next: where five of 24 went the same
 # way, by more than _BESIDE of the kept pixels, the camera turns. Of 1759 cuts between real videos, also with bars or a
 # caption, which stays, four patches go alike at most; past a near post, by 5 to 25 % of the width a frame, most do.
-_PATCH, _ROWS, _COLUMNS, _FOUND, _BESIDE, _FEWEST = 0.3, 4, 6, 0.7, 3, 5
+# Where a film goes on mirrored, or of who stands alike, up to half of them are found at their place.
+_PATCH, _ROWS, _COLUMNS, _FOUND, _BESIDE, _FEWEST, _HALF = 0.3, 4, 6, 0.7, 3, 5, 0.5
+# So far leaps an image that shows much the same after a cut, against each of the last ten; and so much of it
+# becomes lighter, and so much darker: a lamp or a flash, which may dazzle, does the one or the other.
+_TIMES, _BOTH = 3.0, 0.1
 # Of the longer side: no camera turns further between two images, but an editor shifts a picture.
 _FARTHEST = 0.3
 
@@ -47,16 +53,22 @@ class Glance:
         small = cv2.resize(samples, (width, height), interpolation=cv2.INTER_AREA)
         return cls(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY))
 
-    def is_cut_to(self, now: Glance) -> bool:
+    def is_cut_to(self, now: Glance, before: float = np.nan) -> bool:
         """Whether the next image shows another scene. Brighter, darker or a flash is none; nor is an image of one
-        colour, so the caller keeps the last that `shows` something."""
+        colour, so the caller keeps the last that `shows` something. before: the largest `change_to` of the last images,
+        NaN where unknown: a scene much like the one before, such as its mirror image, is told by the leap."""
         if not (self.shows and now.shows):
             return False
         here, there = self._without_bars(now)
         patterns = [(each - each.mean()) / max(each.std(), _FLAT) for each in (here, there)]
-        if float((patterns[0] * patterns[1]).mean()) >= _ALIKE:
+        if float((np.abs(here - there) < _SAME).mean()) >= _STAYS:
             return False
-        return float((np.abs(here - there) < _SAME).mean()) < _STAYS and not self._turns_to(now)
+        if float((patterns[0] * patterns[1]).mean()) >= _ALIKE:
+            change, went = self.change_to(now), there - here
+            of_light = min((went > _SAME).mean(), (went < -_SAME).mean()) < _BOTH
+            if of_light or not (change >= MOVES and change >= _TIMES * before):
+                return False
+        return not self._stays_at(now)
 
     def _without_bars(self, now: Glance) -> tuple[np.ndarray, np.ndarray]:
         """Both small images without the bars that both have: these are alike in all scenes."""
@@ -70,18 +82,19 @@ class Glance:
         here, there = (each[tuple(window)].astype(np.float32) for each in (self._small, now._small))
         return here, there
 
-    def _turns_to(self, now: Glance) -> bool:
-        """Whether the next image shows the same from a camera that has turned, also past something near."""
+    def _stays_at(self, now: Glance) -> bool:
+        """Whether the next image shows the same, from a camera that stands or has turned, also past something near."""
         import cv2
 
         if self.grey.shape != now.grey.shape:
             return False
         height, width = self.grey.shape
-        side, went = max(round(_PATCH * min(height, width)), 1), list[tuple[int, int]]()
+        side, went, patches = max(round(_PATCH * min(height, width)), 1), list[tuple[int, int]](), 0
         for top in np.linspace(0, height - side, _ROWS).round().astype(int).tolist():
             for left in np.linspace(0, width - side, _COLUMNS).round().astype(int).tolist():
                 patch = self.grey[top : top + side, left : left + side]
                 if patch.std() > 2 * _FLAT:
+                    patches += 1
                     alike = cv2.matchTemplate(now.grey, patch, cv2.TM_CCOEFF_NORMED)
                     _, best, _, (x, y) = cv2.minMaxLoc(alike)
                     went += [(x - left, y - top)] * (best >= _FOUND)
@@ -89,7 +102,8 @@ class Glance:
         near = np.abs(ways[:, None] - ways).max(axis=-1) <= _BESIDE
         far = np.abs(ways).max(axis=-1, initial=0)
         moved = (far > _BESIDE) & (far <= _FARTHEST * max(height, width))
-        return bool((near.sum(axis=1)[moved] >= _FEWEST).any())
+        turned = near[np.ix_(moved, moved)].sum(axis=1).max(initial=0)  # less who moves a little: the person
+        return bool(turned >= _FEWEST or near.sum(axis=1).max(initial=0) > _HALF * patches)
 
     def change_to(self, now: Glance) -> float:
         """Grey values by which the hundredth of the pixels that changes most differs in the next image, on average; NaN

@@ -24,6 +24,7 @@ from .repeated import repeated, without_repeats
 from .scene_cuts import Glance
 
 _UNSEEN_S = 0.2  # somebody may be in view for so long before they are looked for
+_LAST = 10  # images that show how far the film leaps without a cut: a recording that stalls does so again and again
 _AGAIN = 30  # images before an interruption that are seen again at a time
 
 
@@ -85,7 +86,8 @@ class Search:
         """The people in the next frame, each with the name it goes by."""
         now = Glance.at(image)
         self._change.extend([np.nan] * (number + 1 - len(self._change)))
-        if self._glance is not None and self._glance.is_cut_to(now):
+        before = float(np.max(self._change[max(number - _LAST, 0) : number], initial=0.0))
+        if self._glance is not None and self._glance.is_cut_to(now, before):
             self.cuts.append(number)
             self._tracker.cut()
             self._before = ()

@@ -133,7 +133,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "People were tracked under {people:~number} (how many frames, from which to which): {listed}. Number "
         "{person} was used; --person chooses another."),
     "cut-or-another": ("warning", "view",
-        "At frame {frame} one person is lost and another found: it may be the same person, behind a cut of the video."),
+        "At frame {frame} one person is lost and another found: it may be the same person under another number."),
     "lost-and-found": ("note", "files",
         "{again} may be {person} again: a person who is lost for a second gets a new number."),
     "hardly-a-person": ("warning", "view",
@@ -197,8 +197,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "there."),
     # Lifting
     "keypoints-left-out": ("repair", "",
-        "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because all keypoints jump to another place "
-        "there."),
+        "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because the whole body leaps there, to another "
+        "place or with left and right exchanged."),
     "joints-on-a-line": ("repair", "",
         "{joints:~missing keypoint was/missing keypoints were} interpolated linearly between the frames around them."),
     "lifted": ("note", "",
@@ -265,7 +265,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "It is not known where the person is: {reason}."),
     "placed": ("note", "place",
         "The path of the pelvis comes from the keypoints, in {placed} of {frames} frames{bridges}. Each frame is "
-        "within {within:g} {unit}, mostly in depth, the size of the whole path within {size_percent:g} %; "
+        "within {within:g} {unit}, mostly in depth; besides, the size of the whole path is within {size_percent:g} %; "
         "{depth}{guess}{unjudged}."),
     "size-levelled": ("repair", "place",
         "The lifted body grew as it grew in the image, by {grown_percent:.0f} % in all; it was scaled to one size."),

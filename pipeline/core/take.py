@@ -200,6 +200,11 @@ class Take:
         return self.session.title or self.name
 
     @property
+    def rows(self) -> PoseSequence | None:
+        """Its poses, or the keypoints of a take that has no poses yet."""
+        return self.keypoints if self.poses is None else self.poses
+
+    @property
     def moving(self) -> bool:
         """Whether the camera moves, as the user says, else by the background of its images. Without either it counts as
         static."""

@@ -48,10 +48,8 @@ def view(folder: Path, web: bool = False) -> None:
         with server, suppress(KeyboardInterrupt):
             server.serve_forever()
         return
-    # The viewer would listen to the whole network, and hand the recording to whoever holds its usual port.
-    ended = subprocess.run(
-        [viewer_executable(), "--bind", _HERE, "--port", "auto", str(recording)], env=os.environ | QUIET
-    )
+    # Without an address the viewer would listen to the whole network.
+    ended = subprocess.run(_viewer(str(recording)), env=os.environ | QUIET)
     if ended.returncode:
         raise InputError("no-device", "The viewer did not open; on a machine without a screen pass --web.")
 
@@ -94,6 +92,12 @@ def viewer_executable() -> str:
     raise InputError("needs-package", "The rerun viewer is not installed; reinstall the package rerun-sdk.")
 
 
+def _viewer(recording: str) -> list[str]:
+    """The words that open a file or an address in it; on a port of its own, for whoever holds its usual one would be
+    handed the recording."""
+    return [viewer_executable(), "--bind", _HERE, "--port", "auto", recording]
+
+
 @contextmanager
 def following(recording: Path, web: bool = False) -> Iterator[None]:
     """Show a recording while the block writes it, in the viewer or, with `web`, in a browser on this machine. What is
@@ -106,15 +110,7 @@ def following(recording: Path, web: bool = False) -> Iterator[None]:
             print(f"{_page(server)}\nOpen it in a browser on this machine.", flush=True)
             webbrowser.open(_page(server))
         else:
-            command = [
-                viewer_executable(),
-                "--bind",
-                _HERE,
-                "--port",
-                "auto",
-                f"{_origin(server)}/{RECORDING}",
-            ]
-            silent = subprocess.DEVNULL
+            command, silent = _viewer(f"{_origin(server)}/{RECORDING}"), subprocess.DEVNULL
             subprocess.Popen(command, env=os.environ | QUIET, stdout=silent, stderr=silent, **apart())
         yield
     finally:
@@ -145,15 +141,8 @@ def _viewer_files() -> dict[str, tuple[str, bytes]]:
         free.bind((_HERE, 0))
         port = free.getsockname()[1]
     # Named an address that a browser can load, rerun serves its page alone; the address is not visited.
-    command = [
-        viewer_executable(),
-        "--serve-web",
-        "--bind",
-        _HERE,
-        "--web-viewer-port",
-        str(port),
-        f"http://{_HERE}/{RECORDING}",
-    ]
+    address = f"http://{_HERE}/{RECORDING}"
+    command = [viewer_executable(), "--serve-web", "--bind", _HERE, "--web-viewer-port", str(port), address]
     silent = subprocess.DEVNULL
     with subprocess.Popen(command, env=os.environ | QUIET, stdout=silent, stderr=silent) as process:
         try:

@@ -87,7 +87,8 @@ def _back_as_another(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> 
             first, last = int(other.frame_index[0]), int(other.frame_index[-1])
             joints = np.stack([chosen.joints[row], other.joints[-1], chosen.joints[row + 1]])
             sizes, apart = float(steps(joints[::2])[0]), steps(joints)[1]
-            if gone < first and back - _AT_ONCE <= last < back and apart < _ONE_PLACE:
+            known = sizes > 0 and apart > 0  # `steps` are 0 where fewer than three joints tell
+            if gone < first and back - _AT_ONCE <= last < back and known and apart < _ONE_PLACE:
                 unseen = back - gone - 1
                 return [notice("leap-after-gap", weight="suspicious", sizes=sizes, frame=back, unseen=unseen)]
     return []

@@ -17,10 +17,11 @@ from ..files.atomic import read_summary
 from ..files.names import KEYPOINTS, RECORDING
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK"
-_KINDS = {  # by how files begin
+_KINDS = {  # by how files begin, some behind their length
     b"GIF8": "a GIF; make a video of it (ffmpeg -i NAME.gif NAME.mp4), or save the recording itself as one",
     b"\x89PNG": "a PNG image",
     b"\xff\xd8\xff": "a JPEG image",
+    b"WEBP": "a WebP image; save the recording itself as a video",
     b"%PDF": "a PDF document",
     b"\x1f\x8b": "compressed with gzip; unpack it first",
     b"7z\xbc\xaf": "a 7z archive; unpack it first",
@@ -30,6 +31,7 @@ _OF_TRAINING = {"testbed": {"take_start", "lifted", "truth"}, "mocap": {"clip_st
 _MILLIMETRES = (500.0, 2500.0)  # how far a body's joints lie apart along an axis, crouching to standing
 _LISTED = 6  # entries of an archive or kinds of files in a folder that are named
 _SHOWN = 60  # characters of a text
+_UNKNOWN = "no text, and of no kind of file that is known here"
 _BROKEN = "JSON that is incomplete or damaged"
 _READ_JSON = 1 << 24  # a longer file is not read to find out whether it is whole
 
@@ -55,8 +57,11 @@ def in_words(path: Path) -> str:
     if start.startswith(_HDF5):
         missing = "" if find_spec("h5py") else "; reading it needs h5py: pip install 'pcnet3d[hdf5]'"
         return f"a file of MATLAB 7.3 or HDF5{missing}"
-    known = (words for begins, words in _KINDS.items() if start.startswith(begins))
-    return next(known, f"a file that begins with {start[:16]!r}")
+    known = (words for begins, words in _KINDS.items() if begins in (start[: len(begins)], start[8:12]))
+    text = start[:16].decode("ascii", "replace")
+    return next(
+        known, f"a file that begins with {text!r}" if text.isprintable() and text.isascii() else _UNKNOWN
+    )
 
 
 def why_no_joints(path: Path) -> str:

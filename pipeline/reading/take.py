@@ -132,7 +132,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
                 track = keypoints.normalised(own)
             take = _joined(files, body, track)
             take = take.with_(name=f"{take.name}, person {printable(one.person)}")
-            lead = take.keypoints if take.poses is None else take.poses
+            lead = take.rows
             frames = 0 if lead is None else len(lead)
         except InputError as error:
             take, frames = error, len(one)

@@ -43,7 +43,6 @@ _GARBAGE = {
 class Facts:
     """What a golden file shows of its adapter.
 
-    detected: recognised by content; guarded: a mirrored copy is refused (None for what is no 3D body).
     axes: what x, y, z point at; unit: as in Frame, "" without coordinates.
     fps, frames: whether the file knows its times, and the video frames of its rows.
     people: "one", "named" by the file or "joined" from frame to frame; "" for other things than people.
@@ -52,8 +51,6 @@ class Facts:
 
     adapter: str
     gives: str
-    detected: bool
-    guarded: bool | None = None
     axes: str = ""
     unit: str = ""
     fps: bool = False
@@ -88,7 +85,7 @@ def check_adapter(
     _expect(isinstance(found, tuple) and len(found) > 0, f"it reads a {type(found).__name__}, not a tuple")
     _expect(all(isinstance(one, wanted) for one in found), f"it reads other things than {wanted.__name__}")
     _check_garbage(adapter, golden, read)
-    facts = Facts(name, adapter.gives, detected=not by_name, fps=True, frames=adapter.gives == "video")
+    facts = Facts(name, adapter.gives, fps=True, frames=adapter.gives == "video")
     if wanted is not PoseSequence:
         return facts
     if adapter.gives == "poses":
@@ -129,7 +126,6 @@ def _of_people(people: tuple[PoseSequence, ...], facts: Facts) -> Facts:
     _expect(not alike, "all scores are equal: make them NaN, or give the golden file different ones")
     return replace(
         facts,
-        guarded=True if facts.gives == "poses" else None,
         axes=", ".join(frame.axes),
         unit=frame.unit,
         fps=all(poses.time_s is not None for poses in people),

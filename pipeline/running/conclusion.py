@@ -70,7 +70,7 @@ def trust(take: Take) -> tuple[int, str]:
 
 def seen(take: Take) -> str:
     """What a take shows, in a line: how long it is, and what moved (pipeline/core/answer.py)."""
-    rows = take.poses or take.keypoints
+    rows = take.rows
     if rows is None:
         return "Nobody was seen."
     length = how_many(len(rows), "frame")

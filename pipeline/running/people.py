@@ -62,9 +62,8 @@ def write_index(runs: Sequence[PersonRun], folder: Path) -> None:
 
 
 def _entry(run: PersonRun, take: Take) -> dict[str, Any]:
-    rows = take.poses if take.poses is not None else take.keypoints
+    rows, level = take.rows, take.rectified
     assert rows is not None
-    level = take.rectified
     return {
         "person": run.person,
         "folder": run.folder,

@@ -183,8 +183,7 @@ def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
 
 def _frame_rate(take: Take) -> float:
     """Video frames a second, as stages will have them; NaN where there is one only."""
-    rows = take.keypoints if take.poses is None else take.poses
-    if rows is not None:
+    if (rows := take.rows) is not None:
         step = np.diff(rows.frame_index)
         return rate(rows.times) * float(np.median(step)) if len(step) else float("nan")
     video, told = take.need("video"), take.told.fps
@@ -194,7 +193,7 @@ def _frame_rate(take: Take) -> float:
 
 def _check_neutral(take: Take) -> None:
     """InputError for a neutral posture that is not in the take's time."""
-    told, rows = take.told, take.keypoints if take.poses is None else take.poses
+    told, rows = take.told, take.rows
     if isinstance(told.neutral, tuple):
         if rows is None:
             video = take.need("video")
@@ -211,9 +210,8 @@ def bytes_needed(recipe: Recipe, *takes: Take) -> int:
     """About how much a run will write, the video in its recordings counted."""
     needed, recorded = 0, recipe.has("record")
     for take in takes:
-        rows = take.keypoints if take.poses is None else take.poses
         first, last = take.video.span if take.video else (0, -1)
-        needed += _FIXED_BYTES + _FRAME_BYTES * (last + 1 - first if rows is None else len(rows))
+        needed += _FIXED_BYTES + _FRAME_BYTES * (len(take.rows) if take.rows else last + 1 - first)
         needed += take.video.span_bytes if take.video and recorded and take.told.images else 0
     return needed
 

@@ -15,7 +15,7 @@ import numpy as np
 from ..core.layouts import FEET
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..core.take import Swaps
+from ..core.take import Swaps, Take
 from .alternation import alternation
 from .swaps import Swap, assumed_times, find_swaps, has_depth, kinds
 
@@ -196,7 +196,9 @@ def _treated(
     """Poses after treatment, the swaps that were treated or should be, all that were found, and what to say."""
     found = find_swaps(poses)
     swaps, doubts = settled(poses, found)
-    values: dict[str, Any] = {"what": what, "kinds": sorted({swap.kind for swap in found})}
+    left = [swap for swap in found if how == "report" or swap not in swaps]
+    frames = [(swap.kind, *poses.frame_index[[swap.first_row, swap.last_row]].tolist()) for swap in left]
+    values: dict[str, Any] = {"what": what, "kinds": sorted({swap.kind for swap in found}), "frames": frames}
     notices = [notice("swaps-doubtful", doubt=doubt, **values) for doubt in doubts]
     if swaps:
         wrong = int(wrong_rows(poses, swaps).sum())
@@ -207,6 +209,21 @@ def _treated(
     elif swaps:
         poses = (repair_swaps if how == "repair" else mask_swaps)(poses, swaps)
     return poses, swaps, found, notices
+
+
+def in_doubt(take: Take) -> dict[str, np.ndarray]:
+    """{"leg" or "arm": (T,) bool} in which rows of the poses these limbs may be exchanged: what `treated` has left of
+    theirs, and of the keypoints if this run has lifted them."""
+    poses = take.need("poses")
+    doubt: dict[str, np.ndarray] = {}
+    of = ("poses", "keypoints") if poses.made_by.in_run else ("poses",)
+    said = [each.values for each in take.said if each.code in ("swaps-found", "swaps-doubtful")]
+    left = [span for values in said if values.get("what") in of for span in values.get("frames", ())]
+    for kind, first, last in left:
+        if kind.endswith("exchanged"):
+            limb, rows = kind.split("s ")[0], (first <= poses.frame_index) & (poses.frame_index <= last)
+            doubt[limb] = doubt.get(limb, False) | rows
+    return doubt
 
 
 def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSequence, Notice]:

@@ -87,7 +87,7 @@ def steps(points: np.ndarray) -> np.ndarray:
     three joints are seen in both: of who comes into the picture a hand is the whole body at first, and its error as
     large."""
     apart = np.linalg.norm(np.diff(points, axis=0), axis=-1)
-    size = _size(points)
+    size = extent(points)
     both = np.isfinite(apart).sum(axis=1)
     sizes = both * np.fmax(size[1:], size[:-1])
     enough = (sizes > 0) & (both >= _FEWEST)
@@ -114,7 +114,7 @@ def exchanges(time_s: np.ndarray, points: np.ndarray) -> list[tuple[int, float]]
         both = np.isfinite(points[start:stop]).all(axis=(0, 2))
         both |= both.sum() < _FEWEST
         bodies = [points[part][:, both] for part in parts]
-        before, after = (float(np.nanmedian(_size(body))) for body in bodies)
+        before, after = (float(np.nanmedian(extent(body))) for body in bodies)
         off = 0.0
         if min(row - start, stop - row) >= _PATH:
             at_s = float(time_s[row - 1] + time_s[row]) / 2
@@ -136,7 +136,7 @@ def _on_path(time_s: np.ndarray, points: np.ndarray, at_s: float) -> np.ndarray:
     return np.nanmedian(points + speed * (at_s - time_s)[:, None], axis=0)
 
 
-def _size(points: np.ndarray) -> np.ndarray:
+def extent(points: np.ndarray) -> np.ndarray:
     """(T,) of the body in the image, corner to corner; NaN of nobody."""
     return np.linalg.norm(np.fmax.reduce(points, axis=1) - np.fmin.reduce(points, axis=1), axis=-1)
 

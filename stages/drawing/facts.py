@@ -225,6 +225,11 @@ def ways_of_level(heading: str) -> tuple[str, str]:
     return ways.get(heading, OWN_WAYS)
 
 
+def mean(values: np.ndarray) -> float:
+    """Of those that are known of (T,); NaN where none is."""
+    return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
+
+
 def listed(options: Mapping[str, object]) -> str:
     """Names and values in a line: "a 1, b 2"."""
     return ", ".join(f"{key} {value}" for key, value in options.items())

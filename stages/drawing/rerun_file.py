@@ -28,8 +28,9 @@ class RecordingFile:
     """stream: what is logged into. What the SDK writes goes through a pipe, and a thread copies it into the file:
     where the SDK itself finds the disk full, it tries again for ever."""
 
-    def __init__(self, path: Path, name: Path, blueprint: rrb.Blueprint) -> None:
+    def __init__(self, path: Path, name: Path, views: rrb.Container, following: bool) -> None:
         import rerun as rr
+        import rerun.blueprint as rrb
         from rerun_bindings import flush_and_cleanup_orphaned_recordings
 
         # As rr.init does: else the SDK keeps threads and memory of every earlier take's recording.
@@ -38,6 +39,9 @@ class RecordingFile:
         self._failure: OSError | None = None
         self._copying: threading.Thread | None = None
         self.stream: rr.RecordingStream = rr.RecordingStream("pcnet3d")
+        play = "following" if following else None
+        time = rrb.TimePanel(state="collapsed", timeline="video_time", play_state=play)
+        blueprint = rrb.Blueprint(views, time, collapse_panels=True)
         path.touch()
         source, sink = os.pipe()
         try:
@@ -90,8 +94,11 @@ class RecordingFile:
 
 
 @contextmanager
-def recording_file(path: Path, blueprint: rrb.Blueprint, name: Path | None = None) -> Iterator[RecordingFile]:
-    """A new recording into the file `path`, complete when the block ends.
+def recording_file(
+    path: Path, views: rrb.Container, name: Path | None = None, following: bool = False
+) -> Iterator[RecordingFile]:
+    """A new recording into the file `path`, complete when the block ends. views: what it opens with, at the video's
+    time; following: at the newest, of a recording that grows.
 
     Threads of one process take turns: who asks while another thread records waits until that recording has ended.
     name: how a refusal calls the file, where `path` is temporary. InputError where the file cannot be written.
@@ -101,7 +108,7 @@ def recording_file(path: Path, blueprint: rrb.Blueprint, name: Path | None = Non
     named = name or path
     with _TURN, catch_and_log_exceptions(strict=True):
         try:
-            file = RecordingFile(path, named, blueprint)
+            file = RecordingFile(path, named, views, following)
             try:
                 yield file
                 file.stream.flush()

@@ -15,17 +15,42 @@ from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from .bodies import FACES, along, normals, surface
-from .palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT, YELLOW, Colour, side_colour
+from .palette import DARK, GREEN, LEFT, MIDDLE, PURPLE, RIGHT, YELLOW, Colour, side_colour
 from .rerun_video import Part
 
 if TYPE_CHECKING:
     import pyarrow as pa
     import rerun as rr
+    import rerun.blueprint as rrb
 
 _AXES = {"back": PURPLE, "right": GREEN, "up": YELLOW}  # of BODY: x, y, z
 _LEVELS = {"warning": "WARN", "repair": "INFO", "mark": "INFO", "note": "DEBUG"}
 _ROWS = 1 << 13  # of a skeleton that are sent at a time, four minutes at 30 frames a second
 _LETTERS = {"away": "F", "toward": "B", "north": "F", "south": "B", "west": "L", "east": "R"}
+
+
+def person_view(
+    entity: str,
+    name: str,
+    eye: np.ndarray,
+    target: Sequence[float] | np.ndarray = (0, 0, 0),
+    grid: tuple[float, float] | None = None,
+    **look: Any,
+) -> rrb.View:
+    """A view on dark ground, from where an eye (3,) stands to a target (3,). grid: the height of a floor, and how far
+    apart its lines are; None without one. look: further options of the view."""
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+    lines = rrb.LineGrid3D(False)
+    if grid is not None:
+        height, apart = grid
+        plane = rr.components.Plane3D.XY.with_distance(height)
+        lines = rrb.LineGrid3D(plane=plane, spacing=apart, color=(128, 128, 128, 110))
+    controls = rrb.EyeControls3D(position=eye, look_target=target)
+    return rrb.Spatial3DView(
+        origin=entity, name=name, eye_controls=controls, background=DARK, line_grid=lines, **look
+    )
 
 
 def half_height(joints: np.ndarray) -> float:

@@ -14,10 +14,10 @@ from .charts import MIDDLE, SOFT
 from .page import kit
 
 
-def key_rows(joints: np.ndarray, count: int = 6) -> list[int]:
+def key_rows(joints: np.ndarray, count: int = 6, doubts: np.ndarray | None = None) -> list[int]:
     """Rows that show what happens in a take: of each of `count` equal parts the one whose posture is farther from the
     take's median posture than nine in ten of that part, so that neither rest nor an outlier is shown. joints: (T, J, 3)
-    in BODY, any unit."""
+    in BODY, any unit. doubts: (T,) the less of them, the better a row; those above a quarter of a part are left out."""
     seen = np.flatnonzero(is_finite(joints).mean(axis=1) > 0.5)
     if not len(seen):
         return []
@@ -26,6 +26,8 @@ def key_rows(joints: np.ndarray, count: int = 6) -> list[int]:
     usual = np.stack([np.nanmedian(one[seen], axis=0) for one in joints.swapaxes(0, 1)])
     rows = []
     for part in np.array_split(seen, min(count, len(seen))):
+        if doubts is not None:
+            part = part[doubts[part] <= np.quantile(doubts[part], 0.25)]
         off = np.nanmean(np.linalg.norm(joints[part] - usual, axis=-1), axis=-1)
         rows.append(int(part[np.argsort(off)[int(0.9 * (len(part) - 1))]]))
     return rows

@@ -42,11 +42,12 @@ def spoken(name: str) -> str:
 
 
 def range_words(of: Group) -> Cell:
-    """A range of motion with the wider 90 % bar of its ends, in grey where some values are such as no joint reaches;
-    None where unknown. of: an angle's figures in `range_of_motion`."""
+    """A range of motion with the wider 90 % bar of its ends, broken before ± at most, in grey where some values
+    are such as no joint reaches; None where unknown. of: an angle's figures in `range_of_motion`."""
     low, high = (measure(of, name) for name in ("p05", "p95"))
     if low is None or high is None:
         return None
     bars = [end.bar for end in (low, high) if end.bar is not None]
-    words = f"{low.value:z.0f} to {high.value:z.0f}{f' ± {max(bars):.0f}' if bars else ''}"
+    ends = f"{low.value:z.0f} to {high.value:z.0f}".replace(" ", "\u00a0")
+    words = f"{ends} ±\u00a0{max(bars):.0f}" if bars else ends
     return Soft(words) if value(of, "beyond_anatomy_frames") else words

@@ -21,7 +21,7 @@ from ...pipeline.files.finished import OF_RECTIFIED
 from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
 from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
-from ..drawing.facts import Source, facts_of
+from ..drawing.facts import Source, facts_of, mean
 from .measures import write_measures, write_strides
 from .tables import write_parquet
 
@@ -184,7 +184,7 @@ def summary(take: Take) -> dict[str, Any]:
             "method": rectified.method,
             "camera": rectified.camera,
             "frames_rectified": facts.turned,
-            "error_deg_mean": _mean(rectified.error_deg),
+            "error_deg_mean": mean(rectified.error_deg),
             **_up("up_error_deg", up_error_deg, rectified),
             **_up("up_bound_deg", rectified.up_bound_deg, rectified),
             "up_shares": rectified.up_shares,
@@ -227,11 +227,7 @@ def _camera(take: Take) -> dict[str, Any] | None:
 def _up(name: str, values: np.ndarray, rectified: Rectified) -> dict[str, float]:
     """One figure for the take, or the mean and the largest of a moving camera's frames that are rectified."""
     if rectified.camera != "moving":
-        return {name: _mean(values)}
+        return {name: mean(values)}
     values = values[rectified.turned]
-    mean = _mean(values)
-    return {f"{name}_mean": mean, f"{name}_max": float(np.nanmax(values)) if np.isfinite(mean) else mean}
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
+    usual = mean(values)
+    return {f"{name}_mean": usual, f"{name}_max": float(np.nanmax(values)) if np.isfinite(usual) else usual}

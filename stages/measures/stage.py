@@ -12,6 +12,7 @@ import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
 from ...models.angle_error.repeatability import ends, judged, known_median
+from ...models.gait.errors import own_covariance
 from ...models.gait.focal import focal_by_steps, zoom_by_feet
 from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import SIDES, body_joints, gait_of, separation_sd, unjudged
@@ -25,6 +26,7 @@ from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.signals.angles import ANGLES, continuous
 from ...pipeline.signals.filters import breaks
 from ...pipeline.signals.foot_angles import ALL_ANGLES
+from ...pipeline.signals.norms import cannot_be_told
 from ...pipeline.signals.reprojection import residuals_of, straight_in_image, unsure_joints
 from .columns import Columns
 from .figures import basis, with_error
@@ -45,6 +47,7 @@ _ANY, _SHARE = 20.0, 0.5  # degrees that a repetition rises by at least, and of 
 # Standard deviation of an angle by a lifter whose errors were not measured: that of the built-in one, median of lifted
 # validation takes (knees 8.4, arms 6.3, elbows 10).
 _UNSTATED_DEG = 8.0
+_UNTOLD = "the error is larger than the motion"
 
 
 @dataclass(frozen=True)
@@ -217,7 +220,7 @@ def measures(
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
         *within("jumps", with_outcome("jumps", leaps, lasts_s, flights.looked, doubt)),
-        *within("paths", _paths(take, rectified)),
+        *within("paths", _paths(take, filtered, rectified)),
     )
 
 
@@ -260,7 +263,8 @@ def _range(take: Columns, name: str, own_zero: bool, unsure: Mapping[str, np.nda
     ]
 
 
-def _paths(take: Columns, rectified: Rectified) -> list[Row]:
+def _paths(take: Columns, filtered: PoseSequence, rectified: Rectified) -> list[Row]:
+    """Lengths and mean speeds; none of a joint whose error is larger than its motion, which is then the error's."""
     if rectified.camera == "moving":
         why = "the camera moves, and its turning about the vertical would add to the path"
         return [Remark("reason", why)]
@@ -277,6 +281,11 @@ def _paths(take: Columns, rectified: Rectified) -> list[Row]:
             why = "no two frames in a row have this joint"
             result += within(joint, [Remark("reason", why), *rests_on], side_of(joint))
             continue
+        if cannot_be_told(take.columns, f"{joint}_speed") or (
+            joint == "root" and _rests(filtered, rectified)
+        ):
+            result += within(joint, [Remark("reason", _UNTOLD), *rests_on], side_of(joint))
+            continue
         way = [
             Measure("path_length", float(length), "length"),
             Measure("mean_speed", float(length / duration), "speed"),
@@ -284,3 +293,13 @@ def _paths(take: Columns, rectified: Rectified) -> list[Row]:
         ]
         result += within(joint, [*way, *rests_on], side_of(joint))
     return result or [Remark("reason", "no paths were written; run trajectories first")]
+
+
+def _rests(filtered: PoseSequence, rectified: Rectified) -> bool:
+    """Whether an estimated path of the pelvis moves less than its frames err by themselves."""
+    root, covariance, shared = filtered.root, filtered.root_covariance, filtered.root_shared
+    if root is None or covariance is None or shared is None:
+        return False
+    own = own_covariance(root, covariance, rectified.R_source_from_level[2], *shared)
+    moved = ((root - np.nanmean(root, axis=0)) ** 2).sum(axis=1)
+    return bool(np.nanmedian(np.einsum("tii->t", own)) > np.nanmean(moved))

@@ -12,8 +12,8 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import transpose
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import on_lines
-from ..drawing.palette import DARK, faint, side_colour
-from ..drawing.rerun_log import time_columns
+from ..drawing.palette import faint, side_colour
+from ..drawing.rerun_log import person_view, time_columns
 from .prints import FootPrint
 from .walk import camera_ahead, floor, prints_so_far, walked
 
@@ -56,7 +56,6 @@ def log_first(recording: rr.RecordingStream, take: Take, prints: Sequence[FootPr
 def first_view(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.View:
     """size: about half the person's height."""
     import rerun as rr
-    import rerun.blueprint as rrb
 
     rectified, source = take.need("rectified"), take.need("poses")
     shown = ["walk/floor", "walk/path/**", "walk/prints/**", "level/**"]
@@ -68,13 +67,12 @@ def first_view(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.View
     middle[2] = -0.95 * _ground(take, prints, size) if walked(rectified) is None else 0.85 * size
     colours = [faint(side_colour(*bone), _FAINT) for bone in source.layout.bones]
     thin = rr.LineStrips3D.from_fields(colors=colours, radii=[0.006 * size])
-    return rrb.Spatial3DView(
-        origin="walk/along",
+    return person_view(
+        "walk/along",
+        name if rectified.level_ok else f"{name}; not levelled",
+        middle + size * _eye(take),
+        middle,
         contents=[f"+ /{entity}" for entity in shown],
-        name=name if rectified.level_ok else f"{name}; not levelled",
-        eye_controls=rrb.EyeControls3D(position=middle + size * _eye(take), look_target=middle),
-        background=DARK,
-        line_grid=rrb.LineGrid3D(False),
         overrides={**prints_so_far(), "source/bones": thin},
     )
 

@@ -38,7 +38,7 @@ from .horizon import log_horizon
 from .prints import foot_prints
 from .summary import summary_markdown
 from .up import log_up
-from .views import OFF_KEYPOINTS, blueprint
+from .views import OFF_KEYPOINTS, views
 from .walk import log_room
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     path = Path(path)
     needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.span_bytes if take.video else 0)
     require_space(path.parent, needed, "The recording")
-    with whole_file(path) as partial, recording_file(partial, blueprint(take, prints, size), path) as file:
+    with whole_file(path) as partial, recording_file(partial, views(take, prints, size), path) as file:
         give_memory_back()
         recording = file.stream
         recording.send_recording_name(take.name)

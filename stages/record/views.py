@@ -12,7 +12,7 @@ from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.signals.reprojection import has_residuals
 from ..drawing.facts import OWN_WAYS, voted, ways_of_level
-from ..drawing.palette import DARK
+from ..drawing.rerun_log import person_view
 from .angles import angle_views, angled, first_angles
 from .first import first_view
 from .prints import FootPrint
@@ -30,7 +30,7 @@ _EYES = {
 }
 
 
-def blueprint(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Blueprint:
+def views(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Container:
     """A tab for a first look: the video, the person on the floor, and below them knees, elbows and trunk; another for
     all else. Views of what the take lacks are not there.
 
@@ -48,11 +48,7 @@ def blueprint(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Bluep
         row_shares=[5, 3] if charts else [1],
         name="First look",
     )
-    return rrb.Blueprint(
-        rrb.Tabs(first, _details(take, size), active_tab=0),
-        rrb.TimePanel(state="collapsed", timeline="video_time"),
-        collapse_panels=True,
-    )
+    return rrb.Tabs(first, _details(take, size), active_tab=0)
 
 
 def _details(take: Take, size: float) -> rrb.Container:
@@ -120,24 +116,12 @@ def _bounds(take: Take) -> rrb.VisualBounds2D | None:
 
 
 def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
-    import rerun as rr
-    import rerun.blueprint as rrb
-
-    rectified = take.need("rectified")
     frame = take.need("poses").frame if entity == "source" else BODY
-    eye = size * frame.basis @ np.array(_EYES[frame.family])
-    grid = rrb.LineGrid3D(False)
+    grid = None
     if entity != "source":
-        ground = floor(rectified.level)  # heights in BODY are those in LEVEL
-        plane = rr.components.Plane3D.XY.with_distance(ground if np.isfinite(ground) else -size)
-        grid = rrb.LineGrid3D(plane=plane, spacing=size / 4, color=(128, 128, 128, 110))
-    return rrb.Spatial3DView(
-        origin=entity,
-        name=name,
-        eye_controls=rrb.EyeControls3D(position=eye, look_target=(0, 0, 0)),
-        background=DARK,
-        line_grid=grid,
-    )
+        ground = floor(take.need("rectified").level)  # heights in BODY are those in LEVEL
+        grid = (ground if np.isfinite(ground) else -size), size / 4
+    return person_view(entity, name, size * frame.basis @ np.array(_EYES[frame.family]), grid=grid)
 
 
 def _tilt() -> rrb.View:

@@ -13,7 +13,8 @@ from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import breaks, runs
-from ..drawing.palette import DARK, MIDDLE
+from ..drawing.palette import MIDDLE
+from ..drawing.rerun_log import person_view
 from .prints import FootPrint, log_prints
 
 if TYPE_CHECKING:
@@ -114,7 +115,6 @@ def camera_ahead(take: Take) -> np.ndarray | None:
 def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
     """All of the path at once, the camera too, and every foot print up to the view's time. size: about half the
     person's height."""
-    import rerun.blueprint as rrb
 
     low, high = (np.nanpercentile(placed.joints, share, axis=(0, 1)) for share in (1, 99))
     eye, ahead = np.array(_EYE), camera_ahead(take)
@@ -126,13 +126,12 @@ def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
         eye = np.append(along * ahead + across * aside, up)
     reach = max(size, 0.45 * float(np.linalg.norm(high - low)))
     middle = (low + high) / 2
-    return rrb.Spatial3DView(
-        origin="walk",
+    return person_view(
+        "walk",
+        "All of the path: LEVEL",
+        middle + reach * eye,
+        middle,
         contents=["+ /walk/**", "+ /level/**"],
-        name="All of the path: LEVEL",
-        eye_controls=rrb.EyeControls3D(position=middle + reach * eye, look_target=middle),
-        background=DARK,
-        line_grid=rrb.LineGrid3D(False),
         overrides=prints_so_far(),
     )
 

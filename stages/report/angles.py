@@ -27,10 +27,11 @@ def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
     how those of the take's angles are known."""
     found, symmetry = subgroup(measures, "range_of_motion"), subgroup(measures, "symmetry")
     known = [name for name in found if measure(subgroup(found, name), "p05")]
+    bars = any(of.bar is not None for name in known if (of := measure(subgroup(found, name), "p05")))
     rows: list[list[Cell]] = [
         [
             spoken(both),
-            *(range_words(subgroup(found, f"{side}_{both}")) for side in "rl"),
+            *(_range(subgroup(found, f"{side}_{both}"), bars) for side in "rl"),
             _difference(subgroup(symmetry, both), errors),
         ]
         for both in dict.fromkeys(of_both(name) for name in known if name not in MIDLINE)
@@ -40,10 +41,10 @@ def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
     ]
     if not known:
         return Markup("")
-    bars = any(of.bar is not None for name in known if (of := measure(subgroup(found, name), "p05")))
     within = "; the true angle lies within ± in nine of ten cases" if bars else ""
     mdc = "; ± is its MDC90: if both are equal, nine in ten differences lie within it" if bars else ""
-    doubtful = "the difference lies within ±" if bars else "the error of the difference is not known"
+    unknown = "the error is not known"
+    doubtful = f"the difference lies within ±, {unknown}" if bars else unknown
     return (
         small(
             f"From the 5th to the 95th percentile of the frames, in degrees{within}. Difference: right minus left "
@@ -54,6 +55,16 @@ def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
         + Markup("").join(map(small, _without_range(found)))
         + details("All figures of the ranges", measure_tables({name: found[name] for name in known}, level=3))
     )  # fmt: skip
+
+
+def _range(of: Group, bars: bool) -> Cell:
+    """bars: whether ranges of the take have errors; one that has none beside them says so."""
+    shown, low = range_words(of), measure(of, "p05")
+    return (
+        Soft(f"{shown.words if isinstance(shown, Soft) else shown}, error not known")
+        if bars and low and low.bar is None
+        else shown
+    )
 
 
 def _without_range(found: Group) -> list[str]:
@@ -116,7 +127,8 @@ def _difference(symmetry: Group, errors: AngleErrors | None) -> Cell:
     of = measure(symmetry, "symmetry_index")
     if of is None:
         return Soft("cannot be told") if _untold(symmetry) else None
-    words = f"{of.value:z.0f}{'' if of.bar is None else f' ± {of.bar:.0f}'} %"
+    bar = "" if of.bar is None else f" ±\u00a0{of.bar:.0f}"
+    words = f"{of.value:z.0f}{bar}\u00a0%"
     return Soft(words) if of.within_error or (of.bar is None and errors is not None) else words
 
 

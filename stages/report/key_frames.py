@@ -7,13 +7,14 @@ from collections.abc import Iterable
 import numpy as np
 from markupsafe import Markup
 
+from ...models.angle_error.off_keypoints import agrees, steady
 from ...pipeline.core.layouts import Layout, with_feet
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.inspect.image import from_the_front
-from ...pipeline.signals.reprojection import unsure_joints
+from ...pipeline.signals.reprojection import LIMBS, residuals_of, unsure_joints
 from ...pipeline.signals.visibility import certain
 from ..drawing import palette
 from ..drawing.page import figure, picture
@@ -38,7 +39,8 @@ def key_figures(take: Take) -> list[Markup]:
     """
     body = take.need("rectified").body
     shown = {event.row: event for event in events(take, FRAMES)}
-    others = [row for row in key_rows(body.joints, FRAMES) if _apart(body.times, row, shown)]
+    rows = key_rows(body.joints, FRAMES, _doubts(take))
+    others = [row for row in rows if _apart(body.times, row, shown)]
     for row in others[: FRAMES - len(shown)]:
         event = event_beside(take, row)
         shown.setdefault(event.row, event)
@@ -49,6 +51,19 @@ def key_figures(take: Take) -> list[Markup]:
     return [
         _key_figure(take, body, shown[row], images.get(int(body.frame_index[row]))) for row in sorted(shown)
     ]
+
+
+def _doubts(take: Take) -> np.ndarray:
+    """(T,) how many limbs contradict their keypoints, and of how many joints the detector is unsure: there the skeleton
+    beside the image shows another posture."""
+    count = np.zeros(len(take.need("poses")))
+    if (found := residuals_of(take)) is not None:
+        most = agrees(found)
+        for limb in LIMBS:
+            count += steady(found.limb(limb)) > most
+    for unsure in unsure_joints(take).values():
+        count += unsure
+    return count
 
 
 def _apart(times: np.ndarray, row: int, shown: Iterable[int]) -> bool:
@@ -63,8 +78,9 @@ def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray 
     rectified = body_views(joints)
     flat, layout = keypoints_at(take, frame)
     if image is not None:
+        around = None if take.keypoints is None else _found(take, frame)
         words = f"Frame {frame} of the video with the 2D keypoints"
-        before = picture(jpeg(image, flat, layout, angle, event.joint), "jpeg", words)
+        before = picture(jpeg(image, flat, layout, angle, event.joint, around), "jpeg", words)
     elif np.isfinite(flat).any():
         before = skeletons({"2D keypoints": flat * (1, -1)}, layout, f"2D keypoints of frame {frame}")
     else:
@@ -94,22 +110,36 @@ def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
     poses, keypoints = take.need("poses"), take.keypoints
     if keypoints is None:
         return np.full((len(poses.layout), 2), np.nan), poses.layout
-    row, at = np.flatnonzero(keypoints.frame_index == frame), poses.frame_index == frame
-    drawn = np.full((len(keypoints.layout), 2), np.nan)
-    if len(row):
-        drawn = certain(keypoints, None).joints[row[0]].copy()
+    drawn, at = _found(take, frame), poses.frame_index == frame
     for joint, unsure in unsure_joints(take).items():
         if joint in keypoints.layout and unsure[at].any():
             drawn[keypoints.layout.index(joint)] = np.nan
     return drawn, keypoints.layout
 
 
-def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout, angle: str = "", joint: str = "") -> bytes:
-    """A small JPEG of what is around the keypoints (J, 2), with these drawn on it, and an angle in words beside its
-    joint; of all of the image (H, W, 3) RGB when there are none."""
+def _found(take: Take, frame: int) -> np.ndarray:
+    """(J, 2) pixels of what the detector found in a video frame, of joints of which it is unsure too: they tell where
+    the person is."""
+    keypoints = take.need("keypoints")
+    row = np.flatnonzero(keypoints.frame_index == frame)
+    nothing = np.full((len(keypoints.layout), 2), np.nan)
+    return certain(keypoints, None).joints[row[0]].copy() if len(row) else nothing
+
+
+def jpeg(
+    image: np.ndarray,
+    keypoints: np.ndarray,
+    layout: Layout,
+    angle: str = "",
+    joint: str = "",
+    around: np.ndarray | None = None,
+) -> bytes:
+    """A small JPEG with keypoints (J, 2) drawn on it, and an angle in words beside its joint; of what is around the
+    points `around` (N, 2), or else these; of all of the image (H, W, 3) RGB where there are none."""
     import cv2
 
-    corner, size = _crop(image.shape[1::-1], keypoints[is_finite(keypoints)])
+    around = keypoints if around is None else around
+    corner, size = _crop(image.shape[1::-1], around[is_finite(around)])
     left, top = corner
     part = np.ascontiguousarray(image[top : top + size[1], left : left + size[0]])
     scale = _SIDE / max(size)

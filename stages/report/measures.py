@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -63,9 +63,9 @@ _WORDS = {
     "nan_share": "share without a value",
 }  # fmt: skip
 _OUTCOMES = {CANNOT_BE_TOLD: "cannot be told", NOT_LOOKED_FOR: "not looked for"}
+_ABOUT = "Click a figure to see what it is. SD: standard deviation."
 _ERRORS = (
-    "The true figure lies within ± in nine of ten cases; without ± the error is not known. "
-    "Click a figure to see what it is. SD: standard deviation. "
+    f"The true figure lies within ± in nine of ten cases; without ± the error is not known. {_ABOUT} "
     "Grey: a difference within its ±, which is its MDC90: if nothing differs, nine in ten differences lie within it."
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
@@ -108,7 +108,7 @@ def happened(rows: Iterable[Row], length: str) -> Markup:
     shown = measure_tables(single, length) + joined(parts)
     missed = details("Movements that were not found, and why", bullets(absent), shown=True)
     if shown:
-        return small(_ERRORS) + missed + shown
+        return small(_ERRORS if "±" in shown else f"No error of a figure is known. {_ABOUT}") + missed + shown
     return small("No movement was counted.") + missed if absent else Markup("")
 
 
@@ -261,7 +261,12 @@ def _told(leaf: Any, length: str, running: bool) -> Told:
         return Told(words, leaf.in_words(unit), about, soft=True)
     both = f"{_both(leaf)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
     within = isinstance(leaf, Measure) and leaf.within_error is True
-    return Told(words, f"{both}, within its error" if within else both, about, within, _name(leaf) in _LARGE)
+    of_walk = _name(leaf) == "walking_speed" or _name(leaf).startswith("mean_")
+    unknown = (
+        isinstance(leaf, Measure) and leaf.error is None and leaf.unit in ("length", "speed") and of_walk
+    )
+    behind = ", within its error" if within else ", error not known" if unknown else ""
+    return Told(words, both + behind, about, within or unknown, _name(leaf) in _LARGE)
 
 
 def _rows(members: Mapping[str, Any], length: str) -> Markup:
@@ -282,7 +287,8 @@ def _rows(members: Mapping[str, Any], length: str) -> Markup:
     said = [name for name, texts in alike.items() if len(texts) == 1 and "" not in texts]
     if said and len(members) > 1:
         once = joined(small(f"{worded(name).capitalize()}: {alike[name].pop()}.") for name in said)
-        return once + _rows(_without(members, said), length)
+        rest = {key: {name: of[name] for name in of if name not in said} for key, of in members.items()}
+        return once + _rows(rest, length)
     names = [named(shown[name], length) for name in order]
     if len(members) <= _FEW < len(order):
         rows = [[name, *map(_worded, cells)] for name, cells in zip(names, columns, strict=True)]
@@ -295,12 +301,6 @@ def _of_one(members: Mapping[str, Any], name: str) -> bool:
     """Whether a figure is the mean of one figure that stands beside it, in each member that has it."""
     single = [member.get(name.removeprefix("mean_")) for member in members.values() if name in member]
     return name.startswith("mean_") and all(isinstance(leaf, list) and len(leaf) == 1 for leaf in single)
-
-
-def _without(members: Mapping[str, Any], names: Sequence[str]) -> Group:
-    return {
-        key: {name: leaf for name, leaf in of.items() if name not in names} for key, of in members.items()
-    }
 
 
 def _worded(cell: Cell) -> Cell:

@@ -25,8 +25,8 @@ _HEADINGS = {
     "world": "Front and right are those of the file's world.",
 }
 _FILES = {
-    "measures.csv": "the figures of movements and ranges of motion, for Excel or another spreadsheet",
-    "strides.csv": "every stride and repetition: all angles with their errors at each per cent of it, and events",
+    "measures.csv": "what figures there are of movements and ranges of motion, for Excel or another spreadsheet",
+    "strides.csv": "what strides and repetitions there are: all angles with errors at each per cent, and events",
     "kinematics.csv": "angles, paths, speeds and accelerations of every frame, for Excel or another spreadsheet",
     "kinematics.parquet": "angles, paths, speeds and accelerations of every frame, for Python, R or MATLAB",
     "poses.npz": "joints of every frame before and after, for Python",
@@ -42,7 +42,8 @@ def session_words(take: Take, facts: Facts) -> Markup:
         f"Person {take.session.person_id}" if take.session.person_id else "",
         take.session.date,
         take.name if take.name != take.title else "",
-        f"{_frames(take, facts)}, {facts.duration_s:.1f} s{rate_in_words(facts.poses.fps, ' at ')}",
+        _frames(take, facts)
+        + f", {facts.duration_s:.1f} s{rate_in_words(facts.poses.fps, ' at ')}" * (len(facts.poses) > 1),
         f"camera {facts.camera_motion}" if facts.camera_motion and len(facts.poses) > 1 else "",
     ]
     return small(" · ".join(words for words in told if words))

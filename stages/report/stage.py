@@ -13,7 +13,7 @@ from markupsafe import Markup
 from ...pipeline.core.answer import JointRange, joint_ranges
 from ...pipeline.core.answer import answer as seen
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.measures import Group, grouped, subgroup
+from ...pipeline.core.measures import Group, Measure, grouped, subgroup
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.system import give_memory_back
@@ -71,7 +71,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     said = [*seen(take, "below, under What happened", with_ranges=False), *sides_compared(measures)]
     joints = joint_ranges(subgroup(measures, "range_of_motion"))
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
-    stated = any("±" in sentence for sentence in said) or any(joint.bar is not None for joint in joints)
+    stated = any(isinstance(row, Measure) and row.error is not None for row in take.measures or ())
     head = session_words(take, facts) + answer(said or withheld) + _furthest(joints)
     head += small(_ERRORS) if stated else Markup("")
     head += trust(take, facts) + told_of(take)
@@ -80,7 +80,10 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         ("Key frames", skeleton_player(take) + _key_frames(take)),
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("What happened", happened(take.measures or (), length_unit(take.poses))),
-        ("Joint angles over time", angle_charts(take) + _off_keypoints(measures, length_unit(take.poses))),
+        (
+            "Joint angles over time" if several else "Joint angles",
+            angle_charts(take) + _off_keypoints(measures, length_unit(take.poses)),
+        ),
         ("Speeds and accelerations", _motion(take, measures) if several else Markup("")),
         ("Wrist paths before and after", _wrists(take) if several else Markup("")),
         ("Which way is up", _gravity(take, facts)),
@@ -132,16 +135,17 @@ def _off_keypoints(measures: Group, length: str) -> Markup:
 def _key_frames(take: Take) -> Markup:
     figures = key_figures(take)
     upright = "upright" if take.need("rectified").level_ok else "as it came, not levelled"
-    words = (
-        "Moments of events and, between them, frames chosen for their posture. Beside each image the same pose is "
-        f"{upright}, seen from the front and from its right side. Orange is the person's right, blue the left."
+    chosen = "Moments of events and, between them, frames chosen for their posture. "
+    words = chosen * (len(take.need("poses")) > 1) + (
+        f"Beside each image the same pose is {upright}, seen from the front and from its right side. "
+        "Orange is the person's right, blue the left."
     )
     return small(words) + charts(figures) if figures else Markup("")
 
 
 def _wrists(take: Take) -> Markup:
     rectified = take.need("rectified")
-    camera = "each frame's camera's" if rectified.camera == "moving" else "the camera's"
+    camera = "those of the camera in each frame" if rectified.camera == "moving" else "the camera's"
     heading = {
         "camera": f"{camera}: back is away from it, right to its left",
         "world": "the world's: back is its north, right its west",

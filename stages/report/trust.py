@@ -174,7 +174,7 @@ def _view(take: Take) -> Check:
     gone = np.isnan(poses.joints).any(axis=-1).mean(axis=0)
     missing, worst = float(gone.mean()), int(gone.argmax())
     words = f"{100 * missing:.0f} % of the joints are missing. " if missing >= 0.005 else ""
-    words += _missing(poses)
+    words += _missing(take)
     level: Level = "good" if missing < _WHOLE and gone[worst] < _ONE else "care"
     if missing < _WHOLE and level == "care":
         words += f" The {spoken(poses.layout.joints[worst])} is missing in {100 * gone[worst]:.0f} % of the frames."
@@ -203,10 +203,12 @@ def _view(take: Take) -> Check:
     return "In view", level, [words]
 
 
-def _missing(poses: PoseSequence) -> str:
+def _missing(take: Take) -> str:
     """When joints are missing, in a sentence."""
+    poses = take.need("poses")
     gone = ~_whole(poses)
     if not gone.any():
-        return "Every frame has all joints."
+        filled = any(each.code == "gaps-filled" for each in take.notices)
+        return f"Every frame has all joints{', some of them interpolated' if filled else ''}."
     spans = poses.times[stretches(gone) - np.array([0, 1])].tolist()
     return f"Some joints are missing from {spans_in_words(spans, _MOST)}."

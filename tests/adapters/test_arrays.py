@@ -26,12 +26,6 @@ def save(tmp_path):
     return write
 
 
-def test_camera(save, relative):
-    poses = read(save(relative + np.array([0.3, -0.2, 4.0])), "arrays", **H36M_METRES)
-    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
-    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")
-
-
 @pytest.mark.parametrize(("unit", "size"), [("mm", 1000.0), ("cm", 100.0), ("inch", 1 / 0.0254), ("m", 1.0)])
 def test_lengths_become_metres(save, relative, unit, size):
     poses = read(save(relative * size), "arrays", layout="H36M17", frame="CAMERA", unit=unit)
@@ -56,8 +50,10 @@ def test_no_length_stays_none(save, relative, unit):
 )
 def test_camera_axes(save, relative, frame, from_camera):
     given = np.stack(from_camera(*np.moveaxis(relative, -1, 0)), axis=-1)
-    poses = read(save(given), "arrays", layout="H36M17", frame=frame, unit="m")
+    away = np.array(from_camera(0.3, -0.2, 4.0))
+    poses = read(save(given + away), "arrays", layout="H36M17", frame=frame, unit="m")
     np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
+    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")
 
 
 def test_world_stays_in_its_own_frame(save, relative):
@@ -128,11 +124,8 @@ def test_what_lies_beside_the_joints_is_used(save, relative):
             {"confidence": np.ones(FRAMES)},
             r"'confidence': expected an array of shape \(60, 17\), got \(60,\)",
         ),
-        ({"confidence": np.full((FRAMES, 17), 2.0)}, "confidences between 0 and 1"),
         ({"time_s": np.arange(FRAMES - 1.0)}, r"'time_s': expected an array of shape \(60,\)"),
-        ({"time_s": np.zeros(FRAMES)}, "time_s to increase"),
         ({"frame_index": np.arange(FRAMES) + 0.5}, "whole numbers"),
-        ({"frame_index": np.arange(FRAMES)[::-1]}, "frame_index to increase"),
     ],
 )
 def test_what_lies_beside_must_fit(save, relative, beside, said):
@@ -147,19 +140,3 @@ def test_several_arrays_need_a_key(save, relative):
     np.testing.assert_allclose(read(path, "arrays", key="smooth", **H36M_METRES).joints, relative, atol=1e-6)
     with pytest.raises(InputError, match=r"'rough'.*raw, smooth, confidence"):
         read(path, "arrays", key="rough", **H36M_METRES)
-
-
-@pytest.mark.parametrize("value", [np.nan, 0.0], ids=["NaN", "zeros"])
-def test_failed_frames_are_refused_or_gaps(save, relative, value):
-    relative[5:8] = value
-    with pytest.raises(InputError, match="got 3 frames"):
-        read(save(relative), "arrays", **H36M_METRES)
-    gone = np.isnan(read(save(relative), "arrays", missing="gap", **H36M_METRES).joints)
-    assert gone[5:8].all()
-    assert gone.sum() == 3 * 17 * 3
-
-
-def test_infinite_value_is_refused(save, relative):
-    relative[7, 3] = np.inf
-    with pytest.raises(InputError, match="infinite one at row 7, joint r_ankle"):
-        read(save(relative), "arrays", **H36M_METRES)

@@ -172,7 +172,7 @@ def test_wham_without_regressor_meshes_or_frames(wham, tmp_path):
     np.save(tmp_path / "zeros.npy", np.zeros((24, 6890)))
     with pytest.raises(InputError, match="add up to 1"):
         read(write(), regressor="zeros.npy")
-    for key, says in (("verts", "verts of shape"), ("frame_ids", "frame_ids")):
+    for key, says in (("verts", "subject 1, verts"), ("frame_ids", "subject 1, frame_ids")):
         with pytest.raises(InputError, match=says):
             read(write(lambda subjects, key=key: subjects[1].pop(key)), regressor=estimators.REGRESSOR)
 

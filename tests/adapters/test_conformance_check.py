@@ -77,8 +77,6 @@ def test_a_toy_that_keeps_its_promises(toy):
     assert facts == Facts(
         "toy",
         "poses",
-        detected=True,
-        guarded=True,
         axes="right, down, away",
         unit="arbitrary",
         people="one",

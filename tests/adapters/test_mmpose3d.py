@@ -8,7 +8,7 @@ import pytest
 
 from golden import lifters
 from golden.lifters import as_mmpose, box_of, instance
-from pcnet3d.adapters import mmpose3d, read, read_all
+from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.reading.find import adapters
 
@@ -29,17 +29,13 @@ def alone(turning) -> list[list[dict]]:
 @pytest.mark.parametrize("form", ["inferencer", "demo"])
 def test_golden(save, alone, turning, form):
     path = save(alone, form)
-    assert [name for name, each in adapters().items() if each.sniff(path)] == ["mmpose3d"]
     poses = read(path, fps=25)
     np.testing.assert_allclose(poses.joints, turning(FRAMES), atol=1e-6)
     np.testing.assert_array_equal(poses.frame_index, np.arange(FRAMES))
     assert poses.frames_known
     assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "arbitrary", "pelvis")
+    assert read(path, metric=True).frame.unit == "m"
     assert np.isnan(poses.confidence).all()  # all scores are 1
-
-
-def test_metric_lifter(save, alone):
-    assert read(save(alone), metric=True).frame.unit == "m"
 
 
 def test_rebase_is_found_and_said(save, alone, turning):
@@ -85,20 +81,6 @@ def test_a_box_in_the_corner_of_the_image_is_followed(save, turning):
     assert len(first) == len(second) == FRAMES
 
 
-def test_frames_without_people_have_no_row(save, alone):
-    frames = [[], *alone[:20], [], *alone[21:]]
-    assert read(save(frames)).frame_index.tolist() == [*range(1, 21), *range(22, FRAMES + 1)]
-
-
-def test_scores_that_differ_are_kept(save, alone):
-    frames = [[people[0] | {"keypoint_scores": [0.5] * 16 + [1.4]}] for people in alone]
-    poses = read(save(frames))
-    assert poses.confidence[0, 0] == 0.5
-    assert poses.confidence[0, -1] == 1
-    (step,) = [step for step in poses.history if step.name == "scores"]
-    assert step.options["clipped"] == FRAMES
-
-
 def test_scores_that_are_all_above_1_say_nothing(save, alone):
     frames = [[people[0] | {"keypoint_scores": np.linspace(1.2, 3, 17).tolist()}] for people in alone]
     poses = read(save(frames))
@@ -122,20 +104,6 @@ def test_bad_instances(save, alone, change, says):
     with pytest.raises(InputError, match=says) as error:
         read(save(alone), "mmpose3d")
     assert "walk.json, entry 7" in str(error.value)
-
-
-def test_nobody(save):
-    path = save([[], [], []])
-    assert not mmpose3d.sniff(path)
-    with pytest.raises(InputError, match="no person"):
-        read(path, "mmpose3d")
-
-
-def test_demo_that_counts_from_0_is_refused(save, alone):
-    path = save(alone, "demo")
-    path.write_text(path.read_text().replace('"frame_id": 1,', '"frame_id": 0,', 1))
-    with pytest.raises(InputError, match="frames from 1"):
-        read(path, "mmpose3d")
 
 
 def test_memory_is_bounded(turning, tmp_path):

@@ -40,10 +40,6 @@ def test_golden(x3d, relative):
     assert not poses.frames_known
 
 
-def test_frame_rate(x3d):
-    assert read(x3d(), fps=25).fps == pytest.approx(25)
-
-
 def test_clip_length(x3d):
     assert read(x3d(), clip=200).seams == (200, 400)
     assert read(x3d(), clip=FRAMES).seams == ()

@@ -76,16 +76,6 @@ def test_key_for_a_nameless_array(npy):
         load(npy, key="joints")
 
 
-def test_empty_file(tmp_path):
-    (tmp_path / "empty.npy").touch()
-    refused(tmp_path / "empty.npy", "is empty")
-
-
-def test_folder_and_missing_file(tmp_path):
-    refused(tmp_path, "found a folder")
-    refused(tmp_path / "nothing.npy", "found no file")
-
-
 @pytest.mark.parametrize("content", [b"x", b"{}", b"frame,x,y\n0,1,2\n", b"\x00" * 400])
 def test_not_a_numpy_file(tmp_path, content):
     (tmp_path / "text.npy").write_bytes(content)
@@ -141,11 +131,6 @@ def npy_bytes(shape: str, data: bytes, dtype: str = "<f4") -> bytes:
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header + data
 
 
-def test_our_header_is_an_honest_one(tmp_path, joints):
-    (tmp_path / "a.npy").write_bytes(npy_bytes("(4, 17, 3)", joints.tobytes()))
-    np.testing.assert_array_equal(load(tmp_path / "a.npy", POSES), joints)
-
-
 @pytest.mark.parametrize(
     "shape", ["(1000000000000, 17, 3)", "(5, 17, 3)", "(3, 17, 3)", "(-4, 17, 3)", f"({10**30}, 17, 3)"]
 )
@@ -156,12 +141,6 @@ def test_lying_header(tmp_path, joints, shape):
         archive.writestr("reconstruction.npy", lie)
     refused(tmp_path / "lie.npy", "header promises")
     refused(tmp_path / "lie.npz", "header promises", key="reconstruction")
-
-
-@pytest.mark.parametrize("shape", ["(4, 17, 3", "four", "(4.0, 17, 3)", "()", "(" * 500])
-def test_nonsense_header(tmp_path, joints, shape):
-    (tmp_path / "a.npy").write_bytes(npy_bytes(shape, joints.tobytes()))
-    refused(tmp_path / "a.npy")
 
 
 @pytest.mark.parametrize("file", ["poses.npy", "poses.npz"])

@@ -50,12 +50,9 @@ def test_keypoints_beside_are_not_taken_for_poses(vis_folder):
     assert not videopose3d.sniff(path)
     with pytest.raises(InputError, match="expected an array of shape"):
         read(path, "videopose3d")
-
-
-def test_keypoints_with_scores_are_not_taken_for_poses(tmp_path):
-    """MotionAGFormer saves (people, frames, 17, 3) pixels and score under the same key."""
-    np.savez(tmp_path / "keypoints.npz", reconstruction=np.full((1, FRAMES, 17, 3), 300.0))
-    assert not videopose3d.sniff(tmp_path / "keypoints.npz")
+    # MotionAGFormer saves (people, frames, 17, 3) pixels and score under the same key.
+    np.savez(path, reconstruction=np.full((1, FRAMES, 17, 3), 300.0))
+    assert not videopose3d.sniff(path)
 
 
 def test_other_key(tmp_path, relative):

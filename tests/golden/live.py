@@ -24,6 +24,12 @@ def logged(path, entity: str, component: str) -> tuple[np.ndarray, list]:
     return np.array(frames)[order], [values[i] for i in order]
 
 
+def frames_of(folder) -> list[int]:
+    """Those that the take's poses are of."""
+    with np.load(folder / "poses.npz") as poses:
+        return poses["frame_index"].tolist()
+
+
 def kept(folder) -> bool:
     """Whether all of the recording, and nothing of a take, is in the folder."""
     names = {path.name for path in folder.iterdir()}

@@ -7,6 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from commands import pcnet3d, succeeded
+from golden.recordings import Recording
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.pipeline.core.layouts import FEET
@@ -78,16 +79,9 @@ def test_exports_for_other_programs_have_the_feet(folder):
 
 
 def test_recording_report_and_measures_have_the_feet(folder):
-    from rerun.chunk import RrdReader
-
-    chunks = RrdReader(folder / "take.rrd").stream().to_chunks()
-    assert "/angles/ankle_dorsiflexion" in {chunk.entity_path for chunk in chunks}
-    labels = [
-        chunk.to_record_batch().column("Points3D:labels")[0].as_py()
-        for chunk in chunks
-        if chunk.entity_path == "/level/joints" and chunk.is_static
-    ]
-    assert set(FEET.joints) <= set(labels[0])
+    recording = Recording(folder / "take.rrd")
+    assert "angles/ankle_dorsiflexion" in recording.entities
+    assert set(FEET.joints) <= set(recording.static("level/joints", "Points3D:labels"))
     assert "Ankle dorsiflexion" in (folder / "report.html").read_text()
     ranges = json.loads((folder / "summary.json").read_text())["measures"]["range_of_motion"]
     assert FOOT_ANGLES.keys() <= ranges.keys()

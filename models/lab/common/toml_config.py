@@ -1,19 +1,20 @@
-"""Training configs: a TOML file checked against a pydantic model."""
+"""Training configs and splits: files of TOML and JSON checked against a pydantic model."""
 
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
-from ....pipeline.core.errors import InputError
+from ....pipeline.core.errors import InputError, readable
 from ....pipeline.running.recipe import load_toml
 
 Config = TypeVar("Config", bound=BaseModel)
+Share = Annotated[float, Field(ge=0, le=1)]
+Size = Annotated[float, Field(ge=0, allow_inf_nan=False)]  # such as a standard deviation
 
 
 def read_toml(path: Path, model: type[Config]) -> Config:
@@ -21,30 +22,27 @@ def read_toml(path: Path, model: type[Config]) -> Config:
     return checked(load_toml(path, "a training config"), model, str(path))
 
 
+def read_json(path: Path, model: type[Config], what: str) -> Config:
+    """The same of a file of JSON. what: in words."""
+    with readable(path, what):
+        text = path.read_text(encoding="utf-8")
+    return _valid(lambda: model.model_validate_json(text), str(path))
+
+
 def checked(content: dict[str, Any], model: type[Config], where: str) -> Config:
     """The content as that model; InputError with `where` and the key that is wrong."""
+    return _valid(lambda: model.model_validate(content), where)
+
+
+def _valid(made: Callable[[], Config], where: str) -> Config:
     try:
-        return model.model_validate(content)
+        return made()
     except ValidationError as error:
         first = error.errors()[0]
         raise InputError(
-            "bad-value", f"{where}: {'.'.join(map(str, first['loc']))}: {first['msg']}."
+            "bad-value",
+            ": ".join(filter(None, [where, ".".join(map(str, first["loc"])), f"{first['msg']}."])),
         ) from None
-
-
-def check_shares(config: object, *names: str) -> None:
-    """InputError when one of these numbers of a config is no share, between 0 and 1."""
-    _refuse(config, names, 1, "a share between 0 and 1")
-
-
-def check_sizes(config: object, *names: str) -> None:
-    """InputError when one of these numbers of a config, such as a standard deviation, is below 0 or has no end."""
-    _refuse(config, names, sys.float_info.max, "a number of at least 0")
-
-
-def _refuse(config: object, names: Sequence[str], most: float, what: str) -> None:
-    if wrong := [name for name in names if not 0 <= getattr(config, name) <= most]:
-        raise InputError("bad-value", f"expected {what} for {', '.join(wrong)}")
 
 
 def as_toml(config: BaseModel) -> str:

@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, Literal, TypeVar
+from typing import IO, Any, Literal, Self, TypeVar
 
 import numpy as np
 import torch
@@ -33,6 +33,7 @@ from pydantic import (
     NonNegativeInt,
     PositiveFloat,
     PositiveInt,
+    model_validator,
 )
 from torch import Tensor, nn
 
@@ -74,6 +75,32 @@ class Schedule(BaseModel):
     def cools_from(self) -> int:
         """The last step at the full rate."""
         return max(self.warmup, round(self.steps * (1 - self.cooldown)))
+
+
+class Training(BaseModel):
+    """What every training is told. start: weights to begin with. data, split: a file of `pcnet3d mocap` and one of its
+    train and val subjects (mocap/split.py), instead of the motion capture that the shipped network was trained on."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    subjects: str
+    data: Path | None = None
+    split: Path | None = None
+    start: Path | None = None
+    seed: NonNegativeInt
+    bf16: bool
+    schedule: Schedule
+
+    @model_validator(mode="after")
+    def _own_data(self) -> Self:
+        if (self.data is None) != (self.split is None):
+            raise InputError(
+                "needs-input", "expected `data` and `split` together: clips, and which of them to train on"
+            )
+        if self.data is not None and self.subjects != "train":
+            raise InputError(
+                "bad-value", 'with `data`, expected subjects = "train"; the split says who that is'
+            )
+        return self
 
 
 @dataclass

@@ -34,6 +34,9 @@ def paths(finished: Finished) -> Iterator[Stated]:
     poses = take.need("poses")
     if poses.root is not None:
         yield from place(poses, truth, rows)
+        for each in take.notices:
+            if each.code == "placed":
+                yield frame_by_frame(poses, truth, rows, each.values["within"])
     if take.need("rectified").level_ok and truth.up.ndim == 1:
         yield from motions(take, truth, rows)
 
@@ -64,6 +67,18 @@ def place(poses: PoseSequence, truth: SeenTake, rows: np.ndarray) -> Iterator[St
         size = person_size(lifted) / person_size(scaled(lifted, truth.truth[rows], "take"))
         half = np.array([100 * SD_90 * poses.root_shared[0]])
         yield Stated("body's size, %", truth.subject, np.array([100 * (size - 1)]), half).judged()
+
+
+def frame_by_frame(poses: PoseSequence, truth: SeenTake, rows: np.ndarray, within: float) -> Stated:
+    """What a run says of its frames: that each is so near to the true place but for the whole path's size and what the
+    focal length does to all depths, of which it says how wrong they are beside. rows: (T,) as of `place`."""
+    assert poses.root is not None
+    there = is_finite(poses.root)
+    found, true = poses.root[there], truth.joints_camera[rows, H36M17.index("pelvis")][there]
+    parts = np.stack([found, found * [0.0, 0.0, 1.0]], axis=-1)
+    best = np.linalg.lstsq(parts.reshape(-1, 2), true.ravel(), rcond=None)[0]
+    off = np.linalg.norm(parts @ best - true, axis=1)
+    return Stated("pelvis from frame to frame, m", truth.subject, off, np.full(len(off), within))
 
 
 def motions(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:

@@ -91,8 +91,7 @@ def _asked(
 
 _OPTIONS = signature(_asked, eval_str=True).parameters
 _BEFORE_CAMERAS = ("lifter", "seed", "bed", "sets", "because")  # of reports on virtual takes
-# That one report alone is asked.
-_OWN = ("networks", "data", "split", "targets", "seeds", "part", "beds", "fit", "answers", "errors")
+_SHARED = ("output", "device", "rectifier", *_BEFORE_CAMERAS)  # that no report's tables take
 
 
 def _report(
@@ -141,7 +140,7 @@ def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str
     report = import_module(module if module.startswith(".") else f".{module}", __package__)
     names = given["rectifier"]
     asked = {key: given[key] for key in ("lifter", "seed", "bed") if key in given}
-    own = {key: given[key] for key in _OWN if key in given}
+    own = {key: value for key, value in given.items() if key not in _SHARED}
     if "fit" in given:
         own["output"] = output
     with computing_on(given["device"]) as where:
@@ -229,8 +228,8 @@ motion = _report(
     "Test the accelerations of wrists and ankles with each smoother.",
 )  # fmt: skip
 swaps = _report(
-    "swaps", "swaps", _BEFORE_CAMERAS,
-    "Test how well exchanged limbs of simulated keypoints are found, and what repairs are worth to the lift.",
+    "swaps", "swaps", ("seed", "bed", "sets", "because"),
+    "Test how well exchanged limbs of simulated keypoints are found.",
 )  # fmt: skip
 gait = _report(
     "gait", "gait", ("rectifier", *_BEFORE_CAMERAS),

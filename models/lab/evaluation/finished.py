@@ -78,15 +78,12 @@ class Configuration:
 
 @dataclass(frozen=True, eq=False)
 class Finished:
-    """One take. take: as a run leaves it, or None where it ends with `reason`. truth: what is true of it. person: by
-    whom takes are weighted (people.by_person); label: of the set; clip: the take's id, the same in every
-    configuration; spells: when feet are on the floor, where the joints do not tell it."""
+    """One take. take: as a run leaves it, or None where it ends with `reason`. truth: what is true of it. label: of the
+    set. spells: when feet are on the floor, where the joints do not tell it."""
 
     take: Take | None
     truth: SeenTake
-    person: str
     label: str
-    clip: str
     reason: str = ""
     configuration: Configuration = Configuration()
     spells: Spells | None = None
@@ -121,7 +118,7 @@ def finished(
             take = pipeline(asked)
         except InputError as error:
             reason = str(error)
-        yield Finished(take, truth, truth.subject, label, truth.clip, reason, configuration, spells)
+        yield Finished(take, truth, label, reason, configuration, spells)
 
 
 def _virtual(

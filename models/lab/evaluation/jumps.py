@@ -183,7 +183,7 @@ def tables(question: Question) -> dict[str, Any]:
                 continue
             of_label.append(compared(one.take, one.truth))
             if invented := of_label[-1].invented:
-                results["invented"][f"{one.clip}, {fps:g}"] = ", ".join(map(str, invented))
+                results["invented"][f"{one.truth.clip}, {fps:g}"] = ", ".join(map(str, invented))
         for label, takes in by_label.items():
             results["sets"].setdefault(label, {})[f"{fps:g}"] = _summed(takes)
     return results

@@ -17,7 +17,7 @@ from ...common.metrics import procrustes_error, scaled
 from ..synthetic.keypoint_noise import EXACT_KEYPOINTS
 from .people import mean
 from .sets import evaluation_sets
-from .testbed import BEDS, MIN_FRAMES, Bed, see
+from .testbed import BEDS, MIN_FRAMES, Bed, SeenTake, see
 
 CONDITIONS = PUBLISHED, FOCAL_KNOWN, EXACT = (
     "noisy keypoints, focal unknown", "noisy keypoints, focal known", "exact keypoints, focal known",
@@ -32,19 +32,11 @@ _ANGLES = ("knee_flexion", "elbow_flexion")
 
 @dataclass(frozen=True, eq=False)
 class JudgedTake:
-    """A take to lift, and its truth.
+    """A take to lift. inputs: by condition, keypoints in IMAGE and the focal length in pixels, None where it is not
+    told. seen: it with noisy keypoints, and its truth."""
 
-    inputs: by condition, keypoints in IMAGE and the focal length in pixels, None where it is not told.
-    truth: (F, 17, 3) metres, CAMERA axes, of the frames that the keypoints' frame_index counts. R_camera_from_ray:
-    (F, 3, 3). lying: (F,).
-    """
-
-    person: str
     inputs: Mapping[str, tuple[PoseSequence, float | None]]
-    image_size: tuple[int, int]
-    truth: np.ndarray
-    R_camera_from_ray: np.ndarray
-    lying: np.ndarray
+    seen: SeenTake
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,18 +54,12 @@ class Material:
             noisy, exact = (
                 see(clip, self.seed, noise=noise, views=BEDS[self.views]) for noise in (None, EXACT_KEYPOINTS)
             )
-            yield JudgedTake(
-                person=clip.subject,
-                inputs={
-                    PUBLISHED: (noisy.keypoints, None),
-                    FOCAL_KNOWN: (noisy.keypoints, noisy.focal_px),
-                    EXACT: (exact.keypoints, exact.focal_px),
-                },
-                image_size=noisy.image_size,
-                truth=noisy.truth,
-                R_camera_from_ray=noisy.R_camera_from_ray,
-                lying=noisy.lying,
-            )
+            inputs = {
+                PUBLISHED: (noisy.keypoints, None),
+                FOCAL_KNOWN: (noisy.keypoints, noisy.focal_px),
+                EXACT: (exact.keypoints, exact.focal_px),
+            }
+            yield JudgedTake(inputs, noisy)
 
 
 def materials(seeds: int, only: Sequence[str] = ()) -> list[Material]:
@@ -92,13 +78,13 @@ def materials(seeds: int, only: Sequence[str] = ()) -> list[Material]:
     return found
 
 
-def judge(take: JudgedTake, poses: PoseSequence) -> dict[str, list[float]]:
+def judge(seen: SeenTake, poses: PoseSequence) -> dict[str, list[float]]:
     """{posture: figures} of those that have frames."""
     frames = poses.frame_index
-    lying = take.lying[frames]
-    lifted, truth = poses.joints.astype(np.float64), take.truth[frames]
+    lying = seen.lying[frames]
+    lifted, truth = poses.joints.astype(np.float64), seen.truth[frames]
     return {
-        posture: take_figures(lifted, truth, take.R_camera_from_ray[frames], use, poses.times)
+        posture: take_figures(lifted, truth, seen.R_camera_from_ray[frames], use, poses.times)
         for posture, use in zip(POSTURES, (~lying, lying), strict=True)
         if use.any()
     }

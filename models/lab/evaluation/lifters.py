@@ -83,10 +83,12 @@ def tables(
         for take in each(material.takes(), words, len(material.clips)):
             for (network, lifter), (condition, given) in product(lifters.items(), take.inputs.items()):
                 keypoints, focal_px = given
-                poses = lifter.lift(ToLift(keypoints, take.image_size, focal_px)).poses
-                for (posture, figures), views in product(judge(take, poses).items(), (material.views, _BOTH)):
+                poses = lifter.lift(ToLift(keypoints, take.seen.image_size, focal_px)).poses
+                for (posture, figures), views in product(
+                    judge(take.seen, poses).items(), (material.views, _BOTH)
+                ):
                     of_part = takes[condition, posture, views, network].setdefault(material.part, [])
-                    of_part.append((take.person, np.array(figures)))
+                    of_part.append((take.seen.subject, np.array(figures)))
     values = {
         key: {label: by_person(of) for label, of in parts.items()} for key, parts in takes.items() if parts
     }

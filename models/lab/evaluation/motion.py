@@ -17,9 +17,17 @@ import numpy as np
 from ....pipeline.core.frames import turned_covariance
 from ....pipeline.core.rotations import rotate
 from ....pipeline.signals.filters import CUTOFF_HZ
-from ...common.metrics import Figure
 from ...smoother import known_noise
-from .acceleration import NO_MOTION, PARTS, accelerations, agreement, filtered, velocities
+from .acceleration import (
+    COLUMNS,
+    NO_MOTION,
+    PARTS,
+    accelerations,
+    compare,
+    filtered,
+    over_takes,
+    velocities,
+)
 from .sets import Question
 from .tables import Page, Table
 from .take_answers import joints_of
@@ -29,12 +37,7 @@ from .testbed import LiftedTake
 STATED, ESTIMATED = "known noise, stated", "known noise, estimated"
 _SIX = f"Butterworth {CUTOFF_HZ:g} Hz"
 FIXED = (_SIX, "Butterworth 3 Hz")
-# Of axes of which the last is vertical.
-_ALONG = {"vertical": [2], "horizontal": [0, 1]}
 _QUARTERS = ("slowest quarter", "second", "third", "fastest quarter")
-
-
-_COLUMNS = [f"{part}, {direction}" for part in PARTS for direction in _ALONG]
 PAGE = Page(
     "Accelerations by smoother",
     f". Wrists and ankles relative to the pelvis, true upright axes, {CUTOFF_HZ:g} Hz on both sides, against motion "
@@ -45,7 +48,7 @@ PAGE = Page(
             "Errors",
             "sets/*/errors/*",
             ["set", "smoother"],
-            {name: f"{{{name}[rmse]:.2f}}; {{{name}[r].p50:.2f}}" for name in _COLUMNS},
+            COLUMNS,
             "RMSE in m/s^2, p50 / mean / p95 over takes; r, p50.",
         ),
         Table(
@@ -61,10 +64,10 @@ PAGE = Page(
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """One take. errors: {method: {(part, direction): (RMSE, r)}} of accelerations in m/s^2. speed: {part: the true root
+    """One take. errors: {method: {part: {direction: (RMSE, r)}}} of accelerations in m/s^2. speed: {part: the true root
     mean square, m/s}."""
 
-    errors: dict[str, dict[tuple[str, str], tuple[float, float]]]
+    errors: dict[str, dict[str, dict[str, tuple[float, float]]]]
     speed: dict[str, float]
 
 
@@ -76,7 +79,7 @@ _SMOOTHERS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 
 def tables(question: Question) -> dict[str, Any]:
     """Everything the report says: {"sets": {label: {"takes", "errors", "quarters"}}}."""
-    sets = {one.label: over_takes(judged(question.takes(one))) for one in question.sets}
+    sets = {one.label: one_set(judged(question.takes(one))) for one in question.sets}
     return {**question.heading(), "sets": sets}
 
 
@@ -116,29 +119,21 @@ def take_scores(take: LiftedTake, joints: np.ndarray) -> Scores:
     velocity = velocities(truth[:, rows], time_s)
     return Scores(
         errors={
-            name: {
-                (part, direction): agreement(signal[:, at][..., along], true[:, at][..., along])
-                for part, at in parts.items()
-                for direction, along in _ALONG.items()
-            }
+            name: {part: compare(signal[:, at], true[:, at]) for part, at in parts.items()}
             for name, signal in found.items()
         },
         speed={p: float(np.sqrt((velocity[:, at] ** 2).sum(axis=-1).mean())) for p, at in parts.items()},
     )
 
 
-def over_takes(scores: Sequence[Scores]) -> dict[str, Any]:
-    """Figures of many takes. "errors": {method: {"PART, DIRECTION": {"rmse", "r": Figure}}}; "quarters": {PART: {the
+def one_set(scores: Sequence[Scores]) -> dict[str, Any]:
+    """Figures of many takes. "errors": {method: {PART: {DIRECTION: {"rmse", "r": Figure}}}}; "quarters": {PART: {the
     quarter of the takes by true speed: {method: {"rmse", "r": medians over takes, vertical and horizontal}}}}."""
-    table: dict[str, Any] = {"takes": len(scores), "errors": {}, "quarters": {}}
+    errors = over_takes([take.errors for take in scores])
+    table: dict[str, Any] = {"takes": len(scores), "errors": errors, "quarters": {}}
     if not scores:
         return table
-    ours = STATED if STATED in scores[0].errors else ESTIMATED
-    for name, columns in scores[0].errors.items():
-        table["errors"][name] = {}
-        for column in columns:
-            rmse, r = np.array([take.errors[name][column] for take in scores]).T
-            table["errors"][name][", ".join(column)] = {"rmse": Figure.of(rmse), "r": Figure.of(r)}
+    ours = STATED if STATED in errors else ESTIMATED
     for part in PARTS:
         speed = np.array([take.speed[part] for take in scores])
         quarter = np.minimum(4 * speed.argsort().argsort() // len(speed), 3)
@@ -148,8 +143,8 @@ def over_takes(scores: Sequence[Scores]) -> dict[str, Any]:
                     zip(
                         ("rmse", "r"),
                         np.median(
-                            [t.errors[name][part, d] for t, q in zip(scores, quarter, strict=True) if q == i
-                             for d in ("vertical", "horizontal")], axis=0,
+                            [both for t, q in zip(scores, quarter, strict=True) if q == i
+                             for both in t.errors[name][part].values()], axis=0,
                         ).tolist(),
                         strict=True,
                     )

@@ -106,13 +106,13 @@ def tables(question: Question, seeds: int = 3) -> dict[str, Any]:
         )
         by_movement: dict[str, Judged] = {}
         for seed, one in each(takes, poses, len(labels) * len(cameras)):
-            for movement, labelled in labels[one.clip].items():
+            for movement, labelled in labels[one.truth.clip].items():
                 found = [] if one.take is None else found_in(one.take, movement)
                 judge(by_movement.setdefault(movement.split(".")[0], Judged()), labelled, found)
                 judge(by_movement.setdefault("all", Judged()), labelled, found)
                 if len(found) != len(labelled):
                     camera = f" before camera {seed}" if how.lifter else ""
-                    key = f"{poses}{camera}, {one.clip}, {movement}"
+                    key = f"{poses}{camera}, {one.truth.clip}, {movement}"
                     results["wrong"][key] = f"{len(labelled)}, {len(found)}"
         results["judged"][poses] = {movement: judged.row() for movement, judged in by_movement.items()}
     return results

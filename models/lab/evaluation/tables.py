@@ -55,9 +55,10 @@ def filled(text: str, figures: Mapping[str, Any]) -> str:
 
 def settings(results: Mapping[str, Any]) -> str:
     """The words of Question.heading; "" for a report that is asked otherwise."""
-    if "lifter" not in results:
+    if not {"lifter", "bed"} & results.keys():
         return ""
-    words = [f"pcnet3d {results['pcnet3d']}", f"lifter {results['lifter']}"]
+    words = [f"pcnet3d {results['pcnet3d']}"]
+    words += [f"lifter {results['lifter']}"] if "lifter" in results else []
     words += [f"seed {results['seed']}"] if "seed" in results else []
     words += [f"{results['bed']} views"] if "bed" in results else []
     return ", ".join(words)

@@ -11,15 +11,11 @@ that lift's joints (Answer.joints). Two comparisons, vertical and horizontal apa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.signals.filters import CUTOFF_HZ
-from ...common.metrics import Figure
-from .acceleration import NO_MOTION, PARTS, accelerations, agreement
+from .acceleration import COLUMNS, NO_MOTION, PARTS, accelerations, compare
 from .tables import Table
 from .take_answers import TRUE_AXES, Answer
 
@@ -38,23 +34,12 @@ TABLES: list[Table | str] = [
             "",
             f"acceleration/*/{axes}/*",
             ["set", "method"],
-            {
-                f"{part}, {direction}": f"{{{part}[{direction}][rmse]:.2f}}; {{{part}[{direction}][r].p50:.2f}}"
-                for part in PARTS
-                for direction in ("vertical", "horizontal")
-            },
+            COLUMNS,
             note,
         )
         for axes, note in _TITLES.items()
     ),
 ]
-
-
-def compare(signal: np.ndarray, truth: np.ndarray) -> dict[str, tuple[float, float]]:
-    """{"vertical", "horizontal": (RMSE, r)} of accelerations (N, J, 3), z up. Horizontal is both axes in one: root
-    mean square of an axis, and one correlation."""
-    parts = {"vertical": slice(2, 3), "horizontal": slice(0, 2)}
-    return {name: agreement(signal[..., axes], truth[..., axes]) for name, axes in parts.items()}
 
 
 def take_scores(
@@ -64,38 +49,26 @@ def take_scores(
     R_camera_from_world: np.ndarray,
     time_s: np.ndarray,
 ) -> dict[str, dict[str, dict[str, dict[str, tuple[float, float]]]]]:
-    """One take: {"level", "lift": {method: {part: {direction: (RMSE, r)}}}}; "lift" of a lift only.
+    """One lifted take: {"level", "lift": {method: {part: {direction: (RMSE, r)}}}}.
 
     joints, truth: (T, 17, 3) metres, CAMERA axes relative to the pelvis, without gaps. R_camera_from_world: (3, 3), the
     truth. "level" also has the row of who says that nothing moves.
     """
     world, lift = (_limbs(each, R_camera_from_world, time_s) for each in (truth, joints))
-    lifted = not np.array_equal(joints, truth)
+    still = {part: compare(np.zeros_like(world[part]), world[part]) for part in PARTS}
     scores: dict[str, dict[str, dict[str, dict[str, tuple[float, float]]]]] = {
-        "level": {NO_MOTION: {part: compare(np.zeros_like(world[part]), world[part]) for part in PARTS}},
-        **({"lift": {}} if lifted else {}),
+        "level": {NO_MOTION: still},
+        "lift": {},
     }
     for name, answer in answers.items():
         own = joints if answer.joints is None else answer.joints
         axes = answer.axes(R_camera_from_world)
         signal = _limbs(own, axes, time_s)
         scores["level"][name] = {part: compare(signal[part], world[part]) for part in PARTS}
-        if lifted and name != TRUE_AXES:
+        if name != TRUE_AXES:
             same = signal if own is joints else _limbs(joints, axes, time_s)
             scores["lift"][name] = {part: compare(same[part], lift[part]) for part in PARTS}
     return scores
-
-
-def over_takes(scores: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """take_scores of many takes as {axes: {method: {part: {direction: {"rmse", "r": Figure}}}}}, over takes."""
-
-    def join(nodes: Sequence[Any]) -> Any:
-        if isinstance(nodes[0], dict):
-            return {key: join([node[key] for node in nodes]) for key in nodes[0]}
-        rmse, r = np.array(nodes).T
-        return {"rmse": Figure.of(rmse), "r": Figure.of(r)}
-
-    return join(scores) if scores else {}
 
 
 def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:

@@ -20,6 +20,7 @@ from ...common.spread import stated_spread
 from ...gravity import why_not
 from ..mocap.clips import subject_of
 from . import take_acceleration
+from .acceleration import over_takes
 from .people import mean, pooled
 from .sets import Question
 from .tables import Page, Table
@@ -91,8 +92,7 @@ def one_set(
     judged: dict[str, dict[str, list[Judged]]] = {
         f"{label}, {kind}, {group}": {} for kind in ("lifted", "clean") for group in _GROUPS
     }
-    scores: dict[str, list[dict[str, Any]]] = {"lifted": [], "clean": []}
-    gaps = {"lifted": 0, "clean": 0}
+    scores, gaps = [], 0
     for take in takes:
         seen = take.seen
         for kind, joints in (("lifted", joints_of(take.lifted, seen.truth)), ("clean", seen.truth)):
@@ -106,20 +106,14 @@ def one_set(
             for name, answer in both.items():
                 rows = judged[f"{label}, {kind}, {group_of(take)}"].setdefault(name, [])
                 rows.append(judge(take, joints, answer))
-            if group_of(take) == LONG:
+            if kind == "lifted" and group_of(take) == LONG:
                 if np.isfinite(joints).all():
-                    scores[kind].append(signals(take, joints, both))
+                    scores.append(signals(take, joints, both))
                 else:
-                    gaps[kind] += 1
-    accelerated = {
-        f"{label}, {kind}": {
-            "takes": len(scores[kind]),
-            "left out": gaps[kind],
-            **take_acceleration.over_takes(scores[kind]),
-        }
-        for kind in scores
-    }
-    return {name: row(methods) for name, methods in judged.items() if methods}, accelerated
+                    gaps += 1
+    accelerated = {"takes": len(scores), "left out": gaps, **over_takes(scores)}
+    rows = {name: row(methods) for name, methods in judged.items() if methods}
+    return rows, {f"{label}, lifted": accelerated}
 
 
 def group_of(take: LiftedTake) -> str:

@@ -16,6 +16,7 @@ import typer
 from ....pipeline.core.device import AUTO, CPU, computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.extras import needed_for
+from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.files.atomic import write_json, write_text
 from ....pipeline.reading.mocap.clip import Clip, write_mocap
 from ....pipeline.running.recipe import load_toml
@@ -23,7 +24,7 @@ from ...common.metrics import plain
 from ...rectifier.geometric import Geometric
 from ...rectifier.onnx import PCNetRectifier
 from ..common.toml_config import as_toml, checked
-from ..evaluation.rectifiers import clean_takes, judge, together
+from ..evaluation.rectifiers import Judged, Take, clean_takes, compare, judge, together
 from ..evaluation.tables import Page, Table, written
 from ..mocap.convert import read_folder
 from ..mocap.mmfi import Activities, protocol
@@ -31,8 +32,10 @@ from ..mocap.split import Parts
 from ..training import rectifier as training
 
 if TYPE_CHECKING:
+    from ..training.rectifier.net import PCNet
     from ..training.rectifier.train import TrainConfig
 
+_CHUNK = 1024
 _VALIDATED = 10  # every so many of those to train on choose the best weights; the toolbox has no such part
 
 
@@ -142,7 +145,6 @@ def table(runs: dict[str, TrainConfig], output: Path) -> list[dict[str, Any]]:
     """A row for every test part and every network, GEOMETRIC first: Judged.row's figures of the exported network, the
     poses with what its residual head adds, and the share of the tested frames whose people it was trained on."""
     from ..training.rectifier.train import best_of, parts_of
-    from .residual import judge_net
 
     parts = {name: parts_of(run) for name, run in runs.items()}
     rows = []
@@ -168,3 +170,24 @@ def known_share(parts: Parts, test: Sequence[Clip]) -> float:
     """Share of the frames of `test` whose people are in the train or val part of another split."""
     people = {clip.subject for part in ("train", "val") for clip in parts.clips[part]}
     return sum(len(clip) for clip in test if clip.subject in people) / sum(map(len, test))
+
+
+def judge_net(net: PCNet, take: Take, symmetric: bool) -> Judged:
+    """Like rectifiers.judge, but of what the residual head made of the pose as well, which the exported network does
+    not tell: the corrected pose, in the camera's axes, is canonicalised with the deployed rotation."""
+    import torch
+
+    from ..training.rectifier.export import Deployed
+    from ..training.rectifier.net import rotate as turned
+
+    deployed, parts = Deployed(net, symmetric), []
+    for start in range(0, len(take.R), _CHUNK):
+        part = take.some(slice(start, start + _CHUNK))
+        joints = torch.from_numpy(part.joints.astype(np.float32))
+        valid = torch.ones(joints.shape[:2])
+        with torch.no_grad():
+            R, error_deg = (x.double().numpy() for x in deployed(joints, valid))
+            answer = net(joints, valid)
+            pose = turned(answer.R, answer.canonical).double().numpy()
+        parts.append(compare(part, R, error_deg, rotate(transpose(R), pose)))
+    return together(parts)

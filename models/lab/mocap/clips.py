@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
+from pydantic import BaseModel
 
 from ....pipeline.core.canonical import LYING_DEG, trunk_lean_deg
 from ....pipeline.core.errors import InputError
 from ....pipeline.reading.mocap.clip import Clip, read_mocap
+from ..common.toml_config import read_json
 
 Subjects = Literal["train", "train-a", "train-b", "val", "test", "hdm05", "tennis"]
 OWN_SKELETON = ("asfamc", "max", "markers", "accad-bvh", "arena")  # sources with the people's own proportions
@@ -23,10 +24,25 @@ _TRAIN_A = frozenset({
     "02", "05", "11", "118", "16", "35", "38", "60", "61", "accad-f1",
     *(f"tennis-{player}" for player in ("jdescobar", "jpcardona", "jsgiraldo", "mrios", "secheverri")),
 })  # fmt: skip
-_EDITION = "third"
 _TENNIS = "tennis_mocap"
-_FILES = ("cmu_mocap", "accad_mocap", _TENNIS)  # of that edition, all of which splits.json lists
-_PARTS = ("train", "val", "test")
+PARTS = ("train", "val", "test")
+
+
+class Listed(BaseModel):
+    """Who is in which part: people, or with by "clip" names of clips."""
+
+    train: set[str] = set()
+    val: set[str] = set()
+    test: set[str] = set()
+    by: Literal["subject", "clip"] = "subject"
+
+
+class _Splits(BaseModel):
+    """splits.json, by the files of motion capture."""
+
+    cmu_mocap: Listed
+    accad_mocap: Listed
+    tennis_mocap: Listed
 
 
 def subject_of(name: str) -> str:
@@ -67,18 +83,17 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
     "train" and "val" are those of every file that splits.json lists (CMU, ACCAD, tennis); "test" is CMU's; "train-a"
     and "train-b" are two disjoint halves of the train subjects; "hdm05" is all of HDM05 and "tennis" the test players
     of tennis, test sets of their own of other people and movements, other laboratories and body models. InputError for
-    another name, or where the data is not, or is of an older edition.
+    another name, or where the data is not.
     """
     if subjects not in get_args(Subjects):
         raise InputError(
             "bad-value", f"Expected subjects of {', '.join(get_args(Subjects))}; got '{subjects}'."
         )
     folder = folder or data_folder()
-    split = _read_split(folder)
     if subjects == "hdm05":
         return read_mocap(folder / "hdm05_subset.npz")
-    members = _members(split, subjects, folder / "splits.json")
-    files = [folder / f"{name}.npz" for name in _FILES if members.get(name)]
+    members = _members(folder / "splits.json", subjects)
+    files = [folder / f"{name}.npz" for name, people in members.items() if people]
     clips = tuple(
         clip for path in files for clip in read_mocap(path)
         if (key := subject_of(clip.name)) in members[path.stem]
@@ -93,31 +108,11 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
     return clips
 
 
-def _read_split(folder: Path) -> dict[str, dict[str, set[str]]]:
-    """{file: {part: subjects}} of splits.json. InputError when it is no split, or the folder holds an older edition."""
-    path = folder / "splits.json"
-    try:
-        listed = json.loads(path.read_text(encoding="utf-8"))
-        split = {
-            name: {key: set(listed[name].get(key, ())) for key in _PARTS} for name in _FILES if name in listed
-        }
-    except (OSError, ValueError, RecursionError, AttributeError, TypeError) as error:
-        raise InputError(
-            "file-damaged", f"Expected train, val and test subjects in {path}: {error}."
-        ) from None
-    lacks = [f"{name}.npz is not there" for name in _FILES if not (folder / f"{name}.npz").is_file()]
-    lacks += [f"splits.json does not list {name}" for name in _FILES if name not in split]
-    if lacks:
-        raise InputError(
-            "other-version",
-            f"Expected the {_EDITION} edition of the project's motion capture in {folder}, but {' and '.join(lacks)}; "
-            "put that edition there, or set PCNET3D_DATA to the folder that has it.",
-        )
-    return split
-
-
-def _members(split: dict[str, dict[str, set[str]]], subjects: Subjects, path: Path) -> dict[str, set[str]]:
-    """{file: its people among `subjects`}. InputError when there are none, or somebody is in two parts."""
+def _members(path: Path, subjects: Subjects) -> dict[str, set[str]]:
+    """{file: its people among `subjects`} by splits.json. InputError when it is no split, lists none of them, or has
+    somebody in two parts."""
+    listed = read_json(path, _Splits, "train, val and test subjects in JSON")
+    split = {name: {part: getattr(of, part) for part in PARTS} for name, of in listed}
     places: dict[str, list[str]] = {}
     for parts in split.values():
         for key, people in parts.items():

@@ -1,5 +1,5 @@
-"""What 3DPCNet is judged on: bodies seen from random views, in CAMERA axes, one frame at a time, and lifted takes of
-the test bed. Training makes its frames by the same definitions in torch (models/lab/training/rectifier/frames.py)."""
+"""What 3DPCNet is trained and judged on: bodies seen from random views, in CAMERA axes, one frame at a time, and lifted
+takes of the test bed."""
 
 from __future__ import annotations
 
@@ -46,16 +46,17 @@ def wide_angles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.nd
 
 
 def views(view: View, rng: np.random.Generator, count: int) -> np.ndarray:
-    """R_camera_from_body (count, 3, 3) of random views."""
-    return view_rotation(view, *(paper_angles if view == "paper" else wide_angles)(rng, count))
+    """R_camera_from_body (count, 3, 3) of random views: "paper" = Rz(yaw) Ry(pitch) Rx(roll) and "wide" = Rx(roll)
+    Ry(pitch) Rz(yaw), in the paper's axes."""
+    angles_deg = (paper_angles if view == "paper" else wide_angles)(rng, count)
+    x, y, z = (about(axis, angle) for axis, angle in enumerate(angles_deg))
+    return CAMERA_FROM_SOURCE @ (z @ y @ x if view == "paper" else x @ y @ z)
 
 
-def view_rotation(view: View, roll_deg: Array, pitch_deg: Array, yaw_deg: Array) -> Array:
-    """R_camera_from_body (B, 3, 3) of such a view's angles (B,), arrays of numpy or of torch: "paper" = Rz(yaw)
-    Ry(pitch) Rx(roll) and "wide" = Rx(roll) Ry(pitch) Rz(yaw), in the paper's axes."""
-    x, y, z = about(0, roll_deg), about(1, pitch_deg), about(2, yaw_deg)
-    axes = library_of(x).asarray(CAMERA_FROM_SOURCE, dtype=x.dtype, device=x.device)
-    return axes @ (z @ y @ x if view == "paper" else x @ y @ z)
+def mixed_views(rng: np.random.Generator, count: int, wide: float) -> np.ndarray:
+    """The same (count, 3, 3) of which a share is `wide`, the others the paper's."""
+    some = rng.uniform(size=count) < wide
+    return np.where(some[:, None, None], views("wide", rng, count), views("paper", rng, count))
 
 
 def seen(

@@ -26,7 +26,7 @@ from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.names import POSES
 from ....pipeline.plugins.options import did_you_mean
-from ...drawing.facts import facts_of
+from ...drawing.facts import facts_of, mean
 from ...drawing.skeletons import key_rows
 from ..rates import is_lifted, rates_apart
 from .repeatability import FEWEST_SUBJECTS
@@ -100,9 +100,9 @@ def _of_take(take: Take) -> dict[str, Any]:
         "angle_errors": take.angle_errors or "",
         "level_ok": facts.rectified.level_ok,
         "level_reason": printable(facts.rectified.level_reason),
-        "up_error_deg": _mean(rectified.up_error_deg[rows]),
-        "up_bound_deg": _mean(rectified.up_bound_deg[rows]),
-        "error_deg_mean": _mean(rectified.error_deg),
+        "up_error_deg": mean(rectified.up_error_deg[rows]),
+        "up_bound_deg": mean(rectified.up_bound_deg[rows]),
+        "error_deg_mean": mean(rectified.error_deg),
         "bone_length_spread": facts.bone_length_spread,
         "posture": _posture(rectified.body.joints.astype(np.float64)),
         "lifted": is_lifted(take),
@@ -110,10 +110,6 @@ def _of_take(take: Take) -> dict[str, Any]:
         "gait": text(subgroup(grouped(take.measures or ()), "walking"), "gait"),
         "numbers": {printable(name): value for name, value in _numbers(nested(take.measures or ()))},
     }
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
 
 
 def _posture(body: np.ndarray) -> list[list[float]] | None:

@@ -30,8 +30,8 @@ AMBIGUOUS = 0.9
 # backhand.
 CLEARLY = 0.15
 _FINEST_S = 1 / 60  # step of the search
-_LEAST_SHARE = 0.5  # of the largest common motion at any shift; less makes chance peaks
-_SAME_PEAK_S = 0.25
+LEAST_SHARE = 0.5  # of the largest common motion at any shift; less makes chance peaks
+SAME_PEAK_S = 0.25
 
 
 @dataclass(frozen=True)
@@ -77,14 +77,15 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     own, other = own[:, known], other[:, known]
     tried = [_score(own, other[i : i + len(times)]) for i in range(2 * reach + 1)]
     scores, common = (np.array(part) for part in zip(*tried, strict=True))
-    enough = common * step >= max(LEAST_S, _LEAST_SHARE * common.max() * step)
+    enough = common * step >= max(LEAST_S, LEAST_SHARE * common.max() * step)
     if not (enough & np.isfinite(scores)).any():
         raise InputError("files-apart", _apart(side, reference, offset_s, search_s))
     scores = np.where(enough, np.nan_to_num(scores, nan=-1.0), -1.0)
     shifts = offset_s + step * np.arange(-reach, reach + 1)
-    peak = np.r_[False, (scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]), False]
-    highest = maximum_filter1d(scores, 2 * int(np.ceil(_SAME_PEAK_S / step)) + 1)
-    as_good = (peak & (scores == highest) & (scores > AMBIGUOUS * scores.max())) | (scores == scores.max())
+    highest = maximum_filter1d(scores, 2 * int(np.ceil(SAME_PEAK_S / step)) + 1)
+    as_good = (peaks(scores) & (scores == highest) & (scores > AMBIGUOUS * scores.max())) | (
+        scores == scores.max()
+    )
     chosen = float(min(shifts[as_good], key=lambda shift_s: abs(shift_s - offset_s)))
 
     def loss(shift_s: float) -> float:
@@ -93,11 +94,22 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     best: Any = minimize_scalar(
         loss, bounds=(chosen - step, chosen + step), method="bounded", options={"xatol": 1e-4}
     )
-    elsewhere = np.abs(shifts - chosen) > _SAME_PEAK_S
-    others = scores[elsewhere & peak]
-    runner_up = float(others.max()) if len(others) else float("nan")
     # To 0.1 ms: takes of one clock come out at 0, and lose no row at their ends.
-    return Alignment("cross-correlation", round(float(best.x), 4), -float(best.fun), runner_up)
+    shift_s, r = round(float(best.x), 4), -float(best.fun)
+    return Alignment("cross-correlation", shift_s, r, runner_up(shifts, scores, chosen))
+
+
+def peaks(scores: np.ndarray) -> np.ndarray:
+    """(N,) where scores (N,) have a peak; neither end is one."""
+    return np.r_[False, (scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]), False]
+
+
+def runner_up(shifts: np.ndarray, scores: np.ndarray, chosen: float) -> float:
+    """The highest peak of scores (N,) at shifts (N,) seconds that is not at the chosen one; NaN without one. A score
+    that is not known is NaN, or -1."""
+    scores = np.nan_to_num(scores, nan=-1.0)
+    others = scores[peaks(scores) & (np.abs(shifts - chosen) > SAME_PEAK_S)]
+    return float(others.max()) if len(others) else float("nan")
 
 
 def mirrored(side: Side) -> Side:

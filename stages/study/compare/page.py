@@ -19,7 +19,7 @@ from .figures import JointAgreement
 from .wrists import AXES, WRISTS, wrist_charts
 
 _ERRORS = (
-    "On this page ±, within the errors and 90 % mean the same: nine in ten true values lie in that range. "
+    'On this page ±, "within the errors" and 90 % mean the same: nine in ten true values lie in that range. '
     "Of the figures said to differ, at most a tenth does so by chance (Benjamini & Hochberg 1995)."
 )
 LOWER_BOUND = (
@@ -187,7 +187,7 @@ def _movements(pair: Pair) -> Markup:
         if change.group != "range_of_motion"
     ]
     head = ("", pair.reference.name, pair.side.name, "difference (± MDC90)")
-    return table(head, rows) + small(_of_changes(pair) if rows else "")
+    return table(head, rows) + small(_of_changes(pair)) if rows else Markup("")
 
 
 def _by(change: Change) -> Cell:

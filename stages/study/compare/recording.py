@@ -39,23 +39,19 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
         for name in [*_SHOWN, *(name for name in angles if name not in _SHOWN)]
     ]
     eye = half_height(reference.level) * np.array([-2.2, 1.1, 0.5])  # in front, right, a little above
-    blueprint = rrb.Blueprint(
-        rrb.Horizontal(
-            rrb.Spatial3DView(
-                origin="level",
-                name=f"LEVEL: {', '.join(side.name for side, *_ in sides)}",
-                eye_controls=rrb.EyeControls3D(position=eye, look_target=(0, 0, 0)),
-            ),
-            rrb.Vertical(*views[: len(_SHOWN)]),
-            rrb.Vertical(
-                rrb.Tabs(*views[len(_SHOWN) :]) if len(views) > len(_SHOWN) else views[0],
-                rrb.TextDocumentView(origin="summary", name="Comparison"),
-            ),
+    shown = rrb.Horizontal(
+        rrb.Spatial3DView(
+            origin="level",
+            name=f"LEVEL: {', '.join(side.name for side, *_ in sides)}",
+            eye_controls=rrb.EyeControls3D(position=eye, look_target=(0, 0, 0)),
         ),
-        rrb.TimePanel(state="collapsed", timeline="video_time"),
-        collapse_panels=True,
+        rrb.Vertical(*views[: len(_SHOWN)]),
+        rrb.Vertical(
+            rrb.Tabs(*views[len(_SHOWN) :]) if len(views) > len(_SHOWN) else views[0],
+            rrb.TextDocumentView(origin="summary", name="Comparison"),
+        ),
     )
-    with whole_file(path) as partial, recording_file(partial, blueprint, path) as file:
+    with whole_file(path) as partial, recording_file(partial, shown, path) as file:
         recording = file.stream
         recording.send_recording_name(" and ".join(side.name for side, *_ in sides))
         for i, (side, joints, shift, colour) in enumerate(sides):

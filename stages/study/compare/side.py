@@ -25,7 +25,7 @@ from ....pipeline.core.take import Session, Take
 from ....pipeline.files.finished import read_run
 from ....pipeline.signals.angles import ANGLES, angles, near, unwrapped
 from ....pipeline.signals.filters import breaks, resample
-from ...trajectories import cannot_be_told
+from ....pipeline.signals.norms import cannot_be_told
 from ..methods import methods
 
 TRUTH = "motion capture"

@@ -15,18 +15,17 @@ import numpy as np
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.signals.filters import holes, runs
+from ..compare.align import LEAST_SHARE, runner_up
 from ..compare.figures import correlation
+from ..compare.side import LEAST_S
 
 _SEARCH_HZ = 30.0  # of the first search; signals low-passed at 6 Hz lose nothing
 _RATES = 150  # clock rates tried on either side of 1
 _RATE_SPAN = 0.02  # how far from 1 a clock may be, for takes short enough to try that many
 _APART_S = 0.04  # by how much neighbouring rates part at the take's ends, against its middle
 _RATE_GAIN = 0.005  # correlation that another rate must add to be believed
-_LEAST_S = 1.0  # of common motion
 _LEAST_MPS2 = 1e-6  # that an IMU's acceleration changes by; any real one's noise is more
 _STILL_MPS2 = 1e-6  # standard deviation along an axis without motion
-_LEAST_SHARE = 0.5  # of the largest common motion at any lag; less makes chance peaks
-_SAME_PEAK_S = 0.25
 _AXIS_S = 0.25  # how far each axis' own lag may lie from the take's
 
 
@@ -123,13 +122,13 @@ def align(time_s: np.ndarray, video: np.ndarray, imu: Signal, search_s: float) -
     if freed[0] > score + _RATE_GAIN:
         (score, lag, rate), (lags, scores) = freed, coarse[top]
     heading = _score(video, imu(_stamps(time_s, lag, rate)))[1]
-    return Alignment(lag, rate, float(time_s[0]), heading, score, _runner_up(lags, scores, lag))
+    return Alignment(lag, rate, float(time_s[0]), heading, score, runner_up(lags, scores, lag))
 
 
 def check_overlap(time_s: np.ndarray, imu: Signal, search_s: float) -> None:
     """InputError when the IMU was not recorded within the video's times (T,) at any lag within +-search_s."""
     held = imu.time_s[is_finite(imu.values)]
-    if not len(held) or min(time_s[-1], held[-1]) - max(time_s[0], held[0]) + search_s < _LEAST_S:
+    if not len(held) or min(time_s[-1], held[-1]) - max(time_s[0], held[0]) + search_s < LEAST_S:
         raise InputError("files-apart", _no_overlap(time_s, imu, search_s))
 
 
@@ -203,7 +202,7 @@ def _scores(
         return correlate(of_imu, of_video, mode="valid", method="fft")
 
     common = at_lags(a_known, b_known)
-    enough = common > max(_LEAST_S / step, _LEAST_SHARE * common.max()) - 0.5
+    enough = common > max(LEAST_S / step, LEAST_SHARE * common.max()) - 0.5
     energies = at_lags(_energy(a, a_up), b_known), at_lags(a_known, _energy(b, b_up))
     energy = np.sqrt(np.maximum(energies[0], 1e-12) * np.maximum(energies[1], 1e-12))
     return lags, np.where(enough, (np.abs(at_lags(a, b)) + at_lags(a_up, b_up)) / energy, np.nan)
@@ -218,14 +217,6 @@ def _parts(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def _energy(horizontal: np.ndarray, vertical: np.ndarray) -> np.ndarray:
     return np.abs(horizontal) ** 2 + vertical**2
-
-
-def _runner_up(lags: np.ndarray, scores: np.ndarray, lag: float) -> float:
-    """The highest peak that is not at this lag; NaN without one."""
-    scores = np.nan_to_num(scores, nan=-1.0)
-    peak = (scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]) & (scores[1:-1] > -1)
-    others = scores[1:-1][peak & (np.abs(lags[1:-1] - lag) > _SAME_PEAK_S)]
-    return float(others.max()) if len(others) else float("nan")
 
 
 def _centred(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -256,7 +247,7 @@ def _no_overlap(time_s: np.ndarray, imu: Signal, search_s: float) -> str:
     said = f"from {held[0]:.6g} to {held[-1]:.6g} s" if len(held) else "nowhere"
     seen = f"from {time_s[0]:.6g} to {time_s[-1]:.6g} s" if len(time_s) else "nowhere"
     return (
-        f"Expected at least {_LEAST_S:g} s of motion in both video and IMU; the video's is {seen}, the IMU's {said}, "
+        f"Expected at least {LEAST_S:g} s of motion in both video and IMU; the video's is {seen}, the IMU's {said}, "
         f"and lags up to {search_s:g} s were tried: give what must be added to the IMU's time with --offset S, or a "
         "wider --search S."
     )

@@ -37,14 +37,13 @@ from ....pipeline.reading.find import find_adapter
 from ....pipeline.signals.filters import CUTOFF_HZ, breaks, check_cutoff, rate
 from ....pipeline.signals.imu import GRAVITY_MPS2, MOST_HZ, SEGMENTS, Imu, point_on
 from ....pipeline.signals.rates import check_fps
+from ..compare.align import AMBIGUOUS, WEAK
 from ..compare.truth import people_in_a_world
 from ..methods import method_name, methods
 from .align import Alignment, Signal, agreement, align, check_overlap, heading_deg
 from .motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
 from .output import IMU_RECORDING, Comparison, as_markdown, as_page, write_recording
 
-_WEAK = 0.5  # a correlation over three axes below which the lag is not to be trusted
-_AMBIGUOUS = 0.9  # of the score: another lag that fits as well, as in a periodic motion
 _LEAST_S = 2.0  # of compared motion
 _CLOCK = 2e-4  # clocks that differ by less are called alike
 
@@ -327,9 +326,9 @@ def _doubts(run: Take, how: Alignment) -> list[Notice]:
         doubts.append(notice("imu-run-not-levelled"))
     if rectified.camera == "moving":
         doubts.append(notice("imu-moving-camera"))
-    if how.score < _WEAK:
+    if how.score < WEAK:
         doubts.append(notice("imu-weak", r=how.score))
-    elif how.runner_up > _AMBIGUOUS * how.score:
+    elif how.runner_up > AMBIGUOUS * how.score:
         doubts.append(notice("imu-lag-ambiguous", r=how.score, runner_up=how.runner_up))
     if abs(how.rate - 1) > _CLOCK:
         way = "fast" if how.rate > 1 else "slow"

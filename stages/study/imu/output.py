@@ -178,7 +178,7 @@ def write_recording(run: Take, results: Sequence[Comparison], words: str, folder
 
     times = run.need("poses").times
     clock = time_columns(run.need("poses").frame_index, times)
-    with whole_file(path) as partial, recording_file(partial, _blueprint(folder, results), path) as file:
+    with whole_file(path) as partial, recording_file(partial, _views(folder, results), path) as file:
         recording = file.stream
         if (folder / RECORDING).is_file():
             recording.send_chunks(RrdReader(folder / RECORDING).stream())
@@ -198,7 +198,7 @@ def write_recording(run: Take, results: Sequence[Comparison], words: str, folder
                 recording.send_columns(entity, clock, columns.partition(np.full(len(values), 2)))
 
 
-def _blueprint(folder: Path, results: Sequence[Comparison]) -> rrb.Blueprint:
+def _views(folder: Path, results: Sequence[Comparison]) -> rrb.Container:
     """The video and LEVEL of the run's recording, where there is one, and a page of curves for each sensor."""
     import rerun.blueprint as rrb
 
@@ -221,6 +221,4 @@ def _blueprint(folder: Path, results: Sequence[Comparison]) -> rrb.Blueprint:
             rrb.Spatial2DView(origin="video", name="Video"), rrb.Spatial3DView(origin="level", name="LEVEL")
         )
         views.insert(0, person)
-    return rrb.Blueprint(
-        rrb.Horizontal(*views), rrb.TimePanel(state="collapsed", timeline="video_time"), collapse_panels=True
-    )
+    return rrb.Horizontal(*views)

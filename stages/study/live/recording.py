@@ -20,9 +20,8 @@ from ....pipeline.core.frames import BODY, CAMERA, IMAGE
 from ....pipeline.core.layouts import H36M17, Layout
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
-from ...drawing.palette import DARK
 from ...drawing.rerun_file import RecordingFile, recording_file
-from ...drawing.rerun_log import log_body_looks, log_body_now, log_looks, log_rows
+from ...drawing.rerun_log import log_body_looks, log_body_now, log_looks, log_rows, person_view
 from .source import Shot
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
     try:
         with (
             av.open(kept, "w", format="mpegts") as target,
-            recording_file(path, _blueprint()) as file,
+            recording_file(path, _views(), following=True) as file,
             ThreadPoolExecutor(1, "recording") as beside,
         ):
             yield LiveRecording(file, layout, target if frames else None, beside)
@@ -150,40 +149,29 @@ class LiveRecording:
             target.mux(packet)
 
 
-def _blueprint() -> rrb.Blueprint:
+def _views() -> rrb.Container:
     import rerun.blueprint as rrb
 
-    eye = rrb.EyeControls3D(position=_SIZE * np.array([-1.8, 0.9, 0.4]), look_target=(0, 0, 0))
-    camera = rrb.EyeControls3D(position=_SIZE * np.array([0.5, -0.4, -2.4]), look_target=(0, 0, 0))
+    eye, camera = (_SIZE * np.array(place) for place in ((-1.8, 0.9, 0.4), (0.5, -0.4, -2.4)))
     first, second = (rrb.Spatial2DView(origin="video", name="Video and 2D keypoints") for _ in range(2))
-    now = _body("Now: BODY, facing you", eye, ["$origin/surface/**"])
+    before = rrb.Spatial3DView(
+        origin="source",
+        name="Before: CAMERA axes",
+        eye_controls=rrb.EyeControls3D(position=camera, look_target=(0, 0, 0)),
+    )
+    # The floor is at about the height of the feet.
+    now, after = (
+        person_view("body", f"{when}: BODY, facing you", eye, grid=(-_SIZE, _SIZE / 4), contents=contents)
+        for when, contents in (
+            ("Now", ["$origin/surface/**"]),
+            ("After", ["$origin/joints", "$origin/bones"]),
+        )
+    )
     details = rrb.Horizontal(
-        rrb.Vertical(
-            second, rrb.Spatial3DView(origin="source", name="Before: CAMERA axes", eye_controls=camera)
-        ),
-        _body("After: BODY, facing you", eye, ["$origin/joints", "$origin/bones"]),
+        rrb.Vertical(second, before),
+        after,
         rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)"),
         column_shares=[3, 4, 4],
         name="Details",
     )
-    return rrb.Blueprint(
-        rrb.Tabs(rrb.Horizontal(first, now, name="First look"), details, active_tab=0),
-        rrb.TimePanel(state="collapsed", timeline="video_time", play_state="following"),
-        collapse_panels=True,
-    )
-
-
-def _body(name: str, eye: rrb.EyeControls3D, contents: list[str]) -> rrb.View:
-    """The person over a floor at about the height of their feet."""
-    import rerun as rr
-    import rerun.blueprint as rrb
-
-    plane = rr.components.Plane3D.XY.with_distance(-_SIZE)
-    return rrb.Spatial3DView(
-        origin="body",
-        name=name,
-        contents=contents,
-        eye_controls=eye,
-        background=DARK,
-        line_grid=rrb.LineGrid3D(plane=plane, spacing=_SIZE / 4, color=(128, 128, 128, 110)),
-    )
+    return rrb.Tabs(rrb.Horizontal(first, now, name="First look"), details, active_tab=0)

@@ -8,7 +8,6 @@ import pytest
 from pcnet3d.adapters import alphapose, read, read_all
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import OPENPOSE18
-from refusals import refused
 
 
 @pytest.fixture
@@ -68,10 +67,6 @@ def test_no_single_track_number(results, idx):
     assert read(path, track=True).person == "0"
 
 
-def test_without_tracking_one_person_is_a_track(results):
-    assert read(results(("0.jpg", None, 100, 0.5), ("1.jpg", None, 101, 0.6))).person == "0"
-
-
 @pytest.mark.parametrize("idx", [None, 0, [[0.0]]])
 def test_without_tracking_two_people_are_refused(results, idx):
     """AlphaPose without --pose_track gives everybody idx 0."""
@@ -112,11 +107,6 @@ def test_mixed_numbers_of_joints(tmp_path):
     (tmp_path / "mixed.json").write_text(json.dumps(people))
     with pytest.raises(InputError, match="got 17, 26 joints"):
         read(tmp_path / "mixed.json")
-
-
-def test_nobody(results):
-    with refused("nothing-usable"):
-        alphapose.read(results())
 
 
 def test_neck_that_is_a_head_is_refused(write, moving):

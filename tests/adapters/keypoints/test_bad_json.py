@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from golden.catalogue import recognised
 from golden.detections import between_shoulders
 from pcnet3d.adapters import alphapose, coco, mmpose2d
 from pcnet3d.adapters.kit.json import _closed, beginning
@@ -29,7 +30,22 @@ BAD = {
     "list of nothing": (b"[null]", "entry 0: expected an object with"),
     "empty object": (b"{}", "expected"),
     "other object": (b'{"images": 3, "instance_info": 3, "1.jpg": {"people": 3}}', "expected"),
+    "deep with commas": (b"[1," * 30_000, "results"),
+    "other objects": (b'[{"image_id": 3}, {"frame_id": 1, "instances": {"a": 1}}]', "expected"),
+    "instances of another kind": (b'[{"frame_id": 1, "instances": [[1, 2]]}]', "expected"),
+    "3D instances": (b'[{"frame_id": 1, "instances": [{"keypoints": [[1, 2, 3], [4, 5, 6]]}]}]', "expected"),
+    "no objects": (b'{"images": [1], "annotations": [2], "instance_info": [3]}', "expected"),
 }
+
+
+def test_noise_is_nobodys(tmp_path):
+    folder = tmp_path / "frames"
+    folder.mkdir()
+    for noise, _ in BAD.values():
+        for path in (tmp_path / "noise.json", folder / "walk_000000000000_keypoints.json"):
+            path.write_bytes(noise)
+        for place in (tmp_path / "noise.json", folder):
+            assert recognised(place) == []
 
 
 @pytest.mark.parametrize("adapter", ADAPTERS, ids=lambda adapter: adapter.name)

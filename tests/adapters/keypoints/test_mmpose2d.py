@@ -22,29 +22,6 @@ def _edited(path, edit):
     return path
 
 
-def test_frames_count_from_zero_either_way(path):
-    """The demos write frame_id 1 for the first frame, the inferencer 0."""
-    np.testing.assert_array_equal(read(path).frame_index, [0, 1, 5, 6])
-
-
-def test_equal_scores_are_unknown(path):
-    def dummy(frames):
-        for frame in frames:
-            for person in frame["instances"]:
-                person["keypoint_scores"] = [1.0] * 17
-
-    assert np.isnan(read(_edited(path, dummy)).confidence).all()
-
-
-def test_large_scores_are_clipped(path):
-    def large(frames):
-        frames[0]["instances"][0]["keypoint_scores"][4] = 5.5
-
-    poses = read(_edited(path, large))
-    assert poses.confidence[0, 4] == 1
-    assert poses.history[-2].options == {"clipped": 1, "highest": 5.5}
-
-
 def test_null_is_missing(path):
     def null(frames):
         frames[0]["instances"][0]["keypoints"][4] = [None, None]

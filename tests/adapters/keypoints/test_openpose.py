@@ -68,14 +68,6 @@ def test_other_files_beside_are_ignored(write, moving):
     assert len(read(folder)) == 12
 
 
-@pytest.mark.parametrize("joints", [15, 24, 26])
-def test_other_models(write, moving, joints):
-    with pytest.raises(
-        InputError, match=rf"25 joints \(BODY_25, BODY_25B\) or 18 joints \(OPENPOSE18\), got {joints} "
-    ):
-        read(write("openpose", {"0": moving(joints)}))
-
-
 def test_values_that_are_no_triples(write, moving):
     folder = write("openpose", {"0": moving(25)})
     content = {"version": 1.3, "people": [{"pose_keypoints_2d": [1.0] * 74}]}

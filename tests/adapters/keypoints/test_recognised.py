@@ -89,30 +89,3 @@ def test_video(film, tmp_path, name):
     path = film(tmp_path / name, range(0, 400, 40), codec="mpeg4" if name.endswith("avi") else "libx264")
     assert [adapter for adapter, each in adapters().items() if each.sniff(path)] == ["video"]
     assert find_adapter(path).gives == "video"
-
-
-NOISE = {  # beside what every adapter refuses, pipeline/reading/testing.py
-    "not UTF-8": b'[{"image_id": "\xff\xfe.jpg"}]',
-    "deeply nested": b"[" * 100_000,
-    "deeply nested and closed": b"[" * 20_000 + b"]" * 20_000,
-    "deep with commas": b"[1," * 30_000,
-    "numbers": b"[1, 2, 3]",
-    "null": b"null",
-    "other objects": b'[{"image_id": 3}, {"frame_id": 1, "instances": {"a": 1}}]',
-    "instances of another kind": b'[{"frame_id": 1, "instances": [[1, 2]]}]',
-    "3D instances": b'[{"frame_id": 1, "instances": [{"keypoints": [[1, 2, 3], [4, 5, 6], [7, 8, 9]]}]}]',
-    "people of another kind": b'{"1.jpg": {"people": 3}, "images": 3, "annotations": {}, "instance_info": {}}',
-    "no objects": b'{"images": [1], "annotations": [2], "instance_info": [3]}',
-    "long integer": b'[{"image_id": ' + b"9" * 9000 + b"}]",
-}
-
-
-def test_noise_is_nobodys(tmp_path):
-    for noise in NOISE.values():
-        path = tmp_path / "noise.json"
-        path.write_bytes(noise)
-        folder = tmp_path / "frames"
-        folder.mkdir(exist_ok=True)
-        (folder / "walk_000000000000_keypoints.json").write_bytes(noise)
-        for place in (path, folder, tmp_path / "nothing"):
-            assert [name for name, each in adapters().items() if each.sniff(place)] == []

@@ -88,18 +88,6 @@ def test_codec_is_the_format_not_the_decoder(film, tmp_path):
     assert video.read(film(tmp_path / "clip.avi", range(0, 200, 40), codec="mpeg4"))[0].codec == "mpeg4"
 
 
-@pytest.mark.parametrize(
-    "playlist", ["#EXTM3U\n#EXT-X-VERSION:3\n", "ffconcat version 1.0\nfile other.mp4\n"]
-)
-def test_playlists_are_not_opened(film, tmp_path, playlist):
-    """FFmpeg would open the files that they name."""
-    film(tmp_path / "other.mp4", range(0, 400, 40))
-    path = tmp_path / "clip.mp4"
-    path.write_text(playlist)
-    with pytest.raises(InputError, match="got something else"):
-        video.read(path)
-
-
 def test_cut_off_before_its_index(film, tmp_path):
     """An .mp4 whose index would have stood at the end: recognised, but it cannot be opened."""
     path = film(tmp_path / "clip.mp4", range(0, 4000, 40))

@@ -32,14 +32,6 @@ def test_other_shapes_and_keys_are_not_its_own(tmp_path, key, shape, words):
         vis2d.read(path)
 
 
-def test_nobody_and_no_pixels(tmp_path):
-    path = tmp_path / "keypoints.npz"
-    for value, message in ((0, "no person was found"), (0.5, "expected pixels")):
-        np.savez(path, reconstruction=np.full((1, 5, 17, 2), value))
-        with pytest.raises(InputError, match=message):
-            vis2d.read(path)
-
-
 @pytest.mark.data
 def test_real_folder(data):
     """The folder of an MHFormer run, its file, and the same keypoints as an array."""

@@ -90,6 +90,15 @@ def test_who_went_out_of_the_image_is_nobody_who_is_in_it_later(last, pace, firs
     assert not _may_be(cut, *cut.people(), (320, 240))
 
 
+@pytest.mark.parametrize(("joint", "again"), [("wrist", True), ("ankle", False)])
+def test_who_has_an_arm_up_is_no_larger(joint, again):
+    """Who was lost with both arms up was nobody who was found later."""
+    points = np.tile(np.linspace([100, 60], [130, 120], 17, dtype=np.float32), (40, 1, 1))
+    points[:20, COCO17.index(f"r_{joint}")] = (115, 20) if joint == "wrist" else (115, 160)
+    found = detected(np.r_[0:20, 40:60], scored(points), np.repeat([0, 1], 20))
+    assert _may_be(found, *found.people(), (320, 240)) == again
+
+
 def test_a_detector_that_goes_on_with_somebody_else_gives_two_people(walk_film, monkeypatch):
     """A man went behind a woman, and his track went on with her: an arm was raised that was hers."""
 

@@ -36,6 +36,11 @@ STALLED = np.r_[0:20, [19] * 9, 29:40]
         ([np.nan, 6.2, 1.4, *[0.1] * 10, 3.3, *[0] * 10], range(1, 24)),  # a picture, encoded
         ([*MOVES, np.nan, *[0.1] * 10], range(7, 17)),  # behind a cut
         ([*MOVES, *NOT, np.nan, *MOVES], range(6, 16)),  # up to a cut
+        ([*[70.0] * 6, *[15.0] * 8, 130, *[45.0] * 6], range(6, 14)),  # a stall, coarsely encoded
+        (
+            [*[16.0] * 6, 159, *[20.0] * 17, 151, *[25.0] * 20, 151, *[20.0] * 6],
+            [],
+        ),  # subtitles over what moves
         ([*[4.0] * 6, *NOT, *[4.0] * 6], []),  # somebody small stands
         (NOT * 3, []),
         ([*NOT, 16] * 4, []),  # a sharper key frame now and then

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.scene_cuts import Glance
+from pcnet3d.models.detector.video import detect
 
 
 @pytest.mark.parametrize("frames", [1, 3])
@@ -69,3 +71,43 @@ def test_black_bars_hide_no_cut_and_make_none(toys, bars):
     assert here.is_cut_to(barred(toys.scene((150, 50, 180, 150), seed=3)))
     assert not here.is_cut_to(barred(toys.scene((154, 50, 184, 150))))
     assert not here.is_cut_to(barred(toys.scene((150, 50, 180, 150)) // 2))
+
+
+def _lit(toys, left: int = 130, person: bool = True) -> np.ndarray:
+    """(240, 320, 3) a room that is lightest in the middle, where somebody stands."""
+    light = 150 * np.exp(-2 * np.linspace(-1, 1, 320) ** 2)
+    image = np.clip(toys.scene(None) // 2 + light[:, None], 0, 255).astype(np.uint8)
+    if person:
+        image[60:220, left : left + 60] = (250, 10, 10)
+    return image
+
+
+def test_a_mirrored_film_of_who_stands_alike_is_cut(toys, toy, film):
+    """From there on right was left, and the raises of one arm were counted for the other."""
+    here = _lit(toys)
+    before, quiet, moves = Glance.at(here), 4.0, 80.0
+    there = Glance.at(here[:, ::-1])
+    assert before.is_cut_to(there, quiet)
+    assert not before.is_cut_to(there, moves)
+    subtitle = here.copy()
+    subtitle[190:230, 40:280:8] = 255
+    brighter = np.clip(1.6 * here + 60, 0, 255).astype(np.uint8)
+    for same in (subtitle, brighter, here // 3, np.roll(here, 5, axis=1)):
+        assert not before.is_cut_to(Glance.at(same), quiet)
+    found = detect(film([*[here] * 12, *[here[:, ::-1]] * 12]), load_detector(toy))
+    assert found.cuts.tolist() == [12]
+    assert [len(one) for one in found.people()] == [12, 12]
+
+
+def test_a_camera_that_turns_takes_more_along_than_the_person(toys):
+    """Behind a cut somebody stood a little further to the side, and five patches of the image on them."""
+    body = (
+        np.random.default_rng(0).integers(0, 255, (16, 12, 1), np.uint8).repeat(10, axis=0).repeat(10, axis=1)
+    )
+
+    def filmed(seed: int, left: int) -> Glance:
+        image = toys.scene(None, seed=seed)
+        image[50:210, left : left + 120] = body
+        return Glance.at(image)
+
+    assert filmed(0, 140).is_cut_to(filmed(3, 147))

@@ -9,14 +9,6 @@ import pytest
 from pcnet3d.pipeline.files.digest import sha256
 
 
-def test_a_folders_hash_follows_its_contents(tmp_path):
-    (tmp_path / "d").mkdir()
-    (tmp_path / "d" / "a").write_text("1")
-    first = sha256(tmp_path / "d")
-    (tmp_path / "d" / "a").write_text("2")
-    assert sha256(tmp_path / "d") != first
-
-
 def test_a_folders_hash_is_of_names_with_slashes_in_their_order(tmp_path):
     """As on every system: Windows has other slashes, and paths are sorted by folders first and without case there."""
     for name in ("b/x", "b.txt", "C"):

@@ -315,7 +315,9 @@ def _half_an_array(path):
             r"'a' \(an array of shape \(3, 4\)",
         ),
         ("a.json", lambda path: path.write_text('{"poses": 3}'), "JSON that begins with '{\"poses"),
-        ("a.doc", lambda path: path.write_bytes(b"\xd0\xcf"), r"begins with b'\\xd0\\xcf'"),
+        ("a.csv", lambda path: path.write_text("time,hip_x"), "a file that begins with 'time,hip_x"),
+        ("a.doc", lambda path: path.write_bytes(b"\xd0\xcf"), r"no text(?!.*\\x)"),
+        ("a.webp", lambda path: path.write_bytes(b"RIFFF~\x0b\x00WEBPVP8X"), r"a WebP image(?!.*\\x)"),
         (
             "b.doc",
             lambda path: path.write_bytes(b"\xd0\xcf"),

@@ -114,10 +114,6 @@ def test_from_a_file(mmpose):
         read(path, fps=30)
 
 
-def test_the_others_may_be_broken(mmpose):
-    assert len(read(mmpose(mirrored=("1",)), person="0", fps=30)) == 90
-
-
 def results_2d(path: Path, scene, names: str) -> Path:
     """Results of a 2D detector in which the second walker, the smaller one, is seen from nearer by."""
     listed = []

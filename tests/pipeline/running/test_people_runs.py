@@ -101,9 +101,20 @@ def test_a_stage_that_refuses_one_person_leaves_nothing_of_theirs(mmpose, recipe
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["1", SUMMARY]
 
 
-def test_nobody_left_is_an_error_and_leaves_no_folder(mmpose, recipe, tmp_path):
-    with pytest.raises(InputError, match=r"no person.*0: .*mirrored.*1: "):
-        run_people(RunOptions(poses=mmpose(mirrored=("0", "1")), fps=30), tmp_path / "out", recipe)
+@pytest.mark.parametrize(
+    ("mirrored", "told", "words"),
+    [
+        (("0", "1"), {}, r"no person.*0: .*mirrored.*1: "),
+        ((), {"person_id": "P-07"}, r"read\.person_id"),
+        ((), {"stature": 1.7}, "A stature is for one person"),
+        ((), {"settings": ["rectify=off"]}, "needs rectified"),
+    ],
+)
+def test_what_cannot_be_for_all_people_is_refused_and_leaves_no_folder(
+    mmpose, recipe, tmp_path, mirrored, told, words
+):
+    with pytest.raises(InputError, match=words):
+        run_people(RunOptions(poses=mmpose(mirrored=mirrored), fps=30, **told), tmp_path / "out", recipe)
     assert not (tmp_path / "out").exists()
 
 
@@ -145,7 +156,7 @@ def test_what_is_told_reaches_a_run_by_a_given_recipe(mmpose, recipe, tmp_path):
 
 
 def test_the_options_are_those_of_the_command(mmpose, tmp_path):
-    """A stature, a filter, a rectifier, a file more and stages less reach both, and what one person has is refused."""
+    """A stature, a filter, a rectifier, a file more and stages less reach both."""
     recipe_of(tmp_path / "short.toml", *STAGES)
     options = RunOptions(
         poses=mmpose(), fps=30, recipe=tmp_path / "short.toml", person="0", stature=1.7,
@@ -161,16 +172,9 @@ def test_the_options_are_those_of_the_command(mmpose, tmp_path):
     assert own == command
     assert own["poses"]["unit"] == "m"
     assert "kinematics.csv" in own["files"]
-    with pytest.raises(InputError, match="A stature is for one person"):
-        run_people(options, tmp_path / "out")
     run_people(options.with_(person=None, stature=None), str(tmp_path / "out"))
     other = json.loads((tmp_path / "out" / "1" / SUMMARY).read_text())
     assert other["rectification"]["method"] == "geometric"
-
-
-def test_an_id_is_one_persons(mmpose, recipe, tmp_path):
-    with pytest.raises(InputError, match=r"read\.person_id"):
-        run_people(RunOptions(poses=mmpose(), fps=30, person_id="P-07"), tmp_path / "out", recipe)
 
 
 @pytest.mark.parametrize(
@@ -229,10 +233,3 @@ def test_the_command(mmpose, tmp_path):
     (output / "0" / "take.rrd").write_bytes(b"")
     with refused("choose-entry"):
         find_recording(output)
-
-
-def test_a_chain_that_cannot_work_is_refused_before_the_work(mmpose, tmp_path):
-    with pytest.raises(InputError, match="needs rectified"):
-        run_people(
-            RunOptions(poses=mmpose(), fps=30), tmp_path / "out", Recipe(stages=(StageEntry(use="angles"),))
-        )

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from commands import pcnet3d
-from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.inspect.contact_sheet import MOST, Shown, draw_people
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
@@ -70,11 +69,3 @@ def test_of_a_crowd_those_seen_longest_are_shown(scene, tmp_path):
     crowd = [Shown(str(i), track.rows(0, 10 + i % (MOST + 10))) for i in range(MOST + 10)]
     draw_people(crowd, None, tmp_path / "people.png")
     assert len(cells(tmp_path / "people.png")) == MOST
-
-
-def test_nobody_there(tmp_path, pick):
-    code, _, said, _ = pick("--poses", tmp_path / "none.json")
-    assert code == 2
-    assert "none.json" in said
-    with pytest.raises(InputError):
-        open_take(RunOptions(poses=tmp_path / "none.json"))

@@ -84,7 +84,7 @@ def test_a_recording_tells_a_full_disk_while_it_is_written(small_disk):
 
 
 def _log_until_full(path, written):
-    with recording_file(path, rrb.Blueprint(rrb.TimeSeriesView(origin="a"))) as file:
+    with recording_file(path, rrb.Vertical(rrb.TimeSeriesView(origin="a"))) as file:
         for block in range(50):
             frames = np.arange(block * 10_000, (block + 1) * 10_000)
             scalars = rr.Scalars.columns(scalars=np.random.default_rng(block).normal(size=len(frames)))

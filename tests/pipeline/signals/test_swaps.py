@@ -291,3 +291,59 @@ def test_the_command_line_repairs_counts_and_refuses_other_words(tmp_path, poses
         == "The poses were corrected as asked: legs exchanged in frames 60-69 from 2.00 s (10 of 240 frames)."
     )
     assert pcnet3d("run", *options, "--set", "read.swaps=fix").returncode == 2
+
+
+def slid(poses: PoseSequence, name: str, first: int, last: int) -> PoseSequence:
+    """Exchanged in the image alone, depth kept, and over three rows at either end, as a lift smooths an exchange."""
+    wrong = WAYS[name].applied(poses.joints)
+    share = np.clip(np.minimum(np.arange(len(poses)) - first + 2, last + 2 - np.arange(len(poses))) / 3, 0, 1)
+    joints = poses.joints.copy()
+    joints[..., :2] += share[:, None, None] * (wrong - poses.joints)[..., :2]
+    return poses.with_(joints=joints)
+
+
+def reaching(poses: PoseSequence) -> PoseSequence:
+    """Who stands with one arm forward and one back, in the plane of the image."""
+    joints = np.repeat(poses.joints[SQUAT - 20 : SQUAT - 19], len(poses), axis=0)
+    joints += np.random.default_rng(1).normal(0, 0.003, joints.shape)
+    for side, way in (("l", 1.0), ("r", -1.0)):
+        shoulder = joints[:, H36M17.index(f"{side}_shoulder")]
+        for part, reach in (("elbow", 0.28), ("wrist", 0.55)):
+            joints[:, H36M17.index(f"{side}_{part}")] = shoulder + way * reach * np.array([1.0, 0.1, 0.3])
+    return poses.with_(joints=joints)
+
+
+def test_an_exchange_that_a_lift_has_smoothed_is_told_as_doubtful(poses):
+    """Of a cyclist whose arms are exchanged for 1.5 s: "No exchanged limbs were found", "chest turned 46 to 65"."""
+    sound = reaching(poses)
+    assert find_swaps(sound) == ()
+    (found,) = find_swaps(slid(sound, "arms exchanged", 100, 144))
+    assert found.kind == "arms exchanged"
+    assert abs(found.first_row - 100) + abs(found.last_row - 144) <= 4
+    assert found.one_sided
+
+
+def test_knees_that_leap_beside_ankles_that_flicker_are_told(pixels):
+    """Of a man from the side, legs exchanged from where they crossed on, the detector unsure which ankle is where:
+    "No exchanged limbs were found"."""
+    ankles, knees = (H36M17.indices((f"l_{part}", f"r_{part}")) for part in ("ankle", "knee"))
+    rng, joints = np.random.default_rng(0), pixels.joints.copy()
+    for row in range(len(joints)):
+        joints[row, ankles] = joints[row, ankles][rng.integers(2, size=2)]
+    assert find_swaps(pixels.with_(joints=joints)) == ()
+    apart = np.abs(joints[:, knees[0], 0] - joints[:, knees[1], 0])
+    first = WALK + int(np.argmin(apart[WALK : WALK + 15]))
+    last = first + int(np.argmax(apart[first : first + 12]))
+    joints[first : last + 1, knees] = joints[first : last + 1, knees[::-1]]
+    (found,) = find_swaps(pixels.with_(joints=joints))
+    assert found.kind == "legs exchanged"
+    assert found.one_sided
+    assert found.first_row - 1 <= last <= found.last_row
+
+
+def test_limbs_that_swing_fast_are_not_told(pixels, poses):
+    """The walk at three times its speed: legs pass each other as a sprinter's do."""
+    for take in (pixels, poses):
+        joints = take.joints[::3]
+        fast = PoseSequence(joints, take.layout, take.frame, time_s=np.arange(len(joints)) / 30)
+        assert find_swaps(fast) == ()

@@ -9,10 +9,15 @@ from golden.measures import rows_of
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import geodesic_deg
 from pcnet3d.pipeline.files.skeletons import place
-from pcnet3d.pipeline.signals.filters import rate
 from pcnet3d.stages.export.armature import ANIMATION, armature
 from pcnet3d.stages.export.markers import evenly, markers
 from refusals import refused
+
+
+def of_rows(filtered, kept, **changes):
+    """The filtered poses of those rows alone."""
+    arrays = ("joints", "root", "confidence", "time_s", "frame_index")
+    return replace(filtered, **{name: getattr(filtered, name)[kept] for name in arrays} | changes)
 
 
 def posed(found):
@@ -128,28 +133,13 @@ def test_a_limb_that_is_never_seen_is_left_out(walked):
     assert "l_ankle" in found.skeleton.names
 
 
-def test_uneven_stamps_become_an_even_rate(walked, walk):
-    stamps = walk.time_s + np.random.default_rng(0).uniform(-0.006, 0.006, len(walk))
-    found = armature(walked(time_s=stamps))
-    assert found.fps == pytest.approx(rate(stamps))
-    np.testing.assert_allclose(np.diff(found.time_s), 1 / found.fps, atol=1e-9)
-
-
 @pytest.mark.parametrize("tick_s", [1e-9, 1 / 90_000, 1e-3])
 def test_every_measured_row_is_kept_where_others_are_lost(walked, walk, tick_s):
     """A fifth of the frames was lost; the stamps of the rest are rounded as MP4, MPEG-TS and MKV do."""
     kept = np.union1d([0, len(walk) - 1], np.flatnonzero(np.random.default_rng(1).random(len(walk)) < 0.8))
     whole = walked()
-    part = whole.with_(
-        filtered=replace(
-            whole.filtered,
-            joints=whole.filtered.joints[kept],
-            root=whole.filtered.root[kept],
-            confidence=whole.filtered.confidence[kept],
-            time_s=np.round(whole.filtered.times[kept] / tick_s) * tick_s,
-            frame_index=whole.filtered.frame_index[kept],
-        )
-    )
+    stamps = np.round(whole.filtered.times[kept] / tick_s) * tick_s
+    part = whole.with_(filtered=of_rows(whole.filtered, kept, time_s=stamps))
     found, wanted = evenly(part, ANIMATION), evenly(whole, ANIMATION)
     np.testing.assert_allclose(found.time_s, wanted.time_s, atol=1e-3)
     np.testing.assert_array_equal(found.joints[kept], wanted.joints[kept])
@@ -163,10 +153,7 @@ def test_what_was_not_seen_between_uneven_stamps_is_a_gap(walked, walk, lost):
     stamps = walk.time_s + np.random.default_rng(0).uniform(-0.006, 0.006, len(walk))
     first = walked(time_s=stamps).filtered
     kept = np.delete(np.arange(len(walk)), np.arange(20, 20 + lost))
-    rows = {
-        name: getattr(first, name)[kept] for name in ("joints", "root", "confidence", "time_s", "frame_index")
-    }
-    found = evenly(walked().with_(filtered=replace(first, **rows)), ANIMATION)
+    found = evenly(walked().with_(filtered=of_rows(first, kept)), ANIMATION)
     unseen = np.isnan(found.joints).all(axis=(1, 2))
     between = (stamps[19] < found.time_s) & (found.time_s < stamps[20 + lost])
     assert lost - 1 <= unseen.sum() <= lost + 2

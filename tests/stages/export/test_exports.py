@@ -12,7 +12,7 @@ import pytest
 
 from golden.measures import rows_of
 from golden.waving import FPS, ROWS, WALK, exported, made
-from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take
+from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, PoseSequence, Take
 from pcnet3d.pipeline.core.frames import METRES, Frame
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.bids import write_bids
@@ -125,14 +125,6 @@ def test_the_floor_is_at_0_where_it_is_known(facing_camera, tmp_path):
     after, *_ = read_trc(exported(take.with_(measures=rows_of(WALK)), tmp_path / "b", "trc") / "markers.trc")
     shift = (after - before)[:, names.index("pelvis")]
     np.testing.assert_allclose(shift, np.broadcast_to([0, 1.2, 0], shift.shape), atol=2e-6)
-
-
-@pytest.mark.parametrize("form", ["trc", "c3d"])
-def test_markers_without_a_scale_are_refused(facing_camera, tmp_path, form):
-    if form == "c3d":
-        pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    with pytest.raises(InputError, match="--stature"):
-        exported(made(facing_camera, unit="arbitrary"), tmp_path, form)
 
 
 def test_mot_bears_the_coordinates_of_a_model_where_they_mean_the_same(take, tmp_path):

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from golden.measures import rows_of
 from pcnet3d.pipeline import LEVEL
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.signals.angles import UNTRUSTED
@@ -194,15 +193,6 @@ def test_a_turn_on_the_spot_goes_on_beyond_180_degrees(walked, written):
     spun = written(take.with_(filtered=path.with_(joints=rotate(R, path.joints))))[0]["trunk_rotation"]
     assert np.abs(np.diff(spun)).max() < 15
     np.testing.assert_allclose(spun - written(take)[0]["trunk_rotation"], angles, atol=10)
-
-
-def test_the_floor_is_at_0_where_it_is_known(walked, written):
-    take = Angles()(walked())
-    before, after = (
-        written(take.with_(measures=rows_of(of)))[0] for of in ({}, {"floor": {"floor_height": 0.3}})
-    )
-    np.testing.assert_allclose(before["trunk_ty"] - after["trunk_ty"], 0.3, atol=2e-6)
-    np.testing.assert_allclose(before["trunk_tx"], after["trunk_tx"])
 
 
 def test_without_a_path_the_trunk_turns_and_does_not_move(walked, written):

@@ -4,12 +4,13 @@ keypoints."""
 import numpy as np
 import pytest
 
-from pcnet3d.models.angle_error.off_keypoints import agrees, steady, widened
+from pcnet3d.models.angle_error.off_keypoints import agrees, steady, widened, without_exchanged
 from pcnet3d.models.angle_error.take_angles import AngleSeries
 from pcnet3d.pipeline import H36M17, Take
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.signals.angles import ANGLES
+from pcnet3d.pipeline.signals.angles import ANGLES, UNTRUSTED
 from pcnet3d.pipeline.signals.reprojection import Residuals, limb_scores, residuals_of, straight_in_image
+from pcnet3d.pipeline.signals.swap_repair import in_doubt, treated
 from pcnet3d.pipeline.signals.swaps import kinds
 from pcnet3d.stages.measures.off_keypoints import exchanged, not_shown
 
@@ -107,3 +108,32 @@ def test_a_residual_of_one_frame_is_the_keypoints():
     residual = np.full(30, 0.02)
     residual[10] = 0.5
     assert steady(residual).max() == pytest.approx(0.02)
+
+
+def test_angles_of_limbs_that_may_be_exchanged_are_withheld(filmed):
+    """Of a cyclist whose arms were exchanged: "chest turned 46 right to 65 left" rested on these frames."""
+    joints = filmed.poses.joints.copy()
+    joints[20:26] = ARMS.applied(joints[20:26])
+    wrong = filmed.poses.with_(joints=joints)
+    _, _, said, _ = treated(wrong, None, "report")
+    doubt = in_doubt(filmed.with_(poses=wrong).saying(*said))
+    (rows,) = (np.flatnonzero(of) for of in doubt.values())
+    assert rows.tolist() == list(range(20, 26))
+    assert in_doubt(filmed.saying(*treated(wrong, None, "repair")[2])) == {}
+    own = AngleSeries(
+        *(np.full(len(wrong), 8.0) for _ in range(2)), np.zeros(len(wrong), np.int8), np.full(len(wrong), 8.0)
+    )
+    found = without_exchanged(dict.fromkeys(ANGLES, own), doubt)
+    gone = {name for name, of in found.items() if np.isnan(of.value_deg).any()}
+    assert {"r_elbow_flexion", "l_shoulder_flexion", "thorax_pelvis_rotation"} <= gone
+    assert not gone & {"r_knee_flexion", "l_thigh_sagittal", "trunk_lean_sagittal"}
+    assert (np.flatnonzero(found["r_elbow_flexion"].reason == UNTRUSTED) == rows).all()
+
+
+def test_exchanged_keypoints_say_nothing_of_poses_that_were_not_lifted_from_them(filmed):
+    joints = filmed.keypoints.joints.copy()
+    joints[20:26] = LEGS.applied(joints[20:26])
+    _, _, said, _ = treated(None, filmed.keypoints.with_(joints=joints), "report")
+    assert in_doubt(filmed.saying(*said)) == {}
+    lifted = filmed.poses.with_(made_by=MadeBy("estimated", "pcnet3d", in_run=True))
+    assert in_doubt(filmed.with_(poses=lifted).saying(*said))["leg"].sum() == 6

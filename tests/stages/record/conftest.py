@@ -1,6 +1,6 @@
 """A take of a simple moving person whose rotations are known, its videos, and a reader of recordings."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.films import film_of
+from golden.recordings import Recording
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, LEVEL, PoseSequence, Rectified, Take, Video, rotate
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.record.stage import record
@@ -88,61 +89,6 @@ def film(tmp_path: Path) -> Callable[..., Video]:
         return Video(path, width, height, np.array(time_ms) / 1000, name)
 
     return make
-
-
-class Recording:
-    """What is in an .rrd file, by entity and component."""
-
-    def __init__(self, path: Path) -> None:
-        from rerun.chunk import RrdReader
-
-        reader = RrdReader(path)
-        self.chunks = reader.stream().to_chunks()
-        self.views = [
-            chunk for store in reader.blueprints() for chunk in reader.stream(store=store).to_chunks()
-        ]
-
-    @property
-    def entities(self) -> set[str]:
-        return {chunk.entity_path.strip("/") for chunk in self.chunks} - {"__properties"}
-
-    def batches(self, entity: str, component: str, static: bool) -> Iterator:
-        for chunk in self.chunks:
-            batch = chunk.to_record_batch()
-            if (
-                chunk.entity_path == f"/{entity}"
-                and chunk.is_static == static
-                and component in batch.schema.names
-            ):
-                yield batch
-
-    def static(self, entity: str, component: str) -> list:
-        (batch,) = self.batches(entity, component, static=True)
-        return batch.column(component)[0].as_py()
-
-    def over_time(self, entity: str, component: str) -> tuple[np.ndarray, np.ndarray, list]:
-        """Frame numbers (T,), nanoseconds (T,) and the values of each row; one chunk or it fails."""
-        (batch,) = self.batches(entity, component, static=False)
-        frame, video_time = (
-            batch.column(name).to_numpy(zero_copy_only=False) for name in ("frame", "video_time")
-        )
-        return frame, video_time.astype(np.int64), batch.column(component).to_pylist()
-
-    def blueprint(self, component: str) -> list:
-        """Every value of that component in the blueprint, such as the views' names."""
-        batches = [chunk.to_record_batch() for chunk in self.views]
-        return [
-            value
-            for batch in batches
-            if component in batch.schema.names
-            for row in batch.column(component).to_pylist()
-            for value in row
-        ]
-
-
-@pytest.fixture(scope="session")
-def read_rrd() -> Callable[[Path], Recording]:
-    return Recording
 
 
 @pytest.fixture

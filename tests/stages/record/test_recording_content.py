@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden.recordings import Recording
 from pcnet3d.pipeline import InputError, Pipeline, notice, own_notice, rotate
 from pcnet3d.pipeline.signals.reprojection import LIMBS
 from pcnet3d.stages.record import stage
@@ -249,11 +250,11 @@ def test_long_takes_are_in_few_chunks(make_take, read_back):
     assert sum(len(batch) for batch in batches) == 10_000
 
 
-def test_stage(make_take, read_rrd, tmp_path):
+def test_stage(make_take, tmp_path):
     stage = Record(tmp_path / "new" / "folder")
     take = make_take()
     assert Pipeline((stage,))(take).notices == ()
-    assert "body/joints" in read_rrd(tmp_path / "new" / "folder" / "take.rrd").entities
+    assert "body/joints" in Recording(tmp_path / "new" / "folder" / "take.rrd").entities
     assert [file.name for file in stage.folder.iterdir()] == ["take.rrd"]
     with pytest.raises(InputError, match="rectified"):
         Pipeline((stage,))(take.with_(rectified=None))

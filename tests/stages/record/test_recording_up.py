@@ -13,13 +13,18 @@ from pcnet3d.stages.record.summary import summary_markdown
 NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"
 
 
+def changed(take: Take, **changes) -> Take:
+    """The take with these changes in its Rectified."""
+    assert take.rectified is not None
+    return take.with_(rectified=replace(take.rectified, **changes))
+
+
 @pytest.fixture
 def recorded(make_take, read_back):
     """recorded(rows=12, **changes): the recording of the take with these changes in its Rectified."""
 
     def make(rows: int = 12, **changes):
-        take = make_take(rows)
-        return read_back(take.with_(rectified=replace(take.rectified, **changes)))
+        return read_back(changed(make_take(rows), **changes))
 
     return make
 
@@ -73,65 +78,46 @@ def test_without_votes_there_is_nothing_of_them(recorded):
 
 
 def test_views_of_a_moving_camera_say_that_directions_are_relative(recorded, make_take):
-    changes = {
-        "R_source_from_level": moving(make_take().rectified, np.zeros(12)).R_source_from_level,
-        "camera": "moving",
-    }
-    names = recorded(**changes).blueprint(NAME)
+    levels = moving(make_take().rectified, np.zeros(12)).R_source_from_level
+    names = recorded(R_source_from_level=levels, camera="moving").blueprint(NAME)
     assert "right (relative)" in names
     assert "right (relative)" not in recorded().blueprint(NAME)
 
 
-def told(take: Take, **changes) -> str:
-    assert take.rectified is not None
-    return summary_markdown(take.with_(rectified=replace(take.rectified, **changes)))
+TILTED = {"R_source_from_level": view_rotation(*(np.array(angle) for angle in (30.0, -12.0, -8.0)))}
 
 
-def test_the_summary_says_how_well_up_is_known_and_what_it_rests_on(make_take):
-    text = told(make_take())
-    assert (
-        "up: Known to within 5° (90 %). It is based on the body's posture (75 %), the feet's places (25 %)."
-        in text
-    )
-    assert "looks level ± 5 degrees (pitch), and its image is upright ± 5 degrees (roll)" in text
-    assert "relative to the camera" not in text
+@pytest.mark.parametrize(
+    ("changes", "said", "not_said"),
+    [
+        ({}, "is based on the body's posture (75 %), the feet's places (25 %)", "relative to the camera"),
+        ({}, "looks level ± 5 degrees (pitch), and its image is upright ± 5 degrees (roll)", "unless"),
+        (TILTED, "looks up by 12 ± 5 degrees (pitch)", "looks level"),
+        (TILTED, "turned clockwise by 8 ± 5 degrees (roll)", "upright"),
+        ({"level_ok": False, "level_reason": "the person lies"}, "**no: the person lies**", "nown to within"),
+        ({"source": Z_UP, "camera": None, "up_votes": None}, "up: that of the source's own axes", "looks"),
+    ],
+)
+def test_the_summary_says_how_well_up_is_known_and_what_it_rests_on(make_take, changes, said, not_said):
+    text = summary_markdown(changed(make_take(), **changes))
+    assert said in text
+    assert not_said not in text
 
 
-def test_the_summary_of_a_tilted_camera(make_take):
-    R = view_rotation(*(np.array(angle) for angle in (30.0, -12.0, -8.0)))
-    text = told(make_take(), R_source_from_level=R)
-    assert "looks up by 12 ± 5 degrees (pitch)" in text
-    assert "turned clockwise by 8 ± 5 degrees (roll)" in text
-
-
-def test_the_summary_of_a_moving_camera(make_take):
+def test_the_summary_of_a_moving_camera_and_of_who_does_not_stand_has_its_condition(make_take):
     take = make_take()
-    rectified = moving(take.rectified, np.zeros(12))
-    text = told(take.with_(rectified=rectified), up_bound_deg=np.linspace(5, 8, 12))
+    moved = take.with_(rectified=moving(take.rectified, np.zeros(12)))
+    text = summary_markdown(changed(moved, up_bound_deg=np.linspace(5, 8, 12)))
     assert "within 5° to 8° (90 %)" in text
     assert "back and right are relative to the camera" in text
-
-
-def test_the_summary_of_a_take_that_is_not_level_claims_nothing(make_take):
-    text = told(make_take(), level_ok=False, level_reason="the person lies")
-    assert "looks" not in text
-    assert "**no: the person lies**" in text
-    assert "nown to within" not in text
-
-
-def test_the_summary_of_a_take_in_which_nobody_stands_has_a_condition(make_take):
-    level = make_take().rectified.level
-    text = told(make_take(), level=level.with_(joints=level.joints[..., [2, 1, 0]]))
-    assert "Known to within 5° (90 %), unless the image is turned. It is based on" in text
+    level = take.rectified.level
+    laid = changed(take, level=level.with_(joints=level.joints[..., [2, 1, 0]]))
+    assert "Known to within 5° (90 %), unless the image is turned" in summary_markdown(laid)
 
 
 def test_the_summary_of_one_frame_has_no_rate(make_take):
-    assert "- 12 frames, 5 to 16, 25 a second\n" in told(make_take())
-    assert "- 1 frame, 5 to 5\n" in told(make_take(1))
-
-
-def test_the_summary_of_a_source_that_knows_its_up(make_take):
-    assert "up: that of the source's own axes" in told(make_take(), source=Z_UP, camera=None, up_votes=None)
+    assert "- 12 frames, 5 to 16, 25 a second\n" in summary_markdown(make_take())
+    assert "- 1 frame, 5 to 5\n" in summary_markdown(make_take(1))
 
 
 def test_votes_are_off_by_the_known_lean_beside_their_bound(taken):

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.recordings import Recording
 from pcnet3d.adapters import video as video_adapter
 from pcnet3d.pipeline import InputError
 from pcnet3d.stages.drawing.rerun_video import transcoded, viewable
@@ -16,12 +17,12 @@ UNEVEN_MS = (0, 33, 66, 133, 140, 200, 300, 333, 366, 400, 433, 500)
 
 
 @pytest.fixture
-def recorded(make_take, read_rrd, tmp_path):
+def recorded(make_take, tmp_path):
     """recorded(video, frames=True): events of recording a take with that video, and the recording."""
 
     def make(video, frames: bool = True):
         events = record(make_take().with_(video=video).telling(images=frames), tmp_path / "take.rrd")
-        return events, read_rrd(tmp_path / "take.rrd")
+        return events, Recording(tmp_path / "take.rrd")
 
     return make
 

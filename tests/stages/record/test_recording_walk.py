@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.recordings import Recording
 from golden.walks import GEOMETRIC, SIZE, filmed
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.pipeline import CAMERA, Y_UP, Pipeline, change_frame
@@ -30,10 +31,10 @@ def take(walk, seen_by):
 
 
 @pytest.fixture(scope="module")
-def recording(take, read_rrd, tmp_path_factory):
+def recording(take, tmp_path_factory):
     path = tmp_path_factory.mktemp("walk") / "take.rrd"
     record(take, path)
-    return read_rrd(path)
+    return Recording(path)
 
 
 def test_foot_prints_lie_on_the_floor_where_and_when_the_feet_landed(walk, take, recording):

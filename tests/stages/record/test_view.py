@@ -2,6 +2,8 @@
 
 import http.client
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from http.server import ThreadingHTTPServer
 
 import pytest
@@ -50,22 +52,34 @@ def test_viewer_that_does_not_open(run_folder, monkeypatch):
         view(run_folder)
 
 
+@contextmanager
+def serving(handler) -> Iterator[int]:
+    """The port of a server with that handler."""
+    server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield server.server_port
+    server.shutdown()
+    server.server_close()
+
+
+def begun(port: int, path: str, host: str = "127.0.0.1") -> http.client.HTTPResponse:
+    """The answer of that server, not read yet."""
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    connection.request("GET", path, headers={"Host": f"{host}:{port}"})
+    return connection.getresponse()
+
+
 @pytest.fixture
 def get(run_folder):
     """get(path, host): the answer of the web viewer's server, with stand-ins for the viewer's own files."""
     files = {"/": ("text/html", b"<html>"), "/re_viewer_bg.wasm": ("application/wasm", b"\0asm")}
-    server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(run_folder / "take.rrd", files))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
 
     def ask(path: str, host: str = "127.0.0.1") -> tuple[http.client.HTTPResponse, bytes]:
-        connection = http.client.HTTPConnection("127.0.0.1", server.server_port)
-        connection.request("GET", path, headers={"Host": f"{host}:{server.server_port}"})
-        answer = connection.getresponse()
+        answer = begun(port, path, host)
         return answer, answer.read()
 
-    yield ask
-    server.shutdown()
-    server.server_close()
+    with serving(_handler(run_folder / "take.rrd", files)) as port:
+        yield ask
 
 
 def test_page_and_recording_are_served_and_fenced_in(get):
@@ -102,19 +116,14 @@ def test_the_installed_viewer_has_the_files_of_its_page():
 def test_a_recording_that_grows_is_sent_until_it_ends(tmp_path):
     path, ended = tmp_path / "live.rrd", threading.Event()
     path.write_bytes(b"first ")
-    server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(path, {}, ended))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
-    connection.request("GET", "/take.rrd", headers={"Host": f"127.0.0.1:{server.server_port}"})
-    answer = connection.getresponse()
-    assert answer.getheader("Content-Length") is None
-    assert answer.read(6) == b"first "
-    with path.open("ab") as file:
-        file.write(b"second ")
-    assert answer.read(7) == b"second "
-    with path.open("ab") as file:
-        file.write(b"last")
-    ended.set()
-    assert answer.read() == b"last"
-    server.shutdown()
-    server.server_close()
+    with serving(_handler(path, {}, ended)) as port:
+        answer = begun(port, "/take.rrd")
+        assert answer.getheader("Content-Length") is None
+        assert answer.read(6) == b"first "
+        with path.open("ab") as file:
+            file.write(b"second ")
+        assert answer.read(7) == b"second "
+        with path.open("ab") as file:
+            file.write(b"last")
+        ended.set()
+        assert answer.read() == b"last"

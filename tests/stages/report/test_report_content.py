@@ -16,15 +16,16 @@ from pcnet3d.pipeline.core.measures import grouped, numbered, subgroup
 from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.signals.angles import ANGLES
-from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT
+from pcnet3d.pipeline.signals.norms import UNCERTAIN
+from pcnet3d.stages.drawing.charts import BAND, LEFT, MIDDLE, RIGHT, SIDES
 from pcnet3d.stages.drawing.page import answer, page
 from pcnet3d.stages.drawing.words import spoken
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.angles import angle_table
 from pcnet3d.stages.report.events import events
+from pcnet3d.stages.report.motion import motion_charts
 from pcnet3d.stages.report.stage import Report, report
-from pcnet3d.stages.trajectories import UNCERTAIN
 from refusals import refused
 
 
@@ -79,6 +80,27 @@ def test_an_acceleration_that_is_less_certain_than_large_is_left_to_words(walk_t
     assert words in said
     assert words not in report(walk_take)
     assert "Wrist acceleration (m/s²)" in said  # the left one's
+
+
+def test_a_band_is_spoken_of_where_one_is_drawn(walk_take):
+    """Pages of poses without errors, and those on which every speed is too uncertain, explained a band."""
+    columns = walk_take.kinematics
+    known = {name: np.full_like(of, 0.1) for name, of in columns.items() if name.endswith("_sd")}
+    assert known
+    assert not any(np.isfinite(columns[name]).any() for name in known)
+    uncertain = {
+        name: np.full_like(of, UNCERTAIN)
+        for name, of in columns.items()
+        if name.endswith(("_speed_reason", "_acceleration_reason"))
+    }
+    assert BAND in motion_charts(walk_take.with_(kinematics={**columns, **known}))
+    without_errors = motion_charts(walk_take)
+    assert SIDES in without_errors
+    assert BAND not in without_errors
+    without_charts = motion_charts(walk_take.with_(kinematics={**columns, **uncertain}))
+    assert "the speed of the left wrist" in without_charts
+    assert SIDES not in without_charts
+    assert BAND not in without_charts
 
 
 def test_it_stands_alone(content):
@@ -300,9 +322,10 @@ def test_one_frame_has_no_empty_charts_and_its_angles_in_a_table():
     take = measured(one, GEOMETRIC)
     said = report(take)
     words = Page(report(take.with_(kinematics=None, filtered=None))).words
-    assert "1 frame, 0.0 s" in words
+    assert "1 frame" in words
+    assert "1 frame, 0.0 s" not in words
     assert not re.search(r"\bnan\b", words)
-    assert "<svg" not in said.split("Joint angles over time</h2>")[1]
+    assert "<svg" not in said.split("Joint angles</h2>")[1]
     assert "right knee flexion" in said
     assert "<h3>" not in said.split("What happened</h2>")[1].split("<h2>")[0]
     assert "0 s is too short" not in said

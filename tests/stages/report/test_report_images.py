@@ -279,3 +279,27 @@ def test_points_of_which_the_detector_is_unsure_are_not_drawn():
         points, _ = keypoints_at(Take("t", poses=poses, keypoints=seen), frame)
         assert np.isfinite(points).all() == drawn
         assert np.isfinite(np.delete(points, COCO17.index("r_knee"), axis=0)).all()
+
+
+def test_a_picture_shows_the_whole_person_where_the_detector_is_unsure_of_the_limbs():
+    """Of a man with his arms over his head it showed the trunk alone, for the other joints are not drawn."""
+    every = np.array([(100, y) for y in np.linspace(20, 180, 17)])
+    trunk = np.where(np.abs(every - (100, 100)).max(axis=1, keepdims=True) < 30, every, np.nan)
+    image = np.zeros((200, 200, 3), np.uint8)
+    image[20:24, 40:44] = 255  # beside the highest joint
+    whole, part = (
+        cv2.imdecode(np.frombuffer(jpeg(image, trunk, COCO17, around=around), np.uint8), cv2.IMREAD_COLOR)
+        for around in (every, None)
+    )
+    assert whole[:, :90].max() > 200
+    assert part[:, :90].max() < 50
+
+
+def test_key_frames_are_where_the_skeleton_is_that_of_the_image(walk_take):
+    """Of a part of a take the picture was one in which the lift held the arms elsewhere."""
+    joints = walk_take.rectified.body.joints
+    doubts = np.zeros(len(joints))
+    chosen = key_rows(joints, 1)
+    doubts[chosen] = 2
+    assert key_rows(joints, 1, doubts) != chosen
+    assert key_rows(joints, 6, np.full(len(joints), 3.0)) == key_rows(joints, 6)

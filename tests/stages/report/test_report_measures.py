@@ -175,10 +175,10 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
         "walking": {"steps": 4, "cadence_spm": 98.0, "cadence_error_spm": 1.2, "frames": 98, "nan_share": 0.0},
     }  # fmt: skip
     beside, said = ranges(grouped(rows_of(measures)), None), happened(rows_of(measures), "m")
-    assert "<td class=soft>-19 ± 41 %</td>" in beside
-    assert "<td>45 ± 26 %</td>" in beside
+    assert "<td class=soft>-19 ±\u00a041\u00a0%</td>" in beside
+    assert "<td>45 ±\u00a026\u00a0%</td>" in beside
     assert "<td class=soft>cannot be told</td>" in beside
-    assert "<td class=soft>-156 to 20</td>" in beside
+    assert "<td class=soft>-156\u00a0to\u00a020</td>" in beside
     assert "frames beyond anatomy" in beside  # on demand
     assert cells(said)[1:8] == ["start (s)", "peak (°)", "1", "0.96", "57 ± 15", "2", "2.00"]
     assert figures(said)["cadence"] == "98 ± 2 steps/min"
@@ -197,6 +197,23 @@ def test_angles_without_a_range_say_why():
     assert "No range of pelvis obliquity: no hips." in told
     whole = {"range_of_motion": {"r_hip_abduction": known}}
     assert "No range" not in str(ranges(grouped(rows_of(whole)), None))
+
+
+def test_what_has_no_error_beside_what_has_one_says_so():
+    """Feet of a woman who walks straight turned out by 18 to 77 degrees, and her steps were 0.24 m wide, bare of a mark
+    beside knees with an error."""
+    knee = {f"{end}_deg": 3.0 for end in ("p05", "p95")} | {f"{end}_error_deg": 9.0 for end in ("p05", "p95")}
+    foot = {"p05_deg": 18.0, "p95_deg": 77.0}
+    of = {"l_knee_flexion": knee, "l_foot_progression": foot}
+    assert "<td class=soft>18\u00a0to\u00a077, error not known</td>" in ranges(
+        grouped(rows_of({"range_of_motion": of})), "disagreement"
+    )
+    alone = {"range_of_motion": {"l_foot_progression": foot}}  # the page says that no error is known
+    assert "not known)" not in ranges(grouped(rows_of(alone)), "none")
+    shown = figures(tables({"walking_speed": 1.1, "mean_step_width": 0.24, "steps": 3}))
+    assert (shown["speed"], shown["mean step width"], shown["steps"]) == (
+        "1.1 m/s, error not known", "0.24 m, error not known", "3",
+    )  # fmt: skip
 
 
 def test_no_measures():
@@ -301,7 +318,7 @@ def test_plus_minus_is_the_90_bar_wherever_people_read():
     ends = [replace(row, name=name, unit="deg") for name in ("p05", "p95")]
     change = Change("walking", "cadence", "", "", (100.0, 120.0), (10.0, 10.0), 10.0)
     assert figures(measure_tables({"cadence": row}))["cadence"] == "100 ± 16 steps/min"
-    assert range_words({end.name: end for end in ends}) == "100 to 100 ± 16"
+    assert range_words({end.name: end for end in ends}) == "100\u00a0to\u00a0100 ±\u00a016"
     assert change.words.endswith("± 16")
     assert change.mdc90 == pytest.approx(row.bar, abs=0.5)
     assert row.bar == half_bar(10.0) == 16.0

@@ -209,6 +209,8 @@ def test_it_says_when_joints_are_missing(good):
     whole = good.with_(poses=replace(good.poses, joints=joints))
     said = told(whole)
     assert "Every frame has all joints." in said
+    filled = whole.saying(notice("gaps-filled", count=51, max_gap_s=0.2))
+    assert "Every frame has all joints." not in told(filled)  # after three white images
     assert "except for moments" not in said  # both stood there, side by side
     joints = joints.copy()
     joints[30:45, 3] = np.nan

@@ -6,6 +6,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from .....pipeline.core.camera import view_rotation
 from .....pipeline.core.layouts import H36M17, LIMBS
 from ....common.vectors import dot, picked, rotate, transpose
 from ..cameras import IMAGE_SIZES, Cameras, ViewRange
@@ -14,17 +15,6 @@ from .draw import Draw
 
 _AIM_FRAMES = 8  # of a window, about: so many tell its place and size
 _AIMS = 4  # rounds; each leaves about a tenth of what was off
-
-
-def view_rotation(yaw_deg: Tensor, pitch_deg: Tensor, roll_deg: Tensor) -> Tensor:
-    """R_camera_from_world (..., 3, 3) of a camera that looks along heading yaw, world +Z up."""
-    yaw, pitch, roll = (angle.deg2rad() for angle in (yaw_deg, pitch_deg, roll_deg))
-    zero = torch.zeros_like(yaw)
-    away = torch.stack([yaw.cos() * pitch.cos(), yaw.sin() * pitch.cos(), -pitch.sin()], dim=-1)
-    right = torch.stack([yaw.sin(), -yaw.cos(), zero], dim=-1)
-    down = torch.cross(away, right, dim=-1)
-    c, s = roll.cos()[..., None], roll.sin()[..., None]
-    return torch.stack([c * right + s * down, c * down - s * right, away], dim=-2)
 
 
 def place(
@@ -58,7 +48,8 @@ def place(
         size = torch.where(placed[:, None], tall, size)
     focal = either("focal", log=True)
     focal_px = focal * size.amax(-1)
-    R = view_rotation(either("yaw_deg"), either("pitch_deg"), either("roll_deg"))
+    angles_deg = (either(f"{name}_deg").cpu().numpy() for name in ("yaw", "pitch", "roll"))
+    R = torch.from_numpy(view_rotation(*angles_deg)).float().to(draw.device)
     points = joints_world.flatten(1, 2)
     centre = (points.amin(1) + points.amax(1)) / 2
     q = rotate(R, points - centre[:, None])

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import torch
 from torch import Tensor
 
 
 class Draw:
-    """The same seed and step give the same numbers on the same kind of device, whatever came before."""
+    """The same seed and step give the same numbers on the same kind of device, whatever came before. rng: numpy's."""
 
     def __init__(self, seed: int, step: int, device: torch.device | str = "cpu") -> None:
         self.device = torch.device(device)
+        self.rng = np.random.default_rng([seed, step])
         self._generator = torch.Generator(self.device)
         self._generator.manual_seed((seed * 1_000_003 + step) % 2**63)
 
@@ -38,10 +40,6 @@ class Draw:
     def choice(self, weights: Tensor, count: int) -> Tensor:
         """(count,) places among the weights, as often as they weigh."""
         return torch.multinomial(weights, count, replacement=True, generator=self._generator)
-
-    def number(self, between: tuple[float, float]) -> float:
-        """One number for the whole batch."""
-        return float(self.uniform(between, 1))
 
     def runs(self, rate: Tensor, mean_length: float | Tensor) -> Tensor:
         """Booleans of rate's shape (..., T): runs that start with that probability a frame and last geometrically

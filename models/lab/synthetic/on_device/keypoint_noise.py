@@ -5,12 +5,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import torch
+from pydantic import AfterValidator
 from torch import Tensor
 
+from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from ....common.vectors import length, picked
+from ...common.toml_config import Share, Size
 from ..keypoint_noise import (
     EXCHANGED_LIMBS,
     FAR_JOINTS,
@@ -34,6 +38,15 @@ _GROUPS = (
 SLOW_S = 3.0  # MoveNet's and OpenPose's errors stay for seconds where a person holds a posture
 
 
+def _known(joint: str) -> str:
+    if joint not in H36M17.joints:
+        raise InputError("bad-value", f"expected a joint of {', '.join(H36M17.joints)}")
+    return joint
+
+
+Joint = Annotated[str, AfterValidator(_known)]
+
+
 @dataclass(frozen=True)
 class Spoilt:
     """What spoils keypoints besides the formula, as shares of the windows.
@@ -45,12 +58,12 @@ class Spoilt:
     all, each by its own share.
     """
 
-    quality: float = 0.0
-    good: float = 0.0
-    slow: float = 0.0
-    truncated: float = 0.0
-    occluded: float = 0.0
-    absent: dict[str, float] = field(default_factory=dict)
+    quality: Size = 0.0
+    good: Share = 0.0
+    slow: Size = 0.0
+    truncated: Share = 0.0
+    occluded: Share = 0.0
+    absent: dict[Joint, Share] = field(default_factory=dict)
 
 
 def detect(

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
+from ...common.toml_config import Share, Size
 from ..bodies import BodyRange
 from .bodies import combine, vary
 from .draw import Draw
@@ -24,15 +25,12 @@ class MotionRange:
     share with joints defined as another source would, redefined_m (metres, standard deviation) away.
     """
 
-    combined: float = 0.0
+    combined: Share = 0.0
     poses: PoseRange = field(default_factory=PoseRange)
-    unchanged: float = 1.0
-    real: float = 0.0
-    redefined: float = 0.0
-    redefined_m: float = 0.02
-
-
-MOTION_SHARES = ("combined", "unchanged", "real", "redefined")  # the fields that check_shares looks at
+    unchanged: Share = 1.0
+    real: Share = 0.0
+    redefined: Share = 0.0
+    redefined_m: Size = 0.02
 
 
 def varied(

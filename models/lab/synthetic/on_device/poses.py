@@ -14,7 +14,7 @@ from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
 from ....common.vectors import across, length, picked, rotate, transpose, unit
-from ...common.toml_config import check_shares
+from ...common.toml_config import Share
 from ..bodies import vector
 from .draw import Draw
 
@@ -43,17 +43,14 @@ class PoseRange:
     front or a side: it is turned about a horizontal axis by about 90 degrees.
     """
 
-    exchanged: float = 0.0
-    sampled: float = 0.0
-    swung: float = 0.0
-    limbs_swung: float = 0.0
-    turned: float = 0.0
+    exchanged: Share = 0.0
+    sampled: Share = 0.0
+    swung: Share = 0.0
+    limbs_swung: Share = 0.0
+    turned: Share = 0.0
     turned_deg: float = 57.0
-    leaning: float = 0.0
-    laid: float = 0.0
-
-    def __post_init__(self) -> None:
-        check_shares(self, "exchanged", "sampled", "swung", "limbs_swung", "turned", "leaning", "laid")
+    leaning: Share = 0.0
+    laid: Share = 0.0
 
 
 def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:

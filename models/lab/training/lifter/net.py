@@ -6,9 +6,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import torch
+from pydantic import PositiveInt
 from torch import Tensor, nn
 
-from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from ....lifter.features import CHANNELS
 from ...synthetic.bodies import CHILDREN, PARENTS
@@ -36,14 +36,9 @@ class NetConfig:
     """width: channels of a joint's token. trunk: channels of what mixes joints and frames. dilations: one block each,
     in frames."""
 
-    width: int = 48
-    trunk: int = 384
-    dilations: tuple[int, ...] = (1, 3, 9, 27, 1, 3, 9, 1)
-
-    def __post_init__(self) -> None:
-        sizes = {"width": self.width, "trunk": self.trunk, "dilations": min(self.dilations, default=1)}
-        if small := [name for name, size in sizes.items() if size < 1]:
-            raise InputError("bad-value", f"expected {' and '.join(small)} of at least 1")
+    width: PositiveInt = 48
+    trunk: PositiveInt = 384
+    dilations: tuple[PositiveInt, ...] = (1, 3, 9, 27, 1, 3, 9, 1)
 
     @property
     def reach(self) -> int:

@@ -20,8 +20,8 @@ from .....pipeline.reading.mocap.clip import Clip
 from ....lifter import SHIPPED
 from ...common.toml_config import read_toml
 from ...common.training import (
-    Schedule,
     State,
+    Training,
     device_of,
     fingerprint,
     fit,
@@ -49,29 +49,20 @@ class Weights(BaseModel):
     deviation: NonNegativeFloat = 0.005
 
 
-class TrainConfig(BaseModel):
+class TrainConfig(Training):
     """The whole of a training run.
 
-    subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
-    its train and val subjects (mocap/split.py), instead of the motion capture that the shipped network was trained on.
-    start: weights of the same `net` to begin with: "pcnet3d", the shipped one's, or a run's best.pt or exported
-    network. The first `single` steps see single frames, as many different people and views as there are frames, which
-    teaches geometry several times faster; then windows, `lengths` long and how often (the shares' sum does not matter),
-    teach what time adds.
+    subjects: "train", or one half of them for cross-fitted lifts. start: of the same `net`: "pcnet3d", the shipped
+    one's, or a run's best.pt or exported network. The first `single` steps see single frames, as many different people
+    and views as there are frames, which teaches geometry several times faster; then windows, `lengths` long and how
+    often (the shares' sum does not matter), teach what time adds.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     kind: str = "lifter"
     subjects: Literal["train", "train-a", "train-b"] = "train"  # nobody who validates or tests it
-    data: Path | None = None
-    split: Path | None = None
-    start: Path | None = None
-    seed: NonNegativeInt
-    bf16: bool
     frames: PositiveInt  # of a batch, all windows together
     single: NonNegativeInt = 0
     lengths: dict[PositiveInt, NonNegativeFloat]
-    schedule: Schedule
     net: NetConfig
     weights: Weights = Weights()
     material: Material
@@ -145,15 +136,6 @@ def started(net: LifterNet, path: Path) -> LifterNet:
 def read_config(path: Path) -> TrainConfig:
     """A training's TOML file. InputError for keys and values that it cannot have."""
     config = read_toml(path, TrainConfig)
-    if (config.data is None) != (config.split is None):
-        raise InputError(
-            "needs-input",
-            f"{path}: expected `data` and `split` together: clips, and which of them to train on.",
-        )
-    if config.data is not None and config.subjects != "train":
-        raise InputError(
-            "bad-value", f'{path}: with `data`, expected subjects = "train"; the split says who that is.'
-        )
     if config.subjects != "train" and config.start is not None and config.start.suffix != ".pt":
         raise InputError(
             "option-conflict",

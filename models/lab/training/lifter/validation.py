@@ -15,6 +15,7 @@ from .....pipeline.core.rotations import rotate, transpose
 from .....pipeline.reading.mocap.clip import Clip
 from ....common.metrics import joint_error, procrustes_error, scaled
 from ....lifter.features import ASSUMED_FOCAL, features
+from ...evaluation.people import by_person
 from ...evaluation.testbed import MIN_FRAMES, see
 from ...mocap.clips import lying
 from ...synthetic.bodies import STANDARD_SIZE_M, size_m
@@ -86,11 +87,8 @@ def judged(net: torch.nn.Module, takes: dict[str, list[Take]], device: torch.dev
     errors are against the stated deviations (root mean square; 1 is right)."""
     figures: dict[str, float] = {}
     for name, each in takes.items():
-        by_person: dict[str, list[tuple[float, float, float]]] = {}
-        for take in each:
-            if take.upright.any():
-                by_person.setdefault(take.person, []).append(_errors(net, take, device))
-        figures[name], pa, ratio = np.mean([np.mean(rows, axis=0) for rows in by_person.values()], axis=0)
+        people = by_person((take.person, _errors(net, take, device)) for take in each if take.upright.any())
+        figures[name], pa, ratio = np.mean([*people.values()], axis=0)
         if name == "wild":
             figures |= {"pa": pa, "error_over_sd": ratio**0.5}
     return {name: float(value) for name, value in figures.items()} | {
@@ -98,15 +96,12 @@ def judged(net: torch.nn.Module, takes: dict[str, list[Take]], device: torch.dev
     }
 
 
-def _errors(net: torch.nn.Module, take: Take, device: torch.device) -> tuple[float, float, float]:
-    """Of a take's upright frames: MPJPE and PA-MPJPE in mm, and the mean square of errors over deviations."""
+def _errors(net: torch.nn.Module, take: Take, device: torch.device) -> np.ndarray:
+    """(3,) of a take's upright frames: MPJPE and PA-MPJPE in mm, and the mean square of errors over deviations."""
     joints, sd, _ = (
         part[0].float().cpu().numpy().astype(np.float64)[take.upright] for part in net(take.x.to(device))
     )
     truth = take.joints[take.upright]
     square = ((joints - truth) / np.concatenate([sd[..., :1], sd[..., :1], sd[..., 1:]], axis=-1))[:, 1:] ** 2
-    return (
-        1000 * float(joint_error(scaled(joints, truth), truth).mean()),
-        1000 * float(procrustes_error(joints, truth).mean()),
-        float(square.mean()),
-    )
+    mpjpe = 1000 * joint_error(scaled(joints, truth), truth).mean()
+    return np.array([mpjpe, 1000 * procrustes_error(joints, truth).mean(), square.mean()])

@@ -17,7 +17,7 @@ from .....pipeline.core.layouts import H36M17
 from .....pipeline.reading.mocap.clip import Clip
 from ....common.vectors import rotate, transpose, unit
 from ....lifter.features import ASSUMED_FOCAL, body_rays, features
-from ...common.toml_config import check_shares, check_sizes
+from ...common.toml_config import Share, Size
 from ...mocap.clips import lying
 from ...synthetic.bodies import STANDARD_SIZE_M, BodyRange, size_m
 from ...synthetic.cameras import TYPICAL, ViewRange
@@ -26,7 +26,7 @@ from ...synthetic.on_device.bodies import proportions, redefined
 from ...synthetic.on_device.cameras import place
 from ...synthetic.on_device.draw import Draw
 from ...synthetic.on_device.keypoint_noise import Spoilt, detect
-from ...synthetic.on_device.motion import MOTION_SHARES, MotionRange, varied
+from ...synthetic.on_device.motion import MotionRange, varied
 
 _FPS = (20.0, 60.0)
 _CAPTURED_FPS = 30.0
@@ -48,34 +48,19 @@ class Material(MotionRange, Spoilt):
     (mocap.clips.lying): they are few.
     """
 
-    limbs: float = 0.05
-    trunk: float = 0.05
-    unchanged: float = 0.3
-    mirrored: float = 0.5
-    typical: float = 0.0
-    placed: float = 0.0
-    pans: float = 0.0
-    derived: float = 0.0
-    other_rates: float = 0.3
-    focal_known: float = 0.3
-    focal_estimated: float = 0.0
-    up_known: float = 0.0
-    lying: float = 0.0
-
-    def __post_init__(self) -> None:
-        check_shares(
-            self, *MOTION_SHARES, "mirrored", "typical", "placed", "pans", "derived",
-            "good", "truncated", "occluded", "other_rates", "focal_known", "focal_estimated",
-            "up_known", "lying",
-        )  # fmt: skip
-        check_sizes(self, "limbs", "trunk", "redefined_m", "quality", "slow")
-        unknown = sorted(set(self.absent) - set(H36M17.joints))
-        if unknown or not all(0 <= share <= 1 for share in self.absent.values()):
-            raise InputError(
-                "bad-value",
-                f"expected joints of {', '.join(H36M17.joints)} in absent, each with a share between 0 and 1, got "
-                f"{', '.join(f'{joint} = {share:g}' for joint, share in self.absent.items())}",
-            )
+    limbs: Size = 0.05
+    trunk: Size = 0.05
+    unchanged: Share = 0.3
+    mirrored: Share = 0.5
+    typical: Share = 0.0
+    placed: Share = 0.0
+    pans: Share = 0.0
+    derived: Share = 0.0
+    other_rates: Share = 0.3
+    focal_known: Share = 0.3
+    focal_estimated: Share = 0.0
+    up_known: Share = 0.0
+    lying: Share = 0.0
 
 
 class Batch(NamedTuple):
@@ -121,7 +106,7 @@ class Windows:
     def batch(self, draw: Draw, count: int, frames: int) -> Batch:
         """count windows of so many frames. InputError when no clip is as long."""
         material = self.material
-        other = draw.number((0.0, 1.0)) < material.other_rates
+        other = bool(draw.share(material.other_rates, 1))
         fps = float(draw.log_uniform(_FPS, 1)) if other else _CAPTURED_FPS
         captured = partial(self._motion, draw, frames, fps)
         world = varied(captured, count, draw, material, self.bodies, self.people, fps)

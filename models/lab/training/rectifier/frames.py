@@ -19,15 +19,14 @@ from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.reading.mocap.clip import Clip
 from ....common.vectors import rotate
-from ...common.toml_config import check_shares, check_sizes
+from ...common.toml_config import Share, Size
 from ...mocap.clips import lying
 from ...synthetic.bodies import BodyRange
 from ...synthetic.on_device.bodies import proportions, redefined
 from ...synthetic.on_device.draw import Draw
 from ...synthetic.on_device.joint_errors import flipped, noisy, present
-from ...synthetic.on_device.motion import MOTION_SHARES, MotionRange, varied
-from ...synthetic.on_device.views import seen, views
-from ...synthetic.views import Lifted, Targets, about
+from ...synthetic.on_device.motion import MotionRange, varied
+from ...synthetic.views import Lifted, Targets, about, mixed_views, seen
 
 _FPS = 30.0  # of poses that move; a single frame of them is taken
 
@@ -39,25 +38,19 @@ class Mixture(MotionRange):
     lifted: share of lifted frames (of the files given to the training), roll_deg: the camera's roll added to them,
     uniform. lying: share of lifted and of captured frames that are drawn among those of people who lie, crawl or bend
     deeply (mocap.clips.lying), who are few. What follows is shares of the captured frames, as are MotionRange's fields:
-    bodies that lean, crawl or lie keep the world's up as their truth. wide: seen from `wide` views. hips, shoulders:
-    widths that bodies are drawn from (bodies.BodyRange). noisy: with Gaussian noise of up to noise_m, twice that in
-    depth. flipped: with limbs turned over in depth. missing: with missing joints; lifted frames too.
+    bodies that lean, crawl or lie keep the world's up as their truth. wide: seen from `wide` views. noisy: with
+    Gaussian noise of up to noise_m, twice that in depth. flipped: with limbs turned over in depth. missing: with
+    missing joints; lifted frames too.
     """
 
-    lifted: float = 0.0
-    roll_deg: float = 0.0
-    lying: float = 0.0
-    wide: float = 0.0
-    hips: tuple[float, float] = BodyRange.hips
-    shoulders: tuple[float, float] = BodyRange.shoulders
-    noisy: float = 0.0
-    noise_m: float = 0.03
-    flipped: float = 0.0
-    missing: float = 0.0
-
-    def __post_init__(self) -> None:
-        check_shares(self, *MOTION_SHARES, "lifted", "lying", "wide", "noisy", "flipped", "missing")
-        check_sizes(self, "redefined_m", "roll_deg", "noise_m")
+    lifted: Share = 0.0
+    roll_deg: Size = 0.0
+    lying: Share = 0.0
+    wide: Share = 0.0
+    noisy: Share = 0.0
+    noise_m: Size = 0.03
+    flipped: Share = 0.0
+    missing: Share = 0.0
 
 
 class Frames(NamedTuple):
@@ -101,9 +94,7 @@ class TrainingFrames:
         self.people = proportions(clips).to(self.device)
         # A body mirrored in x = 0 faces the other way, which only its own heading follows.
         mirrored = 0.5 if targets == "body" else 0.0
-        self.bodies = BodyRange(
-            hips=mixture.hips, shoulders=mixture.shoulders, unchanged=mixture.unchanged, mirrored=mirrored
-        )
+        self.bodies = BodyRange(unchanged=mixture.unchanged, mirrored=mirrored)
         arrays = () if lifted is None else (lifted.joints, lifted.truth, lifted.R)
         self.lifted = tuple(torch.from_numpy(array).to(self.device) for array in arrays)
         self.lifted_lying = self._rows(lifted.lying, "lifted takes") if lifted else self.lying
@@ -125,9 +116,9 @@ class TrainingFrames:
         world = varied(captured, count, draw, mixture, self.bodies, self.people, _FPS)
         if mixture.redefined:
             world = redefined(world, draw, mixture.redefined_m, mixture.redefined)
-        R = views(draw, count, mixture.wide)
-        truth, fine = seen(world[:, 0], R, self.targets)
-        truth, R = truth[fine], R[fine]
+        views = mixed_views(draw.rng, count, mixture.wide)
+        shown, fine = seen(world[:, 0].cpu().numpy(), views, self.targets)
+        truth, R = (torch.from_numpy(x[fine]).float().to(self.device) for x in (shown, views))
         joints = flipped(truth, draw, mixture.flipped) if mixture.flipped else truth
         if mixture.noisy:
             joints = noisy(joints, draw, mixture.noisy, mixture.noise_m)

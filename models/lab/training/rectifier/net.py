@@ -13,6 +13,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 import torch
+from pydantic import PositiveInt
 from torch import Tensor, nn
 from torch.nn import functional
 
@@ -40,20 +41,17 @@ class NetConfig:
     """
 
     net: Literal["hybrid", "gcn", "transformer", "mlp"] = "hybrid"
-    width: int = 256
-    output: int = 384
-    graph_layers: int = 3
-    attention_layers: int = 2
-    heads: int = 8
-    blocks: int = 4
+    width: PositiveInt = 256
+    output: PositiveInt = 384
+    graph_layers: PositiveInt = 3
+    attention_layers: PositiveInt = 2
+    heads: PositiveInt = 8
+    blocks: PositiveInt = 4
     dropout: float = 0.0
     residual: Literal["off", "free"] = "free"
     align: bool = False
 
     def __post_init__(self) -> None:
-        sizes = ("width", "output", "graph_layers", "attention_layers", "heads", "blocks")
-        if small := [name for name in sizes if getattr(self, name) < 1]:
-            raise InputError("bad-value", f"expected {', '.join(small)} of at least 1")
         if self.net in ("hybrid", "transformer") and self.width % self.heads:
             raise InputError(
                 "bad-value", f"expected a width that {self.heads} heads can share, got {self.width}"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt, PositiveInt
+from pydantic import Field, PositiveInt
 
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.rotations import geodesic_deg
@@ -19,7 +19,7 @@ from .....pipeline.files.atomic import write_text
 from .....pipeline.reading.mocap.clip import Clip
 from ....shipped import PCNET
 from ...common.toml_config import read_toml
-from ...common.training import Schedule, State, device_of, fingerprint, fit, load_weights, optimisers_of
+from ...common.training import State, Training, device_of, fingerprint, fit, load_weights, optimisers_of
 from ...mocap.clips import Subjects, lying, read_clips
 from ...mocap.split import Parts, read_parts, trained_on
 from ...synthetic.on_device.draw import Draw
@@ -35,7 +35,7 @@ _VIEWS: tuple[View, ...] = ("paper", "wide")
 _HELD_OUT: tuple[Subjects, ...] = ("val", "test", "hdm05", "tennis")
 
 
-class TrainConfig(BaseModel):
+class TrainConfig(Training):
     """The whole of a training run.
 
     kind: what `pcnet3d train` trains with this file. name: of the network's file, and what results call it.
@@ -43,30 +43,19 @@ class TrainConfig(BaseModel):
     lifted: files of `pcnet3d testbed` with takes of train subjects, by whichever lifter (docs/training.md).
     lifted_val: the same of val subjects, by a lifter that never saw them; with it, the best weights are the best on
         these.
-    start: weights of the same network to begin with: best.pt or the .onnx file of an earlier run, or "pcnet", the
-        shipped one.
+    start: of the same network: best.pt or the .onnx file of an earlier run, or "pcnet", the shipped one.
     symmetric: the shipped network's answer is averaged with that to the mirrored body.
-    data, split: a file of `pcnet3d mocap` and one of its train, val and test subjects (models/lab/mocap/split.py),
-    instead
-        of the motion capture that the shipped network was trained on.
     targets: what the rotation leads to; "axes" is the paper's, for data whose people all face one way.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     kind: str = "pcnet"
     name: str = Field("pcnet", pattern=r"^[\w.-]+$")
     subjects: Subjects
     lifted: tuple[Path, ...] = ()
     lifted_val: tuple[Path, ...] = ()
-    data: Path | None = None
-    split: Path | None = None
-    start: Path | None = None
     targets: Targets = "body"
-    seed: NonNegativeInt
     batch: PositiveInt
-    bf16: bool
     symmetric: bool
-    schedule: Schedule
     net: NetConfig
     weights: Weights
     mixture: Mixture
@@ -155,18 +144,13 @@ def parts_of(config: TrainConfig) -> Parts:
             "option-conflict",
             'Lifted takes know the target "body" only; leave them out, or set targets = "body".',
         )
-    if (config.data is None) != (config.split is None):
-        raise InputError(
-            "needs-input", "Expected `data` and `split` together: clips, and which of them to train on."
-        )
     if config.data is None or config.split is None:
         held_out = {str(part): read_clips(part) for part in _HELD_OUT}
         return Parts({"train": read_clips(config.subjects), **held_out}, "subject")
     parts = read_parts(config.data, config.split)
-    if config.subjects != "train" or (parts.by == "clip" and (config.lifted or config.lifted_val)):
+    if parts.by == "clip" and (config.lifted or config.lifted_val):
         raise InputError(
-            "bad-value",
-            'With `data`, expected subjects = "train", and lifted takes only where the split lists subjects.',
+            "bad-value", "With `data`, expected lifted takes only where the split lists subjects."
         )
     return parts
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import pickle
 import zipfile
 
 import numpy as np
@@ -9,10 +10,12 @@ import pytest
 from pydantic import BaseModel, ConfigDict
 
 from pcnet3d.pipeline import InputError
+from refusals import refused
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 module = pytest.importorskip("pcnet3d.models.lab.common.training")
-from golden.checkpoints import read_checkpoint, same  # noqa: E402
+from golden.checkpoints import read_checkpoint, replace_checkpoint, same, saved  # noqa: E402
+from golden.pickles import Trap  # noqa: E402
 
 CPU = torch.device("cpu")
 
@@ -188,6 +191,55 @@ def test_a_run_goes_on_with_what_it_learned_from_only(tmp_path):
     again.learns_from = module.fingerprint([one, other])
     again.load(tmp_path, config, CPU)
     assert again.step == 4
+
+
+@pytest.mark.parametrize("what", ["cut", "elsewhere", "pickled", "pickled by torch", "less", "another shape"])
+@pytest.mark.filterwarnings("ignore")
+def test_a_damaged_checkpoint_and_a_strangers_pickle(tmp_path, what):
+    config, folder = Config(schedule=schedule()), tmp_path / "out"
+    folder.mkdir()
+    state(config).save(folder, config)
+    part, kept = folder / "checkpoint-0.0", read_checkpoint(folder)
+    if what == "cut":
+        part.write_bytes(part.read_bytes()[:3000])
+    elif what == "elsewhere":
+        part.rename(tmp_path / part.name)
+        replaced = (folder / "checkpoint.json").read_text().replace(part.name, f"../{part.name}")
+        (folder / "checkpoint.json").write_text(replaced)
+    else:
+        other = torch.nn.Sequential(torch.nn.Linear(4, 9), torch.nn.Dropout(0.5), torch.nn.Linear(9, 1))
+        content = {
+            "pickled": pickle.dumps(Trap(tmp_path / "was-here")),
+            "pickled by torch": saved({"net": Trap(tmp_path / "was-here")}),
+            "less": saved({"net": kept["net"]}),
+            "another shape": saved({**kept, "net": other.state_dict()}),
+        }
+        replace_checkpoint(folder, content[what])
+    with refused("cannot-open" if what == "elsewhere" else "file-damaged", folder):
+        state(config).load(folder, config, CPU)
+    assert not (tmp_path / "was-here").exists()
+
+
+@pytest.mark.parametrize("where", ["loss", "gradient", "validation"])
+def test_what_is_no_number_keeps_the_last_good_checkpoint(tmp_path, where):
+    config = Config(schedule=schedule(every=1))
+    run, calls = state(config), []
+
+    def loss_of(step):
+        loss = run.net(torch.ones(16, 4)).square().mean()
+        bias = run.net[2].bias
+        spoilt = {"loss": loss * float("nan"), "gradient": loss + 0 * (bias - bias).sum().sqrt()}  # 0 x inf
+        return spoilt.get(where, loss) if step == 3 else loss
+
+    def look(average):
+        calls.append(1)
+        return {"score": float("nan") if where == "validation" and len(calls) == 3 else 1.0}
+
+    with pytest.raises(InputError, match=r"at step 3; the last good checkpoint.*stays"):
+        module.fit(run, config, loss_of, look, tmp_path)
+    kept = read_checkpoint(tmp_path)
+    assert kept["step"] == 2
+    assert all(torch.isfinite(value).all() for key in ("net", "average") for value in kept[key].values())
 
 
 def test_a_bomb_is_refused_before_it_is_unpacked(tmp_path):

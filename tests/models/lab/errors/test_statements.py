@@ -14,11 +14,9 @@ from pcnet3d.models.lab.errors.judge import Stated
 from pcnet3d.models.lab.errors.movements import compared
 from pcnet3d.models.lab.errors.paths import motions, paths, place
 from pcnet3d.models.lab.errors.statements import angles, joints, rotation, statements, up
-from pcnet3d.models.lab.evaluation import evaluate as reports
 from pcnet3d.models.lab.evaluation import sets
 from pcnet3d.models.lab.evaluation.finished import Configuration, finished
 from pcnet3d.pipeline.core.camera import Camera
-from pcnet3d.pipeline.core.errors import InputError
 from pcnet3d.pipeline.core.measures import Measure, Moments, grouped
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate
@@ -262,15 +260,3 @@ def test_a_part_that_there_is_not_or_that_nothing_is_fitted_in_is_refused_before
     with refused(code):
         report.tables(sets.Question(), output=tmp_path / "out", **asked)
     assert not (tmp_path / "out").exists()
-
-
-def test_a_look_at_test_subjects_is_kept_with_its_reason(one_take, tmp_path):
-    with pytest.raises(InputError, match="--because"):
-        reports.errors(output=tmp_path / "out", sets="test", part=["image"])
-    reports.errors(output=tmp_path / "out", sets="test", part=["image"], because="figures of a release")
-    ledger = (tmp_path / "out" / "ledger.csv").read_text().splitlines()
-    assert len(ledger) == 2
-    assert "pcnet3d evaluate errors --sets test" in ledger[1]
-    assert ledger[1].endswith("figures of a release")
-    reports.errors(output=tmp_path / "val", part=["image"])
-    assert not (tmp_path / "val" / "ledger.csv").exists()

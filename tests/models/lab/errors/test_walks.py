@@ -22,7 +22,7 @@ def finished():
     poses = seen.keypoints.with_(
         joints=seen.truth, frame=CAMERA, confidence=None, made_by=MadeBy("measured", "motion capture")
     )
-    return Finished(measured(poses, GEOMETRIC), seen, "w", "here", "walker")
+    return Finished(measured(poses, GEOMETRIC), seen, "here")
 
 
 def test_the_walkers_figures_are_inside_their_errors(finished):
@@ -42,7 +42,7 @@ def test_what_is_off_is_judged_by_as_much(finished):
         else row
         for row in take.measures
     )
-    moved = Finished(take.with_(measures=off), finished.truth, "w", "here", "walker")
+    moved = Finished(take.with_(measures=off), finished.truth, "here")
     was, is_now = (
         next(one.error[0] for one in walks(each) if one.statement == "stance, %")
         for each in (finished, moved)
@@ -52,10 +52,8 @@ def test_what_is_off_is_judged_by_as_much(finished):
 
 def test_nothing_is_judged_where_no_walk_was_found(finished):
     assert nested(finished.take.measures)["walking"]["steps"] >= 3
-    assert (
-        list(walks(Finished(finished.take.with_(measures=()), finished.truth, "w", "here", "walker"))) == []
-    )
-    assert list(walks(Finished(None, finished.truth, "w", "here", "walker", "refused"))) == []
+    assert list(walks(Finished(finished.take.with_(measures=()), finished.truth, "here"))) == []
+    assert list(walks(Finished(None, finished.truth, "here", "refused"))) == []
 
 
 def test_steps_that_were_not_counted_are_no_part_of_what_is_judged():

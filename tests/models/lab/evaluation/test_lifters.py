@@ -93,12 +93,14 @@ def test_one_person_has_no_interval_and_only_shared_people_count():
 
 def test_a_known_error_is_measured(clips):
     (take,) = Material("CMU val", "wild", 0, clips[:1]).takes()
-    wrist, ray = H36M17.index("l_wrist"), take.R_camera_from_ray[..., 2]
+    wrist, ray = H36M17.index("l_wrist"), take.seen.R_camera_from_ray[..., 2]
     off = np.zeros((60, 17, 3))
-    off[:, wrist] = 0.017 * unit(np.cross(ray, take.truth[:, wrist]))  # square to the wrist: no other scale
+    off[:, wrist] = 0.017 * unit(
+        np.cross(ray, take.seen.truth[:, wrist])
+    )  # square to the wrist: no other scale
     frame = CAMERA.with_(origin="pelvis", unit="arbitrary")
-    poses = take.inputs[PUBLISHED][0].with_(joints=2.5 * (take.truth + off), frame=frame)
-    judged = judge(take, poses)
+    poses = take.inputs[PUBLISHED][0].with_(joints=2.5 * (take.seen.truth + off), frame=frame)
+    judged = judge(take.seen, poses)
     found = dict(zip(FIGURES, judged["upright"], strict=True))
     assert judged.keys() == {"upright"}
     assert found["MPJPE"] == pytest.approx(1.0, abs=0.05)  # 17 mm at one of 17 joints
@@ -106,7 +108,7 @@ def test_a_known_error_is_measured(clips):
     assert found["along the ray"] < 0.02
     assert found["knee_flexion"] < 0.1 < found["elbow_flexion"]
     assert found["lifted"] == 100
-    assert judge(take, poses.with_(joints=np.full((60, 17, 3), np.nan)))["upright"][-1] == 0
+    assert judge(take.seen, poses.with_(joints=np.full((60, 17, 3), np.nan)))["upright"][-1] == 0
 
 
 def test_the_conditions_share_their_cameras(clips):
@@ -115,9 +117,9 @@ def test_the_conditions_share_their_cameras(clips):
     assert unknown is None
     size = np.ptp(np.nan_to_num(exact.joints), axis=(0, 1)).max()
     assert 0 < np.nanmedian(np.abs(noisy.joints - exact.joints)) < 0.05 * size
-    rays = (exact.joints - np.array(take.image_size) / 2) / focal
+    rays = (exact.joints - np.array(take.seen.image_size) / 2) / focal
     shoulder, ankle = H36M17.indices(("l_shoulder", "l_ankle"))
-    across = take.truth[:, shoulder] - take.truth[:, ankle]
+    across = take.seen.truth[:, shoulder] - take.seen.truth[:, ankle]
     assert np.sign(across[:, 1]).tolist() == np.sign(rays[:, shoulder] - rays[:, ankle])[:, 1].tolist()
 
 
@@ -126,7 +128,7 @@ def wrong(clips, monkeypatch):
     """Of two people as all the validation there is, before one kind of camera."""
     material = Material("CMU val", "wild", 0, clips)
     monkeypatch.setattr(lifters, "materials", lambda seeds, only: [material])
-    truths = {len(take.truth): take.truth for take in material.takes()}
+    truths = {len(take.seen.truth): take.seen.truth for take in material.takes()}
     wrong = Wrong(truths)
     monkeypatch.setattr(lifters, "opened", lambda names: {wrong.method: wrong})
     return wrong

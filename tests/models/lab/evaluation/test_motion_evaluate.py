@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.lab.evaluation.acceleration import NO_MOTION
-from pcnet3d.models.lab.evaluation.motion import ESTIMATED, PAGE, STATED, judged, over_takes
+from pcnet3d.models.lab.evaluation.motion import ESTIMATED, PAGE, STATED, judged, one_set
 from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
 from pcnet3d.pipeline import CAMERA, H36M17
@@ -41,19 +41,19 @@ def take(standing):
 def test_a_perfect_lift_has_the_truths_acceleration(take):
     (scores,) = judged([take(0.0, 1e-4)])
     size = SWING * (2 * np.pi) ** 2 / np.sqrt(2)
-    assert scores.errors[NO_MOTION]["wrist", "vertical"][0] == pytest.approx(size, rel=0.05)
-    assert scores.errors[NO_MOTION]["wrist", "horizontal"][0] < 0.05
+    assert scores.errors[NO_MOTION]["wrist"]["vertical"][0] == pytest.approx(size, rel=0.05)
+    assert scores.errors[NO_MOTION]["wrist"]["horizontal"][0] < 0.05
     assert scores.speed["ankle"] == pytest.approx(SWING * 2 * np.pi / np.sqrt(2), rel=0.05)
     for name, row in scores.errors.items():
         if name != NO_MOTION:
-            rmse, r = row["wrist", "vertical"]
+            rmse, r = row["wrist"]["vertical"]
             assert rmse < 0.1 * size
             assert r > 0.99
 
 
 def test_a_known_error_is_smoothed_better_than_by_a_filter(take):
-    table = over_takes(judged([take(0.02, 0.02)]))
-    errors = {name: row["wrist, vertical"]["rmse"].p50 for name, row in table["errors"].items()}
+    table = one_set(judged([take(0.02, 0.02)]))
+    errors = {name: row["wrist"]["vertical"]["rmse"].p50 for name, row in table["errors"].items()}
     assert errors[STATED] < 0.8 * errors["Butterworth 6 Hz"]
     assert errors[STATED] < 0.8 * errors[NO_MOTION]
     text = written({
@@ -67,4 +67,4 @@ def test_without_a_stated_error_it_is_estimated_and_short_takes_are_left_out(tak
     (scores,) = judged([take(0.0, None), take(0.0, None, frames=45)])
     assert STATED not in scores.errors
     assert ESTIMATED in scores.errors
-    assert over_takes([])["takes"] == 0
+    assert one_set([])["takes"] == 0

@@ -157,16 +157,3 @@ def test_written_clips_are_read_back(tmp_path, clip_of):
 def test_clips_of_two_frame_rates_are_not_written(tmp_path, clip_of):
     with refused("files-apart"):
         write_mocap(tmp_path / "c.npz", [clip_of("a_1"), clip_of("b_1", fps=10.0)])
-
-
-@pytest.mark.data
-def test_the_real_file_survives(data, tmp_path):
-    clips = read_mocap(data / "hdm05_subset.npz")
-    write_mocap(tmp_path / "c.npz", clips)
-    with np.load(data / "hdm05_subset.npz") as one, np.load(tmp_path / "c.npz") as other:
-        assert set(one.files) == set(other.files)
-        for name in one.files:
-            if one[name].dtype.kind == "f":
-                np.testing.assert_allclose(one[name], other[name], atol=2e-4)
-            else:
-                np.testing.assert_array_equal(one[name], other[name])

@@ -96,20 +96,3 @@ def test_other_activities_are_another_run(tree, tmp_path, capsys):
         mmfi(tree, tmp_path / "out", protocols=["S2"], activities="P1", **settings)
     assert (tmp_path / "out" / "S2-P3.json").read_text() == split
     assert (tmp_path / "out" / "mmfi.md").read_text() == page
-
-
-def test_the_config_is_the_papers():
-    from pathlib import Path
-
-    from pcnet3d.models.lab.mmfi import command as pcnet_mmfi
-
-    torch_there = pytest.importorskip("torch", reason="the preset is torch's")
-    assert torch_there
-    from pcnet3d.models.lab.training.rectifier.losses import Weights
-    from pcnet3d.models.lab.training.rectifier.net import NetConfig
-    from pcnet3d.models.lab.training.rectifier.train import read_config
-
-    config = read_config(Path(pcnet_mmfi.__file__).parents[1] / "training/rectifier/mmfi.toml")
-    assert config.net == NetConfig()
-    assert config.weights == Weights()
-    assert config.targets == "axes"

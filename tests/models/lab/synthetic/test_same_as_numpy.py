@@ -8,11 +8,8 @@ torch = pytest.importorskip("torch")
 from pcnet3d.models.common.vectors import rotate as rotated  # noqa: E402
 from pcnet3d.models.lab.synthetic import bodies, cameras  # noqa: E402
 from pcnet3d.models.lab.synthetic import keypoint_noise as noise2d  # noqa: E402
-from pcnet3d.models.lab.synthetic import views as pcnet_views  # noqa: E402
-from pcnet3d.models.lab.synthetic.on_device import cameras as t_cameras  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device import keypoint_noise as t_noise  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device import poses as t_poses  # noqa: E402
-from pcnet3d.models.lab.synthetic.on_device import views as t_views  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
 from pcnet3d.models.lab.training.lifter import windows as t_features  # noqa: E402
 from pcnet3d.models.lifter import features as lifter_features  # noqa: E402
@@ -45,9 +42,6 @@ def test_bodies(rng, world):
 
 
 def test_cameras(rng, world):
-    angles = rng.uniform(-180, 180, (3, 4))
-    R = cameras.view_rotation(*angles)
-    same(t_cameras.view_rotation(*map(tensor, angles)), R)
     placed = cameras.place(world, rng)
     one = cameras.Cameras(
         *map(tensor, (placed.R_camera_from_world, placed.position, placed.focal_px, placed.image_size))
@@ -140,59 +134,6 @@ def test_noise_is_as_large_as_the_formula_says():
     np.testing.assert_allclose(spread_b, spread_a, rtol=0.12)
     assert gone_b == pytest.approx(gone_a, rel=0.3)
     assert mean_b == pytest.approx(mean_a, abs=0.01)
-
-
-@pytest.mark.parametrize("share", [0.0, 1.0])
-def test_cameras_keep_everybody_in_the_image(world, share):
-    joints = tensor(world.astype(np.float32)).repeat(30, 1, 1, 1)
-    placed = t_cameras.place(joints, Draw(1, 1), cameras.TYPICAL, cameras.ViewRange(), share)
-    inside = placed.to_camera(joints)
-    pixels = placed.project(inside)
-    assert bool((inside[..., 2] > 0.5).all())
-    assert bool(((pixels >= 0) & (pixels <= placed.image_size[:, None, None])).all())
-    ratio = placed.focal_px / placed.image_size.amax(-1)
-    low, high = cameras.TYPICAL.focal if share else cameras.ViewRange().focal
-    assert low - 1e-4 <= float(ratio.min()) < float(ratio.max()) <= high + 1e-4
-
-
-@pytest.mark.parametrize("view", ["paper", "wide"])
-def test_a_view_of_given_angles(rng, view):
-    angles = rng.uniform(-180, 180, (3, 50))
-    same(pcnet_views.view_rotation(view, *map(tensor, angles)), pcnet_views.view_rotation(view, *angles))
-
-
-@pytest.mark.parametrize("view", ["paper", "wide"])
-def test_views_are_drawn_from_the_same_mixture(view):
-    """As many below every degree, and together as often."""
-    count, degrees = 200_000, np.arange(-240, 240.5, 2.5)
-    a = getattr(pcnet_views, f"{view}_angles")(np.random.default_rng(0), count)
-    b = getattr(t_views, f"{view}_angles")(Draw(0, 0), count)
-    for ours, theirs in zip(a, b, strict=True):
-        below = [(np.asarray(angles)[:, None] <= degrees).mean(0) for angles in (ours, theirs)]
-        np.testing.assert_allclose(below[1], below[0], atol=0.01)
-    together = [np.corrcoef(np.abs(np.stack([*map(np.asarray, angles)]))) for angles in (a, b)]
-    np.testing.assert_allclose(
-        together[1], together[0], atol=0.01
-    )  # pitch and roll depend on the kind of yaw
-
-
-@pytest.mark.parametrize("targets", ["body", "axes"])
-def test_bodies_seen_from_there(rng, world, targets):
-    joints = world.reshape(-1, 17, 3)
-    R = pcnet_views.views("wide", rng, len(joints))
-    shown, fine = t_views.seen(tensor(joints), tensor(R), targets)
-    expected, known = pcnet_views.seen(joints, R, targets)
-    same(shown, expected)
-    same(fine, known)
-
-
-def test_a_body_without_a_heading_is_told(world):
-    joints = world[0].copy()
-    for joint in ("l_hip", "l_shoulder"):  # lies on its side
-        other = joints[3, H36M17.index(f"r_{joint[2:]}")]
-        joints[3, H36M17.index(joint)] = other + np.array([1e-6, 0, 0.3])
-    fine = t_views.seen(tensor(joints), torch.eye(3, dtype=torch.float64).expand(12, 3, 3), "body")[1]
-    assert fine.tolist() == [i != 3 for i in range(12)]
 
 
 def test_layouts_agree():

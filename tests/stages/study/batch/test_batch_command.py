@@ -198,12 +198,6 @@ def test_a_folder_of_another_version_is_left_alone(finished, pcnet3d, told, tmp_
     assert told(tmp_path / "out" / "takes") == before
 
 
-def test_a_bad_manifest_makes_no_folder(small, pcnet3d, tmp_path):
-    small.write_text(small.read_text().replace("poses", "posse"))
-    refused(pcnet3d("batch", small, "-o", tmp_path / "out"), "'posse'", "poses")
-    assert not (tmp_path / "out").exists()
-
-
 def test_a_full_disk_fails_what_does_not_fit_and_keeps_the_rest(finished, apart, told, tmp_path):
     """A limit on the size of files, as a stand-in: a take's poses do not fit."""
     manifest, out, _ = finished
@@ -270,21 +264,6 @@ def test_a_subject_filmed_at_two_frame_rates_is_warned_of(pcnet3d, tmp_path):
     result = succeeded(pcnet3d("batch", tmp_path / "manifest.csv", "-o", tmp_path / "out"))
     assert "warning: The takes of 1 subject were lifted at 30 to 60 frames per second" in result.stderr
     assert "lifted at 30 to 60 frames per second" in (tmp_path / "out/study.html").read_text(encoding="utf-8")
-
-
-def test_a_folders_truncated_file_fails_with_its_reason(pcnet3d, tmp_path):
-    (tmp_path / "in").mkdir()
-    np.save(tmp_path / "in/X3D.npy", np.zeros((10, 17, 3), np.float32))
-    whole = (tmp_path / "in/X3D.npy").read_bytes()
-    (tmp_path / "in/X3D.npy").write_bytes(whole[:70])
-    (tmp_path / "in/empty.npy").write_bytes(b"")
-    result = pcnet3d("batch", tmp_path / "in", "-o", tmp_path / "out")
-    assert result.returncode == 2
-    assert "0 takes done (0 of them before), 2 failed" in result.stdout
-    assert "no doubts" not in result.stdout  # of no run at all
-    reasons = {take["name"]: take["reason"] for take in status(tmp_path / "out")["takes"]}
-    assert "is damaged or was cut short" in reasons["X3D"]
-    assert "is empty (0 bytes)" in reasons["empty"]
 
 
 def test_a_cluster_and_workers_at_once_are_refused(small, pcnet3d, tmp_path):

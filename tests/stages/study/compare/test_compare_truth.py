@@ -168,11 +168,6 @@ def test_half_a_leg_is_too_little(walk, tmp_path):
         read_truth(tmp_path / "x.trc")
 
 
-def test_limbs_in_a_numpy_file_with_names(walk, tmp_path):
-    np.savez(tmp_path / "x.npz", joints=walk.world[:, H36M17.indices(LEGS)], joint_names=LEGS, fps=30.0)
-    assert np.isnan(read_truth(tmp_path / "x.npz").joint("head")).all()
-
-
 @pytest.mark.data
 def test_the_real_takes_truth_of_twelve_joints_is_read(data):
     poses = read_truth(data / "real/pose2sim/truth.npz")

@@ -32,9 +32,14 @@ def with_run(side, **changes):
     return replace(side, run=side.run.with_(**changes))
 
 
-def test_takes_of_different_motions_have_their_cycles_compared(sides):
+def noise(side) -> dict[str, np.ndarray]:
+    """Angles of nobody's, on the clock of the side."""
     rng = np.random.default_rng(0)
-    other = {name: rng.normal(0, 20, len(values)) for name, values in sides[1].angles.items()}
+    return {name: rng.normal(0, 20, len(values)) for name, values in side.angles.items()}
+
+
+def test_takes_of_different_motions_have_their_cycles_compared(sides):
+    other = noise(sides[1])
     found = compared([sides[0], replace(sides[1], angles=other)])
     assert found.pairs[0].alignment is None
     assert found.pairs[0].agreement == {}
@@ -120,13 +125,19 @@ def test_of_strides_that_fit_as_well_the_nearest_to_the_offset_is_taken(sides):
 
 
 def test_what_hardly_correlates_is_not_said_to_be_one_motion(sides):
-    rng = np.random.default_rng(0)
-    other = {name: rng.normal(0, 20, len(values)) for name, values in sides[1].angles.items()}
+    other = noise(sides[1])
     twin = replace(sides[0], angles=other)  # of the same recording
     for pair in (sides[0], replace(sides[1], angles=other)), (sides[0], twin):
         (found,) = compared(list(pair), "stamps").pairs
         assert "treated as one motion though their angles hardly correlate" in next(result(found))
     assert "side: one motion, shifted by +0.000 s" in next(result(compared([sides[0]] * 2).pairs[0]))
+
+
+def ranging(side, **ranges):
+    """The side as a take with these ranges of motion, each known to 4 degrees: their width, or more of each."""
+    of = {name: more if isinstance(more, dict) else {"p05_p95_deg": more} for name, more in ranges.items()}
+    known = {name: {"p05_p95_error_deg": 4.0, **more} for name, more in of.items()}
+    return with_run(side, measures=rows_of({"range_of_motion": known}))
 
 
 def of_visit(side, low_deg, high_deg, speed):
@@ -192,11 +203,9 @@ def test_a_figure_of_which_one_take_shows_another_part_is_not_compared(sides):
     degrees."""
 
     def visit(side, high_deg, unseen):
-        ranges = {
-            name: {"p05_p95_deg": high_deg, "p05_p95_error_deg": 4.0, "frames": 100, "nan_share": share}
-            for name, share in (("r_knee_flexion", 0.0), ("l_thigh_sagittal", unseen))
-        }
-        return with_run(side, measures=rows_of({"range_of_motion": ranges}))
+        seen = {"p05_p95_deg": high_deg, "frames": 100}
+        knee, thigh = ({**seen, "nan_share": share} for share in (0.0, unseen))
+        return ranging(side, r_knee_flexion=knee, l_thigh_sagittal=thigh)
 
     first, later = visit(sides[0], 70.0, 0.0), visit(sides[1], 15.0, 0.77)
     by = {change.item: change for change in changes(later, first, True)}
@@ -205,7 +214,9 @@ def test_a_figure_of_which_one_take_shows_another_part_is_not_compared(sides):
     assert left_out.startswith("1 figure is not compared")
     assert said.startswith("1 of 1 ")
     found = compared([later, first], align="cycles")
-    assert "another part seen" in as_page(found)
+    page = as_page(found)
+    assert "another part seen" in page
+    assert "<h2>Walking and repetitions</h2>" not in page  # there are none, and it was an empty heading
     (entry,) = (
         one for one in figures(found)["pairs"]["side"]["changes"] if one["item"] == "l_thigh_sagittal"
     )
@@ -232,16 +243,11 @@ def test_what_doubtful_poses_differ_by_is_not_said_to_be_a_change(sides):
 def test_of_many_figures_one_that_chance_may_have_made_is_not_said_to_differ(sides):
     """By Benjamini and Hochberg: nine figures that are alike, and one beyond its own MDC90."""
 
-    def visit(side, more_deg):
-        ranges = {
-            name: {"p05_p95_deg": 50.0 + more_deg * (name == "r_knee_flexion"), "p05_p95_error_deg": 4.0}
-            for name in list(ANGLES)[:10]
-        }
-        return with_run(side, measures=rows_of({"range_of_motion": ranges}))
-
-    assert "r_knee_flexion" in list(ANGLES)[:10]
+    first = dict.fromkeys(list(ANGLES)[:10], 50.0)
+    assert "r_knee_flexion" in first
     for more_deg, beyond, differ in ((5.0, 0, 0), (11.0, 1, 0), (40.0, 1, 1)):
-        found = changes(visit(sides[1], more_deg), visit(sides[0], 0.0), True)
+        later = {**first, "r_knee_flexion": 50.0 + more_deg}
+        found = changes(ranging(sides[1], **later), ranging(sides[0], **first), True)
         assert len(found) == 10
         assert sum(not change.within_error for change in found) == beyond
         assert sum(change.differs for change in found) == differ
@@ -255,15 +261,9 @@ def test_several_figures_may_have_changed_where_many_more_are_beyond_than_by_cha
     sides, of, beyond, several
 ):
     """Of two figures one was beyond its MDC90, as one of two is in every fifth pair of takes."""
-
-    def visit(side, more_deg):
-        ranges = {
-            name: {"p05_p95_deg": 50.0 + more_deg * (i < beyond), "p05_p95_error_deg": 4.0}
-            for i, name in enumerate(list(ANGLES)[:of])
-        }
-        return with_run(side, measures=rows_of({"range_of_motion": ranges}))
-
-    found = changes(visit(sides[1], 9.8), visit(sides[0], 0.0), True)
+    first = dict.fromkeys(list(ANGLES)[:of], 50.0)
+    later = {**first, **dict.fromkeys(list(ANGLES)[:beyond], 59.8)}
+    found = changes(ranging(sides[1], **later), ranging(sides[0], **first), True)
     assert sum(not change.within_error for change in found) == beyond
     (said,) = told(found, "front less side")
     assert said.startswith(f"None of {of}")

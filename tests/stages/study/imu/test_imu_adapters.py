@@ -46,19 +46,16 @@ def test_without_calibration_the_inertial_world_still_has_z_up(walk, tmp_path):
     np.testing.assert_allclose(np.linalg.norm(found, axis=-1), np.linalg.norm(truth, axis=-1), atol=1e-4)
 
 
-@pytest.mark.parametrize("damage", ["cut", "renamed", "word", "missing sensor"])
-def test_damaged_sensors_are_refused_in_words(walk, tmp_path, damage):
+def test_damaged_sensors_are_refused_in_words(walk, tmp_path):
     path = write_sensors(tmp_path, walk)
-    text = path.read_text()
-    calibration = tmp_path / "s1_acting1_calib_imu_ref.txt"
-    if damage == "cut":
-        path.write_text(text[: len(text) // 2])
-    elif damage == "renamed":
-        path.write_text(text.replace("R_LowArm", "R_Hand"))
-    elif damage == "word":
-        path.write_text(text.replace("\t0.", "\tnull.", 1))
-    else:
-        calibration.write_text("\n".join(calibration.read_text().splitlines()[:-1]))
+    text, calibration = path.read_text(), tmp_path / "s1_acting1_calib_imu_ref.txt"
+    cut = text[: len(text) // 2]
+    for damaged in (cut, text.replace("R_LowArm", "R_Hand"), text.replace("\t0.", "\tnull.", 1)):
+        path.write_text(damaged)
+        with pytest.raises(InputError, match="Expected"):
+            read_imus([path], [])
+    path.write_text(text)
+    calibration.write_text("\n".join(calibration.read_text().splitlines()[:-1]))
     with pytest.raises(InputError, match="Expected"):
         read_imus([path], [])
 
@@ -93,14 +90,6 @@ def test_with_the_path_of_the_root_no_pelvis_imu_is_needed(walk, tmp_path):
     assert align(grid, video, imu_signal(sensor, root, 6.0), 0.5).score > 0.99
 
 
-@pytest.mark.parametrize("line", ["Hips\tSpine\n0 0 0\t1 1 1\n", "", "\x00\x01"])
-def test_no_totalcapture_positions(tmp_path, line):
-    path = tmp_path / "gt_skel_gbl_pos.txt"
-    path.write_text(line)
-    with pytest.raises(InputError):
-        read(path, adapter="totalcapture")
-
-
 @pytest.mark.parametrize(
     ("unit", "factor"), [("m/s^2", 1.0), ("g", 1 / GRAVITY_MPS2), ("mg", 1000 / GRAVITY_MPS2)]
 )
@@ -116,13 +105,10 @@ def test_what_is_no_specific_force_with_its_orientation_is_refused(walk):
     R, force, time_s = imu.R_world_from_sensor, imu.force_mps2, imu.time_s
     free = force - R[:, 2] * GRAVITY_MPS2
     y_up = R_Y_UP_FROM_Z_UP @ R
-    quaternions = Rotation.from_matrix(R).as_quat()  # taken for another order
-    mixed = Rotation.from_quat(np.roll(quaternions, 1, axis=-1)).as_matrix()
     for bad_R, bad_force, words in (
         (R, free, "include gravity"),
         (np.swapaxes(R, 1, 2), force, "inverse fits better"),
         (y_up, force, "y seems to be the vertical"),
-        (mixed, force, "order"),
         (R, np.full_like(force, np.nan), "no sample"),
         (R, force * 3, "mean norm"),
     ):
@@ -154,6 +140,8 @@ def test_csv_comes_back_and_has_words_for_what_is_wrong(walk, tmp_path):
         (text.replace(lines[5], "a,b"), {}, ["r_forearm"], "a,b"),
         ("\n".join([lines[0], *lines[:0:-1]]), {}, ["r_forearm"], "increase"),
         (lines[0], {}, ["r_forearm"], "got 0"),
+        ("time_s,ax,ay,az\n0,0,0,0.1\n0.01,0.1,0,0\n", {}, ["r_forearm"], "include gravity"),
+        ("time_s,ax,ay,az,qw\n0,0,0,9.8,1\n", {}, ["r_forearm"], r"Expected columns .* qz"),
     ):
         path.write_text(content)
         with pytest.raises(InputError, match=words):
@@ -195,13 +183,3 @@ def test_a_csv_without_orientations_keeps_its_norm(walk, tmp_path, unit):
     np.testing.assert_allclose(found.force_mps2, sensor.force_mps2, atol=1e-4)
     with pytest.raises(InputError, match="export the quaternions too"):
         found.acceleration_mps2  # noqa: B018
-
-
-def test_a_norm_without_gravity_and_half_a_quaternion_are_refused(tmp_path):
-    path = tmp_path / "imu.csv"
-    path.write_text("time_s,ax,ay,az\n0,0,0,0.1\n0.01,0.1,0,0\n")
-    with pytest.raises(InputError, match="include gravity"):
-        read_imus([path], ["r_forearm"])
-    path.write_text("time_s,ax,ay,az,qw\n0,0,0,9.8,1\n0.01,0,0,9.8,1\n")
-    with pytest.raises(InputError, match=r"Expected columns .* qz"):
-        read_imus([path], ["r_forearm"])

@@ -14,7 +14,7 @@ from rerun.blueprint import Container
 
 import commands
 from golden import numbered
-from golden.live import GEOMETRIC, QUICK, kept, logged
+from golden.live import GEOMETRIC, QUICK, frames_of, kept, logged
 from pcnet3d.adapters import read_all
 from pcnet3d.models import Found
 from pcnet3d.models.lifter.live import LiveLifter
@@ -25,7 +25,7 @@ from pcnet3d.pipeline.reading.load import read_video
 from pcnet3d.pipeline.signals.swaps import kinds
 from pcnet3d.stages.detect import Detect
 from pcnet3d.stages.study.live.command import live
-from pcnet3d.stages.study.live.recording import _blueprint
+from pcnet3d.stages.study.live.recording import _views
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +69,7 @@ def test_no_view_stands_in_two_tabs():
             for view in (views(each) if isinstance(each, Container) else [each])
         ]
 
-    ids = [view.id for view in views(_blueprint().root_container)]
+    ids = [view.id for view in views(_views())]
     assert len(ids) == len(set(ids)) > 5
 
 
@@ -79,8 +79,7 @@ def test_the_take_is_then_processed_as_by_run(from_file, joints_px):
     assert "video.ts" not in made  # the file itself is there
     (person,) = read_all(from_file / "keypoints.npz")
     np.testing.assert_allclose(person.joints, joints_px, atol=0.01)
-    with np.load(from_file / "poses.npz") as poses:
-        assert poses["frame_index"].tolist() == list(range(60))
+    assert frames_of(from_file) == list(range(60))
     device = json.loads((from_file / "summary.json").read_text())["device"]
     assert {"toy.onnx", "lifter.onnx"} <= device["networks"].keys()
 
@@ -192,8 +191,7 @@ def test_images_with_odd_sides_get_their_take(camera, toy_detector, joints_px, t
     assert read_video(tmp_path / "out" / "video.ts").height == 358
     (person,) = read_all(tmp_path / "out" / "keypoints.npz")
     np.testing.assert_allclose(person.joints, joints_px, atol=1)
-    with np.load(tmp_path / "out" / "poses.npz") as poses:
-        assert poses["frame_index"].tolist() == list(range(60))
+    assert frames_of(tmp_path / "out") == list(range(60))
 
 
 def test_the_lift_of_one_person_rests_on_nobody_else(numbered_film, joints_px, tmp_path, monkeypatch, capsys):

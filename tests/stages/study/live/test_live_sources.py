@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from commands import APART
-from golden.live import GEOMETRIC, QUICK, logged
+from golden.live import GEOMETRIC, QUICK, frames_of, logged
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.detections import load_detections
 from pcnet3d.stages.study.live.command import live
@@ -106,8 +106,7 @@ def test_a_camera_that_is_pulled_out_ends_the_take_and_it_is_processed(
     assert "warning: The camera is gone. What came before is kept." in capsys.readouterr().err
     frames, _ = logged(tmp_path / "out" / "live.rrd", "body/joints", "Points3D:positions")
     assert frames.tolist() == list(range(60))
-    with np.load(tmp_path / "out" / "poses.npz") as poses:
-        assert poses["frame_index"].tolist() == list(range(60))
+    assert frames_of(tmp_path / "out") == list(range(60))
 
 
 def test_a_pipe_whose_time_starts_again_ends_the_take_and_it_is_processed(
@@ -124,8 +123,7 @@ def test_a_pipe_whose_time_starts_again_ends_the_take_and_it_is_processed(
     assert "each image later than the one before" in said
     assert "What came before is kept." in said
     assert {"live.rrd", "video.ts", "keypoints.npz"} <= {path.name for path in output.iterdir()}
-    with np.load(output / "poses.npz") as poses:
-        assert poses["frame_index"].tolist() == list(range(60))
+    assert frames_of(output) == list(range(60))
 
 
 def test_images_without_a_time_come_at_the_streams_rate_and_none_may_stand_still(monkeypatch):

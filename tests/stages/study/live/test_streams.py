@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 
 from commands import APART
+from golden.live import QUICK, frames_of
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.stages import LivePose, live_frames
 from pcnet3d.stages.study.live import frames, streams
 from pcnet3d.stages.study.live.command import live
 from pcnet3d.stages.study.live.source import Incoming, open_source
 from refusals import refused
-
-QUICK = ["rectify.rectifier=geometric", "report=off"]  # no test opens the report
 
 
 @pytest.fixture(scope="module")
@@ -84,8 +83,7 @@ def test_a_reader_that_ends_leaves_the_recording_whole(numbered_film, toy_detect
     assert process.returncode == 0, said
     assert "Traceback" not in said
     assert said.count("standard output is closed") == 1
-    with np.load(output / "poses.npz") as kept:
-        assert kept["frame_index"].tolist() == list(range(60))
+    assert frames_of(output) == list(range(60))
 
 
 def test_a_reader_that_never_reads_stops_nothing(numbered_film, toy_detector, tmp_path, monkeypatch):

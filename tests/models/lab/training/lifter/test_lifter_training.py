@@ -304,8 +304,8 @@ def test_a_wrong_config_is_refused_by_its_key(tmp_path):
         ("seed", "sede", "sede|seed"),
         ("width", "widht", r"net\.widht"),
         ("sampled", "smapled", r"material\.poses\.smapled"),
-        ("pans = 0.2", "pans = 20", "material.*between 0 and 1 for pans"),
-        ("sampled = 0.2", "sampled = -1", r"material\.poses.*between 0 and 1 for sampled"),
+        ("pans = 0.2", "pans = 20", r"material\.pans"),
+        ("sampled = 0.2", "sampled = -1", r"material\.poses\.sampled"),
         *(
             ('"train"', f'"{others}"', "subjects.*train-b")
             for others in ("everybody", "val", "test", "hdm05", "tennis")
@@ -315,15 +315,12 @@ def test_a_wrong_config_is_refused_by_its_key(tmp_path):
             for lengths in ("", "0 = 1.0", "-3 = 1.0", "1 = 0.0", "9 = -1.0", "9 = inf", "1 = 0.5, 9 = nan")
         ),
         ('"train"', '"train-a"\nstart = "pcnet3d"', "seen the other half"),
-        ("width = 4", "width = 0", "net.*width of at least 1"),
+        ("width = 4", "width = 0", r"net\.width"),
+        *(("dilations = [1, 3]", f"dilations = {wrong}", r"net\.dilations") for wrong in ("[-1]", "[1, 0]")),
+        ("[material]", "[material]\nabsent = { nose = 2.0 }", r"material\.absent\.nose"),
+        ("[material]", "[material]\nabsent = { foo = 0.3 }", r"material\.absent\.foo"),
         *(
-            ("dilations = [1, 3]", f"dilations = {wrong}", "net.*dilations of at least 1")
-            for wrong in ("[-1]", "[1, 0]")
-        ),
-        ("[material]", "[material]\nabsent = { nose = 2.0 }", "material.*absent.*nose = 2"),
-        ("[material]", "[material]\nabsent = { foo = 0.3 }", "material.*absent.*foo = 0.3"),
-        *(
-            ("[material]", f"[material]\n{name} = -1.0", f"material.*at least 0 for {name}")
+            ("[material]", f"[material]\n{name} = -1.0", rf"material\.{name}")
             for name in ("quality", "slow", "limbs", "trunk", "redefined_m")
         ),
         ("steps = 6", "steps = 6]", "TOML"),

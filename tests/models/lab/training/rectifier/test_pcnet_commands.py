@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 from commands import pcnet3d, refused, succeeded
-from golden.pickles import Trap
 from golden.trainings import tiny
 from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
 training = pytest.importorskip("pcnet3d.models.lab.training.rectifier.train")
-from golden.checkpoints import read_checkpoint, replace_checkpoint, saved  # noqa: E402
+from golden.checkpoints import read_checkpoint  # noqa: E402
 
 CONFIG = tiny(
     ("steps = 6", "steps = 3"),
@@ -62,96 +61,6 @@ def change(folder, before, after):
     (folder / "tiny.toml").write_text(text.replace(before, after))
 
 
-def test_a_checkpoint_of_another_shape(folder, train):
-    """The config is the same, as after a change of the code."""
-    succeeded(train())
-    text = (folder / "tiny.toml").read_text()
-    change(folder, "width = 16", "width = 24")
-    succeeded(train(output="wide"))
-    (folder / "tiny.toml").write_text(text)
-    here, other = (read_checkpoint(folder / run) for run in ("out", "wide"))
-    replace_checkpoint(folder / "out", saved({**here, "net": other["net"]}))
-    refused(train(), "out/checkpoint.json", "size mismatch", "remove it")
-    replace_checkpoint(folder / "out", saved({"net": here["net"]}))
-    refused(train(), "out/checkpoint.json", "step", "remove it")
-    replace_checkpoint(folder / "out", saved(here))
-    (folder / "out" / "best.pt").write_bytes((folder / "wide" / "best.pt").read_bytes())
-    refused(train(), "out/best.pt", "size mismatch")
-    (folder / "out" / "best.pt").unlink()
-    refused(train(), "out/best.pt", "No such file")
-
-
-@pytest.mark.parametrize("what", ["cut", "missing", "list", "elsewhere", "pickled", "pickled by torch"])
-@pytest.mark.filterwarnings("ignore")
-def test_a_damaged_checkpoint_and_a_strangers_pickle(folder, train, what):
-    import pickle
-
-    succeeded(train())
-    listing, part = folder / "out" / "checkpoint.json", folder / "out" / "checkpoint-3.0"
-    if what == "cut":
-        part.write_bytes(part.read_bytes()[:3000])
-    elif what == "missing":
-        part.unlink()
-    elif what == "list":
-        listing.write_text(listing.read_text()[:-9])
-    elif what == "elsewhere":
-        part.rename(folder / "checkpoint-3.0")
-        listing.write_text(listing.read_text().replace("checkpoint-3.0", "../checkpoint-3.0"))
-    elif what == "pickled":
-        replace_checkpoint(folder / "out", pickle.dumps(Trap(folder / "was-here")))
-    else:
-        replace_checkpoint(folder / "out", saved({"net": Trap(folder / "was-here")}))
-    refused(
-        train(), "out/checkpoint", *(() if what in ("missing", "elsewhere") else ("is damaged", "remove it"))
-    )
-    assert not (folder / "was-here").exists()
-
-
-def test_a_resume_with_another_config_loses_nothing(folder, train):
-    succeeded(train())
-    before = {path.name: path.read_bytes() for path in (folder / "out").iterdir()}
-    change(folder, "rate = 1e-3", "rate = 2e-3")
-    refused(train(), "another config", "another -o DIR")
-    assert {path.name: path.read_bytes() for path in (folder / "out").iterdir()} == before
-
-
-def test_a_rate_far_too_high_stops_the_training(folder, train):
-    change(folder, "rate = 1e-3", "rate = 1e25")
-    change(folder, "steps = 3", "steps = 60")
-    change(folder, "every = 3", "every = 60")
-    refused(train(), "became nan at step", "no checkpoint yet", "Lower `rate`")
-    assert not (folder / "out" / "checkpoint.json").exists()
-
-
-@pytest.mark.parametrize("where", ["loss", "gradient", "validation"])
-def test_what_is_no_number_keeps_the_last_good_checkpoint(folder, train, monkeypatch, where):
-    change(folder, "every = 3", "every = 1")
-    broken = {"loss": "total", "gradient": "total", "validation": "check"}[where]
-    real, calls = getattr(training, broken), []
-
-    def spoil(*args):
-        calls.append(1)
-        value = real(*args)
-        if len(calls) < 3:
-            return value
-        if where == "validation":
-            return {name: float("nan") for name in value}
-        if where == "loss":
-            return value * float("nan")
-        return (
-            value + 0 * (args[0].rotation.bias - args[0].rotation.bias).sum().sqrt()
-        )  # 0, with a slope of 0 x inf
-
-    monkeypatch.setattr(training, broken, spoil)
-    refused(train(), "at step 3", "the last good checkpoint, out/checkpoint.json, stays")
-    kept = read_checkpoint(folder / "out")
-    assert kept["step"] == 2
-    assert all(torch.isfinite(value).all() for key in ("net", "average") for value in kept[key].values())
-    monkeypatch.setattr(training, broken, real)
-    succeeded(train())  # goes on from there
-    assert read_checkpoint(folder / "out")["step"] == 3
-
-
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
@@ -162,8 +71,8 @@ def test_what_is_no_number_keeps_the_last_good_checkpoint(folder, train, monkeyp
         ("[weights]", "[weights]\nposture = 1", ("weights.posture",)),
         ("rate = 1e-3", "rate = nan", ("rate",)),
         ("seed = 1", "seed = -1", ("seed",)),
-        ("wide = 0.5", "wide = 7", ("mixture", "between 0 and 1", "wide")),
-        ("roll_deg = 10.0", "roll_deg = inf", ("mixture", "at least 0", "roll_deg")),
+        ("wide = 0.5", "wide = 7", ("mixture.wide",)),
+        ("roll_deg = 10.0", "roll_deg = inf", ("mixture.roll_deg",)),
         ("turned = 0.2", "turnt = 0.2", ("mixture.poses.turnt",)),
         ("width = 16", "width = 0", ("net", "width")),
         ('net = "mlp"', "heads = 3", ("net", "3 heads", "16")),
@@ -221,17 +130,12 @@ def test_a_bar_on_a_terminal_and_lines_of_the_log_elsewhere(folder):
 
     change(folder, "steps = 3", "steps = 40")
     ours, theirs = pty.openpty()
-    words = [
-        sys.executable,
-        "-c",
+    code = (
         "from pcnet3d.models.lab.training.rectifier import train\n"
         "train.export = lambda net, path, **said: path.write_bytes(b'slow')\n"
-        "from pcnet3d.pipeline.cli import main; main()",
-        "train",
-        "tiny.toml",
-        "-o",
-        "out",
-    ]
+        "from pcnet3d.pipeline.cli import main; main()"
+    )
+    words = [sys.executable, "-c", code, "train", "tiny.toml", "-o", "out"]
     done = subprocess.Popen(
         words, stdout=subprocess.PIPE, stderr=theirs, text=True, env={**os.environ, "TERM": "xterm"}
     )

@@ -192,8 +192,6 @@ def test_a_batch_has_the_share_of_lifted_frames_that_was_asked_for(clips, standi
 def test_what_cannot_be_made_is_refused(clips):
     with pytest.raises(InputError, match="pcnet3d testbed"):
         module.TrainingFrames(clips, module.Mixture(lifted=0.5))
-    with pytest.raises(InputError, match="between 0 and 1 for wide, missing"):
-        module.Mixture(wide=7, missing=-0.1)
     with refused("option-conflict"):
         module.TrainingFrames(clips, module.Mixture(poses=PoseRange(turned=0.1)), targets="axes")
 

@@ -175,5 +175,7 @@ def test_the_recipes_can_be_read_and_written(name, tmp_path):
 
     config = module.read_config(files("pcnet3d.models.lab.training.rectifier").joinpath(f"{name}.toml"))
     assert config.subjects == "train"
+    if name == "mmfi":  # the paper's, which are the defaults
+        assert (config.net, config.weights, config.targets) == (module.NetConfig(), module.Weights(), "axes")
     (tmp_path / "again.toml").write_text(as_toml(config))
     assert module.read_config(tmp_path / "again.toml") == config
