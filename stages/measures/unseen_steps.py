@@ -63,7 +63,7 @@ def passings(apart: np.ndarray, time_s: np.ndarray) -> np.ndarray:
 
 def cut_walk(passed_s: np.ndarray, apart: np.ndarray, filtered: PoseSequence, leg: float) -> bool:
     """Whether two steps in a row, whole or cut, begin or end what is seen of the legs, over which the pelvis moves as
-    in a walk: they may be part of one. passed_s: of `passings`; leg: its length."""
+    in a walk: they may be part of one. passed_s: (N,) of `passings` of apart (T,); leg: its length."""
     if filtered.root is None or not len(passed_s):
         return False
     seen_s = filtered.times[np.flatnonzero(np.isfinite(apart))[[0, -1]]]
