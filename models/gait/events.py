@@ -19,7 +19,7 @@ from ...pipeline.signals.filters import resample, runs
 _OTHER = {"r": "l", "l": "r"}
 ON_FLOOR = 0.6  # probability from which stances are as long as the true ones (validation subjects)
 _SHORTEST_S = 0.1  # a contact or a swing; a sprinter's stance
-_STEP_S = (0.2, 1.5)  # shorter or longer is no step of one walk
+STEP_S = (0.2, 1.5)  # shorter or longer is no step of one walk
 FEWEST = 3  # steps of a walk
 _FEWEST_FLYING = 2  # of a run: nobody flies from foot to foot who stands, turns or sits down
 _TURNS_DEG = 30.0  # in one step
@@ -129,7 +129,7 @@ def walks(
         change = float(ahead[i + 1] - ahead[i])
         is_step = (
             side != other
-            and _STEP_S[0] <= stop - start <= _STEP_S[1]
+            and STEP_S[0] <= stop - start <= STEP_S[1]
             and abs(change) >= least
             and not (straddles[i] or straddles[i + 1] or broken[i] or turned[i] >= _TURNS_DEG)
         )
@@ -195,7 +195,7 @@ def _turned(
         return np.zeros(0)
     at_s, sides = map(np.array, zip(*lands, strict=True))
     facing = _facing(facing_deg, time_s, at_s, seams)
-    ends = np.flatnonzero((np.diff(at_s) > _STEP_S[1]) | (sides[1:] == sides[:-1])) + 1
+    ends = np.flatnonzero((np.diff(at_s) > STEP_S[1]) | (sides[1:] == sides[:-1])) + 1
     swing = np.concatenate([_swing(of_walk) for of_walk in np.split(facing, ends)])
     return np.abs(np.diff(facing - swing))
 

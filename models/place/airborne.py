@@ -95,7 +95,7 @@ def airborne(take: Take) -> Airborne:
             reason=f"the body falls at {share:.2g} of gravity: the frame rate or up is wrong", lifted=True
         )
     still = take.stands
-    unknown = "neither the user nor the images say that the camera stands still (--camera static)"
+    unknown = "nothing says that the camera stands still, as --camera static would"
     judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN
     return Airborne(
         tuple(found),

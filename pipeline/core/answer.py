@@ -137,18 +137,23 @@ def _bent(bends: Group) -> list[_Told]:
 def _raised(arms: Group) -> list[_Told]:
     sides = {side: subgroup(arms, side) for side in _SIDES}
     right, left = ((_count(of), text(of, "count_reason")) for of in sides.values())
-    held = [told for side, of in sides.items() for told in _held(f"held the {side} arm up", of)]
-    if right == left and right[0] and _together(*sides.values()):
-        return [(right[0], f"raised both arms {_counted(list(sides.values()))}"), *held]
+    held = {side: _held(f"held the {side} arm up", of) for side, of in sides.items()}
     counts = {side: _count(of) for side, of in sides.items()}
-    unknown = [side for side, count in counts.items() if not count and text(sides[side], "reason")]
-    other = f"; whether the {unknown[0]} arm was raised cannot be told" if unknown else ""
-    raised = (
-        (count, f"raised the {side} arm {_counted([sides[side]])}{other}")
-        for side, count in counts.items()
-        if count
-    )
-    return [*raised, *held]
+    if right == left and right[0] and _together(*sides.values()):
+        return [
+            (right[0], f"raised both arms {_counted(list(sides.values()))}"),
+            *held["right"],
+            *held["left"],
+        ]
+    seen = [side for side in _SIDES if counts[side] or held[side]]
+    unknown = [side for side in _SIDES if side not in seen and text(sides[side], "reason")]
+    other = f"; whether the {unknown[0]} arm was raised cannot be told" if seen and unknown else ""
+    told = []
+    for side in _SIDES:
+        raised = f"raised the {side} arm {_counted([sides[side]])}" if counts[side] else ""
+        each = [*[(counts[side], raised)] * bool(raised), *held[side]]
+        told += [*each[:-1], *((count, words + other) for count, words in each[-1:])]
+    return told
 
 
 def _together(one: Group, other: Group) -> bool:

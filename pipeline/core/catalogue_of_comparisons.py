@@ -9,13 +9,13 @@ if TYPE_CHECKING:
 
 _APART = "They are treated as different motions, so only their ranges and cycles are compared."
 _ONE = "Check that they show the same motion, and that the time shift is right."
-_FITS = (
-    "Another shift of {run} fits about as well (r {runner_up:.2f} against {r:.2f}), as in a repeated motion."
-)
+_FITS = "{run} fits at several shifts (r {r:.2f} and, at another, {runner_up:.2f}), as in a repeated motion."
 _NARROW = "narrow the search with --offset and --search"
 
 COMPARING: dict[str, tuple[Weight, About, str]] = {
     # Comparing runs
+    "run-doubtful": ("warning", "files",
+        "The poses of {run} are {verdict}, so differences may be their errors: {why}."),
     "run-not-levelled": ("warning", "up",
         "{run} could not be levelled, so angles to gravity are missing."),
     "run-of-moving-camera": ("warning", "camera",
@@ -42,7 +42,8 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
         "By their clocks {run} and {other} do not overlap in time, within {search_s:g} s (--search) of {offset_s:g} "
         f"s (--offset). {_APART}"),
     "angles-apart": ("warning", "motion",
-        f"The angles of {{run}} and {{other}} correlate weakly (r {{r:.2f}}). {_APART}"),
+        f"The angles of {{run}} and {{other}} correlate weakly (r {{r:.2f}}). {_APART} If they are the same motion, "
+        "give --align correlate."),
     "angles-weak": ("warning", "motion",
         f"The angles of {{run}} and {{other}} correlate weakly (r {{r:.2f}}). {_ONE}"),
     "angles-unusual": ("warning", "motion",

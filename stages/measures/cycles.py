@@ -51,8 +51,8 @@ class Repetition:
     may be less than `least`, which counts from the lowest. up, down: smoothness of both movements, (SPARC, log
     dimensionless jerk) of the signal's rate, NaN where they are too short or lack rows. whole: False where a gap hides
     how it began, how high it came or how it ended, so that all of these but the peak are of a part. cut: whether
-    a clip, or what is seen of it, begins in it, and ends in it. held_s: for how long the signal stays beyond _HELD of
-    the rise."""
+    a clip, or what is seen of it, begins in it, and ends in it. held: from when to when the signal stays beyond _HELD
+    of the rise."""
 
     start_s: float
     peak_s: float
@@ -62,8 +62,13 @@ class Repetition:
     up: tuple[float, float]
     down: tuple[float, float]
     whole: bool = True
-    held_s: float = 0.0
+    held: tuple[float, float] = (0.0, 0.0)
     cut: tuple[bool, bool] = (False, False)
+
+    @property
+    def held_s(self) -> float:
+        """For how long."""
+        return self.held[1] - self.held[0]
 
 
 def repetitions(
@@ -150,25 +155,25 @@ def _unbroken(x: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[i
             found.append(
                 Repetition(
                     start, float(times[peak]), -stop, float(values[peak]), min(rise, fall), up, down,
-                    whole=not (begun or goes_on), held_s=_held(values[left], times[left], values[right], times[right]),
+                    whole=not (begun or goes_on), held=_held(values[left], times[left], values[right], times[right]),
                     cut=(begun, goes_on),
                 )
             )  # fmt: skip
     return found
 
 
-def _held(up: np.ndarray, up_s: np.ndarray, down: np.ndarray, down_s: np.ndarray) -> float:
-    """Seconds from when a rise comes to _HELD of its height to when the return leaves that."""
+def _held(up: np.ndarray, up_s: np.ndarray, down: np.ndarray, down_s: np.ndarray) -> tuple[float, float]:
+    """When a rise comes to _HELD of its height, and when the return leaves that."""
     first = int(np.flatnonzero(up <= up.min() + _HELD * (up[-1] - up.min()))[-1])
     last = int(np.argmax(down <= down.min() + _HELD * (down[0] - down.min())))
-    return float(down_s[last] - up_s[first])
+    return float(up_s[first]), float(down_s[last])
 
 
 def unreturned(
     x: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[int] = ()
 ) -> list[Repetition]:
     """Rises of x (T,) by `least` or more that last when x is seen for the last time, or have begun before it is seen
-    for the first time. None is `whole`: the end that was not seen is where x ends, and held_s is at least."""
+    for the first time. None is `whole`: the end that was not seen is where x ends, and so is that of `held`."""
     known = np.flatnonzero(np.isfinite(x))
     if len(known) < 2:
         return []
@@ -183,7 +188,7 @@ def unreturned(
         replace(
             one,
             start_s=max(one.start_s, within_s[0]), stop_s=min(one.stop_s, within_s[1]),
-            held_s=one.held_s - (one.start_s < within_s[0]) * apart[0] - (one.stop_s > within_s[1]) * apart[0],
+            held=(max(one.held[0], within_s[0]), min(one.held[1], within_s[1])),
             whole=False, cut=(one.start_s < within_s[0], one.stop_s > within_s[1]),
         )
         for one in repetitions(padded, times, least, cuts)

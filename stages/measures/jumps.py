@@ -48,10 +48,11 @@ class _Errors:
 def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> _Errors:
     """What holds for nine in ten flights of train and validation subjects, by 1.645. Captured: 88 against the feet's
     true contacts, frames at either end, and how far the ankle is stretched. Lifted: the same before cameras, typical
-    and wild, where the error of up (up_deg) counts. NaN for a lifter whose errors were not measured."""
+    and wild, where the error of up (up_deg) counts. NaN for a lifter whose errors were not measured, and where the
+    camera may move: then it would move what falls."""
     if not airborne.lifted:
         return _Errors(0.026, 0.013)
-    if not airborne.judged:
+    if not (airborne.judged and airborne.still):
         return _Errors(np.nan, np.nan)
     rise = np.linalg.norm([0.012, 0.036 * (flight.land_s - flight.off_s), 0.004 * up_deg])
     return _Errors(float(np.hypot(0.029, 0.003 * up_deg)), float(rise))
@@ -190,7 +191,7 @@ def jumps(
     heights = [
         (i, GRAVITY / 8 * times(flight) ** 2, error.height_m(times(flight))) for i, (flight, error) in each
     ]
-    why = "; ".join([*doubt, *airborne.hides] or may_land)
+    why = "; ".join([*[airborne.reason] * bool(airborne.reason), *doubt, *airborne.hides] or may_land)
     return [
         Measure("count", len(found)),
         *([Remark("count_reason", why)] if why else []),

@@ -249,7 +249,5 @@ def _held_up(up: np.ndarray, times: np.ndarray) -> Repetition:
     seconds; some are."""
     first, behind = max(stretches(up), key=lambda rows: rows[1] - rows[0])
     begin_s, end_s, nan = float(times[first]), float(times[behind - 1]), float("nan")
-    none = nan, nan
-    return Repetition(
-        begin_s, begin_s, end_s, nan, nan, none, none, whole=False, held_s=end_s - begin_s, cut=(True, True)
-    )
+    up_s, none = (begin_s, end_s), (nan, nan)
+    return Repetition(begin_s, begin_s, end_s, nan, nan, none, none, whole=False, held=up_s, cut=(True, True))

@@ -45,6 +45,7 @@ _EACH_S = 0.15
 _OWN = 0.9
 COUNTS, OTHER = "", "another movement"
 _SLIPS = f"what is seen from {{}} lasts fewer than {_HIGH} frames"
+_VAGUE = "what is seen from {} may not rise and come back: the angle is too uncertain"
 
 
 def repeats(
@@ -78,6 +79,18 @@ def repeats(
         few = np.isfinite(one.peak) and (driver[rows] > one.peak - one.rise / 2).sum() < _HIGH
         return _SLIPS * bool(few)
 
+    def vague(one: Repetition) -> str:
+        """Whether it rises, or comes back, only in moments whose own noise is as large."""
+        start, peak, stop = np.searchsorted(take.times, [one.start_s, one.peak_s, one.stop_s])
+        sides = slice(max(start - 1, 0), peak + 1), slice(peak, stop + 1)
+        highest = np.nanmax(driver[sides[0].start : sides[1].stop], initial=-np.inf)
+        for rows in sides:
+            falls = np.nan_to_num(highest - driver[rows])
+            shows = falls >= _OWN * min(asked, falls.max())
+            if not (falls[shows] >= np.nan_to_num(NOISE * sd[rows][shows])).any():
+                return _VAGUE
+        return ""
+
     def seen(one: Repetition) -> Repetition:
         """Without what nobody knows of it, before, behind and at its highest."""
         if unsure is None:
@@ -94,7 +107,7 @@ def repeats(
     least = max(least, noise)
     among = max(least, share * float(np.nanmax(driver) - np.nanmin(driver)))
     told = [
-        (one, judged(one) or slips(one))
+        (one, judged(one) or slips(one) or vague(one))
         for one in repetitions(driver, take.times, among, take.seams)
         if any(one.cut) or one.rise >= _OWN * asked
     ]
@@ -111,7 +124,8 @@ def repeats(
     others = [*every, *held, *parts]
     # Of poses by the built-in lifter, or measured, a near miss beside others is none.
     error = 0.0 if others and take.judged else error
-    near = comes_near(driver, take.times, asked, error, take.seams, may_be, besides=others)
+    besides = [*others, *(one for one, why in told if why not in (COUNTS, OTHER))]
+    near = comes_near(driver, take.times, asked, error, take.seams, may_be, besides=besides)
     uncertain = any(judged(one) == COUNTS for one in near)
     whole_ones = [one for one in found if one.whole]
     if found:
@@ -217,8 +231,8 @@ def holds(held: Sequence[Repetition]) -> list[Row]:
     if not held:
         return []
     times: list[Row] = [
-        moments("start", (one.start_s for one in held)),
-        moments("stop", (one.stop_s for one in held)),
+        moments("start", (one.held[0] for one in held)),
+        moments("stop", (one.held[1] for one in held)),
     ]
     longest = max(one.held_s for one in held)
     open_ended = any(any(one.cut) and one.held_s == longest for one in held)

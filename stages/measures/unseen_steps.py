@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ...models.gait.events import STEP_S
 from ...models.gait.gait import LEAST_STEP
 from ...models.gait.of_take import NOISE, SIDES, separation_sd, unjudged
 from ...pipeline.core.frames import Frame
@@ -17,6 +18,9 @@ _SIGHT_DEG = 30.0  # off the line of sight: nearer to it, cos 30 = 87 % of a ste
 HIDES_S = 1.5  # three steps at 120 a minute, the shortest walk
 _MOST = 0.9  # of the take, which is then named as a whole
 _SLOW_HZ = 12.0  # a quick step of 0.4 s has fewer than five frames below this
+# Lengths of a leg a second, about 0.4 m/s, as slow as stroke patients walk. Of 120 labelled takes, lifted, one of a
+# kick moves so fast in what may be two steps.
+_WALKS = 0.45
 # Of somebody who stands, in so long: of labelled takes that walk or run a knee bends by 35 and more in each step, and
 # the feet are at heights that change by 0.1 leg lengths; lifted, too.
 _STILL_DEG, _STILL_HEIGHT = 10.0, 0.05
@@ -48,6 +52,31 @@ def uncountable(
     if fps < _SLOW_HZ:
         why.append(f"at {fps:.3g} frames per second a quick step of 0.4 s has {0.4 * fps:.2g} frames")
     return why
+
+
+def passings(apart: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """When the ankles pass each other, by half of the least step at least to either side. apart, time_s: (T,)."""
+    rows = np.flatnonzero(np.abs(apart) > LEAST_STEP / 2)
+    turns = np.flatnonzero(np.diff(np.sign(apart[rows])))
+    return (time_s[rows[turns]] + time_s[rows[turns + 1]]) / 2
+
+
+def cut_walk(passed_s: np.ndarray, apart: np.ndarray, filtered: PoseSequence, leg: float) -> bool:
+    """Whether two steps in a row, whole or cut, begin or end what is seen of the legs, over which the pelvis moves as
+    in a walk: they may be part of one. passed_s: (N,) of `passings` of apart (T,); leg: its length."""
+    if filtered.root is None or not len(passed_s):
+        return False
+    seen_s = filtered.times[np.flatnonzero(np.isfinite(apart))[[0, -1]]]
+    moments = np.r_[seen_s[0], passed_s, seen_s[1]]
+    steps = np.diff(moments) < STEP_S[1]
+    for at_s, near in ((moments, steps), (moments[::-1], steps[::-1])):
+        few = int(np.logical_and.accumulate(near).sum())
+        since_s, until_s = sorted((at_s[0], at_s[few]))
+        way = filtered.root[(filtered.times >= since_s) & (filtered.times <= until_s), :2]
+        way = way[np.isfinite(way).all(axis=1)]
+        if few > 1 and len(way) and np.linalg.norm(np.ptp(way, axis=0)) > _WALKS * leg * (until_s - since_s):
+            return True
+    return False
 
 
 def along_sight(rectified: Rectified, source: Frame, times: np.ndarray) -> list[tuple[float, float]]:

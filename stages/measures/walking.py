@@ -22,7 +22,6 @@ from ...models.gait.errors import (
 )
 from ...models.gait.events import Step, contact_times
 from ...models.gait.gait import (
-    LEAST_STEP,
     Gait,
     Values,
     backward_steps,
@@ -43,7 +42,7 @@ from ...pipeline.signals.flights import Flight
 from .figures import basis, deviation, moments, symmetry, with_error
 from .jumps import goes_on
 from .strides import peaks
-from .unseen_steps import HIDES_S, uncountable
+from .unseen_steps import HIDES_S, cut_walk, passings, uncountable
 
 FEWEST = 10  # frames
 _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
@@ -103,9 +102,11 @@ def walking(
     if not gait.walks:
         if why := uncountable(apart, columns, filtered, rectified, source.frame):
             return [Remark("reason", "; ".join(why)), *basis(apart)]
-        hidden, passes = _hidden(apart, filtered.times), _passes(apart)
-        if passes >= _PASSES:
-            hidden = f"; but the legs pass each other {passes} times{hidden}"
+        hidden, passed_s = _hidden(apart, filtered.times), passings(apart, filtered.times)
+        if len(passed_s) >= _PASSES:
+            hidden = f"; but the legs pass each other {len(passed_s)} times{hidden}"
+        elif rectified.camera != "moving" and cut_walk(passed_s, apart, filtered, leg_length(body)):
+            hidden = f"; but the first or last steps that are seen may be part of a walk{hidden}"
         elif travels := _travels(body, filtered, rectified, jumped):
             hidden = f"; but {travels}{hidden}"
         hides = [Remark("reason", f"no three steps in a row, nor two of a run{hidden}")] if hidden else []
@@ -203,16 +204,10 @@ def doubts(gait: Gait, source: PoseSequence) -> list[Notice]:
     return [notice("gait-unlike-any-seen", gait=gait.kind, figures=beyond)] if beyond else []
 
 
-def _passes(apart: np.ndarray) -> int:
-    """How often the ankles pass each other, by half of the least step at least to either side."""
-    sides = np.sign(apart[np.abs(apart) > LEAST_STEP / 2])
-    return int((np.diff(sides) != 0).sum())
-
-
 def _passes_beside(gait: Gait, apart: np.ndarray, time_s: np.ndarray) -> int:
     """How many of those are of no walk. apart: (T,) at time_s (T,)."""
-    inside = (apart[(time_s >= walk[0].start_s) & (time_s <= walk[-1].stop_s)] for walk in gait.walks)
-    return _passes(apart) - sum(map(_passes, inside))
+    inside = [(time_s >= walk[0].start_s) & (time_s <= walk[-1].stop_s) for walk in gait.walks]
+    return len(passings(apart, time_s)) - sum(len(passings(apart[rows], time_s[rows])) for rows in inside)
 
 
 def _travels(body: np.ndarray, filtered: PoseSequence, rectified: Rectified, jumped: Sequence[Flight]) -> str:
@@ -274,11 +269,12 @@ class _Means:
         own = np.hypot(own, self.errors.side(self.gait, name, self.depth)) if of_side else own
         return float(self.leg * own if name in OF_LENGTH else own)
 
-    def difference_error(self, name: str, right: int, left: int) -> float:
-        """Of the mean of so many values of the right side less that of the left; NaN where none is stated."""
+    def difference_error(self, name: str, right: np.ndarray, left: np.ndarray) -> float:
+        """Of the mean of the right side's values less that of the left's; NaN where none is stated."""
         if self.errors is None or (name in OF_LENGTH and np.isnan(self.root_sd)):
             return float("nan")
-        own = self.errors.difference(self.gait, name, right, left, self.depth)
+        spread = scatter(np.concatenate([right, left]))
+        own = self.errors.difference(self.gait, name, len(right), len(left), self.depth, spread)
         return float(self.leg * own if name in OF_LENGTH else own)
 
     def single(self, name: str) -> float:
@@ -330,7 +326,7 @@ def _symmetries(said: _Means, values: Values) -> list[Row]:
         sides = [_finite(values[name][side]) if name in values else np.empty(0) for side in SIDES.values()]
         if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
             right, left = (found.mean() for found in sides)
-            error = said.difference_error(name, len(sides[0]), len(sides[1]))
+            error = said.difference_error(name, *sides)
             result += symmetry(float(right), float(left), error, of=f"{_NAMED[name][0]}_")
     return result
 

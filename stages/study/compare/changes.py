@@ -38,7 +38,8 @@ class Change(NamedTuple):
     """A figure of two takes. group: "range_of_motion" or the movement's; side: "right", "left" or neither; values,
     errors: of the reference and of the other; error: one standard deviation of their difference; same_part: whether
     both takes show about as much of the movement, without which they are not compared; differs: whether the difference
-    is told from none, with all figures of the comparison tested at once; None of one that is not compared."""
+    is told from none, with all figures of the comparison tested at once; None of one that is not compared, and of
+    doubtful poses."""
 
     group: str
     item: str
@@ -116,8 +117,12 @@ def told(changes: list[Change], against: str) -> Iterator[str]:
         yield f"{how_many(many, 'figure')} {'is' if many == 1 else 'are'} not compared: {parts}"
     if not tested:
         return
-    apart = sorted((change for change in tested if change.differs), key=lambda change: change.chance)
     beyond = sum(not change.within_error for change in tested)
+    if all(change.differs is None for change in tested):
+        are = how_many(beyond, "difference")
+        yield f"{are} of {len(tested)} exceed their MDC90; whether any is real cannot be told of doubtful poses"
+        return
+    apart = sorted((change for change in tested if change.differs), key=lambda change: change.chance)
     are = "are beyond their" if beyond > 1 else "is beyond its"
     own = f"{beyond or 'none'} {are} own MDC90, where {_BEYOND * len(tested):.2g} would be by chance alone"
     figures = f"of {len(tested)} ranges of motion and figures of movements"

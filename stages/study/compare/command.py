@@ -16,7 +16,7 @@ from ....models.common.metrics import joint_error, plain
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say_all, show
-from ....pipeline.core.notices import Notice, notice
+from ....pipeline.core.notices import Notice, grave, notice, verdict
 from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import turn_deg, turned
 from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
@@ -162,9 +162,17 @@ def compared(
         notices.append(notice("cutoffs-differ", cutoffs=", ".join(sorted(cutoffs))))
     notices += rates_apart("runs", (rate(side.time_s) for side in sides if side.run and is_lifted(side.run)))
     pairs = []
+    doubts = {side.name: grave(side.run.judged) for side in sides if side.run}
+    notices += [
+        notice("run-doubtful", run=name, verdict=verdict(found), why=found[0].text.rstrip("."))
+        for name, found in doubts.items()
+        if found
+    ]
     for side in others:
         near = from_same_place(side, reference)
         found = changes(side, reference, near)
+        if doubts.get(side.name) or doubts.get(reference.name):  # whose errors do not hold
+            found = [change._replace(differs=None) for change in found]
         differ = [*told_apart(side, reference), *["cadences"] * other_cadence(side, reference)]
         how, said = _aligned(side, reference, differ, align, offset_s, search_s)
         pair = replace(_pair(side, reference, how, rectifiers), changes=found, same_place=near)
@@ -208,7 +216,7 @@ def _aligned(
     with suppress(InputError):  # where one side of the body alone is known
         if (of_image := aligned(mirrored(side)).r) > UNUSUAL and of_image > how.r + CLEARLY:
             doubts = [notice("mirror-images", **both, r=how.r, of_image=of_image)]
-    if not how.r >= WEAK:
+    if not how.r >= (UNUSUAL if may_differ else WEAK):
         said = notice("angles-apart" if may_differ else "angles-weak", **both, r=how.r)
     elif how.runner_up > AMBIGUOUS * how.r:
         code = "shift-unknown" if may_differ else "shift-ambiguous"

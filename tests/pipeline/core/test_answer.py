@@ -73,6 +73,11 @@ def test_a_walk_with_its_cadence_speed_and_knees():
             arms({"count": 1, "peak_deg": [80.0]}, {"count": 0, "reason": "the elbow is not sure"}),
             "Raised the right arm once to 80 degrees; whether the left arm was raised cannot be told.",
         ),
+        # Both arms were up alike: "Held the right arm up once", and no word of the left one.
+        (
+            arms({"count": 0, "holds": {"count": 1, "longest_s": 4.0}}, {"count": 0, "reason": "it is uncertain"}),
+            "Held the right arm up once, for 4.0 s; whether the left arm was raised cannot be told.",
+        ),
         (
             arms(*[{"count": 2, "peak_deg": [150.0, 160.0]}] * 2),
             "Raised both arms twice to between 150 and 160 (right) and between 150 and 160 (left) degrees.",

@@ -78,6 +78,19 @@ def test_a_walk_at_twice_or_two_fifths_of_its_rate_is_told_with_the_rate_that_fi
     assert said.values["fits"] == pytest.approx(30, rel=0.35)
 
 
+def test_who_glides_is_not_in_slow_motion():
+    """A skater's legs pass each other 34 times a minute; her arms are as fast as anybody's."""
+    poses = walking(1 / 3)
+    joints, ankles = poses.joints.copy(), H36M17.indices(("r_ankle", "l_ankle"))
+    middle = joints[:, ankles].mean(axis=1, keepdims=True)
+    shorter = np.interp(poses.times, [0, 6], [1, 0.4])[:, None, None]  # no even steps
+    joints[:, ankles] = middle + shorter * (joints[:, ankles] - middle)
+    slow = poses.with_(joints=joints.copy())
+    assert [each.code for each in pace_doubts(slow)] == ["moves-slowly"]
+    joints[:, H36M17.index("r_wrist"), 2] += 0.4 * np.sin(6 * poses.times)
+    assert pace_doubts(poses.with_(joints=joints)) == []
+
+
 def test_who_hardly_moves_is_not_in_slow_motion(facing_camera):
     sway = 0.01 * np.sin(np.arange(300) / 40)[:, None, None]
     poses = PoseSequence(facing_camera * (1 + sway), H36M17, LEVEL, time_s=np.arange(300) / 30)

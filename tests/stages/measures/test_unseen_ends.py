@@ -17,9 +17,9 @@ REST = 10 + np.sin(TIME)
 
 
 def bends(x, judged=lambda one: COUNTS, sd_deg=np.nan):
-    """The group `knee_bends` of a knee angle (T,)."""
-    columns = Columns({"x_deg": x}, TIME, (), bool(np.isfinite(sd_deg)))
+    """The group `knee_bends` of a knee angle (T,). sd_deg: also (T,)."""
     sd = np.full(len(TIME), sd_deg)
+    columns = Columns({"x_deg": x}, TIME, (), bool(np.isfinite(sd).all()))
     rows = repeats(columns, "knee_flexion", x, sd, BEND, [], judged, BRIEFEST_S["knee_bends"])
     return nested(with_outcome("knee_bends", rows, TIME[-1]))
 
@@ -62,7 +62,18 @@ def test_a_hold_to_the_end_of_the_take_is_a_hold(backwards):
     assert holds["longest_s"] == pytest.approx(6.15, abs=0.1)
     assert holds["longest_reason"]
     rest_s = (TIME[-1] - holds["stop_s"][0]) if backwards else holds["start_s"][0]
-    assert rest_s == pytest.approx(5.05, abs=0.1)
+    assert rest_s == pytest.approx(5.85, abs=0.1)
+
+
+@pytest.mark.parametrize("sd_deg", [4.0, 25.0])
+@pytest.mark.parametrize("backwards", [False, True])
+def test_a_return_as_uncertain_as_it_is_large_is_not_sure(backwards, sd_deg):
+    """A hand went to the other shoulder and stayed: its elbow was at 80 degrees, stated as 28 give or take 40, and the
+    arm was raised "twice"."""
+    x = np.interp(TIME, [0, 1, 2, 3, 6, 8, 8.2, 12], [15, 15, 120, 15, 15, 70, 20, 22])
+    sd = np.where(TIME > 8, sd_deg, 4.0)
+    found = bends(x[::-1], sd_deg=sd[::-1]) if backwards else bends(x, sd_deg=sd)
+    assert (found["count"], "count_reason" in found) == ((2, False) if sd_deg < 10 else (1, True))
 
 
 @pytest.mark.parametrize("backwards", [False, True])

@@ -370,7 +370,7 @@ def test_an_older_run_without_an_angle_is_compared_in_the_others(runs, sides, tm
     pq.write_table(table.drop_columns(lacking), older / "kinematics.parquet")
     pair = [load_side(older), sides[1]]
     found = compared(pair if first else pair[::-1])
-    (said,) = [each for each in found.notices if each.values.get("run") == "older"]
+    (said,) = [each for each in found.notices if each.code == "run-lacks-angles"]
     assert (said.code, said.values["angles"]) == ("run-lacks-angles", "pelvis_obliquity")
     assert set(found.pairs[0].agreement) == set(ANGLES) - {"pelvis_obliquity"}
     folders = [older, runs / "front"]

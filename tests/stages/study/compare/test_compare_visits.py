@@ -11,6 +11,7 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.angle_error.repeatability import shipped
 from pcnet3d.pipeline import load_recipe
+from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.reading.settings import RunOptions
@@ -94,15 +95,18 @@ def test_walks_of_other_cadences_are_two_motions(walk, tmp_path):
     for fps in (30, 24):
         sources = RunOptions(poses=tmp_path / "walk.npy", adapter="videopose3d", fps=fps)
         run_files(sources, tmp_path / f"{fps}", recipe)
-    usual, slow = (load_side(tmp_path / name) for name in ("30", "24"))
+    usual, slow = (with_run(load_side(tmp_path / name), findings=()) for name in ("30", "24"))
     found = compared([usual, slow])
     assert found.pairs[0].alignment is None
     (said,) = found.notices
     assert (said.code, said.values) == ("told-apart", {"run": "24", "other": "30", "what": "cadences"})
     silent = [with_run(side, measures=None) for side in (usual, slow)]
-    for found in (compared([usual, slow], "correlate"), compared(silent)):
-        assert found.pairs[0].alignment.r > 0.5
-        assert found.notices[0].code == "angles-unusual"
+    found = compared([usual, slow], "correlate")
+    assert found.pairs[0].alignment.r > 0.5
+    assert found.notices[0].code == "angles-unusual"
+    # "Treated as one motion (correlation 0.55)", and its differences, of a video that runs at twice the pace midway.
+    found = compared(silent)
+    assert (found.pairs[0].alignment, found.notices[0].code) == (None, "angles-apart")
 
 
 def test_of_strides_that_fit_as_well_the_nearest_to_the_offset_is_taken(sides):
@@ -220,6 +224,20 @@ def test_a_figure_of_which_one_take_shows_another_part_is_not_compared(sides):
     assert not list(told([by["l_thigh_sagittal"]], ""))[1:]  # nothing is left to be tested
     alike = changes(visit(sides[1], 15.0, 0.1), first, True)
     assert all(change.differs for change in alike)
+
+
+def test_what_doubtful_poses_differ_by_is_not_said_to_be_a_change(sides):
+    """A walk and its stretched video: "double support -17 ± 5 %", and no word that the poses were suspicious."""
+
+    def visit(side, high_deg, *findings):
+        ranges = {"r_knee_flexion": {"p05_p95_deg": high_deg, "p05_p95_error_deg": 4.0, "frames": 100}}
+        return with_run(side, measures=rows_of({"range_of_motion": ranges}), findings=findings)
+
+    stretched = notice("played-backwards")
+    for findings, differs in (((), True), ((stretched,), None)):
+        found = compared([visit(sides[0], 70.0), visit(sides[1], 15.0, *findings)], "cycles")
+        assert [change.differs for change in found.pairs[0].changes] == [differs]
+        assert ("whether any is real cannot be told" in " ".join(result(found.pairs[0]))) == (differs is None)
 
 
 def test_of_many_figures_one_that_chance_may_have_made_is_not_said_to_differ(sides):
