@@ -300,6 +300,9 @@ def _rests(filtered: PoseSequence, rectified: Rectified) -> bool:
     root, covariance, shared = filtered.root, filtered.root_covariance, filtered.root_shared
     if root is None or covariance is None or shared is None:
         return False
-    own = own_covariance(root, covariance, rectified.R_source_from_level[2], *shared)
-    moved = ((root - np.nanmean(root, axis=0)) ** 2).sum(axis=1)
-    return bool(np.nanmedian(np.einsum("tii->t", own)) > np.nanmean(moved))
+    own = np.einsum("tii->t", own_covariance(root, covariance, rectified.R_source_from_level[2], *shared))
+    known = np.isfinite(root).all(axis=1) & np.isfinite(own)
+    if not known.any():
+        return False
+    moved = ((root[known] - root[known].mean(axis=0)) ** 2).sum(axis=1)
+    return bool(np.median(own[known]) > moved.mean())
