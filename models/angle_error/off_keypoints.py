@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...pipeline.signals.angles import FINE, UNTRUSTED
+from ...pipeline.signals.angles import EXCHANGED, FINE, UNTRUSTED
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ...pipeline.signals.reprojection import LIMBS, Residuals
 from ...pipeline.signals.visibility import SURE_SCORE
@@ -83,17 +83,16 @@ def widened(
 def without_exchanged(
     series: Mapping[str, AngleSeries], doubt: Mapping[str, np.ndarray]
 ) -> dict[str, AngleSeries]:
-    """The angles (T,), not to be trusted where they rest on limbs that may be exchanged. doubt: of
-    swap_repair.in_doubt."""
+    """The angles (T,), none where they rest on limbs that may be exchanged. doubt: of swap_repair.in_doubt."""
     result = dict(series)
     for limb, rows in doubt.items():
         for name in series:
             if name == _TURN or any(joint.endswith(_EXCHANGED[limb]) for joint in ALL_ANGLES[name].joints):
-                result[name] = _widened(result[name], np.where(rows, np.inf, 0.0))
+                result[name] = _widened(result[name], np.where(rows, np.inf, 0.0), EXCHANGED)
     return result
 
 
-def _widened(angle: AngleSeries, more_deg: np.ndarray) -> AngleSeries:
+def _widened(angle: AngleSeries, more_deg: np.ndarray, why: int = UNTRUSTED) -> AngleSeries:
     sd = np.hypot(angle.sd_deg, more_deg)
     lost = sd > MAX_SD_DEG
     return replace(
@@ -101,5 +100,5 @@ def _widened(angle: AngleSeries, more_deg: np.ndarray) -> AngleSeries:
         value_deg=np.where(lost, np.nan, angle.value_deg),
         sd_deg=np.where(lost, np.nan, sd),
         noise_deg=np.where(lost, np.nan, np.hypot(angle.noise_deg, more_deg)),
-        reason=np.where(lost & (angle.reason == FINE), UNTRUSTED, angle.reason).astype(np.int8),
+        reason=np.where(lost & (angle.reason == FINE), why, angle.reason).astype(np.int8),
     )

@@ -58,10 +58,9 @@ def in_words(path: Path) -> str:
         missing = "" if find_spec("h5py") else "; reading it needs h5py: pip install 'pcnet3d[hdf5]'"
         return f"a file of MATLAB 7.3 or HDF5{missing}"
     known = (words for begins, words in _KINDS.items() if begins in (start[: len(begins)], start[8:12]))
-    text = start[:16].decode("ascii", "replace")
-    return next(
-        known, f"a file that begins with {text!r}" if text.isprintable() and text.isascii() else _UNKNOWN
-    )
+    text = start.decode("utf-8-sig", "replace")[:16]
+    is_text = text.translate(dict.fromkeys(b"\t\n\r")).isprintable() and "\ufffd" not in text
+    return next(known, f"a file that begins with {text!r}" if is_text else _UNKNOWN)
 
 
 def why_no_joints(path: Path) -> str:

@@ -30,9 +30,7 @@ _MOVES = 0.15  # statures: how far a hand or foot goes at least before slowness 
 _FALL = 9.81 / 1.7  # statures / s2 of an adult; of people 1.2 to 2 m tall it is within a fifth of the pace
 _PACE = 1.5  # times too slow, or too fast; slow motion is of twice and more
 _STEPS_PER_MIN = (40.0, 240.0)  # stroke patients walk at 45 and more, sprinters run at up to 300
-_UNHURRIED = (
-    1.0  # statures a second: hands and feet of a walk at under 40 steps have 0.7, a skater's, who glides, 2.1
-)
+_UNHURRIED = 1.0  # statures a second: limbs of a walk at under 40 steps have 0.7, a skater's, who glides, 2.1
 _STEP = 0.25  # legs: by how much the ankles' separation changes from step to step at least
 _FEWEST = 4  # steps
 _WALKS_DEG = 32.0  # of the knee that bears the body as the legs pass: lifted walks have 11 to 30 and the

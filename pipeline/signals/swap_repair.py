@@ -6,7 +6,7 @@ not change their length more, a walker's legs not alternate less.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import asdict
 from typing import Any
 
@@ -17,7 +17,7 @@ from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.take import Swaps, Take
 from .alternation import alternation
-from .swaps import Swap, assumed_times, find_swaps, has_depth, kinds
+from .swaps import Kind, Swap, assumed_times, find_swaps, has_depth, kinds
 
 _CODES = {"report": "swaps-found", "repair": "swaps-repaired", "mask": "swaps-masked"}
 _MOST_RANGES = 8  # told of one kind
@@ -27,7 +27,7 @@ _BONES = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "
 
 def repair_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
     """A copy in which the swaps that find_swaps found in these poses are put right; the history lists them."""
-    ways = {way.name: way for way in kinds(poses.layout, has_depth(poses))}
+    ways = _ways(poses)
     joints, confidence = poses.joints.copy(), poses.confidence.copy()
     swaps = tuple(swaps)
     for swap in swaps:
@@ -40,7 +40,7 @@ def repair_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
 
 def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
     """A copy in which the joints that are exchanged or mirrored are missing; the history lists them."""
-    ways = {way.name: way for way in kinds(poses.layout, has_depth(poses))}
+    ways = _ways(poses)
     joints = poses.joints.copy()
     swaps = tuple(swaps)
     for swap in swaps:
@@ -52,17 +52,22 @@ def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
     return poses.with_(joints=joints, feet=feet).noted("swaps", masked=as_frames(poses, swaps))
 
 
+def _ways(poses: PoseSequence) -> dict[str, Kind]:
+    """The ways to be wrong by their names."""
+    return {way.name: way for way in kinds(poses.layout, has_depth(poses))}
+
+
 def _feet(poses: PoseSequence, swaps: Iterable[Swap], exchanged: bool) -> np.ndarray | None:
     """The feet (T, 6, D) with those of exchanged legs exchanged too, if asked for, and missing where a leg is masked or
     mirrored in depth."""
     if poses.feet is None:
         return None
-    feet = poses.feet.copy()
+    feet, ways = poses.feet.copy(), _ways(poses)
     for swap in swaps:
-        rows = slice(swap.first_row, swap.last_row + 1)
-        if swap.kind.startswith("legs") and exchanged:
+        way, rows = ways[swap.kind], slice(swap.first_row, swap.last_row + 1)
+        if way.exchanged and way.limb == "leg" and exchanged:
             feet[rows] = feet[rows][:, FEET.mirror]
-        elif "arm" not in swap.kind:
+        elif way.limb != "arm":
             feet[rows] = np.nan
     return feet
 
@@ -197,8 +202,13 @@ def _treated(
     found = find_swaps(poses)
     swaps, doubts = settled(poses, found)
     left = [swap for swap in found if how == "report" or swap not in swaps]
-    frames = [(swap.kind, *poses.frame_index[[swap.first_row, swap.last_row]].tolist()) for swap in left]
-    values: dict[str, Any] = {"what": what, "kinds": sorted({swap.kind for swap in found}), "frames": frames}
+    ways = _ways(poses) if left else {}
+    exchanged = [
+        (ways[swap.kind].limb, *poses.frame_index[[swap.first_row, swap.last_row]].tolist())
+        for swap in left
+        if ways[swap.kind].exchanged
+    ]
+    values: dict[str, Any] = {"what": what, "exchanged": exchanged}
     notices = [notice("swaps-doubtful", doubt=doubt, **values) for doubt in doubts]
     if swaps:
         wrong = int(wrong_rows(poses, swaps).sum())
@@ -217,13 +227,18 @@ def in_doubt(take: Take) -> dict[str, np.ndarray]:
     poses = take.need("poses")
     doubt: dict[str, np.ndarray] = {}
     of = ("poses", "keypoints") if poses.made_by.in_run else ("poses",)
-    said = [each.values for each in take.said if each.code in ("swaps-found", "swaps-doubtful")]
-    left = [span for values in said if values.get("what") in of for span in values.get("frames", ())]
-    for kind, first, last in left:
-        if kind.endswith("exchanged"):
-            limb, rows = kind.split("s ")[0], (first <= poses.frame_index) & (poses.frame_index <= last)
-            doubt[limb] = doubt.get(limb, False) | rows
+    for limb, first, last in left_exchanged(take.said, of):
+        rows = (first <= poses.frame_index) & (poses.frame_index <= last)
+        doubt[limb] = doubt.get(limb, False) | rows
     return doubt
+
+
+def left_exchanged(
+    said: Iterable[Notice], of: Collection[str] = ("poses", "keypoints")
+) -> list[tuple[str, int, int]]:
+    """("leg" or "arm", the first frame, the last) of limbs that may be exchanged, and were left so."""
+    told = (each.values for each in said if each.code in ("swaps-found", "swaps-doubtful"))
+    return [span for values in told if values.get("what") in of for span in values.get("exchanged", ())]
 
 
 def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSequence, Notice]:

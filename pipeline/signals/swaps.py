@@ -93,12 +93,13 @@ class Kind:
     """One way to be wrong, which is also its own repair: vectors between joints change their sign.
 
     pairs: (M, 2) joints. exchanged: the two of a pair change places; otherwise the first one's depth is mirrored
-    through the second one.
+    through the second one. limb: "leg" or "arm", "" of the whole body.
     """
 
     name: str
     pairs: np.ndarray
     exchanged: bool
+    limb: str = ""
 
     def vectors(self, joints: np.ndarray) -> np.ndarray:
         """(T, M, D or 1) what changes its sign. joints: (T, J, D) in IMAGE, or CAMERA for depth."""
@@ -125,27 +126,27 @@ def kinds(layout: Layout, depth: bool) -> tuple[Kind, ...]:
     """Exchanged legs or arms; with depth (H36M17 in CAMERA axes) also the whole body mirrored in depth through the
     pelvis, or a limb through its hip or shoulder."""
     limbs = {
-        f"{side}_{limb}": [layout.index(f"{side}_{part}") for part in parts if f"{side}_{part}" in layout]
+        (side, limb): [layout.index(f"{side}_{part}") for part in parts if f"{side}_{part}" in layout]
         for limb, parts in (("leg", _LEG), ("arm", _ARM))
         for side in "lr"
     }
-    legs, arms = (list(zip(limbs[f"l_{limb}"], limbs[f"r_{limb}"], strict=True)) for limb in ("leg", "arm"))
-    found = [
-        Kind(f"{name} exchanged", np.array(pairs), True) for name, pairs in (("legs", legs), ("arms", arms))
-    ]
+    found = []
+    for limb in ("leg", "arm"):
+        pairs = np.array(list(zip(limbs["l", limb], limbs["r", limb], strict=True)))
+        found.append(Kind(f"{limb}s exchanged", pairs, True, limb))
     if depth:
         pelvis = layout.index("pelvis")
-        mirrors = {"body": [(joint, pelvis) for joint in range(len(layout)) if joint != pelvis]}
-        mirrors |= {name: [(joint, root) for joint in rest] for name, (root, *rest) in limbs.items()}
-        found += [
-            Kind(f"{name} mirrored in depth", np.array(pairs), False) for name, pairs in mirrors.items()
-        ]
+        body = [(joint, pelvis) for joint in range(len(layout)) if joint != pelvis]
+        found.append(Kind("body mirrored in depth", np.array(body), False))
+        for (side, limb), (root, *rest) in limbs.items():
+            pairs = np.array([(joint, root) for joint in rest])
+            found.append(Kind(f"{side}_{limb} mirrored in depth", pairs, False, limb))
     return tuple(found)
 
 
 def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
     """Runs of rows in which limbs are exchanged or, in 3D, mirrored in depth, in the order in which to repair them:
-    first certain ones, then those that are more likely than not.
+    first certain ones, then those that are more likely than not, last joints that leap (`_leapt`).
 
     poses: 2D keypoints of any layout, or H36M17; a layout without hips or shoulders has no swaps. Depth is judged in
     CAMERA axes only. Clips between seams, missing frames and empty rows are judged one by one; NaN joints are ignored.

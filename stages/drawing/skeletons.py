@@ -17,7 +17,7 @@ from .page import kit
 def key_rows(joints: np.ndarray, count: int = 6, doubts: np.ndarray | None = None) -> list[int]:
     """Rows that show what happens in a take: of each of `count` equal parts the one whose posture is farther from the
     take's median posture than nine in ten of that part, so that neither rest nor an outlier is shown. joints: (T, J, 3)
-    in BODY, any unit. doubts: (T,) the less of them, the better a row; those above a quarter of a part are left out."""
+    in BODY, any unit. doubts: (T,) of each row; of a part only the quarter with the fewest is looked at."""
     seen = np.flatnonzero(is_finite(joints).mean(axis=1) > 0.5)
     if not len(seen):
         return []

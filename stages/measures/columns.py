@@ -8,7 +8,7 @@ import numpy as np
 
 from ...models.angle_error.repeatability import Between, difference_sd, range_sd
 from ...pipeline.core.measures import SD_90, Curve
-from ...pipeline.signals.angles import UNDEFINED, UNTRUSTED, of_both, unwrapped
+from ...pipeline.signals.angles import EXCHANGED, UNDEFINED, UNTRUSTED, of_both, unwrapped
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from .cycles import alike, normalised
 from .figures import FEWEST_FOR_SD
@@ -51,11 +51,11 @@ class Columns:
     def sd(self, angle: str) -> np.ndarray:
         return self.columns.get(f"{angle}_sd_deg", np.full(len(self.times), np.nan))
 
-    def untold(self, angle: str) -> float:
-        """The share of the take's frames in which the joints were seen, and the angle cannot be told all the same: near
-        the axis that it turns about, or by an error that is too large."""
-        reason = self.columns.get(f"{angle}_reason")
-        return 0.0 if reason is None else float(np.isin(reason, (UNDEFINED, UNTRUSTED)).mean())
+    def untold(self, angle: str) -> dict[int, float]:
+        """{code: share of the take's frames} in which the joints were seen, and the angle cannot be told all the same:
+        near the axis that it turns about, by an error that is too large, or by limbs that may be exchanged."""
+        reason, codes = self.columns.get(f"{angle}_reason"), (UNDEFINED, UNTRUSTED, EXCHANGED)
+        return {} if reason is None else {code: float((reason == code).mean()) for code in codes}
 
     def cycles(self, angle: str, spans: np.ndarray) -> Curve | None:
         """Mean and, of six or more, standard deviation of an angle over spans (N, 2) in seconds; None when none is

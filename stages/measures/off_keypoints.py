@@ -77,9 +77,9 @@ def exchanged(take: Take, residuals: Residuals | None) -> list[Notice]:
     if residuals is None:
         return []
     keypoints, times, most, said = take.need("keypoints"), take.need("poses").times, agrees(residuals), []
-    for limb, way in zip(("leg", "arm"), kinds(keypoints.layout, depth=False), strict=True):
+    for way in kinds(keypoints.layout, depth=False):
 
-        def farthest(of: Residuals, pick: np.ufunc, limb: str = limb) -> np.ndarray:
+        def farthest(of: Residuals, pick: np.ufunc, limb: str = way.limb) -> np.ndarray:
             return pick(*(steady(of.limb(f"{side}_{limb}")) for side in "rl"))
 
         off = farthest(residuals, np.minimum) > most
@@ -88,7 +88,7 @@ def exchanged(take: Take, residuals: Residuals | None) -> list[Notice]:
         joints, confidence = way.applied(keypoints.joints), way.applied(keypoints.confidence)
         other = residuals_of(take.with_(keypoints=keypoints.with_(joints=joints, confidence=confidence)))
         if other and (spans := _spans(off & (farthest(other, np.maximum) <= most), times)):
-            said.append(notice("swapped-to-keypoints", limbs=f"{limb}s", when=spans_in_words(spans)))
+            said.append(notice("swapped-to-keypoints", limbs=f"{way.limb}s", when=spans_in_words(spans)))
     return said
 
 

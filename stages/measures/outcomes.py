@@ -7,11 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, SEEN, Measure, Remark, Row
 from ...pipeline.core.notices import Notice, grave
 from ...pipeline.signals.rates import against_rate
-from ...pipeline.signals.swaps import kinds
+from ...pipeline.signals.swap_repair import left_exchanged
 
 # Seconds of the briefest movement that the program recognises: of knee bends, raised arms, punches and kicks the
 # briefest of the labelled takes (models/lab/evaluation/movements.json), three steps at 120 a minute (Perry & Burnfield
@@ -29,8 +28,6 @@ _TURNED = {
 }
 
 
-_EXCHANGED = ("swaps-found", "swaps-doubtful")  # and left so
-_LEGS_EXCHANGED = kinds(H36M17, depth=False)[0].name
 _BASIS = ("frames", "nan_share")  # stages/measures/figures.py
 _BY_HEIGHT = ("punches", "kicks")  # how high a hand or foot is makes them
 _BY_TIME = ("walking", "jumps", *_BY_HEIGHT)  # how long it takes, how fast
@@ -62,9 +59,7 @@ def doubts_of(said: Iterable[Notice], unsure: Mapping[str, np.ndarray]) -> Doubt
     """What notices leave open, and joints of which the detector is unsure, each (T,) of
     signals.reprojection.unsure_joints. Of turned bodies those of suspicious or unusable poses count."""
     said = tuple(said)
-    exchanged = any(
-        each.code in _EXCHANGED and _LEGS_EXCHANGED in each.values.get("kinds", ()) for each in said
-    )
+    exchanged = any(limb == "leg" for limb, *_ in left_exchanged(said))
     return Doubts(
         next((_TURNED[each.code] for each in grave(said) if each.code in _TURNED), ""),
         "the frame rate may be wrong" * bool(against_rate(said)),

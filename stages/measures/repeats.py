@@ -139,8 +139,8 @@ def repeats(
     elif found or not held:
         why = _in_part(first_s, last_s, found, parts)
     if not why and uncertain:
-        which = "another" if others else "an"
-        why = [f"it is uncertain whether {which} angle rises by {asked:g} degrees and comes back"]
+        again = " once more" * bool(others)
+        why = [f"it is uncertain whether the angle rises by {asked:g} degrees{again} and comes back"]
     unseen = "count_reason" if found else "reason"
     said = [Remark(unseen, "; ".join(why))] if why else []
     rows: list[Row] = [Measure("count", len(found)), *said, *basis(driver), *holds(held)]

@@ -23,7 +23,7 @@ from ...pipeline.core.notices import Notice, notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
-from ...pipeline.signals.angles import ANGLES, continuous
+from ...pipeline.signals.angles import ANGLES, EXCHANGED, UNDEFINED, UNTRUSTED, continuous
 from ...pipeline.signals.filters import breaks
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ...pipeline.signals.norms import cannot_be_told
@@ -48,6 +48,11 @@ _ANY, _SHARE = 20.0, 0.5  # degrees that a repetition rises by at least, and of 
 # validation takes (knees 8.4, arms 6.3, elbows 10).
 _UNSTATED_DEG = 8.0
 _UNTOLD = "the error is larger than the motion"
+_UNSHOWN = {
+    UNDEFINED: "are near its axis",
+    UNTRUSTED: "are too uncertain",
+    EXCHANGED: "have limbs that may be exchanged",
+}
 
 
 @dataclass(frozen=True)
@@ -239,9 +244,10 @@ def _range(take: Columns, name: str, own_zero: bool, unsure: Mapping[str, np.nda
         return [Remark("reason", f"fewer than {FEWEST} frames have this angle"), *basis(values)]
     sd = take.sd(name)
     lifted = bool(take.unstated_deg) or np.isfinite(sd).any()
-    if lifted and (hidden := take.untold(name)) > _OUTERMOST:
+    if lifted and sum((untold := take.untold(name)).values()) > _OUTERMOST:
         # A lift's frames near the axis are the outermost, of an arm raised sideways; which they are differs by camera.
-        why = f"{100 * hidden:.0f} % of the frames are near its axis or too uncertain; the others do not show its range"
+        parts = [f"{100 * part:.0f} % {_UNSHOWN[code]}" for code, part in untold.items() if part >= 0.005]
+        why = f"of the frames {', '.join(parts)}; the others do not show its range"
         return [Remark("reason", why), *basis(values)]
     (low, high), (at_low, at_high) = ends(values, sd)
     lowest, highest = np.percentile(every[np.isfinite(every)], [5, 95])

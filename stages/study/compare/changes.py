@@ -119,8 +119,8 @@ def told(changes: list[Change], against: str) -> Iterator[str]:
         return
     beyond = sum(not change.within_error for change in tested)
     if all(change.differs is None for change in tested):
-        are = how_many(beyond, "difference")
-        yield f"{are} of {len(tested)} exceed their MDC90; whether any is real cannot be told of doubtful poses"
+        are = f"{beyond} of {how_many(len(tested), 'difference')} {'exceeds its' if beyond == 1 else 'exceed their'}"
+        yield f"{are} MDC90; whether any is real cannot be told of doubtful poses"
         return
     apart = sorted((change for change in tested if change.differs), key=lambda change: change.chance)
     are = "are beyond their" if beyond > 1 else "is beyond its"

@@ -316,6 +316,7 @@ def _half_an_array(path):
         ),
         ("a.json", lambda path: path.write_text('{"poses": 3}'), "JSON that begins with '{\"poses"),
         ("a.csv", lambda path: path.write_text("time,hip_x"), "a file that begins with 'time,hip_x"),
+        ("b.csv", lambda path: path.write_bytes("höhe\n1".encode()), "a file that begins with 'höhe"),
         ("a.doc", lambda path: path.write_bytes(b"\xd0\xcf"), r"no text(?!.*\\x)"),
         ("a.webp", lambda path: path.write_bytes(b"RIFFF~\x0b\x00WEBPVP8X"), r"a WebP image(?!.*\\x)"),
         (

@@ -8,11 +8,12 @@ from pcnet3d.models.angle_error.off_keypoints import agrees, steady, widened, wi
 from pcnet3d.models.angle_error.take_angles import AngleSeries
 from pcnet3d.pipeline import H36M17, Take
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.signals.angles import ANGLES, UNTRUSTED
+from pcnet3d.pipeline.signals.angles import ANGLES, EXCHANGED
 from pcnet3d.pipeline.signals.reprojection import Residuals, limb_scores, residuals_of, straight_in_image
-from pcnet3d.pipeline.signals.swap_repair import in_doubt, treated
+from pcnet3d.pipeline.signals.swap_repair import in_doubt, left_exchanged, treated
 from pcnet3d.pipeline.signals.swaps import kinds
 from pcnet3d.stages.measures.off_keypoints import exchanged, not_shown
+from pcnet3d.stages.measures.outcomes import doubts_of
 
 LEGS, ARMS = kinds(H36M17, depth=False)
 
@@ -127,7 +128,7 @@ def test_angles_of_limbs_that_may_be_exchanged_are_withheld(filmed):
     gone = {name for name, of in found.items() if np.isnan(of.value_deg).any()}
     assert {"r_elbow_flexion", "l_shoulder_flexion", "thorax_pelvis_rotation"} <= gone
     assert not gone & {"r_knee_flexion", "l_thigh_sagittal", "trunk_lean_sagittal"}
-    assert (np.flatnonzero(found["r_elbow_flexion"].reason == UNTRUSTED) == rows).all()
+    assert (np.flatnonzero(found["r_elbow_flexion"].reason == EXCHANGED) == rows).all()
 
 
 def test_exchanged_keypoints_say_nothing_of_poses_that_were_not_lifted_from_them(filmed):
@@ -137,3 +138,14 @@ def test_exchanged_keypoints_say_nothing_of_poses_that_were_not_lifted_from_them
     assert in_doubt(filmed.saying(*said)) == {}
     lifted = filmed.poses.with_(made_by=MadeBy("estimated", "pcnet3d", in_run=True))
     assert in_doubt(filmed.with_(poses=lifted).saying(*said))["leg"].sum() == 6
+
+
+@pytest.mark.parametrize(("how", "doubted"), [("report", True), ("repair", False)])
+def test_legs_that_were_put_right_leave_no_doubt_which_leg_is_which(filmed, how, doubted):
+    """Beside arms that were not."""
+    legs, arms = kinds(filmed.keypoints.layout, depth=False)
+    joints = filmed.keypoints.joints.copy()
+    joints[30:33], joints[45:] = legs.applied(joints[30:33]), arms.applied(joints[45:])
+    _, _, said, _ = treated(None, filmed.keypoints.with_(joints=joints), how)
+    assert {limb for limb, *_ in left_exchanged(said)} == {"arm", *["leg"] * doubted}
+    assert bool(doubts_of(said, {}).legs) == doubted
