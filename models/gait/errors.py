@@ -103,8 +103,8 @@ class GaitErrors:
     ) -> float:
         """Standard deviation of the mean of `right` values of one side less that of `left` values of the other, in the
         figure's unit, of a length in lengths of a leg; NaN where it is not known. figure: of OF_SIDES. depth:
-        `depth_of_steps`. scatter: as in `mean`, of which only what is beyond the usual one makes it larger: that
-        widens the median of validation walks from 21.8 to 22.4 % of a step time."""
+        `depth_of_steps`. scatter: of each side's values about their own mean, of which only what is beyond the usual
+        one counts: in 134 lifted validation walks the median bar grows from 22.8 to 23.3 % of a step time."""
         own = self.differences[gait].get(figure)
         if own is None:
             return float("nan")

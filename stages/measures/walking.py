@@ -273,7 +273,9 @@ class _Means:
         """Of the mean of the right side's values less that of the left's; NaN where none is stated."""
         if self.errors is None or (name in OF_LENGTH and np.isnan(self.root_sd)):
             return float("nan")
-        spread = scatter(np.concatenate([right, left]))
+        # Of each side about its own mean: what the sides differ by is no scatter.
+        off = np.concatenate([side - side.mean() for side in (right, left)])
+        spread = scatter(off) * float(np.sqrt((len(off) - 1) / (len(off) - 2))) if len(off) > 2 else np.nan
         own = self.errors.difference(self.gait, name, len(right), len(left), self.depth, spread)
         return float(self.leg * own if name in OF_LENGTH else own)
 
