@@ -36,10 +36,10 @@ _OF_ARMS = (
     "elbow_flexion",
 )
 # An angle of one of these joints rests on the limb. Root mean square errors on lifted validation takes, where the
-# detector has exchanged the legs, or the arms: thigh against trunk 9 degrees for 4, shoulder flexion 22 for 8; and the
-# thorax against the pelvis, about a line between shoulders or hips, 10 and 16 for 5.
+# detector has exchanged the legs, or the arms: thigh against trunk 9 degrees for 4, shoulder flexion 22 for 8. And
+# these about a line between hips or shoulders: the thorax against the pelvis 10 and 16 for 5.
 _EXCHANGED = {"leg": ("knee", "heel"), "arm": ("elbow",)}
-_TURN = "thorax_pelvis_rotation"
+_ABOUT = {"leg": ("thorax_pelvis_rotation", "pelvis_obliquity"), "arm": ("thorax_pelvis_rotation",)}
 _FRAMES = 5  # median over so many: an error of one frame is the keypoint's, which the lifter has not followed
 
 
@@ -87,7 +87,8 @@ def without_exchanged(
     result = dict(series)
     for limb, rows in doubt.items():
         for name in series:
-            if name == _TURN or any(joint.endswith(_EXCHANGED[limb]) for joint in ALL_ANGLES[name].joints):
+            rests = any(joint.endswith(_EXCHANGED[limb]) for joint in ALL_ANGLES[name].joints)
+            if rests or name in _ABOUT[limb]:
                 result[name] = _widened(result[name], np.where(rows, np.inf, 0.0), EXCHANGED)
     return result
 

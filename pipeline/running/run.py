@@ -211,7 +211,7 @@ def bytes_needed(recipe: Recipe, *takes: Take) -> int:
     needed, recorded = 0, recipe.has("record")
     for take in takes:
         first, last = take.video.span if take.video else (0, -1)
-        needed += _FIXED_BYTES + _FRAME_BYTES * (len(take.rows) if take.rows else last + 1 - first)
+        needed += _FIXED_BYTES + _FRAME_BYTES * (last + 1 - first if take.rows is None else len(take.rows))
         needed += take.video.span_bytes if take.video and recorded and take.told.images else 0
     return needed
 

@@ -135,7 +135,7 @@ def repeats(
     gaps = hiding(driver, take.times, among, take.seams, briefest_s, may_be)
     why = []
     if gaps and (others or not near):
-        why = [f"not seen from {spans_in_words(gaps)}"]
+        why = [f"the angle is not known from {spans_in_words(gaps)}"]
     elif found or not held:
         why = _in_part(first_s, last_s, found, parts)
     if not why and uncertain:

@@ -216,7 +216,7 @@ def test_a_gap_in_the_squat_is_counted_as_missing_and_no_squat(walk, without):
     assert found["knee_bends"]["count"] == 0
     assert found["knee_bends"]["nan_share"] == pytest.approx((rows.stop - rows.start) / len(walk), abs=0.02)
     begin, end = walk.time_s[rows.start - 1], walk.time_s[rows.stop]
-    assert found["knee_bends"]["reason"] == f"not seen from {begin:.2f} to {end:.2f} s"
+    assert found["knee_bends"]["reason"] == f"the angle is not known from {begin:.2f} to {end:.2f} s"
 
 
 @pytest.fixture
@@ -240,9 +240,9 @@ def test_a_gap_that_cuts_one_of_several_squats_is_told(squats):
     found = nested(take.measures)["knee_bends"]
     begin, end = (middle - 14) / 30, (middle + 14) / 30
     assert found["count"] == 3
-    assert found["count_reason"] == f"not seen from {begin:.2f} to {end:.2f} s"
+    assert found["count_reason"] == f"the angle is not known from {begin:.2f} to {end:.2f} s"
     assert answer(take)[0].startswith(
-        f"Squatted at least 3 times (not seen from {begin:.2f} to {end:.2f} s), the less bent knee to "
+        f"Squatted at least 3 times (the angle is not known from {begin:.2f} to {end:.2f} s), the less bent knee to "
     )
     assert f"There may be more: {found['count_reason']}." in happened(take.measures, "m")
 

@@ -29,7 +29,7 @@ def test_who_stands_still_before_or_after_a_long_gap_may_have_moved_in_it(unseen
     """The first 42 % of the frames were not seen, and the page said that there were no knee bends."""
     found = bends(np.where(unseen, np.nan, REST))
     assert (found["outcome"], found["count"]) == (CANNOT_BE_TOLD, 0)
-    assert found["reason"].startswith("not seen from")
+    assert found["reason"].startswith("the angle is not known from")
 
 
 @pytest.mark.parametrize("unseen", [TIME < 0, TIME < 0.3, TIME > 11.6, (TIME > 4) & (TIME < 4.3)])
