@@ -15,6 +15,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.inspect.image import from_the_front
 from ...pipeline.signals.reprojection import LIMBS, residuals_of, unsure_joints
+from ...pipeline.signals.swap_repair import in_doubt
 from ...pipeline.signals.visibility import certain
 from ..drawing import palette
 from ..drawing.page import figure, picture
@@ -54,15 +55,15 @@ def key_figures(take: Take) -> list[Markup]:
 
 
 def _doubts(take: Take) -> np.ndarray:
-    """(T,) how many limbs contradict their keypoints, and of how many joints the detector is unsure: there the skeleton
-    beside the image shows another posture."""
+    """(T,) how many limbs contradict their keypoints or may be exchanged, and of how many joints the detector is
+    unsure: there the skeleton beside the image shows another posture."""
     count = np.zeros(len(take.need("poses")))
     if (found := residuals_of(take)) is not None:
         most = agrees(found)
         for limb in LIMBS:
             count += steady(found.limb(limb)) > most
-    for unsure in unsure_joints(take).values():
-        count += unsure
+    for doubtful in (*in_doubt(take).values(), *unsure_joints(take).values()):
+        count += doubtful
     return count
 
 
