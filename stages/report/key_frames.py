@@ -62,8 +62,10 @@ def _doubts(take: Take) -> np.ndarray:
         most = agrees(found)
         for limb in LIMBS:
             count += steady(found.limb(limb)) > most
-    for doubtful in (*in_doubt(take).values(), *unsure_joints(take).values()):
-        count += doubtful
+    for both in in_doubt(take).values():
+        count += 2 * both
+    for unsure in unsure_joints(take).values():
+        count += unsure
     return count
 
 
