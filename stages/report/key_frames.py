@@ -24,6 +24,7 @@ from ..drawing.words import spoken
 from .events import Event, event_beside, events
 
 FRAMES = 6
+_WORST = 100  # doubts: any other frame is shown before one with limbs that may be exchanged
 _APART = 0.04  # of the take: closer to an event, another frame shows the same
 _SIDE = 360  # pixels of a key frame's longer side
 _ROOM = 1.35  # around the person, in sizes of the keypoints' box
@@ -62,8 +63,8 @@ def _doubts(take: Take) -> np.ndarray:
         most = agrees(found)
         for limb in LIMBS:
             count += steady(found.limb(limb)) > most
-    for both in in_doubt(take).values():
-        count += 2 * both
+    for exchanged in in_doubt(take).values():
+        count += _WORST * exchanged
     for unsure in unsure_joints(take).values():
         count += unsure
     return count
