@@ -275,7 +275,7 @@ def _told(
     unseen = "count_reason" if found else "reason"
     hides = [f"not seen from {spans_in_words(gaps)}"] if gaps else []
     hides += [] if found else near
-    if limb.image is not None and (found or _hides(limb, level.times)):
+    if limb.image is not None and (found or _hides(limb, limb.image, level.times)):
         hides.append(HIDES_PUNCHES)
     said = [Remark(unseen, "; ".join(hides))] if hides else []
     rows: list[Row] = [Measure("count", len(found)), *said, *basis(limb.driver)]
@@ -337,10 +337,11 @@ def _may_punch(limb: _Limb, times: np.ndarray, one: Repetition) -> bool:
     return bool(reaches and _shoots(limb.reach, times, one.peak_s, _LIFTED_RISES))
 
 
-def _hides(limb: _Limb, times: np.ndarray) -> bool:
-    """Whether a lifted arm may punch unseen: it reaches out not far below the shoulder, or is not known for a while."""
+def _hides(limb: _Limb, image: np.ndarray, times: np.ndarray) -> bool:
+    """Whether a lifted arm may punch unseen: it reaches out not far below the shoulder, or is not known for a while.
+    image (T,): of the limb."""
     out = (limb.height > _ANY_HEIGHT) & (derivative(limb.reach, times) > _ANY_SPEED)
-    unknown = stretches(~np.isfinite(limb.reach if limb.image is None else limb.image))
+    unknown = stretches(~np.isfinite(image))
     return bool(out.any()) or any(times[b - 1] - times[a] >= BRIEFEST_S["punches"] for a, b in unknown)
 
 
