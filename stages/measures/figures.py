@@ -75,13 +75,15 @@ def stated(error: float) -> float | None:
 
 def symmetry(right: float, left: float, error: float, of: str = "") -> list[Measure | Remark]:
     """Symmetry index of two figures. error: of right less left, in their unit, NaN where unknown; what both share
-    changes an index little; one that is too large leaves the outcome alone. of: what the name begins with."""
+    changes an index little; one that is too large leaves the outcome alone, and of steps why. of: what the name begins
+    with, of steps."""
     index = symmetry_index(right, left)
     if not np.isfinite(index):
         return []
     error = 200 * error / (right + left)
     if SD_90 * error > _SAYS_NOTHING:
-        return [Remark(f"{of}symmetry_outcome", CANNOT_BE_TOLD)]
+        why = [Remark(f"{of}symmetry_reason", "the error of the difference is too large")] if of else []
+        return [Remark(f"{of}symmetry_outcome", CANNOT_BE_TOLD), *why]
     judged = bool(abs(index) <= SD_90 * error) if np.isfinite(error) else None
     return [Measure(f"{of}symmetry_index", float(index), "percent", stated(error), within_error=judged)]
 

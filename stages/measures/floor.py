@@ -38,7 +38,7 @@ def floor(
         return [Remark("reason", no_place(rectified))]
     walked = grouped(walking)
     if text(walked, "reason"):
-        return [Remark("reason", "it is found by steps, and steps could not be looked for")]
+        return [Remark("reason", "it is found by steps, and whether there are any cannot be told")]
     ankles = {side: filtered.joint(f"{side}_ankle").astype(np.float64) for side in SIDES}
     flat = [
         (side, rows)

@@ -73,13 +73,9 @@ _ELSEWHERE = ("range_of_motion", "symmetry", "paths", "off_keypoints")  # beside
 _RANGES = ("lowest", "highest", "full_range", "p05_p95")
 # What a reader of the page needs a textbook for: summary.json and measures.csv have it.
 FOR_FILES = (
-    "sparc_up",
-    "sparc_down",
-    "log_dimensionless_jerk_up",
-    "log_dimensionless_jerk_down",
-    "places",
-    "sd_reason",
-)
+    "sparc_up", "sparc_down", "log_dimensionless_jerk_up", "log_dimensionless_jerk_down", "places", "sd_reason",
+    "step_time_symmetry_outcome", "stance_time_symmetry_outcome", "step_length_symmetry_outcome",
+)  # fmt: skip
 _LARGE = ("walking_speed", "cadence", "mean_step_length")  # of a walk: the figures to be read first
 _FEW = 3  # members, which are a table's columns
 _MANY = 20  # a list of more is too long for a table

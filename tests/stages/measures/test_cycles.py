@@ -250,6 +250,8 @@ def test_a_difference_of_the_sides_is_not_told_where_twice_as_much_would_lie_wit
     assert [row.name for row in rows] == [told]
     if told == "symmetry_outcome":
         assert rows[0].text == CANNOT_BE_TOLD
+    of_steps = [row.name for row in symmetry(40, 13, error, of="step_time_")]
+    assert ("step_time_symmetry_reason" in of_steps) == (told == "symmetry_outcome")
 
 
 @pytest.mark.parametrize("size", [1.0, 700.0])

@@ -24,7 +24,7 @@ def test_what_legs_or_arms_that_are_missing_would_show_is_not_said_to_be_absent(
         "reason": "fewer than 10 frames have the trunk, both arms and both legs",
     }
     if joint == "l_ankle":
-        assert found["floor"] == {"reason": "it is found by steps, and steps could not be looked for"}
+        assert found["floor"] == {"reason": "it is found by steps, and whether there are any cannot be told"}
     else:
         assert "floor_height" in found["floor"]
 
