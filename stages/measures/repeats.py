@@ -40,11 +40,11 @@ _HIGH = 3  # frames in the upper half of a repetition that is no slip of a detec
 # Standard deviation of one lifted duration, however steeply the angle rises and returns: a few degrees decide whether a
 # swing before a raise belongs to it. Of 208 raises of validation people two in three are off by less.
 _EACH_S = 0.15
-# Of what a repetition rises by at least: its own movements (Repetition.rise) do too, or nobody can say that it is one.
-# Of 900 lifted ones of validation people 25 rise by less, and none of these by enough in the capture; between this and
-# the whole 55 do, of which 15 by enough and 31 by five sixths of it.
+# Share of the threshold that a repetition's own rise (Repetition.rise) must reach, or it is uncertain. Of 900 lifted
+# ones of validation people 25 rise by less, and none of these by enough in the capture; 55 rise by 0.8 to 1 of it, of
+# which 15 rise by enough in the capture and 31 by five sixths of it.
 _OWN = 0.8
-_NEARLY = 0.9  # of that or of its own highest: moments that show that it rises, or comes back
+_NEARLY = 0.9  # share of the threshold, or of its highest: moments that show that it rises, or comes back
 COUNTS, OTHER = "", "another movement"
 _SLIPS = f"what is seen from {{}} lasts fewer than {_HIGH} frames"
 _VAGUE = "what is seen from {} may not rise and come back: the angle is too uncertain"

@@ -37,8 +37,8 @@ _PUNCH_HEIGHT = (-0.6, 0.6)  # arms, of the wrist over the shoulder: from the bo
 # at 1.98 arm lengths a second and more (12 of 14), tennis strokes mostly slower; who runs swings the arms as fast.
 _LIFTED_RISES, _LIFTED_REACH, _LIFTED_SPEED, _IMAGE_RISES = 0.12, 0.7, 1.9, 0.33
 _IMAGE_STRAIGHT = 0.75  # a straight arm is straight in every image: 0.78 to 1 in 22 of 23 punches
-# Lower, or slower, no arm punches, however little a lifter shows: 28 labelled punches and 55 others that were lifted
-# come to -0.56 or higher, at 1.0 arm lengths a second or more. Of 1790 arms that do not punch 46 % stay below.
+# An arm that stays lower or slower does not punch, however little a lifter shows: 28 labelled punches and 28 others,
+# lifted, come to -0.56 or higher, at 1.0 arm lengths a second or more. Of 1790 arms (few punch) 46 % stay below.
 _ANY_HEIGHT, _ANY_SPEED = -0.75, 0.7
 _SOON_S, _AT_ONCE_S = 1 / 3, 0.13  # within which they rise and return; which the image and the lift are apart
 _STEADY_S = 0.1  # median of the image's: keypoints jump for a frame
