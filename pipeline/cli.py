@@ -26,6 +26,7 @@ from .core.errors import InputError
 from .core.messages import Detail, is_verbose, say, set_detail
 from .plugins import registry
 from .plugins.options import did_you_mean
+from .plugins.removed import refuse_removed
 
 _OWN = {
     "run": "pcnet3d.pipeline.running.command:run",
@@ -47,12 +48,14 @@ class _Command(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own = {flag for parameter in self.params for flag in parameter.opts}
+        words = args[: args.index("--")] if "--" in args else args
+        unknown = {word.partition("=")[0] for word in words if word.startswith("--")} - own
+        for flag in unknown:
+            refuse_removed("flags", f"{self.name} {flag}")
         if "--set" in own:
             from .reading.settings import in_words, settings_named
 
-            words = args[: args.index("--")] if "--" in args else args
-            flags = {word.partition("=")[0] for word in words if word.startswith("--")} - own
-            for flag in flags:
+            for flag in unknown:
                 if settings := settings_named(flag):
                     raise InputError("name-unknown", f"There is no {flag}; give {in_words(settings)}.")
         rest = super().parse_args(ctx, args)
@@ -83,6 +86,7 @@ class _Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         name = args[0]
         if name not in _points() and not name.startswith("-"):
+            refuse_removed("commands", name)
             raise InputError("name-unknown", f"There is no command '{name}'; {did_you_mean(name, _points())}")
         return name, load_command(name), args[1:]
 

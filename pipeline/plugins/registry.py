@@ -10,6 +10,7 @@ from typing import Any
 from ..core.errors import InputError
 from ..core.messages import say
 from .options import did_you_mean
+from .removed import refuse_removed
 
 # What pcnet3d asks of an object before it is used (protocols.py), by the group it is registered in; of a model also
 # what it asks of the object that the model opens as.
@@ -56,7 +57,7 @@ def load(group: str, name: str) -> Any:
     or its package when it cannot be imported or lacks what every one of its group has."""
     points = registered(group)
     if name not in points:
-        raise InputError("name-unknown", f"There is no {_one(group)} '{name}'; {did_you_mean(name, points)}")
+        raise _unknown(group, name)
     try:
         loaded = points[name].load()
     except Exception as error:
@@ -88,11 +89,7 @@ def open_model(group: str, name: str | Path) -> Any:
     if name_ not in registered(group):
         if name_.endswith(".onnx") or Path(name).is_file():
             return Path(name)
-        near = did_you_mean(name_, registered(group))
-        raise InputError(
-            "name-unknown",
-            f"There is no {_one(group)} '{name_}'; {near} A network of yours is given as its .onnx file.",
-        )
+        raise _unknown(group, name_, " A network of yours is given as its .onnx file.")
     model = load(group, name_)
     try:
         opened = model.open()
@@ -137,6 +134,12 @@ def _checked(group: str, name: str, loaded: Any, socket: tuple[str, ...]) -> Any
     if missing:
         raise _broken(group, name, f"it has no {', '.join(missing)}")
     return loaded
+
+
+def _unknown(group: str, name: str, hint: str = "") -> InputError:
+    refuse_removed(group, name)
+    near = did_you_mean(name, registered(group))
+    return InputError("name-unknown", f"There is no {_one(group)} '{name}'; {near}{hint}")
 
 
 def _broken(group: str, name: str, reason: str) -> InputError:

@@ -37,11 +37,11 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     known = adapters(gives)
     if name != "auto":
         if name not in known:
-            if name in registry.registered("adapters") and name not in adapters():
-                registry.load("adapters", name)  # says what is wrong with it
+            if name not in adapters():
+                registry.load("adapters", name)  # says that there is none, or what is wrong with it
             raise InputError(
                 "name-unknown",
-                f"There is no adapter '{name}' for {gives or 'files'}; {did_you_mean(name, known)}",
+                f"There is no adapter '{name}' for {gives}; {did_you_mean(name, known)}",
             )
         return known[name]
     fits = [adapter for adapter in known.values() if recognises(adapter, path)]

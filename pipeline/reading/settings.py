@@ -23,6 +23,7 @@ from ..core.take import Handedness, Swaps, Told
 from ..files.atomic import SUMMARY
 from ..plugins import registry
 from ..plugins.options import did_you_mean, option_types, pairs
+from ..plugins.removed import refuse_removed
 from .normalise import Missing
 
 OFF = "off"  # as the value of a whole stage: leave it out
@@ -318,6 +319,8 @@ def _distributed(given: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in settings.items():
         part, dot, key = name.partition(".")
         if part == READ:
+            refuse_removed("settings", name)
+            refuse_removed("settings", f"{name}={value}")
             if key not in reading_options():
                 hint = f"it is {flag_of(key)}." if key in PLACES else did_you_mean(key, reading_options())
                 raise InputError("name-unknown", f"--set {name}: there is no such option; {hint}")

@@ -7,6 +7,7 @@ from typing import Any
 from ..core.errors import InputError
 from ..plugins import registry
 from ..plugins.options import checked, option_types
+from ..plugins.removed import refuse_removed
 from ..reading.settings import OFF, SHORT, TOLD, RunOptions, flag_of
 from .recipe import Recipe, load_recipe
 
@@ -30,8 +31,8 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
         )
     chosen = load_recipe(options.recipe) if recipe is None else recipe
     for entry in chosen.stages:
-        for key in entry.options:
-            _check_not_told(entry.use, key)
+        for key, value in entry.options.items():
+            _check_own(entry.use, key, value)
     if recipe is None:
         chosen = _with_needed(chosen, options, alone)
     for name, value in options.settings.items():
@@ -58,7 +59,7 @@ def checked_setting(name: str, value: Any) -> Any:
     """The value of "STAGE.KEY" in the type that the stage asks for; InputError for a stage, an option or a type that is
     none, naming the nearest that exist, and for what is told of the recording."""
     stage, _, key = name.partition(".")
-    _check_not_told(stage, key)
+    _check_own(stage, key, value)
     return checked(registry.load("stages", stage), what=f"Stage '{stage}'", options={key: value})[key]
 
 
@@ -73,8 +74,11 @@ def _with_needed(recipe: Recipe, options: RunOptions, alone: bool) -> Recipe:
     return recipe
 
 
-def _check_not_told(stage: str, key: str) -> None:
-    """InputError for an option of a stage that has none of that name, because it is told of the recording."""
+def _check_own(stage: str, key: str, value: Any) -> None:
+    """InputError for an option of a stage that has none of that name, because it was removed or is told of the
+    recording."""
+    refuse_removed("settings", f"{stage}.{key}")
+    refuse_removed("settings", f"{stage}.{key}={value}")
     if key in _TOLD and key not in option_types(registry.load("stages", stage)):
         raise InputError(
             "name-unknown",

@@ -1,0 +1,35 @@
+"""What there was and is not any more, with what to do instead.
+
+A name of `REMOVED` is refused with its sentence wherever an unknown name is refused: commands and flags in
+pipeline/cli.py, plug-ins in registry.py, `--set` in pipeline/reading/settings.py and pipeline/running/plan.py, which
+are the only callers of `refuse_removed`.
+
+To add a row: choose the kind, write the name as a user typed it, and one sentence that says what to do instead, in the
+present, without a full stop. Names by kind:
+
+- "commands": "imu". "flags": "COMMAND --FLAG", such as "live --stream".
+- "settings": "STAGE.KEY" or "read.KEY", as `--set` and recipes have it; "STAGE.KEY=VALUE" if only a value went.
+- a group of plug-ins ("adapters", "stages", "writers", "lifters", "detectors", "rectifiers"): the plug-in's name.
+
+tests/pipeline/plugins/test_removed.py tries every row. The table is for those who used an unreleased version: it goes,
+with this module and its four callers, with the first release.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from ..core.errors import InputError
+
+Kind = Literal[
+    "commands", "flags", "settings", "adapters", "stages", "writers", "lifters", "detectors", "rectifiers"
+]
+
+REMOVED: dict[Kind, dict[str, str]] = {}
+
+
+def refuse_removed(kind: str, name: str) -> None:
+    """InputError "name-unknown" with the sentence of that name, if it is one that was removed."""
+    for group, sentences in REMOVED.items():
+        if group == kind and name in sentences:
+            raise InputError("name-unknown", f"{name} was removed: {sentences[name]}.")
