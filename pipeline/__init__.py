@@ -27,16 +27,15 @@ if TYPE_CHECKING:
     from .running.run import run_files
     from .running.runner import Pipeline
     from .signals.angles import ANGLES, REASONS, angles
-    from .signals.swap_repair import mask_swaps, repair_swaps, settled
-    from .signals.swaps import find_swaps
+    from .signals.swaps import find_swaps, mask_swaps
 
 __all__ = [
     "ANGLES", "BODY", "CAMERA", "GL_CAMERA", "H36M17", "IMAGE", "LEVEL", "REASONS", "Y_UP", "Z_UP",
     "Adapter", "Camera", "Frame", "InputError", "Layout", "Lifted", "Lifter", "Measure", "Notice", "Pipeline",
     "PoseSequence", "Rectified", "Rectifier", "RunOptions", "Stage", "Take", "ToLift", "Told", "Video", "Writer",
     "angle_deg", "angles", "change_frame", "check_adapter", "computing_on", "find_swaps", "load_recipe",
-    "mask_swaps", "nested", "notice", "open_take", "own_notice", "planned", "read_run", "remap", "repair_swaps",
-    "rotate", "run_files", "settled", "transpose", "whole_file",
+    "mask_swaps", "nested", "notice", "open_take", "own_notice", "planned", "read_run", "remap",
+    "rotate", "run_files", "transpose", "whole_file",
 ]  # fmt: skip
 
 __getattr__ = lazily(__name__)

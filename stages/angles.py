@@ -26,7 +26,7 @@ from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
 from ..pipeline.signals.reprojection import limb_scores, residuals_of
-from ..pipeline.signals.swap_repair import in_doubt
+from ..pipeline.signals.swaps import in_doubt
 from .lift import Lift
 from .trajectories import Smoother
 

@@ -23,7 +23,7 @@ from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.reading.choose import choose_detected
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
-from ..pipeline.signals.swap_repair import treated
+from ..pipeline.signals.swaps import treated
 from ..pipeline.signals.tracker import LARGER, PACE, REACH, extent
 
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s

@@ -83,7 +83,7 @@ def widened(
 def without_exchanged(
     series: Mapping[str, AngleSeries], doubt: Mapping[str, np.ndarray]
 ) -> dict[str, AngleSeries]:
-    """The angles (T,), none where they rest on limbs that may be exchanged. doubt: of swap_repair.in_doubt."""
+    """The angles (T,), none where they rest on limbs that may be exchanged. doubt: of swaps.in_doubt."""
     result = dict(series)
     for limb, rows in doubt.items():
         for name in series:

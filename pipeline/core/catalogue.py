@@ -179,17 +179,15 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "sides-doubtful": ("warning", "left and right",
         "Left and right are doubtful: {evidence}."),
     "swaps-found": ("warning", "left and right",
-        "The {what} look wrong: {swaps} ({wrong} of {of:~frame}). Look at the video: if so, --set "
-        "read.swaps=repair corrects this, --set read.swaps=mask removes it."),
+        "The {what} look wrong: {swaps} ({wrong} of {of:~frame}). --set read.swaps=mask treats these limbs as missing "
+        "there."),
     "swaps-doubtful": ("warning", "left and right",
         "The {what} look wrong: {doubt}."),
-    "swaps-repaired": ("repair", "left and right",
-        "The {what} were corrected as asked: {swaps} ({wrong} of {of:~frame})."),
     "swaps-masked": ("repair", "left and right",
         "The {what} were masked as asked: {swaps} ({wrong} of {of:~frame})."),
     "swapped-keypoints": ("warning", "left and right",
-        "If the poses were lifted from these keypoints, {wrong:~pose is/poses are} wrong. Leave --poses out and give "
-        "--set read.swaps=repair: then the keypoints are lifted again."),
+        "If the poses were lifted from these keypoints, {wrong:~pose is/poses are} wrong. Correct the keypoints "
+        "and lift them again, or give --set read.swaps=mask."),
     "swapped-to-keypoints": ("warning", "left and right",
         "From {when} poses and keypoints disagree on which of the {limbs} is the right one; one of the two is wrong."),
     "masked-with-keypoints": ("repair", "left and right",

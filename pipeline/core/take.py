@@ -18,7 +18,7 @@ from .pose import PoseSequence, Rectified
 
 CameraMotion = Literal["static", "moving"]
 Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
-Swaps = Literal["report", "repair", "mask"]
+Swaps = Literal["report", "mask"]
 AngleErrors = Literal["judged", "disagreement", "file", "none"]
 
 

@@ -25,8 +25,7 @@ from ..signals.findings import (
     source_findings,
     swap_findings,
 )
-from ..signals.swap_repair import as_frames
-from ..signals.swaps import Swap, find_swaps
+from ..signals.swaps import Swap, as_frames, find_swaps
 from .agreement import Agreement, agreement
 
 __all__ = ["Inspection", "Person", "inspect"]

@@ -17,7 +17,7 @@ from ..files.digest import sha256
 from ..files.video_frames import shown_size
 from ..signals.findings import findings_of
 from ..signals.shapes import copied, keypoints_movement, keypoints_unlike, repeated, rows_lost
-from ..signals.swap_repair import treated
+from ..signals.swaps import treated
 from .choose import RANKS, choose_detected, choose_person, misfit, same_person
 from .clock import (
     Clock,

@@ -26,8 +26,7 @@ from .checks import (
     whole_rows,
 )
 from .shapes import shape_findings
-from .swap_repair import settled, told, wrong_rows
-from .swaps import Swap, find_swaps
+from .swaps import Swap, described, doubts, find_swaps, wrong_rows
 
 # Shares of rows from which a fault is suspicious, and from which nothing can be made of the take.
 _LOST = (0.1, 0.5)
@@ -94,13 +93,13 @@ def row_findings(source: PoseSequence) -> list[Notice]:
 
 
 def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]:
-    """Limbs that are exchanged, or mirrored in depth, for some rows. Those that a run would not repair are notes."""
-    swaps, doubts = settled(source, swaps)
-    found = [notice("swaps-unsure", doubt=doubt) for doubt in doubts]
-    if swaps:
+    """Limbs that are exchanged, or mirrored in depth, for some rows. Those that are not certain are notes."""
+    found = [notice("swaps-unsure", doubt=doubt) for doubt in doubts(source, swaps)]
+    certain = [swap for swap in swaps if swap.certain]
+    if certain:
         wrong = int(wrong_rows(source, swaps).sum())
         weight = weighed(wrong / len(source), _SWAPPED)
-        values: dict[str, Any] = {"wrong": wrong, "of": len(source), "swaps": told(source, swaps)}
+        values: dict[str, Any] = {"wrong": wrong, "of": len(source), "swaps": described(source, certain)}
         found.insert(0, notice("swaps", weight=weight, **values))
     return found
 

@@ -1,4 +1,4 @@
-"""Left and right exchanged, or depth turned over, for some rows of a take: found by continuity.
+"""Left and right exchanged, or depth turned over, for some rows of a take: found, told and masked.
 
 An estimator that takes the left leg for the right one makes both legs leap there and back; one that takes a limb's
 depth for its opposite makes it leap through the plane of the image. Both only change the sign of vectors: from one
@@ -6,15 +6,22 @@ limb to the other, or from a limb's root to its joints along the view. In which 
 and the likeliest states (Viterbi 1967) are those in which these vectors move on steadily. A vector is expected where
 its velocity takes it, unless that is a leap; the distance from there over its usual one is judged by the Cauchy
 distribution, whose tails let a real jerk or a bad point pass. Every change of state has its price. Anatomy
-(checks.handedness_cues) and the rhythm of a walk (alternation.py) tip the scale where continuity leaves it open, and
-never alone. How probable a state is over all sequences (forward-backward) tells what is certain: that limbs changed
-places is often clear when it is not on which side of the change they are wrong, least of all of a long run.
+(checks.handedness_cues) and the rhythm of a walk tip the scale where continuity leaves it open, and never alone. How
+probable a state is over all sequences (forward-backward) tells what is certain: that limbs changed places is often
+clear when it is not on which side of the change they are wrong, least of all of a long run. Nothing is put right: what
+is certain may be masked.
+
+The rhythm: the vector from one side of a walker's legs, or arms, to the other swings to and fro once a stride. Its
+square is the same when the two are exchanged and swings once a step; half the phase of that is the phase of the stride.
+So a row shows whether its sides are as the rest of the walk has them, also where a crossing is too blurred to follow.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -22,11 +29,11 @@ from ..core.anthropometry import trunk_length
 from ..core.blocks import blocks
 from ..core.frames import CAMERA
 from ..core.layouts import Layout
+from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from .alternation import alternation
+from ..core.take import Swaps, Take
 from .checks import handedness_cues, without_made_nose
 from .filters import stretches
-from .hidden_states import SHARPNESS, decoded
 
 _LEG = ("hip", "knee", "ankle", "big_toe", "small_toe", "heel", "foot_index")
 _ARM = ("shoulder", "elbow", "wrist", "pinky", "index", "thumb")
@@ -56,15 +63,35 @@ _APART, _ALIKE, _OPPOSITE, _IN_PLACE = 0.4, 0.6, -0.8, 0.25
 _CROSSED = 0.1  # of the leap: from there on they cross
 _LOOKED_AT = 1024  # rows whose anatomy in all states is taken at once
 _PASSES = 3  # for runs that overlap
+# Of 280 right turns on CMU and ACCAD val subjects 3 stretch bones by more, of 130 wrong ones 3 of 4.
+_STRETCH = 1.1
+_BONES = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+_MOST_RANGES = 8  # named of one kind
+# The rhythm of a walk.
+_STEPS_HZ = np.geomspace(0.7, 4.0, 60)  # of steps of 0.25 to 1.4 s
+_LEAST_ROWS = 4  # in a step: its square would not be seen to swing
+_DEPTH = 0.5  # of the square's swing over its mean: 1 when the sides change places wholly, less when one stays ahead
+_WINDOW = 4.0  # standard deviations after which a Gaussian window ends
+_NOTHING = 1e-12  # of the largest mean: rounding, where nothing was seen
+_AT_ONCE = 2**16  # rows times rates whose rhythm is taken at once; fits the caches
+_FEWEST = 3.0  # steps in a walk, as in models/gait/events.py
+# Agreement: the share of a walk's rows that fit, less that of those that do not. It is about 1 when people walk, below
+# 0.5 when they hop or bow, which swings the square without alternating (CMU and ACCAD val subjects: few between).
+_AGREED = 0.7
+# Vectors are weighed as if hardly independent; with twice the log-likelihood, the runs that are called 50 to 80 %
+# probable are right in about half of the cases, the others in 99 of 100 (CMU and ACCAD val subjects).
+_SHARPNESS = 2.0
+_ROWS = 48  # whose costs are made at once: so few that BLAS shares them among no threads, which would wait
 
 
 @dataclass(frozen=True)
 class Swap:
     """Rows first_row to last_row, both included, that are wrong in one way.
 
-    kind: the name of one of `kinds`. evidence: log-likelihood that continuity gains when they are put right.
+    kind: the name of one of `kinds`. evidence: log-likelihood that continuity gains when they are turned back.
     probability: that these rows are the wrong ones, the median over them; of a long exchange no more than anatomy and
     rhythm say. change: that right and wrong change places at each of their ends inside the clip, whichever is which.
+    against: what speaks against it, as clauses: all swaps of its kind turned back would make the take worse.
     """
 
     kind: str
@@ -73,16 +100,18 @@ class Swap:
     evidence: float
     probability: float = 1.0
     change: float = 1.0
+    against: tuple[str, ...] = ()
 
     @property
     def certain(self) -> bool:
-        """Whether the odds that these rows are wrong are ten to one or better: others are told and left as they are."""
-        return self.probability >= _CERTAIN
+        """Whether the odds that these rows are wrong are ten to one or better, and nothing speaks against it: others
+        are told and left as they are."""
+        return self.probability >= _CERTAIN and not self.against
 
     @property
     def one_sided(self) -> bool:
         """Whether something changed for certain, but not which side of the change is wrong."""
-        return not self.certain and self.change >= _CERTAIN
+        return self.probability < _CERTAIN <= self.change
 
     def __len__(self) -> int:
         return self.last_row - self.first_row + 1
@@ -90,7 +119,7 @@ class Swap:
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """One way to be wrong, which is also its own repair: vectors between joints change their sign.
+    """One way to be wrong, which is also the way back: vectors between joints change their sign.
 
     pairs: (M, 2) joints. exchanged: the two of a pair change places; otherwise the first one's depth is mirrored
     through the second one. limb: "leg" or "arm", "" of the whole body.
@@ -145,8 +174,9 @@ def kinds(layout: Layout, depth: bool) -> tuple[Kind, ...]:
 
 
 def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
-    """Runs of rows in which limbs are exchanged or, in 3D, mirrored in depth, in the order in which to repair them:
-    first certain ones, then those that are more likely than not, last joints that leap (`_leapt`).
+    """Runs of rows in which limbs are exchanged or, in 3D, mirrored in depth: of each clip first probable ones, in the
+    order in which they would be turned back, then those that are more likely than not, last joints that leap
+    (`_leapt`).
 
     poses: 2D keypoints of any layout, or H36M17; a layout without hips or shoulders has no swaps. Depth is judged in
     CAMERA axes only. Clips between seams, missing frames and empty rows are judged one by one; NaN joints are ignored.
@@ -179,7 +209,7 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
             replace(swap, first_row=swap.first_row + first, last_row=swap.last_row + first)
             for _, swap in told
         ]
-    return tuple(found)
+    return _weighed(poses, tuple(found))
 
 
 def _touch(one: tuple[int, Swap], other: tuple[int, Swap]) -> bool:
@@ -222,7 +252,7 @@ def _runs(
     path, likely, changed = decoded(
         continuity, cost + seconds * _PER_SECOND * states.any(axis=1), states, _prices(states)
     )
-    odds = -SHARPNESS * np.take_along_axis(cost, path[:, None], axis=1)  # logarithms, by anatomy and rhythm
+    odds = -_SHARPNESS * np.take_along_axis(cost, path[:, None], axis=1)  # logarithms, by anatomy and rhythm
     wrong = states[path]
     runs = []
     for k in range(len(ways)):
@@ -372,3 +402,374 @@ def _prices(states: np.ndarray) -> np.ndarray:
     # Overturned depth shares its evidence with every other way, and it must not count for both.
     price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
     return price
+
+
+def alternation(vectors: np.ndarray, times: np.ndarray, agreed: float = _AGREED) -> np.ndarray:
+    """(T,) how well each row's sides fit the rhythm, from 1 (widest apart, as the rhythm has them) by 0 (crossing, or
+    no walk) to -1 (widest apart, and exchanged).
+
+    vectors: (T, M, D) from joints of one side to those of the other, NaN where missing. times: (T,) s, about evenly
+    spaced. agreed: the least agreement for a walk. A rhythm does not tell which side is the left: in each walk most
+    rows are taken for right.
+    """
+    fits = np.zeros(len(times))
+    flat = np.nan_to_num(vectors.astype(np.float64)).reshape(len(times), -1)
+    # Along the direction in which they are longest.
+    swing = flat @ np.linalg.svd(flat, full_matrices=False)[2][0]
+    frame_s = float(np.median(np.diff(times)))
+    step_s = 1 / _STEPS_HZ
+    rates = _STEPS_HZ[(step_s >= _LEAST_ROWS * frame_s) & (step_s <= np.ptp(times) / _FEWEST)]
+    if not len(rates) or not swing.any():
+        return fits
+    together = max(_AT_ONCE // len(times), 1)  # rates
+    parts = (rates[first : first + together] for first in range(0, len(rates), together))
+    swung = [np.abs(_rhythm(swing**2, times, part, frame_s)[1]).sum(axis=1) for part in parts]
+    hz = float(rates[np.argmax(np.concatenate(swung))])
+    mean, turn = (found[0] for found in _rhythm(swing**2, times, np.array([hz]), frame_s))
+    phase = np.pi * hz * times + np.unwrap(np.angle(turn)) / 2
+    known = mean > _NOTHING * mean.max()
+    fits[known] = np.cos(phase[known]) * swing[known] / np.sqrt(2 * mean[known])
+    fits = np.clip(fits, -1, 1)
+    walking = known & (2 * np.abs(turn) >= _DEPTH * mean)
+    walks = np.zeros(len(times))
+    for first, end in stretches(walking):
+        walk = fits[first:end]
+        agreement = float((walk * np.abs(walk)).sum() / (walk**2).sum())
+        if times[end - 1] - times[first] >= _FEWEST / hz and abs(agreement) >= agreed:
+            walks[first:end] = np.sign(agreement)
+    return walks * fits
+
+
+def _rhythm(
+    square: np.ndarray, times: np.ndarray, hz: np.ndarray, frame_s: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """(N, T) mean of the square (T,) about each row, and the complex amplitude (N, T) with which it swings at about
+    each of the rates hz (N,), within a Gaussian window of a step's length as standard deviation."""
+    rows = len(square)
+    width = 1 / (hz[:, None] * frame_s)
+    reach = int(_WINDOW * width.max()) + 1
+    # With zeros enough that the ends do not meet, and of small factors, of which the transform is quick.
+    least = max(rows, reach + 1) + reach
+    eighth = max(2 ** (int(np.ceil(np.log2(least))) - 3), 1)
+    size = -(-least // eighth) * eighth
+    lag = np.arange(reach + 1)
+    half = np.where(lag <= _WINDOW * width + 0.5, np.exp(-0.5 * (lag / width) ** 2), 0.0)
+    window = np.zeros((len(hz), size))
+    window[:, : reach + 1], window[:, -reach:] = half, half[:, :0:-1]
+    gain = np.fft.rfft(window).real  # the window is even
+
+    def smooth(x: np.ndarray) -> np.ndarray:
+        return np.fft.irfft(np.fft.rfft(x, size) * gain, size)[:, :rows]
+
+    weight = smooth(np.ones(rows))
+    mean = smooth(square) / weight
+    swing = (square - mean) * np.exp(-2j * np.pi * hz[:, None] * times)
+    return mean, (smooth(swing.real) + 1j * smooth(swing.imag)) / weight
+
+
+def decoded(
+    continuity: np.ndarray, cost: np.ndarray, states: np.ndarray, price: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(T,) index of each row's state in the likeliest sequence (Viterbi); over all sequences (forward-backward, Baum et
+    al. 1970) (T, K) how probable each row is wrong in each way, and (T, K) how probable that has changed since the row
+    before; both 0 where the likeliest sequence has nothing wrong, and so asks for neither. continuity: (T, K, 2, 2) of
+    each way; cost: (T, S), 0 in state 0, in which nothing is wrong; states: (S, K); price: (S, S) of going from one to
+    another, infinite where that cannot be.
+
+    The hidden state is that of two rows, because a row is expected from the two before it.
+    """
+    rows, count = cost.shape
+    changed = states[:, None] ^ states
+    # Three rows in a row, (3, N) states, and which of a way's four costs applies to them, (4 K, N).
+    allowed = np.isfinite(price)
+    triples = np.nonzero(allowed[:, :, None] & allowed)
+    first_two, last_two = changed[triples[:2]], changed[triples[1:]]
+    pick = np.eye(4)[2 * first_two + last_two].reshape(len(triples[0]), -1).T
+    prices = price[triples[1:]]
+    steps = continuity.reshape(rows, -1)
+
+    def costs(first: int, end: int) -> np.ndarray:
+        """(end - first, S, S, S) of rows whose states, with the two before them, are these."""
+        found = np.full((end - first, count, count, count), np.inf)
+        found[:, *triples] = steps[first:end] @ pick + prices + cost[first:end, triples[2]]
+        return found
+
+    def cheapest(first: int, end: int, total: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+        """Costs (S, S) of the cheapest sequences up to each row before `end`, beginning with `total`, those up to row
+        first - 1; and the rows' own costs."""
+        totals, own = [total], costs(first, end)
+        for step in own:
+            totals.append(np.minimum.reduce(totals[-1][:, :, None] + step))
+        return totals, own
+
+    def reached(first: int, end: int, share: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+        """As `cheapest`, probabilities over all sequences up to each row, and the rows' own weights."""
+        shares, own = [share], _weights(costs(first, end))
+        for step in own:
+            both = np.add.reduce(shares[-1][:, :, None] * step)
+            shares.append(both / both.sum())
+        return shares, own
+
+    # Of all rows only each part's beginning is kept; what lies between is made again on the way back.
+    parts = [(first, min(first + _ROWS, rows)) for first in range(2, rows, _ROWS)]
+    totals = [price[0][:, None] + price + cost[0][:, None] + cost[1]]
+    for part in parts:
+        totals.append(cheapest(*part, totals[-1])[0][-1])
+    ending = np.broadcast_to(price[0], price.shape)  # or the part behind a change would be wrong more cheaply
+    path = np.zeros(rows, dtype=int)
+    path[-2:] = np.unravel_index(int((totals[-1] + ending).argmin()), price.shape)
+    likely, turned = np.zeros((rows, states.shape[1])), np.zeros((rows, states.shape[1]))
+    # What is right throughout costs nothing, and nothing costs less.
+    if not path.any() and totals[-1][0, 0] == 0:
+        return path, likely, turned
+    for (first, end), total in zip(reversed(parts), totals[-2::-1], strict=True):
+        before, own = cheapest(first, end, total)
+        for t in range(end - 1, first - 1, -1):
+            i, j = path[t - 1 : t + 1]
+            path[t - 2] = (before[t - first][:, i] + own[t - first][:, i, j]).argmin()
+    if not path.any():
+        return path, likely, turned
+    shares = [_weights(totals[0])]
+    for part in parts:
+        shares.append(reached(*part, shares[-1])[0][-1])
+    backward = _weights(ending)
+    for (first, end), share in zip(reversed(parts), shares[-2::-1], strict=True):
+        forward, own = reached(first, end, share)
+        behind = [backward]
+        for step in own[::-1]:
+            both = np.einsum("ijk,jk->ij", step, behind[-1])
+            behind.append(both / both.sum())
+        backward = behind.pop()
+        likely[first:end], turned[first:end], _ = _judged(forward[1:], behind[::-1], states, changed)
+    likely[1:2], turned[1:2], likely[:1] = _judged([shares[0]], [backward], states, changed)
+    return path, likely, turned
+
+
+def _judged(
+    forward: list[np.ndarray], backward: list[np.ndarray], states: np.ndarray, changed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of rows with these probabilities (S, S) each, (N, K) how probable they are wrong, (N, K) how probable that has
+    changed since the row before, and (N, K) how probable the row before is wrong."""
+    both = np.array(forward) * np.array(backward)
+    both /= both.sum(axis=(1, 2), keepdims=True)
+    return both.sum(axis=1) @ states, np.tensordot(both, changed), both.sum(axis=2) @ states
+
+
+def _weights(cost: np.ndarray) -> np.ndarray:
+    """Probabilities of these costs (S, S), or of each row's (N, S, S, S), up to a factor of each."""
+    least = cost.min(axis=(-3, -2, -1)[-min(cost.ndim, 3) :], keepdims=True)
+    return np.exp(_SHARPNESS * (least - cost))
+
+
+def _weighed(poses: PoseSequence, swaps: tuple[Swap, ...]) -> tuple[Swap, ...]:
+    """The swaps, those of a kind with what speaks against them where turning all of them back makes the take worse.
+
+    At the ends of these rows joints and the lengths of bones leap less when what is turned back was wrong.
+    """
+    ways, against = _ways(poses), dict[str, tuple[str, ...]]()
+    for kind in dict.fromkeys(swap.kind for swap in swaps if swap.certain):
+        joints = poses.joints.copy()
+        for swap in swaps:
+            if swap.kind == kind and swap.certain:
+                rows = slice(swap.first_row, swap.last_row + 1)
+                joints[rows] = ways[kind].applied(joints[rows])
+        turned = poses.with_(joints=joints)
+        against[kind] = worsened(poses, turned)
+        poses = poses if against[kind] else turned
+    return tuple(
+        replace(swap, against=against[swap.kind]) if swap.certain and against[swap.kind] else swap
+        for swap in swaps
+    )
+
+
+def worsened(before: PoseSequence, after: PoseSequence) -> tuple[str, ...]:
+    """What is worse after than before, as clauses; () if nothing. before, after: the same take, but that joints have
+    changed places or depth in some rows."""
+    worse = []
+    old, new = _at_ends(before.joints, after.joints)
+    if new > old:
+        worse.append("joints would leap farther")
+    old, new = _at_ends(_lengths(before)[..., None], _lengths(after)[..., None])
+    if new > _STRETCH * old:
+        worse.append("bones would change their lengths more")
+    legs = kinds(before.layout, False)[0]
+    old = alternation(legs.vectors(before.joints), assumed_times(before)).sum()
+    new = alternation(legs.vectors(after.joints), assumed_times(after), agreed=0).sum()
+    if new < old / 2:
+        worse.append("the legs would not alternate as they do in a walk")
+    return tuple(worse)
+
+
+def _at_ends(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
+    """Of values (T, N, D) from row to row, the change where it is not the same in both, summed."""
+    old, new = (np.nan_to_num(np.linalg.norm(np.diff(x, axis=0), axis=-1)) for x in (before, after))
+    steps = ~np.isclose(old.sum(axis=1), new.sum(axis=1), rtol=1e-6, atol=0)
+    return float(old[steps].sum()), float(new[steps].sum())
+
+
+def _lengths(poses: PoseSequence) -> np.ndarray:
+    """(T, B) of limb bones."""
+    ends = [(f"{side}_{a}", f"{side}_{b}") for side in "lr" for a, b in _BONES]
+    bones = [poses.layout.indices(bone) for bone in ends if all(joint in poses.layout for joint in bone)]
+    bones = np.array(bones, dtype=int).reshape(-1, 2)
+    return np.linalg.norm(poses.joints[:, bones[:, 0]] - poses.joints[:, bones[:, 1]], axis=-1)
+
+
+def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
+    """A copy in which the joints of certain swaps, exchanged or mirrored, are missing; the history lists them."""
+    ways = _ways(poses)
+    joints = poses.joints.copy()
+    feet = None if poses.feet is None else poses.feet.copy()
+    certain = [swap for swap in swaps if swap.certain]
+    for swap in certain:
+        way, rows = ways[swap.kind], slice(swap.first_row, swap.last_row + 1)
+        joints[rows, way.pairs if way.exchanged else way.pairs[:, 0]] = np.nan
+        if feet is not None and way.limb != "arm":
+            feet[rows] = np.nan
+    return poses.with_(joints=joints, feet=feet).noted("swaps", masked=as_frames(poses, certain))
+
+
+def _ways(poses: PoseSequence) -> dict[str, Kind]:
+    """The ways to be wrong by their names."""
+    return {way.name: way for way in kinds(poses.layout, has_depth(poses))}
+
+
+def as_frames(poses: PoseSequence, swaps: Iterable[Swap]) -> list[dict[str, Any]]:
+    """Plain values, with the video's frame numbers beside the rows."""
+    return [
+        {
+            **asdict(swap),
+            "evidence": round(swap.evidence, 1),
+            "probability": round(swap.probability, 2),
+            "change": round(swap.change, 2),
+            "first_frame": int(poses.frame_index[swap.first_row]),
+            "last_frame": int(poses.frame_index[swap.last_row]),
+        }
+        for swap in swaps
+    ]
+
+
+def wrong_rows(poses: PoseSequence, swaps: Iterable[Swap]) -> np.ndarray:
+    """(T,) True in rows of those that are certain."""
+    wrong = np.zeros(len(poses), dtype=bool)
+    for swap in swaps:
+        wrong[swap.first_row : swap.last_row + 1] |= swap.certain
+    return wrong
+
+
+def described(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
+    """Each kind with its frames, such as "legs exchanged in frames 17-21 from 0.57 s, 53 at 1.77 s"; "" without.
+    Improbable ones come after, with what is unclear."""
+    beside = ", or in those beside them (which is unclear)"
+    ranges: dict[tuple[str, str], list[str]] = {}
+    frames = [int(frame) for frame in poses.frame_index]
+    for swap in sorted(swaps, key=lambda swap: (swap.probability < _CERTAIN, swap.one_sided, swap.first_row)):
+        first, last = frames[swap.first_row], frames[swap.last_row]
+        span = f"{first}" if first == last else f"{first}-{last}"
+        if poses.time_s is not None:
+            span += f" {'at' if first == last else 'from'} {poses.time_s[swap.first_row]:.2f} s"
+        perhaps = "perhaps " if swap.probability < _CERTAIN and not swap.one_sided else ""
+        what = f"{perhaps}{swap.kind} in frames"
+        ranges.setdefault((what, beside if swap.one_sided else ""), []).append(span)
+    said = []
+    for (what, or_where), spans in ranges.items():
+        single = len(spans) == 1 and "-" not in spans[0]
+        more = ", ..." if len(spans) > _MOST_RANGES else ""
+        said.append(
+            f"{what.removesuffix('s') if single else what} {', '.join(spans[:_MOST_RANGES])}{more}{or_where}"
+        )
+    return "; ".join(said)
+
+
+def doubts(poses: PoseSequence, swaps: Iterable[Swap]) -> tuple[str, ...]:
+    """What to say of those that are not certain: improbable ones, and all of a kind that something speaks against."""
+    swaps = tuple(swaps)
+    improbable = [swap for swap in swaps if not (swap.certain or swap.against)]
+    said = [f"{described(poses, improbable)}; this is uncertain"] if improbable else []
+    for kind in dict.fromkeys(swap.kind for swap in swaps if swap.against):
+        group = [swap for swap in swaps if swap.kind == kind and swap.against]
+        against = " and ".join(group[0].against)
+        said.append(f"{described(poses, group)}, but the other way round {against}")
+    return tuple(said)
+
+
+def treated(
+    poses: PoseSequence | None, keypoints: PoseSequence | None, how: Swaps
+) -> tuple[PoseSequence | None, PoseSequence | None, tuple[Notice, ...], tuple[Swap, ...] | None]:
+    """Poses and keypoints of a take after their swaps were told or masked, what to say of it, and what find_swaps finds
+    in the poses that are returned: None where they were changed, and it has to be asked again.
+
+    A lift of exchanged keypoints is wrong in all its joints. So poses that came beside such keypoints are missing in
+    those frames, unless swaps are only told.
+    """
+    notices: list[Notice] = []
+    found = None
+    if keypoints is not None:
+        keypoints, swaps, said = _treated(keypoints, "keypoints", how)
+        notices += said
+        frames = keypoints.frame_index[wrong_rows(keypoints, swaps)]
+        if poses is not None and len(frames):
+            poses, beside = _beside(poses, frames, how)
+            notices.append(beside)
+    if poses is not None:
+        poses, found, said = _treated(poses, "poses", how)
+        notices += said
+        if how != "report" and any(swap.certain for swap in found):
+            found = None
+    return poses, keypoints, tuple(notices), found
+
+
+def _treated(
+    poses: PoseSequence, what: str, how: Swaps
+) -> tuple[PoseSequence, tuple[Swap, ...], list[Notice]]:
+    """Poses after treatment, the swaps that were found, and what to say."""
+    swaps = find_swaps(poses)
+    certain = tuple(swap for swap in swaps if swap.certain)
+    ways = _ways(poses) if swaps else {}
+    left = [swap for swap in swaps if how == "report" or not swap.certain]
+    exchanged = [
+        (ways[swap.kind].limb, *poses.frame_index[[swap.first_row, swap.last_row]].tolist())
+        for swap in left
+        if ways[swap.kind].exchanged
+    ]
+    values: dict[str, Any] = {"what": what, "exchanged": exchanged}
+    notices = [notice("swaps-doubtful", doubt=doubt, **values) for doubt in doubts(poses, swaps)]
+    if certain:
+        wrong = int(wrong_rows(poses, swaps).sum())
+        values |= {"swaps": described(poses, certain), "wrong": wrong, "of": len(poses)}
+        notices.insert(0, notice("swaps-found" if how == "report" else "swaps-masked", **values))
+    if how == "report":
+        poses = poses.noted("swaps", found=as_frames(poses, swaps)) if swaps else poses
+    elif certain:
+        poses = mask_swaps(poses, certain)
+    return poses, swaps, notices
+
+
+def in_doubt(take: Take) -> dict[str, np.ndarray]:
+    """{"leg" or "arm": (T,) bool} in which rows of the poses these limbs may be exchanged: what `treated` has left of
+    theirs, and of the keypoints if this run has lifted them."""
+    poses = take.need("poses")
+    doubt: dict[str, np.ndarray] = {}
+    of = ("poses", "keypoints") if poses.made_by.in_run else ("poses",)
+    for limb, first, last in left_exchanged(take.said, of):
+        rows = (first <= poses.frame_index) & (poses.frame_index <= last)
+        doubt[limb] = doubt.get(limb, False) | rows
+    return doubt
+
+
+def left_exchanged(
+    said: Iterable[Notice], of: Collection[str] = ("poses", "keypoints")
+) -> list[tuple[str, int, int]]:
+    """("leg" or "arm", the first frame, the last) of limbs that may be exchanged, and were left so."""
+    told = (each.values for each in said if each.code in ("swaps-found", "swaps-doubtful"))
+    return [span for values in told if values.get("what") in of for span in values.get("exchanged", ())]
+
+
+def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSequence, Notice]:
+    """Poses whose keypoints are exchanged in these frames."""
+    wrong = np.isin(poses.frame_index, frames)
+    if how == "report":
+        return poses, notice("swapped-keypoints", wrong=int(wrong.sum()))
+    masked = poses.mapped(lambda points: np.where(wrong[:, None, None], np.nan, points))
+    count = int(wrong.sum())
+    return masked.noted("swaps", rows_masked=count), notice("masked-with-keypoints", wrong=count)

@@ -10,7 +10,7 @@ import numpy as np
 from ...pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, SEEN, Measure, Remark, Row
 from ...pipeline.core.notices import Notice, grave
 from ...pipeline.signals.rates import against_rate
-from ...pipeline.signals.swap_repair import left_exchanged
+from ...pipeline.signals.swaps import left_exchanged
 
 # Seconds of the briefest movement that the program recognises: of knee bends, raised arms, punches and kicks the
 # briefest of the labelled takes (models/lab/evaluation/movements.json), three steps at 120 a minute (Perry & Burnfield

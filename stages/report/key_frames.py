@@ -15,7 +15,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.inspect.image import from_the_front
 from ...pipeline.signals.reprojection import LIMBS, residuals_of, unsure_joints
-from ...pipeline.signals.swap_repair import in_doubt
+from ...pipeline.signals.swaps import in_doubt
 from ...pipeline.signals.visibility import certain
 from ..drawing import palette
 from ..drawing.page import figure, picture

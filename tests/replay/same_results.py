@@ -46,7 +46,7 @@ walk/keypoints: run --keypoints inputs/walk_crop.json --set read.image_size=884x
 native/boxing: run --poses MOTIONBERT/boxing_X3D.npy ALPHAPOSE
 native/boxing_lifted: run ALPHAPOSE --set read.image_size=854x480 --stature 1.8
 native/boxing_blazepose: run --poses inputs/boxing.npy BLAZEPOSE --keypoints inputs/boxing.json --fps 30
-native/boxing_movenet: run --keypoints inputs/boxing.json --set read.image_size=854x480 --fps 30 --set read.swaps=repair
+native/boxing_movenet: run --keypoints inputs/boxing.json --set read.image_size=854x480 --fps 30 --set read.swaps=mask
 native/cycling: run --poses MOTIONBERT/cycling_X3D.npy --fps 24
 native/broken: run --poses MOTIONBERT/broken_X3D.npy --fps 25
 native/skating: run --poses MHFORMER/output_3D/output_keypoints_3d.npz SKATER
@@ -74,7 +74,7 @@ _WORDS = {
 }  # DATA comes last, as a path may have spaces
 _SEEN = "run --keypoints inputs/take{0:02}.json --set read.image_size=1280x720 --fps 30 "
 _OPTIONS = (
-    "", "--stature 1.75", "--focal {1}", "--stature 1.75 --set read.swaps=repair",
+    "", "--stature 1.75", "--focal {1}", "--stature 1.75 --set read.swaps=mask",
     "--set trajectories.smoother=butterworth --set angles.smoother=butterworth", "--camera moving",
     "--focal {1} --set read.pitch={2} --set read.roll={3}", "--set rectify.rectifier=geometric",
 )  # fmt: skip

@@ -25,8 +25,8 @@ from .testbed import MIN_FRAMES, see
 _OVERLAP = 0.5  # intersection over union from which on a swap counts as found
 PAGE = Page(
     "Swaps",
-    ". A swap is found when one of the same kind overlaps with it by half of both together; certain ones are "
-    "repaired.",
+    ". A swap is found when one of the same kind overlaps with it by half of both together; certain ones may "
+    "be masked.",
     [
         Table(
             "In profile",
@@ -45,7 +45,7 @@ PAGE = Page(
 @dataclass
 class Tally:
     """Over takes. made: of the swaps that were made, whether each was found; told: of those that were found, whether
-    each was made; certain: the same of those that are certain, and so repaired."""
+    each was made; certain: the same of those that are certain."""
 
     made: list[bool] = field(default_factory=list)
     told: list[bool] = field(default_factory=list)

@@ -8,8 +8,7 @@ from pcnet3d.pipeline import BODY, CAMERA, H36M17, InputError, PoseSequence, cha
 from pcnet3d.pipeline.core.frames import PC_CAMERA
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, FEET, HALPE26, with_feet
 from pcnet3d.pipeline.reading.handedness import repaired
-from pcnet3d.pipeline.signals.swap_repair import mask_swaps, repair_swaps
-from pcnet3d.pipeline.signals.swaps import Swap
+from pcnet3d.pipeline.signals.swaps import Swap, mask_swaps
 from pcnet3d.stages.clean import clean, without
 from pcnet3d.stages.rectify import rectify
 from pcnet3d.stages.scale import scale
@@ -103,15 +102,13 @@ def test_left_and_right_put_right(poses, handedness):
 
 
 def test_swapped_legs_take_their_feet_along(poses):
-    def swap(kind):
-        return [Swap(kind=kind, first_row=10, last_row=19, evidence=9.0)]
+    def masked(kind):
+        return mask_swaps(poses, [Swap(kind=kind, first_row=10, last_row=19, evidence=9.0)]).feet
 
-    fixed = repair_swaps(poses, swap("legs exchanged"))
-    np.testing.assert_array_equal(fixed.feet[10:20], poses.feet[10:20][:, FEET.mirror])
-    np.testing.assert_array_equal(fixed.feet[20:], poses.feet[20:])
-    assert np.isnan(mask_swaps(poses, swap("legs exchanged")).feet[10:20]).all()
-    assert np.isnan(repair_swaps(poses, swap("l_leg mirrored in depth")).feet[10:20]).all()
-    np.testing.assert_array_equal(repair_swaps(poses, swap("arms exchanged")).feet, poses.feet)
+    for kind in ("legs exchanged", "l_leg mirrored in depth"):
+        assert np.isnan(masked(kind)[10:20]).all()
+        np.testing.assert_array_equal(masked(kind)[20:], poses.feet[20:])
+    np.testing.assert_array_equal(masked("arms exchanged"), poses.feet)
 
 
 def test_clean_fills_gaps_and_removes_jumps(poses):

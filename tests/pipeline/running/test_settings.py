@@ -47,15 +47,15 @@ def test_an_option_goes_to_each_stage_that_it_is_for():
 def test_what_is_told_of_the_recording_is_no_stages_option():
     given = {
         "camera": "moving", "focal": 900, "image_size": "640x360", "stature": 1.7, "no_frames": True,
-        "person": "2", "fps": 60, "swaps": "repair", "handedness": "mirror",
+        "person": "2", "fps": 60, "swaps": "mask", "handedness": "mirror",
     }  # fmt: skip
     assert told(keypoints=KEYPOINTS, **given) == {}
     options = RunOptions(keypoints=KEYPOINTS, **given)
     assert options.told == Told(
         "moving", 900, image_size=(640, 360), stature_m=1.7, images=False,
-        fps=60, person="2", handedness="mirror", swaps="repair",
+        fps=60, person="2", handedness="mirror", swaps="mask",
     )  # fmt: skip
-    assert told(video=VIDEO, person="2", fps=60, swaps="repair", handedness="mirror") == {}
+    assert told(video=VIDEO, person="2", fps=60, swaps="mask", handedness="mirror") == {}
     assert RunOptions(gravity="0,1,0").told == Told(gravity=(0, 1, 0))
 
 

@@ -1,4 +1,4 @@
-"""What is uncertain of exchanged limbs is told and left alone; a walk's rhythm decides; bad repairs are undone."""
+"""What is uncertain of exchanged limbs is told and left alone; a walk's rhythm decides; what speaks against is said."""
 
 import numpy as np
 import pytest
@@ -6,11 +6,19 @@ import pytest
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence
-from pcnet3d.pipeline.signals import swap_repair, swaps
-from pcnet3d.pipeline.signals.alternation import alternation
+from pcnet3d.pipeline.signals import swaps
 from pcnet3d.pipeline.signals.findings import swap_findings
-from pcnet3d.pipeline.signals.swap_repair import settled, told, treated, worsened
-from pcnet3d.pipeline.signals.swaps import Swap, find_swaps, kinds
+from pcnet3d.pipeline.signals.swaps import (
+    Swap,
+    alternation,
+    described,
+    doubts,
+    find_swaps,
+    kinds,
+    mask_swaps,
+    treated,
+    worsened,
+)
 
 LEGS, ARMS = kinds(H36M17, depth=False)
 HIPS = H36M17.indices(("l_hip", "r_hip"))
@@ -81,13 +89,12 @@ def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
     assert found.one_sided
     assert len(found) <= 60  # the labeling with fewer frames
     assert (
-        told(wrong, (found,))
+        described(wrong, (found,))
         == "legs exchanged in frames 0-49 from 0.00 s, or in those beside them (which is unclear)"
     )
-    for how in ("report", "repair", "mask"):
+    for how in ("report", "mask"):
         _, keypoints, (event,), _ = treated(None, wrong, how)
-        assert event.weight == "warning"
-        assert "which is unclear" in event.text
+        assert event.code == "swaps-doubtful"
         assert "--set read.swaps" not in event.text
         np.testing.assert_array_equal(keypoints.joints, wrong.joints)
     assert [finding.weight for finding in swap_findings(wrong, (found,))] == ["note"]
@@ -154,31 +161,35 @@ def test_the_complement_of_an_exchange_is_never_found():
     assert all(first >= 57 and len(swap) <= 3 for swap, (first, _) in zip(found, spans(found), strict=True))
 
 
-def test_a_repair_against_the_rhythm_is_undone_and_said(monkeypatch):
+def test_a_swap_against_the_rhythm_is_said_and_not_masked(monkeypatch):
     """The complement of row 82, between the crossing at row 58 and the end, as if it had been found."""
     wrong = exchanged(walk(), (82, 82))
     complement = (Swap("legs exchanged", 58, 81, 9.0), Swap("legs exchanged", 83, 109, 9.0))
-    monkeypatch.setattr(swap_repair, "find_swaps", lambda _: complement)
-    for how in ("report", "repair", "mask"):
+    complement = swaps._weighed(wrong, complement)
+    assert not any(swap.certain or swap.one_sided for swap in complement)
+    monkeypatch.setattr(swaps, "find_swaps", lambda _: complement)
+    for how in ("report", "mask"):
         _, keypoints, (event,), _ = treated(None, wrong, how)
         np.testing.assert_array_equal(keypoints.joints, wrong.joints)
-        assert event.weight == "warning"
-        assert (
-            "legs exchanged in frames 58-81 from 1.93 s, 83-109 from 2.77 s, but after a repair" in event.text
-        )
+        assert event.code == "swaps-doubtful"
+        assert "legs exchanged in frames 58-81 from 1.93 s, 83-109 from 2.77 s, but" in event.text
         assert "the legs would not alternate" in event.text
-        assert "--set read.swaps" not in event.text
 
 
-def test_a_repair_that_makes_joints_leap_is_undone_and_others_are_not():
+def test_a_swap_that_would_make_joints_leap_is_not_certain_and_others_are():
     right = walk()
     wrong = exchanged(right, (30, 39), way=ARMS)
     arms, legs = Swap("arms exchanged", 30, 39, 9.0), Swap("legs exchanged", 64, 67, 9.0)
-    kept, (said,) = settled(wrong, (arms, legs))
-    assert kept == (arms,)
+    found = swaps._weighed(wrong, (arms, legs))
+    assert [swap.certain for swap in found] == [True, False]
+    assert "joints would leap farther" in found[1].against
+    (said,) = doubts(wrong, found)
     assert said.startswith(
-        "legs exchanged in frames 64-67 from 2.13 s, but after a repair joints would leap farther"
+        "legs exchanged in frames 64-67 from 2.13 s, but the other way round joints would leap"
     )
+    missing = np.isnan(mask_swaps(wrong, found).joints).any(axis=-1)
+    assert not missing[64:68].any()
+    assert missing[30:40, ARMS.pairs].all()
     assert worsened(wrong, right) == ()
     assert worsened(right, right) == ()
     assert "joints would leap farther" in worsened(right, wrong)

@@ -14,8 +14,7 @@ from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, PoseSequence
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, HALPE26, Layout
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.signals.swap_repair import mask_swaps, repair_swaps, told
-from pcnet3d.pipeline.signals.swaps import find_swaps, kinds
+from pcnet3d.pipeline.signals.swaps import described, find_swaps, kinds, mask_swaps
 
 ARRAYS = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 OPTIONS = [
@@ -180,24 +179,10 @@ def test_other_layouts_move_the_feet_and_hands_too():
     assert len(kinds(COCO17, depth=False)) == 2
 
 
-def test_repair_gives_back_the_take_and_says_so(poses):
-    wrong = spoilt(poses, "arms exchanged", first=WALK, last=WALK + 9)
-    confidence = np.tile(np.arange(17) / 17, (len(poses), 1))
-    right = poses.with_(confidence=confidence)
-    confidence[WALK : WALK + 10] = WAYS["arms exchanged"].applied(confidence[WALK : WALK + 10])
-    wrong = spoilt(wrong.with_(confidence=confidence), "body mirrored in depth", first=150, last=150)
-    again = repair_swaps(wrong, find_swaps(wrong))
-    np.testing.assert_allclose(again.joints, right.joints, atol=1e-6)
-    np.testing.assert_array_equal(again.confidence, right.confidence)
-    assert [found["kind"] for found in again.history[-1].options["repaired"]] == [
-        "arms exchanged",
-        "body mirrored in depth",
-    ]
-
-
-def test_masking_takes_out_the_wrong_joints_alone(poses):
+def test_masking_takes_out_the_wrong_joints_alone_and_says_so(poses):
     wrong = spoilt(poses, "legs exchanged", first=WALK, last=WALK + 9)
     masked = mask_swaps(wrong, find_swaps(wrong))
+    assert [found["kind"] for found in masked.history[-1].options["masked"]] == ["legs exchanged"]
     missing = np.isnan(masked.joints).any(axis=-1)
     legs = [f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")]
     assert missing.sum() == 60
@@ -220,25 +205,23 @@ def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path, poses):
     assert (found["kind"], found["first_frame"], found["last_frame"]) == ("l_leg mirrored in depth", 60, 69)
 
 
-def test_told_merges_by_kind(poses):
+def test_a_description_merges_by_kind(poses):
     wrong = spoilt(spoilt(poses, "legs exchanged", first=60, last=61), "legs exchanged", first=150, last=150)
-    assert told(wrong, find_swaps(wrong)) == "legs exchanged in frames 60-61 from 2.00 s, 150 at 5.00 s"
+    assert described(wrong, find_swaps(wrong)) == "legs exchanged in frames 60-61 from 2.00 s, 150 at 5.00 s"
 
 
-@pytest.mark.parametrize(("how", "event"), [("report", "warning"), ("repair", "repair"), ("mask", "repair")])
-def test_a_take_is_changed_only_when_asked(tmp_path, poses, how, event):
+@pytest.mark.parametrize(("how", "code"), [("report", "swaps-found"), ("mask", "swaps-masked")])
+def test_a_take_is_changed_only_when_asked(tmp_path, poses, how, code):
     wrong = spoilt(poses, "legs exchanged", first=60, last=69)
     take = open_take(
         RunOptions(poses=saved(tmp_path / "poses.npz", wrong), adapter="arrays", options=ARRAYS, swaps=how)
     )
-    said = [one for one in take.notices if "legs exchanged" in one.text]
-    assert [one.weight for one in said] == [event]
+    assert [each.code for each in take.notices if "legs exchanged" in each.text] == [code]
     assert take.poses.history[-1].name == "swaps"
-    expected = {"report": wrong.joints, "repair": poses.joints}.get(how)
-    if expected is None:
+    if how == "mask":
         assert np.isnan(take.poses.joints[60:70, H36M17.index("l_knee")]).all()
     else:
-        np.testing.assert_allclose(take.poses.joints, expected - expected[:, :1], atol=1e-6)
+        np.testing.assert_allclose(take.poses.joints, wrong.joints - wrong.joints[:, :1], atol=1e-6)
 
 
 def exchanged_file(path, first, last) -> Path:
@@ -255,42 +238,30 @@ def exchanged_file(path, first, last) -> Path:
     return path
 
 
-def test_poses_lifted_from_exchanged_keypoints_are_missing_not_mended(tmp_path, poses):
+def test_poses_lifted_from_exchanged_keypoints_are_masked_with_them(tmp_path, poses):
     poses_file = saved(tmp_path / "poses.npz", poses)
     keypoints = exchanged_file(tmp_path / "alphapose-results.json", 60, 69)
     sources = RunOptions(poses=poses_file, keypoints=keypoints, adapter="arrays", options=ARRAYS, fps=30)
     take = open_take(sources)
     assert np.isfinite(take.poses.joints).all()
-    assert any("lifted again" in event.text for event in take.notices)
-    mended = open_take(sources.with_(swaps="repair"))
-    assert np.isnan(mended.poses.joints[60:70]).all()
-    assert np.isfinite(np.delete(mended.poses.joints, np.arange(60, 70), axis=0)).all()
-    assert find_swaps(mended.keypoints) == ()
+    assert "swapped-keypoints" in {each.code for each in take.notices}
+    masked = open_take(sources.with_(swaps="mask"))
+    assert np.isnan(masked.poses.joints[60:70]).all()
+    assert np.isfinite(np.delete(masked.poses.joints, np.arange(60, 70), axis=0)).all()
+    assert find_swaps(masked.keypoints) == ()
 
 
-def test_keypoints_are_put_right_before_they_are_lifted(tmp_path):
-    """What the lift stage sees, is the file without the fault."""
-    right = exchanged_file(tmp_path / "right.json", 0, -1)
-    wrong = exchanged_file(tmp_path / "wrong.json", 60, 69)
-    takes = [open_take(RunOptions(keypoints=file, fps=30, swaps="repair")) for file in (right, wrong)]
-    np.testing.assert_array_equal(takes[1].keypoints.joints, takes[0].keypoints.joints)
-    assert [event.weight for event in takes[1].notices if "exchanged" in event.text] == ["repair"]
-
-
-def test_the_command_line_repairs_counts_and_refuses_other_words(tmp_path, poses):
+def test_the_command_line_masks_counts_and_refuses_other_words(tmp_path, poses):
     file = saved(tmp_path / "poses.npz", spoilt(poses, "legs exchanged", first=60, last=69))
     recipe = recipe_of(tmp_path / "recipe.toml", "clean", "rectify", "trajectories", "export")
     options = ("--poses", file, *OPTIONS, "--recipe", recipe, "-o", tmp_path / "out")
-    succeeded(pcnet3d("run", *options, "--set", "read.swaps=repair"))
+    succeeded(pcnet3d("run", *options, "--set", "read.swaps=mask"))
     said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
-    (said,) = [
-        each["text"] for each in said if each["weight"] == "repair" and each["about"] == "left and right"
-    ]
-    assert (
-        said
-        == "The poses were corrected as asked: legs exchanged in frames 60-69 from 2.00 s (10 of 240 frames)."
-    )
-    assert pcnet3d("run", *options, "--set", "read.swaps=fix").returncode == 2
+    (masked,) = [each for each in said if each["code"] == "swaps-masked"]
+    assert masked["values"]["swaps"] == "legs exchanged in frames 60-69 from 2.00 s"
+    assert (masked["values"]["wrong"], masked["values"]["of"]) == (10, 240)
+    for gone in ("fix", "repair"):
+        assert pcnet3d("run", *options, "--set", f"read.swaps={gone}").returncode == 2
 
 
 def slid(poses: PoseSequence, name: str, first: int, last: int) -> PoseSequence:

@@ -10,8 +10,7 @@ from pcnet3d.pipeline import H36M17, Take
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES, EXCHANGED
 from pcnet3d.pipeline.signals.reprojection import Residuals, limb_scores, residuals_of, straight_in_image
-from pcnet3d.pipeline.signals.swap_repair import in_doubt, left_exchanged, treated
-from pcnet3d.pipeline.signals.swaps import kinds
+from pcnet3d.pipeline.signals.swaps import in_doubt, kinds, left_exchanged, treated
 from pcnet3d.stages.measures.off_keypoints import exchanged, not_shown
 from pcnet3d.stages.measures.outcomes import doubts_of
 
@@ -120,7 +119,7 @@ def test_angles_of_limbs_that_may_be_exchanged_are_withheld(filmed):
     doubt = in_doubt(filmed.with_(poses=wrong).saying(*said))
     (rows,) = (np.flatnonzero(of) for of in doubt.values())
     assert rows.tolist() == list(range(20, 26))
-    assert in_doubt(filmed.saying(*treated(wrong, None, "repair")[2])) == {}
+    assert in_doubt(filmed.saying(*treated(wrong, None, "mask")[2])) == {}
     own = AngleSeries(
         *(np.full(len(wrong), 8.0) for _ in range(2)), np.zeros(len(wrong), np.int8), np.full(len(wrong), 8.0)
     )
@@ -140,8 +139,8 @@ def test_exchanged_keypoints_say_nothing_of_poses_that_were_not_lifted_from_them
     assert in_doubt(filmed.with_(poses=lifted).saying(*said))["leg"].sum() == 6
 
 
-@pytest.mark.parametrize(("how", "doubted"), [("report", True), ("repair", False)])
-def test_legs_that_were_put_right_leave_no_doubt_which_leg_is_which(filmed, how, doubted):
+@pytest.mark.parametrize(("how", "doubted"), [("report", True), ("mask", False)])
+def test_legs_that_were_masked_leave_no_doubt_which_leg_is_which(filmed, how, doubted):
     """Beside arms that were not."""
     legs, arms = kinds(filmed.keypoints.layout, depth=False)
     joints = filmed.keypoints.joints.copy()

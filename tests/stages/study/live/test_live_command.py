@@ -172,16 +172,16 @@ def test_every_option_of_detect_is_heard_or_refused_before_anything_is_recorded(
     assert not any(tmp_path.iterdir())
 
 
-def test_exchanged_limbs_are_put_right_in_the_run_at_the_end(camera, joints_px, tmp_path):
+def test_exchanged_limbs_are_masked_in_the_run_at_the_end(camera, joints_px, tmp_path):
     wrong = joints_px.copy()
     for way in kinds(COCO17, depth=False):
         wrong[20:30] = way.applied(wrong[20:30])
-    settings = [*QUICK, "read.swaps=repair"]
+    settings = [*QUICK, "read.swaps=mask"]
     toy = numbered.toy_detector(tmp_path / "toy.onnx", wrong)
     live(source="0", output=tmp_path / "out", detector=str(toy), settings=settings)
     said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
-    (repaired,) = [each for each in said if each["code"] == "swaps-repaired"]
-    assert "frames 20-29" in repaired["values"]["swaps"]
+    (masked,) = [each for each in said if each["code"] == "swaps-masked"]
+    assert "frames 20-29" in masked["values"]["swaps"]
 
 
 def test_images_with_odd_sides_get_their_take(camera, toy_detector, joints_px, tmp_path):
