@@ -1,18 +1,55 @@
-"""Kinematics that mean the same thing from every camera; the parts are `pcnet3d.pipeline`, `.adapters`, `.models` and
-`.stages`."""
+"""Kinematics that mean the same thing from every camera: the names that most need, each loaded when it is asked for.
 
-from typing import TYPE_CHECKING
+Everything else is in the parts: `pcnet3d.pipeline`, `.adapters`, `.models` and `.stages`.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from .pipeline.core.faces import lazily
 
 if TYPE_CHECKING:
+    from . import adapters, models, pipeline, stages
+    from .pipeline.core.errors import InputError
+    from .pipeline.core.frames import BODY, CAMERA, GL_CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame
+    from .pipeline.core.layouts import (
+        BLAZEPOSE33,
+        BODY_25,
+        BODY_25B,
+        COCO17,
+        COCO23,
+        H36M17,
+        H36M17_B,
+        H36M17_C,
+        HALPE26,
+        MHR70,
+        MPI3DHP17,
+        OPENPOSE18,
+        SOMA30,
+        SOMA77,
+        Layout,
+    )
+    from .pipeline.core.pose import MadeBy, PoseSequence, Rectified
+    from .pipeline.core.take import Take
+    from .pipeline.files.finished import read_run
+    from .pipeline.reading.load import read
+    from .stages.rectify import rectify
+
     __version__: str
 
-__all__ = ["__version__"]
+__all__ = [
+    "BLAZEPOSE33", "BODY", "BODY_25", "BODY_25B", "CAMERA", "COCO17", "COCO23", "GL_CAMERA", "H36M17", "H36M17_B",
+    "H36M17_C", "HALPE26", "IMAGE", "LEVEL", "MHR70", "MPI3DHP17", "OPENPOSE18", "SOMA30", "SOMA77", "Y_UP", "Z_UP",
+    "Frame", "InputError", "Layout", "MadeBy", "PoseSequence", "Rectified", "Take", "__version__", "adapters", "models",
+    "pipeline", "read", "read_run", "rectify", "stages",
+]  # fmt: skip
+
+_named, __dir__ = lazily(__name__)
 
 
-def __getattr__(name: str) -> str:
+def __getattr__(name: str) -> Any:
     """`__version__` when it is asked for: most who import a part never do."""
     if name == "__version__":
         from .pipeline.core.pose import package_version
 
         return package_version()
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return _named(name)

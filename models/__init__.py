@@ -18,4 +18,4 @@ __all__ = [
     "load_detector", "load_lifter", "load_rectifier", "up_from_images",
 ]  # fmt: skip
 
-__getattr__ = lazily(__name__)
+__getattr__, __dir__ = lazily(__name__)

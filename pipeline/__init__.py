@@ -9,11 +9,29 @@ if TYPE_CHECKING:
     from .core.device import computing_on
     from .core.errors import InputError
     from .core.frames import BODY, CAMERA, GL_CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
-    from .core.layouts import H36M17, Layout, remap
+    from .core.layouts import (
+        BLAZEPOSE33,
+        BODY_25,
+        BODY_25B,
+        COCO17,
+        COCO23,
+        FEET,
+        H36M17,
+        H36M17_B,
+        H36M17_C,
+        HALPE26,
+        MHR70,
+        MPI3DHP17,
+        OPENPOSE18,
+        SOMA30,
+        SOMA77,
+        Layout,
+        remap,
+    )
     from .core.lifted import Lifted, ToLift
     from .core.measures import Measure, nested
     from .core.notices import Notice, notice, own_notice
-    from .core.pose import PoseSequence, Rectified
+    from .core.pose import MadeBy, PoseSequence, Rectified
     from .core.rotations import angle_deg, rotate, transpose
     from .core.take import Take, Told, Video
     from .files.atomic import whole_file
@@ -30,12 +48,14 @@ if TYPE_CHECKING:
     from .signals.swaps import find_swaps, mask_swaps
 
 __all__ = [
-    "ANGLES", "BODY", "CAMERA", "GL_CAMERA", "H36M17", "IMAGE", "LEVEL", "REASONS", "Y_UP", "Z_UP",
-    "Adapter", "Camera", "Frame", "InputError", "Layout", "Lifted", "Lifter", "Measure", "Notice", "Pipeline",
-    "PoseSequence", "Rectified", "Rectifier", "RunOptions", "Stage", "Take", "ToLift", "Told", "Video", "Writer",
-    "angle_deg", "angles", "change_frame", "check_adapter", "computing_on", "find_swaps", "load_recipe",
-    "mask_swaps", "nested", "notice", "open_take", "own_notice", "planned", "read_run", "remap",
-    "rotate", "run_files", "transpose", "whole_file",
+    "ANGLES", "BLAZEPOSE33", "BODY", "BODY_25", "BODY_25B", "CAMERA", "COCO17", "COCO23", "FEET", "GL_CAMERA",
+    "H36M17", "H36M17_B", "H36M17_C", "HALPE26", "IMAGE", "LEVEL", "MHR70", "MPI3DHP17", "OPENPOSE18",
+    "REASONS", "SOMA30", "SOMA77", "Y_UP", "Z_UP", "Adapter", "Camera", "Frame", "InputError", "Layout",
+    "Lifted", "Lifter", "MadeBy", "Measure", "Notice", "Pipeline", "PoseSequence", "Rectified", "Rectifier",
+    "RunOptions", "Stage", "Take", "ToLift", "Told", "Video", "Writer", "angle_deg", "angles", "change_frame",
+    "check_adapter", "computing_on", "find_swaps", "load_recipe", "mask_swaps", "nested", "notice", "open_take",
+    "own_notice", "planned", "read_run", "remap", "rotate", "run_files", "transpose",
+    "whole_file",
 ]  # fmt: skip
 
-__getattr__ = lazily(__name__)
+__getattr__, __dir__ = lazily(__name__)

@@ -10,4 +10,4 @@ if TYPE_CHECKING:
 
 __all__ = ["LivePose", "live_frames", "rectify", "rectify_together"]
 
-__getattr__ = lazily(__name__)
+__getattr__, __dir__ = lazily(__name__)

@@ -13,18 +13,21 @@ from pkgutil import walk_packages
 
 import pdoc
 
-FACES = tuple(f"pcnet3d.{floor}" for floor in ("pipeline", "adapters", "models", "stages"))
+PACKAGE = "pcnet3d"
+FLOORS = tuple(f"{PACKAGE}.{floor}" for floor in ("pipeline", "adapters", "models", "stages"))
 
 
 def main() -> None:
     # Types that are imported for type checkers only are shown by their names.
     warnings.filterwarnings("ignore", "Error parsing type annotation")
-    modules = list(FACES)
-    for face in map(import_module, FACES):
+    warnings.filterwarnings("ignore", "The module specification")  # the floors are in the package's `__all__` too
+    modules = [PACKAGE, *FLOORS]
+    for face in map(import_module, modules[:]):
         # A name that costs its imports only when it is asked for has to be asked for before pdoc sees it.
         vars(face).update({name: getattr(face, name) for name in face.__all__})
-        inside = walk_packages(face.__path__, f"{face.__name__}.")
-        modules += [module.name for module in inside if not module.ispkg]
+        if face.__name__ in FLOORS:
+            inside = walk_packages(face.__path__, f"{face.__name__}.")
+            modules += [module.name for module in inside if not module.ispkg]
     pdoc.render.configure(template_directory=Path(__file__).parent / "pdoc")
     pdoc.pdoc(*modules, output_directory=Path(sys.argv[1]))
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from .messages import in_one_line
 from .refusals import REFUSALS, Refusal
 
 _LONGEST = 1000  # characters; names and values out of a file may be of any length
@@ -24,7 +25,7 @@ class InputError(ValueError):
     def __init__(self, code: Refusal, message: str) -> None:
         if code not in REFUSALS:
             raise TypeError(f"Expected a code of {', '.join(REFUSALS)}; got '{code}'.")
-        shown = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(message.split()))
+        shown = in_one_line(message)
         if len(shown) > _LONGEST:
             shown = f"{shown[: _LONGEST - 303]} ... {shown[-298:]}"
         super().__init__(shown)

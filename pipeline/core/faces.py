@@ -11,20 +11,35 @@ from pathlib import Path
 from typing import Any
 
 
-def lazily(package: str) -> Callable[[str], Any]:
-    """A package's `__getattr__`. Its names are those that its source imports for type checkers; none of them may be the
-    name of a submodule, which would hide it once it is imported."""
+def lazily(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """A package's `__getattr__` and `__dir__`.
+
+    Its names are those that its source imports for type checkers, of modules or, by `from . import NAME`, modules
+    themselves; none of the former may have the name of a submodule, which would hide it once that is imported. `dir`
+    and tab completion show what its `__all__` lists.
+    """
 
     @cache
     def homes() -> dict[str, str]:
-        """The module that has each name, counted from the package."""
+        """The module that has each name, counted from the package; "." of a module itself."""
         source = Path(str(sys.modules[package].__file__)).read_text(encoding="utf-8")
         nodes = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)]
-        return {one.name: f".{node.module}" for node in nodes if node.level == 1 for one in node.names}
+        return {
+            alias.name: "." * node.level + (node.module or "")
+            for node in nodes
+            if node.level
+            for alias in node.names
+        }
 
     def named(name: str) -> Any:
-        if name not in homes():
+        home = homes().get(name)
+        if home is None:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(homes()[name], package), name)
+        if home == ".":
+            return import_module(f".{name}", package)
+        return getattr(import_module(home, package), name)
 
-    return named
+    def names() -> list[str]:
+        return list(sys.modules[package].__all__)
+
+    return named, names

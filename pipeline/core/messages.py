@@ -19,6 +19,11 @@ _STYLES = {
 _detail: Detail = "normal"
 
 
+def in_one_line(text: str) -> str:
+    """A text of a stranger's file in one line of printable characters, which no terminal takes for a command."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in " ".join(text.split()))
+
+
 def how_many(count: int, one: str, more: str = "") -> str:
     """A count in a sentence: how_many(1, "row") is "1 row", and of 2 "2 rows". more: the words behind any other
     count, where they are not `one` with an s."""

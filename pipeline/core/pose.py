@@ -15,6 +15,7 @@ import numpy as np
 from .errors import InputError
 from .frames import BODY, CAMERA, LEVEL, Frame, require
 from .layouts import FEET, Layout
+from .messages import bound_in_words, how_many, in_one_line, rate_in_words
 from .notices import Notice
 from .rotations import rotate, transpose
 
@@ -176,6 +177,21 @@ class PoseSequence:
 
     def __len__(self) -> int:
         return len(self.joints)
+
+    def __repr__(self) -> str:
+        return f"<PoseSequence: {self.in_words}>"
+
+    @property
+    def in_words(self) -> str:
+        """Who, how many frames, rate, joints, frame, unit and maker, in a line."""
+        rate = ", rate unknown" if self.time_s is None else rate_in_words(self.fps, ", ")
+        unit = "no known scale" if self.frame.unit == "arbitrary" else self.frame.unit
+        maker = "" if self.made_by.kind == "unknown" else f", {self.made_by.kind}"
+        maker += f" by {self.made_by.by}" if self.made_by.by else ""
+        return in_one_line(
+            f"person {self.person}, {how_many(len(self), 'frame')}{rate}, {self.layout.name} in {self.frame.name}, "
+            f"{unit}{maker}"
+        )
 
     def joint(self, name: str) -> np.ndarray:
         """(T, D) positions of one joint."""
@@ -348,6 +364,21 @@ class Rectified:
                 )
             array.setflags(write=False)
             object.__setattr__(self, name, array)
+
+    def __repr__(self) -> str:
+        return f"<Rectified: {self.level.in_words}; {self.in_words}>"
+
+    @property
+    def in_words(self) -> str:
+        """Whether levelled, up and its error, in a line."""
+        if not self.level_ok:
+            return f"not levelled: {self.level_reason}"
+        bound = float(np.nanmax(self.up_bound_deg, initial=-1))
+        error = f"within {bound_in_words(bound)} degrees (90 %)" if bound >= 0 else "of unknown error"
+        if self.R_source_from_level.ndim == 3:
+            return f"levelled, up of each frame {error}"
+        up = ", ".join(f"{x:.2f}" for x in self.R_source_from_level[:, 2] + 0.0)
+        return f"levelled, up ({up}) in {self.source.name} {error}"
 
     @property
     def body(self) -> PoseSequence:

@@ -5,16 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
 from .anthropometry import STATURES_M
 from .camera import Camera
 from .errors import InputError
+from .extras import needed_for
 from .measures import Row
-from .notices import Notice, grave, without_doubles
+from .messages import in_one_line
+from .movement import dataset_of
+from .notices import Notice, grave, verdict, without_doubles
 from .pose import PoseSequence, Rectified
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
 
 CameraMotion = Literal["static", "moving"]
 Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
@@ -194,6 +201,16 @@ class Take:
     session: Session = Session()
     told: Told = Told()
 
+    def __repr__(self) -> str:
+        rows = self.rows
+        parts = [
+            "" if self.video is None else f"video {self.video.path.name}",
+            "no poses yet" if rows is None else rows.in_words,
+            "" if self.rectified is None else self.rectified.in_words,
+            "" if self.findings is None else f"the poses are {verdict(self.judged)}",
+        ]
+        return in_one_line(f"<Take {self.name}: {'; '.join(filter(None, parts))}>")
+
     @property
     def title(self) -> str:
         """The session's title; without one the take's name."""
@@ -259,6 +276,22 @@ class Take:
     def saying(self, *notices: Notice) -> Take:
         """A copy with these notices added, each once."""
         return replace(self, notices=without_doubles((*self.notices, *notices)))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A row a frame: `frame`, `time_s` and the columns of its kinematics, as kinematics.parquet has them. Needs
+        pandas; InputError without it, and for a take without kinematics."""
+        columns, poses = self.need("kinematics"), self.need("poses")
+        with needed_for("to_pandas", "xarray"):
+            import pandas
+        return pandas.DataFrame({"frame": poses.frame_index, "time_s": poses.times, **columns})
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The joints in LEVEL, unfiltered, in the layout of the package `movement` (core/movement.py). Needs xarray;
+        InputError without it, and for a take that has not been rectified."""
+        coordinates, variables, attributes = dataset_of(self.need("rectified").level)
+        with needed_for("to_xarray", "xarray"):
+            import xarray
+        return xarray.Dataset(variables, coordinates, attributes)
 
 
 def in_single(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

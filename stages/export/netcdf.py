@@ -7,42 +7,38 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.core.layouts import with_feet
+from ...pipeline.core.movement import dataset_of
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from .provenance import provenance
 
 
 def write_netcdf(take: Take, path: Path) -> None:
-    """`position` (time, space, keypoint, individual) and `confidence` (time, keypoint, individual), unfiltered.
+    """The variables of `dataset_of`, unfiltered.
 
-    Names are those of movement 0.17 (its validators/datasets.py), which calls dimensions in the singular. Version 3
-    of netCDF needs scipy alone; its texts are arrays of characters, which xarray joins again.
+    Version 3 of netCDF needs scipy alone; its texts are arrays of characters, which xarray joins again.
     """
     from scipy.io import netcdf_file
 
-    level = with_feet(take.need("rectified").level)
-    names = {"space": list("xyz"), "keypoint": list(level.layout.joints), "individual": [level.person]}
+    level = take.need("rectified").level
+    data = dataset_of(level)
     with whole_file(path) as partial, netcdf_file(partial, "w", version=2) as file:
-        file.createDimension("time", len(level))
-        time = file.createVariable("time", "d", ("time",))
-        time[:] = level.times
-        for name, texts in names.items():
-            encoded = [text.encode() for text in texts]
+        for name, values in data.coordinates.items():
+            file.createDimension(name, len(values))
+            if name == "time":
+                file.createVariable(name, "d", (name,))[:] = values
+                continue
+            encoded = [text.encode() for text in values]
             width = max(map(len, encoded))
-            file.createDimension(name, len(texts))
             file.createDimension(f"{name}_characters", width)
             coordinate = file.createVariable(name, "c", (name, f"{name}_characters"))
-            coordinate[:] = np.array(encoded, dtype=f"S{width}").view("S1").reshape(len(texts), width)
+            coordinate[:] = np.array(encoded, dtype=f"S{width}").view("S1").reshape(len(values), width)
             coordinate._Encoding = "utf-8"
-        position = file.createVariable("position", "f", ("time", *names))
-        position[:] = np.swapaxes(level.joints, 1, 2)[..., None]
-        position.units = level.frame.unit
-        position.axes = str(level.frame)
-        confidence = file.createVariable("confidence", "f", ("time", "keypoint", "individual"))
-        confidence[:] = level.confidence[..., None]
-        file.ds_type = "poses"
-        file.source_software = "pcnet3d"
-        file.time_unit = "seconds"
-        file.fps = level.fps
+        for name, (dimensions, values, attributes) in data.variables.items():
+            variable = file.createVariable(name, "f", dimensions)
+            variable[:] = values
+            for attribute, value in attributes.items():
+                setattr(variable, attribute, value)
+        for attribute, value in data.attributes.items():
+            setattr(file, attribute, value)
         file.provenance = json.dumps(provenance(take, level.frame, level.history))

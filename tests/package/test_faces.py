@@ -1,25 +1,53 @@
-"""What users and plug-ins import is named by the four faces, and their documents and templates use nothing else."""
+"""What users and plug-ins import is named by the package and its parts; documents and templates use nothing else."""
 
 import re
+import rlcompleter
+import subprocess
+import sys
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+from pcnet3d.pipeline.core import layouts
+
 ROOT = Path(__file__).parents[2]
-FACES = ("pipeline", "adapters", "models", "stages")
+FLOORS = ("pcnet3d.pipeline", "pcnet3d.adapters", "pcnet3d.models", "pcnet3d.stages")
+FACES = ("pcnet3d", *FLOORS)
+HEAVY = ("numpy", "scipy", "pydantic", "typer", "cv2", "onnxruntime", "rerun", "pyarrow", "av", "pandas")
 _IMPORT = re.compile(r"^(?:from|import) (pcnet3d[\w.]*)", re.MULTILINE)
 
 
 @pytest.mark.parametrize("face", FACES)
 def test_every_name_is_there(face):
-    module = import_module(f"pcnet3d.{face}")
+    module = import_module(face)
     assert [name for name in module.__all__ if getattr(module, name, None) is None] == []
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_dir_and_tab_completion_show_the_names_and_nothing_else(face):
+    module = import_module(face)
+    assert dir(module) == sorted(module.__all__)
+    completed = rlcompleter.Completer({"module": module}).attr_matches("module.")
+    names = {each.removeprefix("module.").rstrip("()") for each in completed}
+    assert names == {name for name in module.__all__ if not name.startswith("_")}
+
+
+def test_importing_loads_nothing_heavy_and_finds_the_parts():
+    told = f"import sys, pcnet3d; print([name for name in {HEAVY!r} if name in sys.modules]); pcnet3d.stages.rectify"
+    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, timeout=300)
+    assert (done.returncode, done.stdout.strip()) == (0, "[]"), done.stderr
+
+
+def test_every_layout_is_public():
+    for face in ("pcnet3d", "pcnet3d.pipeline"):
+        module = import_module(face)
+        assert {name: getattr(module, name) for name in layouts.LAYOUTS} == layouts.LAYOUTS
 
 
 def test_a_name_that_is_not_there():
     with pytest.raises(AttributeError, match="nothing_like_it"):
-        import_module("pcnet3d.pipeline").nothing_like_it  # noqa: B018
+        import_module("pcnet3d").nothing_like_it  # noqa: B018
 
 
 def test_users_import_from_faces_alone():
@@ -29,7 +57,7 @@ def test_users_import_from_faces_alone():
         *(ROOT / "examples" / "plugin").rglob("*.py"),
         ROOT / "examples" / "live.py",
     ]
-    faces = {"pcnet3d", "pcnet3d.examples.walker", "pcnet3d_acme", *(f"pcnet3d.{face}" for face in FACES)}
+    faces = {*FACES, "pcnet3d.examples.walker", "pcnet3d_acme"}
     others = {
         f"{path.name}: {module}"
         for path in places

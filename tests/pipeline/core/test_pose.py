@@ -8,7 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from pcnet3d.pipeline import BODY, CAMERA, H36M17, IMAGE, LEVEL, InputError, PoseSequence, Rectified
+from pcnet3d.pipeline import (
+    BODY,
+    CAMERA,
+    H36M17,
+    IMAGE,
+    LEVEL,
+    InputError,
+    MadeBy,
+    PoseSequence,
+    Rectified,
+    Take,
+)
 from refusals import refused
 
 finite_or_nan = st.floats(-1e6, 1e6, width=32) | st.just(float("nan"))
@@ -119,3 +130,41 @@ def test_other_joints_leave_no_covariance_unless_it_is_given():
     assert stated.with_(joints=poses.joints * 2, covariance=4 * covariance).covariance[0, 0, 0, 0] == 4
     with pytest.raises(InputError, match="covariance of shape"):
         poses.with_(covariance=covariance[:, :3])
+
+
+def test_printed_in_one_line_with_who_how_many_rate_frame_and_unit():
+    poses = PoseSequence(
+        np.zeros((3, 17, 3)), H36M17, CAMERA, time_s=np.arange(3) / 25, person="anna\x1b[2J",
+        made_by=MadeBy("estimated", "MotionBERT"),
+    )  # fmt: skip
+    words = "person anna\\x1b[2J, 3 frames, 25 a second, H36M17 in CAMERA, m, estimated by MotionBERT"
+    assert repr(poses) == f"<PoseSequence: {words}>"
+    unknown = PoseSequence(np.zeros((1, 17, 3)), H36M17, CAMERA.with_(unit="arbitrary"))
+    assert (
+        repr(unknown) == "<PoseSequence: person 0, 1 frame, rate unknown, H36M17 in CAMERA, no known scale>"
+    )
+
+
+def test_a_rectified_take_is_printed_with_up_and_its_error():
+    level = PoseSequence(np.zeros((2, 17, 3)), H36M17, LEVEL, time_s=[0, 0.5])
+    R = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
+    parts = {
+        "R_source_from_body": np.stack([R, R]),
+        "error_deg": np.zeros(2),
+        "method": "toy",
+        "level_heading": "median",
+    }
+    rectified = Rectified(level, R_source_from_level=R, up_bound_deg=np.array([2.04, 2.04]), **parts)
+    said = "levelled, up (0.00, -1.00, 0.00) in CAMERA within 2.0 degrees (90 %)"
+    assert repr(rectified) == f"<Rectified: {level.in_words}; {said}>"
+    assert "levelled, up of each frame of unknown error" in repr(
+        Rectified(level, R_source_from_level=np.stack([R, R]), camera="moving", **parts)
+    )
+    not_levelled = Rectified(
+        level, R_source_from_level=R, level_ok=False, level_reason="too few votes", **parts
+    )
+    assert repr(not_levelled).endswith("; not levelled: too few votes>")
+    assert repr(Take("walk", poses=level, rectified=rectified, findings=())) == (
+        f"<Take walk: {level.in_words}; {said}; the poses are good>"
+    )
+    assert repr(Take("walk")) == "<Take walk: no poses yet>"

@@ -337,6 +337,22 @@ def test_netcdf_has_the_layout_of_movement(take, tmp_path):
         np.testing.assert_array_equal(data.position.sel(individual="Ann", space="z"), level.joints[..., 2])
         wrist = data.position.sel(individual="Ann", keypoint="l_wrist")
         np.testing.assert_array_equal(wrist, level.joint("l_wrist"))
+        in_memory = take.to_xarray()
+        assert {name: value for name, value in data.attrs.items() if name != "provenance"} == in_memory.attrs
+        xarray.testing.assert_equal(data.drop_attrs(), in_memory.drop_attrs())
+
+
+def test_pandas_gets_what_the_table_has(take, tmp_path):
+    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
+    Export(tmp_path)(take)
+    written = pandas.read_parquet(tmp_path / "kinematics.parquet")
+    pandas.testing.assert_frame_equal(take.to_pandas(), written, check_dtype=False)
+
+
+def test_what_a_take_lacks_for_tables_is_said(take):
+    for of, without in (("to_pandas", "kinematics"), ("to_xarray", "rectified")):
+        with refused("needs-stage", without):
+            getattr(take.with_(**{without: None}), of)()
 
 
 def test_what_was_filtered_and_measured_is_in_the_summary(take, tmp_path):
