@@ -20,7 +20,8 @@ FLOORS = tuple(f"{PACKAGE}.{floor}" for floor in ("pipeline", "adapters", "model
 def main() -> None:
     # Types that are imported for type checkers only are shown by their names.
     warnings.filterwarnings("ignore", "Error parsing type annotation")
-    warnings.filterwarnings("ignore", "The module specification")  # the floors are in the package's `__all__` too
+    # The floors are in the package's `__all__` too.
+    warnings.filterwarnings("ignore", "The module specification")
     modules = [PACKAGE, *FLOORS]
     for face in map(import_module, modules[:]):
         # A name that costs its imports only when it is asked for has to be asked for before pdoc sees it.
