@@ -33,14 +33,16 @@ _OWN = {
     "inspect": "pcnet3d.pipeline.cli:inspect",
     "view": "pcnet3d.pipeline.cli:view",
     "list": "pcnet3d.pipeline.cli:list_",
+    "lab": "pcnet3d.pipeline.cli:lab",
 }
-_FOR_DEVELOPERS = ("bench", "evaluate", "mmfi", "mocap", "testbed", "train")
+_LAB = "lab"  # the commands of the laboratory stand behind this word
 _HELP = {"help_option_names": ["-h", "--help"]}
 
 
-def _points() -> dict[str, EntryPoint]:
+def _points(group: str = "commands") -> dict[str, EntryPoint]:
     own = {name: EntryPoint(name, place, "pcnet3d.commands") for name, place in _OWN.items()}
-    return {**own, **registry.registered("commands"), **own}
+    registered = registry.registered(group)
+    return {**own, **registered, **own} if group == "commands" else registered
 
 
 class _Command(TyperCommand):
@@ -72,32 +74,35 @@ class _Commands(TyperGroup):
     """Imports a command when it is asked for; the help page reads what commands are for in their source, for importing
     all takes its time, and a package whose command cannot be loaded must not keep the others from working."""
 
+    group = "commands"
+
     def list_commands(self, ctx: Any) -> list[str]:
-        return list(_points())
+        return sorted(_points(self.group), key=lambda name: name == _LAB)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """A stand-in with the command's name and its line of help."""
-        point = _points().get(cmd_name)
-        if point is None:
-            return None
-        panel = "For developers" if cmd_name in _FOR_DEVELOPERS else None
-        return TyperCommand(cmd_name, help=_summary(point), rich_help_panel=panel)
+        point = _points(self.group).get(cmd_name)
+        return None if point is None else TyperCommand(cmd_name, help=_summary(point))
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        name = args[0]
-        if name not in _points() and not name.startswith("-"):
-            refuse_removed("commands", name)
-            raise InputError("name-unknown", f"There is no command '{name}'; {did_you_mean(name, _points())}")
-        return name, load_command(name), args[1:]
+        name, names = args[0], _points(self.group)
+        if name not in names and not name.startswith("-"):
+            refuse_removed(self.group, name)
+            raise InputError("name-unknown", f"There is no command '{name}'; {did_you_mean(name, names)}")
+        return name, load_command(name, self.group), args[1:]
 
 
-def load_command(name: str) -> Any:
+class _LabCommands(_Commands):
+    group = _LAB
+
+
+def load_command(name: str, group: str = "commands") -> Any:
     """The command itself; InputError when its package is broken."""
-    command = _points()[name].load() if name in _OWN else registry.load("commands", name)
+    command = _points()[name].load() if name in _OWN else registry.load(group, name)
     if isinstance(command, typer.Typer):
-        group = get_group(command)
-        group.name = name
-        return group
+        several = get_group(command)
+        several.name = name
+        return several
     alone = typer.Typer(add_completion=False)
     alone.command(name=name, cls=_Command, help=_flowing(command.__doc__ or ""))(_with_detail(command))
     return get_command(alone)
@@ -198,6 +203,19 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
+
+
+lab = typer.Typer(
+    cls=_LabCommands,
+    help="Train, measure and evaluate: commands for developers and for whoever repeats the published figures.",
+    context_settings=_HELP,
+    no_args_is_help=True,
+)
+
+
+@lab.callback()
+def _laboratory() -> None:
+    pass
 
 
 @app.callback()

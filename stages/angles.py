@@ -48,7 +48,7 @@ class Angles:
     whose errors are unknown: `<angle>_deg`, `_sd_deg`, `_degps`, its error `_sd_degps`, and `_reason` (int8,
     signals.angles.REASONS); where that is not 0 the others are NaN. smoother: as in `trajectories`; with a classical
     filter rates are derivatives of the filtered angles. errors: a file with the errors of the lifter that made the
-    poses (pcnet3d evaluate errors --fit); it replaces what is known of that lifter."""
+    poses (pcnet3d lab evaluate errors --fit); it replaces what is known of that lifter."""
 
     smoother: Smoother = "auto"
     errors: Path | None = None

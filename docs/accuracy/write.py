@@ -1,12 +1,12 @@
-"""Writes the tables of accuracy in documents, from what `pcnet3d evaluate` measured:
+"""Writes the tables of accuracy in documents, from what `pcnet3d lab evaluate` measured:
 
     python docs/accuracy/write.py [DIR/evaluation.json ...] [DIR/errors.json ...]
 
 The figures that documents quote are in figures.json, a block per evaluation, with its command, its date and the
 networks that it measured. An evaluation.json replaces the figures of its blocks; all others stay. Whether stated errors
-hold, and how large errors are, is in errors.json here; the rows of another one (of `pcnet3d evaluate errors`) replace
-those of the same configurations and people. Then what stands between `<!-- docs/accuracy/write.py: NAME -->` and
-`<!-- end -->` in a document is written from the macro NAME of tables.j2. Words around the figures are not measured:
+hold, and how large errors are, is in errors.json here; the rows of another one (of `pcnet3d lab evaluate errors`)
+replace those of the same configurations and people. Then what stands between `<!-- docs/accuracy/write.py: NAME -->`
+and `<!-- end -->` in a document is written from the macro NAME of tables.j2. Words around the figures are not measured:
 read them again.
 """
 
@@ -31,7 +31,7 @@ from pcnet3d.pipeline.core.errors import InputError
 
 HERE = Path(__file__).parent
 FIGURES = HERE / "figures.json"
-ERRORS = HERE / "errors.json"  # of pcnet3d evaluate errors, as it writes it
+ERRORS = HERE / "errors.json"  # of pcnet3d lab evaluate errors, as it writes it
 ROOT = HERE.parents[1]
 MARKED = (
     "README.md", "docs/errors.md", "docs/research.md", "docs/trust.md", "docs/up.md", "models/lifter/card.md",
@@ -42,7 +42,7 @@ _MARK = re.compile(r"(<!-- docs/accuracy/write\.py: (\w+) -->\n).*?(<!-- end -->
 
 @dataclass(frozen=True)
 class Block:
-    """Figures that one evaluation gives. report, options: of `pcnet3d evaluate`. rests_on: networks by which the
+    """Figures that one evaluation gives. report, options: of `pcnet3d lab evaluate`. rests_on: networks by which the
     figures would change. quoted: patterns of paths in the evaluation.json."""
 
     report: str
@@ -52,7 +52,7 @@ class Block:
 
     @property
     def command(self) -> str:
-        return f"pcnet3d evaluate {self.report} {self.options}".rstrip()
+        return f"pcnet3d lab evaluate {self.report} {self.options}".rstrip()
 
 
 _TEST = "--sets test --because REASON"

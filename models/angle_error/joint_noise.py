@@ -139,8 +139,8 @@ def read_noise(path: Path) -> JointNoise:
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
             "format-unknown",
-            f"Expected {path} to hold the errors of a lifter's angles, as pcnet3d evaluate errors --fit writes them; "
-            f"got {error or type(error).__name__}.",
+            f"Expected {path} to hold the errors of a lifter's angles, as pcnet3d lab evaluate errors --fit writes "
+            f"them; got {error or type(error).__name__}.",
         ) from error
 
 

@@ -12,7 +12,7 @@ from ..smoother import known_noise
 from .joint_noise import JointNoise, shipped_noise
 from .take_angles import AngleSeries
 
-# Chosen on lifted takes of validation subjects (pcnet3d evaluate errors -o DIR).
+# Chosen on lifted takes of validation subjects (pcnet3d lab evaluate errors -o DIR).
 _ERROR_S = 3.0  # over which an angle's error is forgotten
 
 

@@ -1,4 +1,4 @@
-"""pcnet3d train CONFIG.toml -o DIR: trains what the config file describes; needs the extra "train".
+"""pcnet3d lab train CONFIG.toml -o DIR: trains what the config file describes; needs the extra "train".
 
 Where the package is not installed, for example on a machine lent for minutes: python -m pcnet3d.models.lab.train ...
 """

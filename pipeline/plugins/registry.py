@@ -18,6 +18,7 @@ _SOCKETS = {
     "adapters": ("name", "gives", "reads", "sniff", "read"),
     "stages": ("name", "needs", "gives", "__call__"),
     "commands": ("__call__",),
+    "lab": ("__call__",),
     "writers": ("file", "what", "write"),
 }
 _MODEL = ("what", "open")
@@ -152,4 +153,4 @@ def _broken(group: str, name: str, reason: str) -> InputError:
 
 def _one(group: str) -> str:
     """What one of the group is called."""
-    return group[:-1].replace("_", " ")
+    return "command of the laboratory" if group == "lab" else group[:-1].replace("_", " ")

@@ -25,7 +25,12 @@ Kind = Literal[
     "commands", "flags", "settings", "adapters", "stages", "writers", "lifters", "detectors", "rectifiers"
 ]
 
-REMOVED: dict[Kind, dict[str, str]] = {}
+REMOVED: dict[Kind, dict[str, str]] = {
+    "commands": {
+        name: f"it is `pcnet3d lab {name}` now"
+        for name in ("bench", "evaluate", "mmfi", "mocap", "testbed", "train")
+    }
+}
 
 
 def refuse_removed(kind: str, name: str) -> None:

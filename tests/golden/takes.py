@@ -1,4 +1,4 @@
-"""A file of `pcnet3d testbed`: lifted takes with their truth."""
+"""A file of `pcnet3d lab testbed`: lifted takes with their truth."""
 
 from pathlib import Path
 

@@ -27,7 +27,7 @@ FIGURES, ERRORS = (json.loads(path.read_text(encoding="utf-8")) for path in (wri
 
 
 def evaluation() -> dict:
-    """As `pcnet3d evaluate real-take` writes it, the figures those of figures.json and some that nobody quotes."""
+    """As `pcnet3d lab evaluate real-take` writes it, the figures those of figures.json and some that nobody quotes."""
     shipped = write.shipped()
     content = json.dumps(FIGURES["real_take"]["figures"])
     content = re.sub(r'pcnet(?=[",])', f"pcnet@{shipped['pcnet']}", content)
@@ -87,9 +87,11 @@ def test_every_figure_is_of_the_shipped_networks():
 
 def test_a_new_network_asks_for_new_figures(monkeypatch):
     monkeypatch.setattr(write, "shipped", lambda: {"lifter": "new", "pcnet": "old", "paper": "old"})
-    block = {"command": "pcnet3d evaluate takes", "networks": {"lifter": "old", "pcnet": "old"}}
+    block = {"command": "pcnet3d lab evaluate takes", "networks": {"lifter": "old", "pcnet": "old"}}
     (sentence,) = write.stale({"takes": block})
-    assert "another lifter (old) than the shipped one (new); run `pcnet3d evaluate takes -o DIR`" in sentence
+    assert (
+        "another lifter (old) than the shipped one (new); run `pcnet3d lab evaluate takes -o DIR`" in sentence
+    )
 
 
 def test_an_evaluation_replaces_its_block_only():

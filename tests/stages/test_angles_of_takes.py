@@ -179,7 +179,7 @@ def test_shipped_noise_is_larger_in_depth_and_far_out():
     ]
     assert (variance[limbs, 2] > 1.5 * variance[limbs, :2].max(axis=1)).all()
     assert variance[JOINTS.index("r_wrist")].sum() > variance[JOINTS.index("r_shoulder")].sum()
-    assert set(noise.factors) == set(ANGLES), "fit: pcnet3d evaluate errors --fit"
+    assert set(noise.factors) == set(ANGLES), "fit: pcnet3d lab evaluate errors --fit"
     assert {joint for angle in ANGLES.values() for joint in angle.joints} <= set(JOINTS)
     assert all(0.3 < factor < 2 for factor in noise.factors.values())
     assert all(power > 0 for power in noise.powers)

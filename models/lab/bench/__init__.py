@@ -1,1 +1,1 @@
-"""`pcnet3d bench`: speed and memory on this machine."""
+"""`pcnet3d lab bench`: speed and memory on this machine."""

@@ -1,4 +1,4 @@
-"""What a take of a study costs beyond its networks:  pcnet3d bench batch
+"""What a take of a study costs beyond its networks:  pcnet3d lab bench batch
 
 The study is run in a process of its own, so that the peak of memory is that of its workers.
 """

@@ -1,4 +1,4 @@
-"""`pcnet3d bench`: how fast rectifiers, whole runs of files and of a video, and studies are on this machine."""
+"""`pcnet3d lab bench`: how fast rectifiers, whole runs of files and of a video, and studies are on this machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the time and the memory go from an estimator's files to all results, without a video:  pcnet3d bench files"""
+"""Where time and memory go from an estimator's files to all results, without a video:  pcnet3d lab bench files"""
 
 from __future__ import annotations
 

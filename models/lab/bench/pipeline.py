@@ -1,4 +1,4 @@
-"""Where the time and the memory go from a video alone to its recording:  pcnet3d bench pipeline --detector FILE.onnx
+"""Where time and memory go from a video alone to its recording:  pcnet3d lab bench pipeline --detector FILE.onnx
 
 The video is run in a process of its own, so that the peak of memory is its own.
 """

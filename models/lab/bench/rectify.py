@@ -1,4 +1,4 @@
-"""How fast a rectifier is on this machine, beside what its processor can do:  pcnet3d bench rectify"""
+"""How fast a rectifier is on this machine, beside what its processor can do:  pcnet3d lab bench rectify"""
 
 from __future__ import annotations
 

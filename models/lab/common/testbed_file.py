@@ -1,4 +1,4 @@
-"""Lifted takes with truth as a file, which `pcnet3d testbed` writes (models/lab/evaluation/testbed.py)."""
+"""Lifted takes with truth as a file, which `pcnet3d lab testbed` writes (models/lab/evaluation/testbed.py)."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def read_testbed(path: Path, *names: str) -> dict[str, np.ndarray]:
     try:
         arrays = load_all(path, "take_start", *names)
     except InputError as error:
-        raise InputError(error.code, f"Expected a file of pcnet3d testbed: {error}") from None
+        raise InputError(error.code, f"Expected a file of pcnet3d lab testbed: {error}") from None
     start = arrays["take_start"]
     goes_up = start.ndim == 1 and start.dtype.kind in "iu" and len(start) > 1 and (np.diff(start) > 0).all()
     if not goes_up or start[0] != 0:
         raise InputError(
             "wrong-content",
-            f"Expected a file of pcnet3d testbed at {path}, but its take_start does not go up from 0.",
+            f"Expected a file of pcnet3d lab testbed at {path}, but its take_start does not go up from 0.",
         )
     takes, frames = len(start) - 1, int(start[-1])
     shapes = {
@@ -35,7 +35,7 @@ def read_testbed(path: Path, *names: str) -> dict[str, np.ndarray]:
         if array.shape != shapes[name] or array.dtype.kind not in kinds:
             raise InputError(
                 "wrong-content",
-                f"Expected a file of pcnet3d testbed at {path}, with {name} of shape {shapes[name]}, got "
+                f"Expected a file of pcnet3d lab testbed at {path}, with {name} of shape {shapes[name]}, got "
                 f"{array.shape} of type {array.dtype}.",
             )
     return arrays

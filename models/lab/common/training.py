@@ -78,8 +78,8 @@ class Schedule(BaseModel):
 
 
 class Training(BaseModel):
-    """What every training is told. start: weights to begin with. data, split: a file of `pcnet3d mocap` and one of its
-    train and val subjects (mocap/split.py), instead of the motion capture that the shipped network was trained on."""
+    """What every training is told. start: weights to begin with. data, split: a file of `pcnet3d lab mocap` and one of
+    its train and val subjects (mocap/split.py), instead of the motion capture that the shipped networks saw."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     subjects: str

@@ -1,4 +1,4 @@
-"""Whether every stated error holds, in every configuration of a run:  pcnet3d evaluate errors -o DIR
+"""Whether every stated error holds, in every configuration of a run:  pcnet3d lab evaluate errors -o DIR
 
 And what would make them hold: with --fit the errors of angles and rates are fitted to these takes, of the
 configurations FITTED, and written to DIR/joint_noise.json, as models/angle_error has it and as a run takes it (--set

@@ -1,5 +1,5 @@
 """How far apart the figures of two visits are when nothing changed, and how often `compare` would say that they differ:
-pcnet3d evaluate visits --seed 5 -o DIR
+pcnet3d lab evaluate visits --seed 5 -o DIR
 
 Virtual visits as those that the errors were fitted on (visits.py), by the errors that are shipped.
 """

@@ -1,1 +1,1 @@
-"""`pcnet3d evaluate` and the test beds."""
+"""`pcnet3d lab evaluate` and the test beds."""

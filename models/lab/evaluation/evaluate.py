@@ -1,4 +1,4 @@
-"""How well every part does where the truth is known:  pcnet3d evaluate REPORT -o DIR
+"""How well every part does where the truth is known:  pcnet3d lab evaluate REPORT -o DIR
 
 A subcommand a report; each writes a page and the same figures as JSON. People are those that networks are chosen by,
 unless `--sets test` asks for those that figures are published of. A report is a module with `tables`, which answers a
@@ -38,7 +38,7 @@ _BOTH = ["geometric", "pcnet"]
 
 def _asked(
     networks: Annotated[list[str], typer.Argument(help="pcnet3d (built-in), or .onnx files of lifters.")],
-    data: Annotated[Path, typer.Argument(help="Motion capture, a file of pcnet3d mocap.")],
+    data: Annotated[Path, typer.Argument(help="Motion capture, a file of pcnet3d lab mocap.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report, .md and .json.")],
     rectifier: Annotated[
         list[str], typer.Option(help="A rectifier, or a network's .onnx file; repeatable.")
@@ -159,7 +159,7 @@ def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str
     results |= {"date": date.today().isoformat(), "device": where.summary()}
     output.mkdir(parents=True, exist_ok=True)
     if because:
-        note_look(output, f"pcnet3d evaluate {name} --sets {people}", results["networks"], because)
+        note_look(output, f"pcnet3d lab evaluate {name} --sets {people}", results["networks"], because)
     text = written(results, report.PAGE)
     write_text(output / f"{file}.md", text)
     write_json(output / f"{file}.json", plain(results))

@@ -1,6 +1,6 @@
 """Poses of the test bed's takes by other lifters than the built-in one: a user's own, which are files, or simulated.
 
-`Answers` are what a lifter made of the keypoints that `pcnet3d testbed --keypoints` wrote. `Simulated` ones do what
+`Answers` are what a lifter made of the keypoints that `pcnet3d lab testbed --keypoints` wrote. `Simulated` ones do what
 other lifters are known to do: depth that is squeezed, a body that leans, noise in every frame, smoothing, answers that
 lag behind, and joints that are wrong in a way of their own. All but the last begin with the built-in lifter's answer to
 other keypoints of the same images, so that they share its errors, as networks do that saw the same training data; the
@@ -60,7 +60,7 @@ class Answers:
             raise InputError(
                 "cannot-open",
                 f"Expected answers to takes of seed {seed} in {self.folder}, such as "
-                f"{file_name('TAKE', 'wild', seed)}.npy, named as pcnet3d testbed --keypoints names the takes.",
+                f"{file_name('TAKE', 'wild', seed)}.npy, named as pcnet3d lab testbed --keypoints names the takes.",
             )
         return beds
 
@@ -72,7 +72,7 @@ class Answers:
         if not found:
             raise InputError(
                 "cannot-open",
-                f"Expected the lifter's answer {take}.npy or .npz in {self.folder}; lift what pcnet3d testbed "
+                f"Expected the lifter's answer {take}.npy or .npz in {self.folder}; lift what pcnet3d lab testbed "
                 f"--keypoints --bed {bed} --seed {seed} writes.",
             )
         poses = answer(found[0], len(truth.keypoints))

@@ -1,4 +1,4 @@
-"""Contacts, steps and gait figures where the truth is known:  pcnet3d evaluate gait -o DIR
+"""Contacts, steps and gait figures where the truth is known:  pcnet3d lab evaluate gait -o DIR
 
 Lifted takes of people nobody was trained on, one gravity per take, in metres by the true scale, against the contacts of
 the motion capture (models/lab/mocap/contact.py) and the same figures by them. Lengths and speed are judged with the

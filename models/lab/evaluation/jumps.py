@@ -1,4 +1,4 @@
-"""Jumps of lifted takes against motion capture:  pcnet3d evaluate jumps -o DIR
+"""Jumps of lifted takes against motion capture:  pcnet3d lab evaluate jumps -o DIR
 
 True flights are those that the captured path shows (pipeline/signals/flights.py, MEASURED). Before a camera that
 stands still, whose image tells up; the validation people, and of those whom the lifter has seen their jumps, for there

@@ -1,4 +1,4 @@
-"""How well a lifter does where the truth is known:  pcnet3d evaluate lifter -o DIR
+"""How well a lifter does where the truth is known:  pcnet3d lab evaluate lifter -o DIR
 
 Virtual takes of people that it never saw, its focal length known and not.
 """

@@ -1,4 +1,4 @@
-"""Which of several lifters is better for people whom no network saw:  pcnet3d evaluate lifters A.onnx B.onnx -o DIR
+"""Which of several lifters is better for people whom no network saw:  pcnet3d lab evaluate lifters A.onnx B.onnx -o DIR
 
 Whole validation takes before virtual cameras, under three conditions. A person's value is the mean over frames of each
 take, then over the person's takes, so that every person has one weight. Networks are compared person by person.

@@ -1,4 +1,4 @@
-"""Accelerations by smoother, where the truth is known:  pcnet3d evaluate motion -o DIR
+"""Accelerations by smoother, where the truth is known:  pcnet3d lab evaluate motion -o DIR
 
 Wrists and ankles of lifted takes relative to the pelvis, in the true upright axes, at the truth's scale (one factor per
 take), against motion capture; both sides low-passed at 6 Hz without delay. What a wrong up adds is judged by takes.py.

@@ -1,4 +1,4 @@
-"""The lifter and all that follows it on real videos with truth:  pcnet3d evaluate real-take -o DIR
+"""The lifter and all that follows it on real videos with truth:  pcnet3d lab evaluate real-take -o DIR
 
 A man who balances, seen by four calibrated cameras that stand still and lean: his limbs are known from all of them
 together (triangulated), and so is which way is up. Every camera is judged by itself, focal length unknown, on three

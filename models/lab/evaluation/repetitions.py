@@ -1,4 +1,4 @@
-"""Counts, beginnings and ends of repeated movements against labels:  pcnet3d evaluate repetitions -o DIR
+"""Counts, beginnings and ends of repeated movements against labels:  pcnet3d lab evaluate repetitions -o DIR
 
 movements.json names the movements of forty takes of CMU and ACCAD, train and validation people, with the seconds at
 which each begins and ends, read by eye off curves of the true angles, reaches and heights. A movement that is listed

@@ -1,4 +1,4 @@
-"""How well exchanged limbs are found, where they are known:  pcnet3d evaluate swaps -o DIR
+"""How well exchanged limbs are found, where they are known:  pcnet3d lab evaluate swaps -o DIR
 
 The swaps that the test bed's noise makes in 2D keypoints: in profile, where detectors make them and where they show
 least. What pipeline/signals/swaps.py finds is compared with them.

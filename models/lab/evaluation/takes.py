@@ -1,4 +1,4 @@
-"""What one gravity a take is worth, where the truth is known:  pcnet3d evaluate takes -o DIR
+"""What one gravity a take is worth, where the truth is known:  pcnet3d lab evaluate takes -o DIR
 
 Every take is seen by one camera that stands still; lifted, and with its real joints. Every rectifier answers twice:
 frame by frame, and with the take's one up (models/gravity/levelling.py). Errors, and the accelerations of wrists and

@@ -1,6 +1,6 @@
 """Lifted takes with truth: motion capture through a virtual camera, a noisy detector and the lifter.
 
-    pcnet3d testbed test -o takes.npz
+    pcnet3d lab testbed test -o takes.npz
 
 What everything after the lifter is judged on. A take depends on the seed and its clip's name only, so a subset of
 the clips gives the same takes.

@@ -1,4 +1,4 @@
-"""Whether verdicts on poses follow their error:  pcnet3d evaluate verdicts -o DIR
+"""Whether verdicts on poses follow their error:  pcnet3d lab evaluate verdicts -o DIR
 
 Takes as the lifter has them, and the same made worse: depth of 0.3 to 1.0 times its size, and errors of up to 12 % of
 the trunk that change from frame to frame and drift.

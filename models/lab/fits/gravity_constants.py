@@ -67,8 +67,8 @@ def stated_lean(
 
 
 def constants(paths: Sequence[Path]) -> Constants:
-    """Of lifted takes, upright and of 2 s at least, in files of pcnet3d testbed; InputError for other files, and for
-    files without such takes."""
+    """Of lifted takes, upright and of 2 s at least, in files of pcnet3d lab testbed; InputError for other files, and
+    for files without such takes."""
     network = load_rectifier("pcnet")
     tilts, headings, expected, off, stated, spreads, pooled = [], [], [], [], [], [], []
     for pair in read_pairs(paths):

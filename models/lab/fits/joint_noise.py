@@ -1,7 +1,7 @@
-"""Learns how a lifter's joints err together, on lifted takes with truth (files of pcnet3d testbed); a step of refit.
+"""Learns how a lifter's joints err together, on lifted takes with truth (of pcnet3d lab testbed); a step of refit.
 
 Train subjects give the modes; validation subjects, lifted by the shipped lifter and levelled by the shipped rectifier,
-give what a frame's noise grows with. What each angle's error is then comes from `pcnet3d evaluate errors --fit`.
+give what a frame's noise grows with. What each angle's error is then comes from `pcnet3d lab evaluate errors --fit`.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Pair:
 
 
 def read_pairs(paths: Sequence[Path]) -> Iterator[Pair]:
-    """The takes of pcnet3d testbed's files; InputError for other files."""
+    """The takes of pcnet3d lab testbed's files; InputError for other files."""
     for path in paths:
         held = read_testbed(path, "lifted", "truth", "R_camera_from_body", "lying")
         lifted, truth, R = (held[name] for name in ("lifted", "truth", "R_camera_from_body"))

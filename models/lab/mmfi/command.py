@@ -1,4 +1,4 @@
-"""The paper's table, for users who have MM-Fi:  pcnet3d mmfi TREE -o DIR
+"""The paper's table, for users who have MM-Fi:  pcnet3d lab mmfi TREE -o DIR
 
 One network for each protocol, each tested on the people of every protocol, beside the geometric baseline. Stopped, the
 same command goes on. DIR gets mmfi.md, mmfi.json, and a folder for each network.

@@ -1,6 +1,6 @@
 """Motion capture of several formats into the one file that training and evaluation read:
 
-pcnet3d mocap FOLDER -o clips.npz
+pcnet3d lab mocap FOLDER -o clips.npz
 """
 
 from __future__ import annotations

@@ -82,7 +82,7 @@ class Lifted(NamedTuple):
 
 
 def read_lifted(paths: Iterable[Path]) -> Lifted:
-    """The frames of `pcnet3d testbed` files that were lifted and have a truth. InputError for anything else."""
+    """The frames of `pcnet3d lab testbed` files that were lifted and have a truth. InputError for anything else."""
     joints, truth, R, lying, clips = [], [], [], [], []
     for path in paths:
         held = read_testbed(path, "lifted", "truth", "R_camera_from_body", "lying", "clip")

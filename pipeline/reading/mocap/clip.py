@@ -1,4 +1,4 @@
-"""A file of motion capture clips: what `pcnet3d mocap` writes, and the project's own data come as."""
+"""A file of motion capture clips: what `pcnet3d lab mocap` writes, and the project's own data come as."""
 
 from __future__ import annotations
 

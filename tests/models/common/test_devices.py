@@ -183,12 +183,15 @@ def test_devices_are_listed(cuda, capsys):
 
 
 # mmfi and train compute with torch, whose --device is its own.
-WITHOUT = {"inspect", "view", "list", "imu", "mocap", "mmfi", "train"}
+WITHOUT = {"inspect", "view", "list", "imu", "lab", "mocap", "mmfi", "train"}
 
 
-@pytest.mark.parametrize("name", sorted(_points().keys() - WITHOUT))
-def test_every_command_that_opens_networks_takes_the_same_option(name):
-    command = load_command(name)
+@pytest.mark.parametrize(
+    ("group", "name"),
+    sorted((group, name) for group in ("commands", "lab") for name in _points(group).keys() - WITHOUT),
+)
+def test_every_command_that_opens_networks_takes_the_same_option(group, name):
+    command = load_command(name, group)
     parts = getattr(command, "commands", {name: command})
     for each in (parts[part] for part in parts.keys() - WITHOUT):
         (option,) = (parameter for parameter in each.params if "--device" in parameter.opts)

@@ -307,7 +307,7 @@ def test_a_run_with_every_writer_leaves_no_file_open(windows_files, tmp_path):
 HELP = """
 import sys
 from pcnet3d.pipeline.cli import _points, main
-for words in ([], *([name] for name in _points()), ["bench", "files"], ["list", "devices"]):
+for words in ([], *([name] for name in _points()), *(["lab", name] for name in _points("lab")), ["list", "devices"]):
     sys.argv = ["pcnet3d", *words, *(["--help"] if words != ["list", "devices"] else [])]
     try:
         main()

@@ -1,4 +1,4 @@
-"""Trains the lifter:  pcnet3d train models/lab/training/lifter/lifter.toml -o DIR
+"""Trains the lifter:  pcnet3d lab train models/lab/training/lifter/lifter.toml -o DIR
 
 The config file says everything; DIR gets lifter.onnx, the config, and what training.py keeps there.
 """

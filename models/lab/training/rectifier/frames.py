@@ -79,7 +79,7 @@ class TrainingFrames:
         if mixture.lifted and lifted is None:
             raise InputError(
                 "needs-input",
-                "Expected files of lifted takes, for the mixture wants them; make some with pcnet3d testbed.",
+                "Expected files of lifted takes, for the mixture wants them; make some with pcnet3d lab testbed.",
             )
         if targets == "axes" and any((mixture.poses.turned, mixture.poses.leaning, mixture.poses.laid)):
             raise InputError(

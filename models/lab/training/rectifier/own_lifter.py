@@ -1,4 +1,4 @@
-"""A rectifier for a lifter of your own:  pcnet3d train ANSWERS --truth TRUTH -o DIR
+"""A rectifier for a lifter of your own:  pcnet3d lab train ANSWERS --truth TRUTH -o DIR
 
 From a folder of the lifter's answers, and one with the truth of the same takes, to a network that goes on from the
 shipped rectifier, and a page that compares both on people whom neither has seen.
@@ -126,8 +126,8 @@ def read_pairs(answers: Path, truth: Path) -> list[Pair]:
     """Of each truth/NAME.npz with an answers/NAME.npy or .npz.
 
     An answer has (frames, 17, 3) joints, H36M17 in CAMERA axes, in any unit. The truth has `joints` (frames, J, 3) in
-    metres, z up, as `pcnet3d mocap` reads them, `fps`, and `R_camera_from_world` (3, 3) or (frames, 3, 3). The person
-    is the file's name up to the first "_". InputError for anything else, and for answers in other axes.
+    metres, z up, as `pcnet3d lab mocap` reads them, `fps`, and `R_camera_from_world` (3, 3) or (frames, 3, 3). The
+    person is the file's name up to the first "_". InputError for anything else, and for answers in other axes.
     """
     for folder in (answers, truth):
         if not folder.is_dir():

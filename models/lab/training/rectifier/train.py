@@ -1,4 +1,4 @@
-"""Trains 3DPCNet:  pcnet3d train models/lab/training/rectifier/pcnet.toml -o DIR
+"""Trains 3DPCNet:  pcnet3d lab train models/lab/training/rectifier/pcnet.toml -o DIR
 
 The config file says everything; DIR gets NAME.onnx, the config, and what training.py keeps there.
 """
@@ -38,9 +38,9 @@ _HELD_OUT: tuple[Subjects, ...] = ("val", "test", "hdm05", "tennis")
 class TrainConfig(Training):
     """The whole of a training run.
 
-    kind: what `pcnet3d train` trains with this file. name: of the network's file, and what results call it.
+    kind: what `pcnet3d lab train` trains with this file. name: of the network's file, and what results call it.
     subjects: mocap.clips.Subjects to train on.
-    lifted: files of `pcnet3d testbed` with takes of train subjects, by whichever lifter (docs/training.md).
+    lifted: files of `pcnet3d lab testbed` with takes of train subjects, by whichever lifter (docs/training.md).
     lifted_val: the same of val subjects, by a lifter that never saw them; with it, the best weights are the best on
         these.
     start: of the same network: best.pt or the .onnx file of an earlier run, or "pcnet", the shipped one.

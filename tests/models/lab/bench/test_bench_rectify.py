@@ -24,6 +24,6 @@ def test_what_is_no_network_or_no_bench_is_refused():
         bench.measure("geometric")
     with pytest.raises(InputError, match=r"none\.onnx"):
         bench.measure("none.onnx")
-    result = pcnet3d("bench", "lift")
+    result = pcnet3d("lab", "bench", "lift")
     assert result.returncode == 2
     assert "No such command 'lift'" in result.stderr

@@ -77,5 +77,5 @@ def test_a_file_of_takes_of_other_shapes_is_refused(tmp_path, wrong, words):
 def test_what_is_no_file_of_takes_is_refused(tmp_path, content):
     if content is not None:
         (tmp_path / "takes.npz").write_bytes(content)
-    with pytest.raises(InputError, match="file of pcnet3d testbed"):
+    with pytest.raises(InputError, match="file of pcnet3d lab testbed"):
         read_testbed(tmp_path / "takes.npz", "lifted")

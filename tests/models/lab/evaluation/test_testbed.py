@@ -228,7 +228,7 @@ def test_every_report_judges_validation_people_and_asks_for_a_reason_for_others(
 
 def test_looks_at_test_subjects_are_kept(tmp_path, monkeypatch):
     for reason in ("first", "a comma, and\na line"):
-        reports.note_look(tmp_path, "pcnet3d evaluate takes", ["pcnet3d@1", "pcnet@2"], reason)
+        reports.note_look(tmp_path, "pcnet3d lab evaluate takes", ["pcnet3d@1", "pcnet@2"], reason)
     with open(tmp_path / "ledger.csv", newline="", encoding="utf-8") as file:
         first, second = csv.DictReader(file)
     assert first["networks"] == "pcnet3d@1 pcnet@2"

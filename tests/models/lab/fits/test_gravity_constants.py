@@ -26,7 +26,7 @@ def test_the_lean_is_that_of_takes_that_lean(true_deg):
 
 def test_another_file_is_refused(tmp_path):
     np.savez(tmp_path / "other.npz", a=np.zeros(3))
-    with pytest.raises(InputError, match="file of pcnet3d testbed"):
+    with pytest.raises(InputError, match="file of pcnet3d lab testbed"):
         constants([tmp_path / "other.npz"])
 
 

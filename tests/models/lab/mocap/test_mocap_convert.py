@@ -25,7 +25,7 @@ def folder(tmp_path):
 
 def test_from_the_command_line(folder, tmp_path):
     (folder / "02" / "02_02.bvh").write_text("nothing")
-    done = succeeded(pcnet3d("mocap", folder, "-o", tmp_path / "clips.npz"))
+    done = succeeded(pcnet3d("lab", "mocap", folder, "-o", tmp_path / "clips.npz"))
     clips = read_mocap(tmp_path / "clips.npz")
     assert [(clip.name, clip.subject, clip.fps, len(clip)) for clip in clips] == [
         ("01_01", "01", 30, 10), ("01_02", "01", 30, 20), ("02_01", "02", 30, 40),
@@ -45,7 +45,7 @@ def test_arrays_beside_the_recordings_are_not_left_out_silently(folder):
 
 def test_quietly_the_last_line_is_all_that_is_said(folder, tmp_path):
     (folder / "02" / "02_02.bvh").write_text("nothing")
-    done = pcnet3d("mocap", folder, "-o", tmp_path / "clips.npz", "-q")
+    done = pcnet3d("lab", "mocap", folder, "-o", tmp_path / "clips.npz", "-q")
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == "2 subjects (clips): 01 (2), 02 (1)\n"
 
@@ -65,13 +65,13 @@ def test_quietly_the_last_line_is_all_that_is_said(folder, tmp_path):
 )
 def test_what_cannot_be_is_one_sentence(folder, tmp_path, arguments, words):
     (tmp_path / "empty").mkdir()
-    done = pcnet3d("mocap", tmp_path / arguments[0], *arguments[1:], "-o", tmp_path / "clips.npz")
+    done = pcnet3d("lab", "mocap", tmp_path / arguments[0], *arguments[1:], "-o", tmp_path / "clips.npz")
     commands.refused(done, words)
     assert not (tmp_path / "clips.npz").exists()
 
 
 def test_a_folder_that_cannot_be_written(folder, tmp_path):
-    commands.refused(pcnet3d("mocap", folder, "-o", tmp_path / "no" / "clips.npz"), "Cannot write")
+    commands.refused(pcnet3d("lab", "mocap", folder, "-o", tmp_path / "no" / "clips.npz"), "Cannot write")
 
 
 def test_subjects_by_file_folder_or_pattern(tmp_path):

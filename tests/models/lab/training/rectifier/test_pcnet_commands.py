@@ -1,5 +1,5 @@
-"""`pcnet3d train` from the command line, on a data folder as small as it gets: what is wrong gets one sentence and exit
-code 2."""
+"""`pcnet3d lab train` from the command line, on a data folder as small as it gets: what is wrong gets one sentence and
+exit code 2."""
 
 import json
 import subprocess
@@ -51,8 +51,10 @@ def folder(tmp_path, standing, monkeypatch):
 
 @pytest.fixture
 def train(folder):
-    """Runs `pcnet3d train` in the folder."""
-    return lambda config="tiny.toml", output="out": pcnet3d("train", config, "-o", output, "--device", "cpu")
+    """Runs `pcnet3d lab train` in the folder."""
+    return lambda config="tiny.toml", output="out": pcnet3d(
+        "lab", "train", config, "-o", output, "--device", "cpu"
+    )
 
 
 def change(folder, before, after):
@@ -135,7 +137,7 @@ def test_a_bar_on_a_terminal_and_lines_of_the_log_elsewhere(folder):
         "train.export = lambda net, path, **said: path.write_bytes(b'slow')\n"
         "from pcnet3d.pipeline.cli import main; main()"
     )
-    words = [sys.executable, "-c", code, "train", "tiny.toml", "-o", "out"]
+    words = [sys.executable, "-c", code, "lab", "train", "tiny.toml", "-o", "out"]
     done = subprocess.Popen(
         words, stdout=subprocess.PIPE, stderr=theirs, text=True, env={**os.environ, "TERM": "xterm"}
     )

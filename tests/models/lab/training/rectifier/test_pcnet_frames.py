@@ -190,7 +190,7 @@ def test_a_batch_has_the_share_of_lifted_frames_that_was_asked_for(clips, standi
 
 
 def test_what_cannot_be_made_is_refused(clips):
-    with pytest.raises(InputError, match="pcnet3d testbed"):
+    with pytest.raises(InputError, match="pcnet3d lab testbed"):
         module.TrainingFrames(clips, module.Mixture(lifted=0.5))
     with refused("option-conflict"):
         module.TrainingFrames(clips, module.Mixture(poses=PoseRange(turned=0.1)), targets="axes")
