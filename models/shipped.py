@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .lifter import CHANGES, SHIPPED
+from .lifter import SHIPPED
 from .rectifier.geometric import Geometric
 
 
@@ -49,6 +49,4 @@ def _own_lifter() -> Any:
 GEOMETRIC = Shipped("the torso's own axes, the paper's baseline", Geometric)
 PCNET = _weights("default rectifier, trained on motion capture; models/rectifier/card.md", "pcnet.onnx")
 PAPER = _weights("the paper's network at its full size, in int8; slower", "paper.onnx")
-LIFTER = Shipped(
-    "2D keypoints to 3D, used without --poses; models/lifter/card.md", _own_lifter, (SHIPPED, CHANGES)
-)
+LIFTER = Shipped("2D keypoints to 3D, used without --poses; models/lifter/card.md", _own_lifter, (SHIPPED,))

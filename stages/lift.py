@@ -11,7 +11,6 @@ import numpy as np
 from ..models import load_lifter, load_rectifier
 from ..models.gravity import known_moving_up, known_up, told_up
 from ..models.lifter.builtin import KIND
-from ..models.lifter.changes import change_doubts
 from ..models.lifter.input import refuse_outside
 from ..models.lifter.sides import sides_doubts
 from ..pipeline.core.errors import InputError
@@ -74,12 +73,8 @@ class Lift:
         if lifted.joints_on_a_line:
             take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))
         found = findings_of(poses)
-        if not take.moving:  # changes were learned before cameras that stand still
-            found = (
-                *found,
-                *change_doubts(take.need("keypoints"), asked.image_size),
-                *_elsewhere(asked.keypoints, asked.image_size),
-            )
+        if not take.moving:
+            found = (*found, *_elsewhere(asked.keypoints, asked.image_size))
         if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
             found = (*found, *sides_doubts(asked, lifted.poses, self.lifter))
         take = take.with_(poses=poses, findings=found)

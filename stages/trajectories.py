@@ -122,7 +122,6 @@ class Trajectories:
             notices.append(notice("smoothed-by-stated-error", unjudged=unjudged))
         codes = {finding.code for finding in take.findings or ()}
         known = {"moves-fast"} if not codes.isdisjoint(_LEAPING) else set()
-        known |= {"gait-against-rate"} if "movement-against-rate" in codes else set()  # which suggests a rate
         paced = fall_doubts(level) or [each for each in pace_doubts(path) if each.code not in known]
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
             *notices, *filtered, *paced

@@ -107,11 +107,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "gait-against-rate": ("suspicious", "clock",
         "At {fps:.4g} frames per second the legs {gait} and pass each other every {step_s:.2f} s, {times:.1f} times "
         "too {way}. Give the camera's rate (--fps); the gait suggests about {fits:.2g}."),
-    "movement-against-rate": ("suspicious", "clock",
-        "At {fps:.4g} frames per second the body moves {about} {times:.2g} times too {way} for a person. Give "
-        "the camera's rate (--fps); the movement suggests {about} {fits:.2g}."),
-    "played-backwards": ("suspicious", "clock",
-        "The body moves as if the clip were played backwards. Sort the frames, unless the person moves backwards."),
     "rows-lost": ("suspicious", "clock",
         "At {count:~row} the whole body moves further than in one frame, {how}. Write the file with frame numbers or "
         "times, or give --fps."),

@@ -41,9 +41,6 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
         "wrong."),
     "only-noise": ("suspicious", "poses",
         "Hands and feet only jump back and forth: this is noise, a single pose, or rows in the wrong order."),
-    "image-stretched": ("suspicious", "files",
-        "The body looks about {times:.2g} times too {way}, as in a stretched image. Give the video, or the "
-        "keypoints and the image size, as recorded."),
     "camera-zooms": ("suspicious", "camera",
         "The body grows in the image by about {percent:.1f} % in 1/30 s, which its steps do not explain: the "
         "person glides, or the camera zooms, which makes place and speed wrong."),

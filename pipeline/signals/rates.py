@@ -41,8 +41,11 @@ _EVEN, _ALIKE = 1.35, 0.2
 
 # Notices that leave the rate open, but for what a user says against the file.
 _AGAINST = frozenset(
-    ("slow-motion-stated", "clocks-contradict", "falls-slowly", "falls-fast", "moves-slowly", "moves-fast")
-) | {"gait-against-rate", "movement-against-rate"}
+    (
+        "slow-motion-stated", "clocks-contradict", "falls-slowly", "falls-fast", "moves-slowly", "moves-fast",
+        "gait-against-rate",
+    )
+)  # fmt: skip
 
 
 class _Limit(NamedTuple):

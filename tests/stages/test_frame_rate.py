@@ -25,17 +25,6 @@ def test_poses_that_leap_do_not_say_that_the_frame_rate_is_wrong(facing_camera):
     assert "moves-fast" not in codes(Trajectories()(take.with_(findings=leaps)))
 
 
-def test_one_rate_is_suggested(monkeypatch, facing_camera):
-    """At half of its rate a walk's page said "the movement suggests about 60" and "the gait suggests about 66"."""
-    values = {"fps": 30, "times": 2.0, "fits": 60.0, "way": "slowly"}
-    gait = notice("gait-against-rate", gait="walk", step_s=1.2, **values)
-    monkeypatch.setattr("pcnet3d.stages.trajectories.pace_doubts", lambda _: [gait])
-    take = raising(facing_camera, np.linspace(0, 1, 400), 100)
-    assert gait.code in codes(Trajectories()(take))
-    movement = notice("movement-against-rate", about="about", **values)
-    assert gait.code not in codes(Trajectories()(take.with_(findings=(movement,))))
-
-
 def raising(body, by_m, fps):
     """A take of a body whose right wrist is so much higher than it was, (400,) metres."""
     joints = np.tile(body, (400, 1, 1))

@@ -233,7 +233,7 @@ def test_what_doubtful_poses_differ_by_is_not_said_to_be_a_change(sides):
         ranges = {"r_knee_flexion": {"p05_p95_deg": high_deg, "p05_p95_error_deg": 4.0, "frames": 100}}
         return with_run(side, measures=rows_of({"range_of_motion": ranges}), findings=findings)
 
-    stretched = notice("played-backwards")
+    stretched = notice("limbs-copied", limb="leg")
     for findings, differs in (((), True), ((stretched,), None)):
         found = compared([visit(sides[0], 70.0), visit(sides[1], 15.0, *findings)], "cycles")
         assert [change.differs for change in found.pairs[0].changes] == [differs]
