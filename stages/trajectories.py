@@ -25,6 +25,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from ..models.angle_error.joint_noise import made_by_the_built_in
+from ..models.gait.clock import clock_doubts
 from ..models.gait.contact import SIDES, contacts
 from ..models.gait.events import stances
 from ..models.gait.of_take import body_joints
@@ -50,7 +51,6 @@ from ..pipeline.signals.filters import (
     uneven_rows,
 )
 from ..pipeline.signals.norms import FINE, MISSING, UNCERTAIN
-from ..pipeline.signals.rates import fall_doubts, pace_doubts
 
 Filter = Literal["butterworth", "savgol", "none"]
 Smoother = Literal["auto", "butterworth", "savgol", "none"]
@@ -61,9 +61,6 @@ _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "accelerati
 # Of a column whose name ends so; {} is the unit of length.
 _UNITS = {unit.ending.removeprefix("_"): unit.table for unit in UNITS.values() if unit.ending} | {"sd": "{}"}
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
-
-# Findings of poses whose limbs are fast for another reason than a wrong frame rate.
-_LEAPING = ("leaps", "swaps")
 
 
 @dataclass(frozen=True)
@@ -120,11 +117,8 @@ class Trajectories:
         elif smoothed:
             unjudged = "" if judged else "; that error was not checked, so they have no standard deviation"
             notices.append(notice("smoothed-by-stated-error", unjudged=unjudged))
-        codes = {finding.code for finding in take.findings or ()}
-        known = {"moves-fast"} if not codes.isdisjoint(_LEAPING) else set()
-        paced = fall_doubts(level) or [each for each in pace_doubts(path) if each.code not in known]
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
-            *notices, *filtered, *paced
+            *notices, *filtered, *clock_doubts(level)
         )
 
     def check_rate(self, fps: float) -> None:

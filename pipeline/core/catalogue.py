@@ -92,21 +92,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "clocks-contradict": ("warning", "clock",
         "The video's {shown_fps:.4g} frames per second were used, but the file's own times say {stated_fps:.4g}. "
         "If the file is right, give --fps {stated_fps:.4g}: speeds are {times:.3g} times what they should be."),
-    "falls-slowly": ("warning", "clock",
-        "In {flights:~flight} the body falls at {share:.2g} of gravity, as in a video slowed down {times:.2g} times. "
-        "If the camera captured about {fps:g} frames per second, give --fps {fps:g}."),
-    "falls-fast": ("warning", "clock",
-        "In {flights:~flight} the body falls at {share:.2g} of gravity, as in a video sped up {times:.2g} times. If "
-        "the camera captured about {fps:g} frames per second, give --fps {fps:g}."),
-    "moves-slowly": ("warning", "clock",
-        "At {fps:.4g} frames per second {found}, slower than people usually move. If it is slow motion, give the "
-        "camera's rate (--fps)."),
-    "moves-fast": ("warning", "clock",
-        "At {fps:.4g} frames per second {found}, faster than people can move. If the rate is wrong, give the "
-        "camera's (--fps)."),
-    "gait-against-rate": ("suspicious", "clock",
-        "At {fps:.4g} frames per second the legs {gait} and pass each other every {step_s:.2f} s, {times:.1f} times "
-        "too {way}. Give the camera's rate (--fps); the gait suggests about {fits:.2g}."),
+    "rate-against-movement": ("warning", "clock",
+        "At {fps:.4g} frames per second {movement}, {times:.2g} times too {way}. If the rate is wrong, give the "
+        "camera's (--fps); about {fits:.2g} would fit."),
     "rows-lost": ("suspicious", "clock",
         "At {count:~row} the whole body moves further than in one frame, {how}. Write the file with frame numbers or "
         "times, or give --fps."),

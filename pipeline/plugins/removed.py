@@ -29,7 +29,10 @@ REMOVED: dict[Kind, dict[str, str]] = {
     "commands": {
         name: f"it is `pcnet3d lab {name}` now"
         for name in ("bench", "evaluate", "mmfi", "mocap", "testbed", "train")
-    }
+    },
+    "settings": {
+        "read.swaps=repair": "correct the keypoints where they were made, or give read.swaps=mask",
+    },
 }
 
 

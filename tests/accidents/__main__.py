@@ -24,9 +24,9 @@ from pcnet3d.pipeline.core.take import Take
 
 # Notices that were made for these accidents, which an honest take must not get.
 NEW = {
-    "gait-against-rate", "rows-lost", "keypoints-not-of-poses", "keypoints-not-of-video", "depth-stretched",
+    "rate-against-movement", "rows-lost", "keypoints-not-of-poses", "keypoints-not-of-video", "depth-stretched",
     "no-quick-movement", "movement-shrunk", "limbs-copied", "repeats-itself", "only-noise", "left-and-right",
-    "keypoints-smooth", "movement-against-rate", "played-backwards", "image-stretched", "camera-zooms",
+    "keypoints-smooth", "camera-zooms",
     "focal-against-lines", "focal-against-steps",
 }  # fmt: skip
 

@@ -6,6 +6,7 @@ import pytest
 from golden.jumps import jumping
 from pcnet3d.examples.walker.camera import camera_poses
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
+from pcnet3d.models.gait.clock import clock_doubts
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import CAMERA, InputError, Pipeline, Take, change_frame, rotate
 from pcnet3d.pipeline.core.camera import Camera
@@ -16,7 +17,6 @@ from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy, PoseSequence
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.pipeline.running.conclusion import trust
-from pcnet3d.pipeline.signals.rates import fall_doubts
 from pcnet3d.stages.angles import ANGLE_ERRORS, Angles, errors_unknown
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.drawing.words import errors_of_angles
@@ -199,8 +199,8 @@ def test_a_path_that_an_estimator_made_shows_no_jumps_and_doubts_no_rate(walk):
     estimated = STAGES(Take("gem", poses=walk.poses.with_(made_by=MadeBy("estimated", "GEM-X"))))
     assert nested(estimated.measures)["jumps"]["outcome"] == "not-looked-for"
     flying = jumping(4)
-    assert fall_doubts(flying)
-    assert fall_doubts(flying.with_(made_by=MadeBy("estimated", "GEM-X"))) == []
+    assert clock_doubts(flying)
+    assert clock_doubts(flying.with_(made_by=MadeBy("estimated", "GEM-X"))) == []
 
 
 def test_what_rests_on_an_estimators_path_has_no_error(walk, seen, camera):

@@ -7,10 +7,10 @@ import pytest
 
 from golden.jumps import STATURE_M, jumping, standing
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.gait.clock import clock_doubts
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
 from pcnet3d.pipeline.signals.doubtful_flights import hops
 from pcnet3d.pipeline.signals.flights import MEASURED, falls, flights
-from pcnet3d.pipeline.signals.rates import fall_doubts
 
 
 def squats(slowed: float = 1.0) -> PoseSequence:
@@ -30,20 +30,6 @@ def test_a_ballistic_path_falls_with_the_square_of_the_pace(slowed, unit):
     found = falls(poses.with_(joints=poses.joints * unit, root=poses.root * unit))
     np.testing.assert_allclose(found, 9.81 / STATURE_M / slowed**2, rtol=0.06)
     assert len(found) == 2
-    doubts = fall_doubts(poses)
-    assert len(doubts) == (slowed > 1)
-    if slowed > 1:
-        assert f"a video slowed down {slowed}" in doubts[0].text
-        assert f"--fps {30 * slowed}" in doubts[0].text
-
-
-def test_the_right_rate_settles_it():
-    assert fall_doubts(jumping(8).with_(time_s=np.arange(len(jumping(8))) / 240)) == []
-
-
-def test_a_time_lapse_falls_too_fast():
-    poses = jumping(1, fps=60)
-    assert "--fps 60" in fall_doubts(poses.with_(time_s=np.arange(len(poses)) / 240))[0].text
 
 
 @pytest.mark.parametrize("slowed", [1, 4, 8])
@@ -62,7 +48,7 @@ def test_what_is_not_well_seen_says_nothing():
     assert not len(falls(poses))
     gap = jumping(4).joints.copy()
     gap[::7] = np.nan
-    assert fall_doubts(jumping(4).with_(joints=gap)) == []
+    assert not len(falls(jumping(4).with_(joints=gap)))
 
 
 def test_a_flight_whose_beginning_or_end_was_not_seen_is_none():
@@ -103,6 +89,6 @@ def test_real_people_fall_in_real_time(data, name, fewest):
     flying = 0
     for a, b in pairwise(start):
         poses = PoseSequence(joints[a:b], H36M17, LEVEL, time_s=np.arange(b - a) / 30, root=root[a:b])
-        assert fall_doubts(poses) == []
+        assert clock_doubts(poses) == []
         flying += len(falls(poses)) > 0
     assert flying >= fewest
