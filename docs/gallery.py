@@ -45,7 +45,8 @@ def commands(out: Path, data: Path) -> dict[str, list[str | Path]]:
         ],
         "walk_crop_blazepose": [
             "run", video, "--keypoints", out / "walk_crop" / "keypoints.npz",
-            "--lifter", data / "models" / "pose_landmark_lite.onnx",
+            "--poses", data / "lifter" / "walk_crop.npz", "--adapter", "arrays", "-O", "key=blazepose_world",
+            "-O", "layout=BLAZEPOSE33", "-O", "frame=CAMERA", "-O", "unit=m",
         ],
         "two_lifters": ["compare", out / "walk_crop", out / "walk_crop_blazepose"],
     }  # fmt: skip

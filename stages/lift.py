@@ -39,15 +39,12 @@ class Lift:
     up and the first lift does not contradict that.
 
     lifter: "pcnet3d" (built in), the name of another, or an .onnx file; lifter_kind: the kind of that file, if its
-    shapes do not show it (models.load_lifter). flip: average with the lift of the mirrored person. checkpoint: a file
-    in which a lifter may keep its answers so far. resume: the checkpoint of an interrupted run, to go on from.
+    shapes do not show it (models.load_lifter). flip: average with the lift of the mirrored person.
     """
 
     lifter: str = "pcnet3d"
     lifter_kind: str | None = None
     flip: bool = False
-    checkpoint: Path | None = None
-    resume: Path | None = None
     _opened: Lifter = field(init=False, repr=False, compare=False)
 
     name: ClassVar[str] = "lift"
@@ -128,8 +125,6 @@ class Lift:
             take.video,
             intrinsics,
             focal_guessed=guessed,
-            checkpoint=self.checkpoint,
-            resume=self.resume,
         )
 
     def _lifted(self, asked: ToLift) -> Lifted:
@@ -182,8 +177,7 @@ def _elsewhere(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> l
 def _who(lifted: Lifted) -> Notice:
     if lifted.kind == KIND:
         return notice("lifted", model=lifted.model)
-    licence = f", published under {lifted.licence}" if lifted.licence else ""
-    return notice("lifted-by", model=lifted.model, kind=lifted.kind, licence=licence)
+    return notice("lifted-by", model=lifted.model, kind=lifted.kind)
 
 
 def _focal(lifted: Lifted) -> list[Notice]:
@@ -196,8 +190,6 @@ def _focal(lifted: Lifted) -> list[Notice]:
         return [notice("focal-not-used")] if known else []
     if known:
         return []
-    if lifted.own_camera:
-        return [notice("focal-of-the-network", focal_px=focal_px)]
     if lifted.bearing_deg is None:
         return [notice("focal-guessed", focal_px=focal_px)]
     least, most = lifted.bearing_deg
@@ -205,10 +197,5 @@ def _focal(lifted: Lifted) -> list[Notice]:
 
 
 def _gaps(lifted: Lifted) -> list[Notice]:
-    gaps = {
-        "frames-without-joints": lifted.frames_without_joints,
-        "frames-without-person": lifted.frames_without_person,
-        "frames-without-numbers": lifted.frames_without_numbers,
-        "frames-without-scale": lifted.frames_without_scale,
-    }
-    return [notice(code, frames=frames) for code, frames in gaps.items() if frames]
+    frames = lifted.frames_without_joints
+    return [notice("frames-without-joints", frames=frames)] if frames else []

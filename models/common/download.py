@@ -1,8 +1,7 @@
-"""Networks of others that go by a name: downloaded when they are first asked for, once, and checked by their SHA-256;
-or, where a licence is the user's to accept, put in place by hand.
+"""Networks of others that go by a name: downloaded when they are first asked for, once, and checked by their SHA-256.
 
 The digests are those of the .onnx files as they lie at these addresses, or in the archives there (end2end.onnx). They
-were taken from the files, but for RTMW3D's, which several projects that load this file state alike.
+were taken from the files.
 """
 
 from __future__ import annotations
@@ -20,13 +19,18 @@ _SECONDS = 30  # without an answer, until a download is given up
 
 
 @dataclass(frozen=True)
-class Listed:
+class Network:
     """A model (pipeline.plugins.protocols.Model) that opens as its .onnx file. name: what the option --KIND takes.
-    kind: detector, person-detector, lifter or gravity-network."""
+    kind: detector, person-detector or gravity-network. url: of the .onnx file or of a .zip that holds one. sha256,
+    megabytes: of the .onnx file. licence: shown before a download."""
 
     name: str
     kind: str
     about: str
+    url: str
+    sha256: str
+    megabytes: float
+    licence: str
 
     @property
     def path(self) -> Path:
@@ -37,19 +41,8 @@ class Listed:
 
     @property
     def is_there(self) -> bool:
-        """Whether a file lies there; `Network.open` checks that it is the right one."""
+        """Whether a file lies there; `open` checks that it is the right one."""
         return self.path.is_file()
-
-
-@dataclass(frozen=True)
-class Network(Listed):
-    """One that is downloaded. url: of the .onnx file or of a .zip that holds one. sha256, megabytes: of the .onnx file.
-    licence: shown before a download."""
-
-    url: str
-    sha256: str
-    megabytes: float
-    licence: str
 
     @property
     def what(self) -> str:
@@ -82,33 +75,6 @@ class Network(Listed):
                 f"put it at {self.path} (.onnx file, SHA-256 {self.sha256}), or give a file of your own with "
                 f"--{self.kind} FILE.onnx.",
             ) from None
-
-
-@dataclass(frozen=True)
-class ByHand(Listed):
-    """One that is never downloaded, since its licence is the user's to accept. page: where the user gets it, file: what
-    it is called there. licence: its name and, in words, what it asks."""
-
-    page: str
-    file: str
-    licence: str
-
-    @property
-    def what(self) -> str:
-        """One line for `pcnet3d list models`."""
-        there = "there" if self.is_there else "not there"
-        return f"{self.about}; {self.licence} (never downloaded; {there}: {self.path})"
-
-    def open(self) -> Path:
-        """The file. InputError that says where to get it when it is not there."""
-        if not self.is_there:
-            raise InputError(
-                "needs-input",
-                f"The network '{self.name}' is never downloaded, because you must accept its licence "
-                f"({self.licence}): get {self.file} from {self.page} and put it at {self.path}, or give it with "
-                f"--{self.kind} FILE.onnx.",
-            )
-        return self.path
 
 
 _OPENMMLAB = "https://download.openmmlab.com/mmpose/v1/projects/rtmposev1/onnx_sdk"
@@ -148,24 +114,6 @@ YOLOX = Network(
     "ceb11c07298f95c50d7c5abeb906d03340c85f23aa79e3e66966e7fb6c307250",
     20.0,
     "Apache-2.0 (MMPose), trained on COCO and Human-Art, the latter for non-commercial use",
-)
-RTMW3D = Network(
-    "rtmw3d",
-    "lifter",
-    "RTMW3D-x, looks at the images; no scale of its own",
-    "https://huggingface.co/Soykaf/RTMW3D-x/resolve/main/onnx/"
-    "rtmw3d-x_8xb64_cocktail14-384x288-b0a0eab7_20240626.onnx",
-    "4a289c0e99d47eb595e99679d9d4a2d1def1b4241f9adcbafba44b9ff585ebcd",
-    369.3,
-    "Apache-2.0 (MMPose), trained on Human3.6M among others, which is for research only",
-)
-INSTANTHMR = ByHand(
-    "instanthmr",
-    "lifter",
-    "InstantHMR, looks at the images; metres, and where the person is if the focal length is known",
-    "https://huggingface.co/momolesang/InstantHMR",
-    "instanthmr.onnx",
-    "SAM License (Meta), which rules out military, nuclear and other uses, and asks publications to name it",
 )
 GEOCALIB = Network(
     "geocalib",

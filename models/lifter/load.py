@@ -9,30 +9,21 @@ from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.plugins.protocols import LIFTER_TAKES, Lifter
 from ...pipeline.plugins.registry import open_model
 from ..common.onnx import OnnxFile, open_onnx
-from .blazepose import BlazePose, is_blazepose_lifter
 from .builtin import KIND, OwnLifter
-from .images import ImageLifter
-from .instanthmr import InstantHMR, is_instanthmr
-from .rtmw3d import RTMW3D, is_rtmw3d
 from .scaling import KINDS
 from .sequence import SequenceLifter, channels_of, is_sequence_network, span_of
-
-_BY_IMAGE = {  # by kind, and by what a file is told
-    looks.kind: (looks, fits)
-    for looks, fits in ((BlazePose, is_blazepose_lifter), (RTMW3D, is_rtmw3d), (InstantHMR, is_instanthmr))
-}
 
 
 def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter:
     """A lifter by name, one of `pcnet3d list models`: "pcnet3d", the built-in one, or another package's; or the one in
     an .onnx file.
 
-    kind: "pcnet3d" (trained with this project), "blazepose", "rtmw3d" or "instanthmr" (which look at the images), or
-    one of `scaling.KINDS`; needed where the shapes of inputs and outputs leave it open, and refused where they
-    contradict it. A lifter of another package is of the kind of its name.
+    kind: "pcnet3d" (trained with this project) or one of `scaling.KINDS`; needed where the shapes of inputs and
+    outputs leave it open, and refused where they contradict it. A lifter of another package is of the kind of its
+    name.
     InputError for an unknown name or kind and for a network that is no lifter.
     """
-    known = (KIND, *KINDS, *_BY_IMAGE)
+    known = (KIND, *KINDS)
     if kind not in (None, name, *known):
         raise InputError(
             "name-unknown", f"There is no kind of lifter '{kind}'; {did_you_mean(str(kind), known)}"
@@ -47,23 +38,15 @@ def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter
             )
         return _opened(opened, str(name), kind)
     network = open_onnx(opened, "a lifter")
-    if str(name) in _BY_IMAGE and not _BY_IMAGE[str(name)][1](network):
-        raise InputError(
-            "wrong-network",
-            f"{network.path} is not the network {name}: {network.looks}; put the right file there.",
-        )
     method = f"{network.path.name}@{network.digest}"
     if {"reach", "trained_on"} <= network.session.get_modelmeta().custom_metadata_map.keys():
         return _opened(OwnLifter(str(opened)), KIND, kind)
-    for found, (looks, fits) in _BY_IMAGE.items():
-        if fits(network):
-            return _opened(ImageLifter(looks(network), method), found, kind)
     if is_sequence_network(network):
         return _sequence_lifter(network, method, kind)
     raise InputError(
         "wrong-network",
-        f"{network.path} is not a lifter: expected keypoints (1, frames, 17, 2 or 3) and poses (1, frames, 17, 3), a "
-        f"network of BlazePose's landmarks, RTMW3D, InstantHMR, or one trained with pcnet3d; got {network.looks}.",
+        f"{network.path} is not a lifter: expected keypoints (1, frames, 17, 2 or 3) and poses (1, frames, 17, 3), or "
+        f"one trained with pcnet3d; got {network.looks}.",
     )
 
 

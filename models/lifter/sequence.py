@@ -11,10 +11,9 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.lifted import Lifted, ToLift
-from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.rotations import is_finite, rotate
 from ..common.onnx import OnnxFile
-from .crop_rays import from_ray
-from .features import body_centre
+from .features import ASSUMED_FOCAL, body_centre, ray_rotation
 from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 from .scaling import KINDS, filled
 from .seams import blended, slid
@@ -98,6 +97,23 @@ class SequenceLifter:
         if self.span.field is not None:
             return slid(run, x, self.span.field, self.span.window)
         return blended(run, x, self.span.window or _CLIP, any_length=self.span.window is None)
+
+
+def from_ray(
+    joints: np.ndarray, centre_px: np.ndarray, image_size: np.ndarray, focal_px: float | None
+) -> tuple[np.ndarray, dict[str, Any]]:
+    """Joints (T, J, 3) of a network that sees the person in a crop, turned from the ray to the person, along which it
+    answers, to CAMERA where the focal length is known, else as they are.
+
+    centre_px: (T, 2) pixels where the ray goes. image_size: (2,). The dict has fields of a
+    pipeline.core.lifted.Lifted; an unknown focal length is taken for the longer side of the image there.
+    """
+    focal = ASSUMED_FOCAL * float(image_size.max()) if focal_px is None else focal_px
+    rays = (centre_px - image_size / 2) / focal
+    bearing = np.degrees(np.arctan(rays[:, 0]))
+    if focal_px is not None:
+        joints = rotate(ray_rotation(rays), joints)
+    return joints, {"focal_px": focal, "bearing_deg": (float(bearing.min()), float(bearing.max()))}
 
 
 def is_sequence_network(network: OnnxFile) -> bool:

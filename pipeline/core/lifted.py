@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,8 +29,6 @@ class ToLift:
         that looks at the images.
     up: (3,) unit vector in CAMERA, or (T, 3) for a moving camera, if up is known within a few degrees; NaN in frames
         where it is not, None if it is unknown.
-    checkpoint: a file in which to keep the answers so far; the run deletes it at its end. resume: the checkpoint of
-        an interrupted run, to go on from. A lifter may ignore both.
     """
 
     keypoints: PoseSequence
@@ -42,8 +39,6 @@ class ToLift:
     intrinsics: Intrinsics | None = None
     up: np.ndarray | None = None
     focal_guessed: bool = False
-    checkpoint: Path | None = None
-    resume: Path | None = None
 
     @property
     def focal_known(self) -> bool:
@@ -57,20 +52,16 @@ class Lifted:
 
     poses: the keypoints' rows as H36M17 in CAMERA axes relative to the pelvis; `root` where the lifter itself places
         the pelvis, without an error.
-    model: how results name the lifter, "name@<hash>". kind: of network, in a word. licence: that of the weights, or
-        "".
+    model: how results name the lifter, "name@<hash>". kind: of network, in a word.
     focal_px: the focal length in pixels that the poses rest on, given or assumed by the lifter; None if they rest on
-        none. focal_known: ToLift.focal_known. own_camera: whether the lifter answers in the axes of a camera of its
-        own, with an assumed focal length if it was given none.
+        none. focal_known: ToLift.focal_known.
     bearing_deg: for a lifter that sees a crop and answers along the ray to the person: the smallest and the largest
         angle of that ray to the right. With a known focal length the poses are turned by it, else the
         heading is off by it. None for others.
     flip: whether the mirrored lift was averaged. up_known: whether the poses rest on the given up; None for a lifter
-        that takes none. stature_m: height of the person that the lifter assumes.
-    frames_without_joints: too far from any keypoint to be lifted. frames_without_person: the lifter sees nobody in the
-        image. frames_without_numbers: its answer is not a number. frames_without_scale: limbs are longer in depth than
-        any person's. joints_on_a_line: missing keypoints, put on a line between where they were seen. None for
-        what the lifter does not count.
+        that takes none.
+    frames_without_joints: too far from any keypoint to be lifted. joints_on_a_line: missing keypoints, put on a line
+        between where they were seen. None for what the lifter does not count.
 
     Raises InputError for other layouts or frames of poses.
     """
@@ -80,16 +71,10 @@ class Lifted:
     kind: str
     focal_px: float | None
     focal_known: bool
-    licence: str = ""
-    own_camera: bool | None = None
     bearing_deg: tuple[float, float] | None = None
     flip: bool = False
     up_known: bool | None = None
-    stature_m: float | None = None
     frames_without_joints: int | None = None
-    frames_without_person: int | None = None
-    frames_without_numbers: int | None = None
-    frames_without_scale: int | None = None
     joints_on_a_line: int | None = None
 
     def __post_init__(self) -> None:
@@ -112,6 +97,4 @@ class Lifted:
         said: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(self)[1:]}
         said |= {name: np.round(said[name], 1).tolist() for name in _ROUNDED if said[name] is not None}
         poses = self.poses.with_(made_by=MadeBy("estimated", self.model))
-        return poses.noted(
-            "lift", **{name: value for name, value in said.items() if value is not None and value != ""}
-        )
+        return poses.noted("lift", **{name: value for name, value in said.items() if value is not None})

@@ -25,14 +25,22 @@ Kind = Literal[
     "commands", "flags", "settings", "adapters", "stages", "writers", "lifters", "detectors", "rectifiers"
 ]
 
+_FILE = "lift with that program and give its file with --poses"
+
 REMOVED: dict[Kind, dict[str, str]] = {
     "commands": {
-        name: f"it is `pcnet3d lab {name}` now"
-        for name in ("bench", "evaluate", "mmfi", "mocap", "testbed", "train")
+        **{
+            name: f"it is `pcnet3d lab {name}` now"
+            for name in ("bench", "evaluate", "mmfi", "mocap", "testbed", "train")
+        },
     },
     "settings": {
+        "lift.lifter_kind=blazepose": _FILE,
+        "lift.lifter_kind=instanthmr": _FILE,
+        "lift.lifter_kind=rtmw3d": _FILE,
         "read.swaps=repair": "correct the keypoints where they were made, or give read.swaps=mask",
     },
+    "lifters": {"instanthmr": _FILE, "rtmw3d": _FILE},
 }
 
 

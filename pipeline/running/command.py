@@ -11,7 +11,7 @@ from ..reading.settings import RunOptions
 from .conclusion import conclude, point_to, show_files
 from .plan import planned
 from .progress import stages, tell, tell_people, telling_of_kept
-from .run import checkpoints_of, inputs_of, run_files, run_people
+from .run import checkpoint_of, inputs_of, run_files, run_people
 
 
 @offering()
@@ -30,7 +30,7 @@ def run(
 
         pick(options, output, chosen)
         return
-    kept = [path for stage, path in checkpoints_of(output).items() if chosen.has(stage)]
+    kept = checkpoint_of(output) if chosen.has("detect") else None
     names = ["read", *(entry.use for entry in chosen.stages)]
     for entry in chosen.stages:
         debug(entry.use, ", ".join(f"{key}={value}" for key, value in entry.options.items()) or "defaults")

@@ -101,20 +101,19 @@ def _lines(what: str, total: int | None) -> Done:
 
 
 @contextmanager
-def telling_of_kept(checkpoints: Sequence[Path], resumed: bool) -> Iterator[None]:
-    """Say what there is to go on from: before a run that would begin anew, and after one that failed. checkpoints:
-    where a run keeps what it has detected and lifted."""
-    found = [str(path) for path in checkpoints if path.is_file()]
-    if found and not resumed:
+def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
+    """Say what there is to go on from: before a run that would begin anew, and after one that failed. checkpoint:
+    where a run keeps what it has detected, None if it detects nothing."""
+    if checkpoint is not None and checkpoint.is_file() and not resumed:
         words = (
-            f"an interrupted run left its work in {' and '.join(found)}, which this run replaces after about a "
-            "minute; --resume continues from there"
+            f"an interrupted run left its work in {checkpoint}, which this run replaces after about a minute; "
+            "--resume continues from there"
         )
         say("note", words)
     try:
         yield
     except BaseException as error:
-        if any(path.is_file() for path in checkpoints):
+        if checkpoint is not None and checkpoint.is_file():
             the = "put right what is named below, and the" if isinstance(error, InputError) else "the same"
             say("note", f"finished work is kept; {the} command with --resume continues from there")
         raise

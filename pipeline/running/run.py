@@ -35,20 +35,18 @@ _FRAME_BYTES, _FIXED_BYTES = 5000, 1 << 22  # of a run without its video; 18,000
 _WRITERS = ("detect", "record", "export", "report")  # stages that are told where the run's folder is
 
 
-# Stages that keep what they have done so far, and the file's name.
-_KEPT = {"detect": KEYPOINTS, "lift": "lift.npz"}
 _LEFT = ("resume", "checkpoint")  # options that name what the run itself leaves in its folder
 
 
-def checkpoints_of(output: Path) -> dict[str, Path]:
-    """By stage, where a run into that folder keeps what it has detected and lifted until it is complete; the files
-    stay when the run fails or is killed."""
+def checkpoint_of(output: Path) -> Path:
+    """Where a run into that folder keeps what it has detected until it is complete; the file stays when the run fails
+    or is killed."""
     output = output.resolve()  # "/" has no name, and `whole_folder` refuses it
-    return {stage: output.parent / f".{output.name}.{name}" for stage, name in _KEPT.items()}
+    return output.parent / f".{output.name}.{KEYPOINTS}"
 
 
 class How(TypedDict, total=False):
-    """How a run goes. resume: go on with the detection or the lift that was interrupted in that folder. force:
+    """How a run goes. resume: go on with the detection that was interrupted in that folder. force:
     overwrite a folder of somebody else's. done: called with "read" and then each stage's name, and its seconds."""
 
     resume: bool
@@ -96,13 +94,13 @@ def _run(
     """everybody: else the one person whom the options name, whose files are in `output` itself."""
     recipe = _checked(recipe)
     recipe = _resumed(recipe, output) if how.get("resume") else recipe
-    kept = {} if everybody else checkpoints_of(output)
-    for stage, path in kept.items():
-        recipe = recipe.with_options(stage, checkpoint=path)
+    kept = checkpoint_of(output)
+    if not everybody:
+        recipe = recipe.with_options("detect", checkpoint=kept)
     with whole_folder(output, how.get("force", False), inputs_of(options, recipe)) as folder:
         runs = run_into(folder, options, recipe, how.get("done", lambda stage, seconds: None), everybody)
-    for path in kept.values():
-        path.unlink(missing_ok=True)
+    if not everybody:
+        kept.unlink(missing_ok=True)
     return runs
 
 
@@ -245,28 +243,21 @@ def _people(options: RunOptions) -> tuple[Person, ...]:
 
 def _resumed(recipe: Recipe, output: Path) -> Recipe:
     """The recipe that goes on from what an interrupted run left, beside its folder or in it."""
-    places = {stage: [path] for stage, path in checkpoints_of(output).items() if recipe.has(stage)}
-    if not places:
+    if not recipe.has("detect"):
         raise InputError(
-            "option-conflict", "--resume is for the stages 'detect' and 'lift', which this run does not have."
+            "option-conflict", "--resume is for the stage 'detect', which this run does not have."
         )
-    if "detect" in places:
-        places["detect"].append(output / KEYPOINTS)
-    left = {
-        stage: path for stage, paths in places.items() if (path := next(filter(Path.is_file, paths), None))
-    }
-    if not left:
+    left = next(filter(Path.is_file, (checkpoint_of(output), output / KEYPOINTS)), None)
+    if left is None:
         raise InputError(
             "option-conflict", f"There is no interrupted run in {output} to continue; leave --resume out."
         )
-    for stage, path in left.items():
-        recipe = recipe.with_options(stage, resume=path)
-    return recipe
+    return recipe.with_options("detect", resume=left)
 
 
 def _checked(recipe: Recipe) -> Recipe:
     for entry in recipe.stages:
-        if entry.use in (*_WRITERS, *_KEPT) and entry.options.keys() & {"folder", "checkpoint"}:
+        if entry.use in _WRITERS and entry.options.keys() & {"folder", "checkpoint"}:
             raise InputError(
                 "option-conflict",
                 f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.",

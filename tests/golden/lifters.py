@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,6 @@ from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.core.layouts import COCO23, FEET, Layout
 
 CLIP = 243
-# For each of COCO23's joints one of its own, none of them dark.
-MARKER_COLOURS = np.array([c for c in product((0, 125, 250), repeat=3) if sum(c) > 200][: len(COCO23)])
 
 
 def in_clips(video: np.ndarray) -> np.ndarray:

@@ -1,11 +1,9 @@
 """The adapter on a golden file, the stage, the writer and the lifter on motion whose truth is known."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from pcnet3d_acme import cardboard
 from pcnet3d_acme.acme import HEADER
 from pcnet3d_acme.paths import write
 from pcnet3d_acme.reach import Reach, reach
@@ -133,34 +131,3 @@ def test_a_flat_figure_comes_back_by_the_focal_length_and_up(flat, pitch_deg, fo
     if pitch_deg:
         blind = lifter.lift(seen(turned, focal_px)).poses.joints
         assert np.abs(blind - truth / depth).max() > 0.05
-
-
-def test_an_interrupted_lift_goes_on(flat, tmp_path, monkeypatch):
-    whole, part = cardboard.open().lift(seen(flat, 500)).poses, tmp_path / "part.npz"
-    stand, rows = cardboard.stand, []
-
-    def pressing_ctrl_c(*given):
-        rows.append(1)
-        if len(rows) == 231:
-            raise KeyboardInterrupt
-        return stand(*given)
-
-    monkeypatch.setattr(cardboard, "stand", pressing_ctrl_c)
-    with pytest.raises(KeyboardInterrupt):
-        cardboard.open().lift(seen(flat, 500, checkpoint=part))
-    rows.clear()
-    resumed = cardboard.open().lift(seen(flat, 500, resume=part)).poses
-    assert len(rows) == 50
-    np.testing.assert_array_equal(resumed.joints, whole.joints)
-    monkeypatch.setattr(cardboard, "stand", stand)
-    other = seen(flat + np.array([0.1, 0, 0]), 500)
-    np.testing.assert_array_equal(
-        cardboard.open().lift(replace(other, resume=part)).poses.joints,
-        cardboard.open().lift(other).poses.joints,
-    )
-
-
-def test_what_is_no_lift_to_go_on_with_is_refused(flat, tmp_path):
-    (tmp_path / "part.npz").write_bytes(b"PK")
-    with pytest.raises(InputError, match="a lift to go on with"):
-        cardboard.open().lift(seen(flat, 500, resume=tmp_path / "part.npz"))

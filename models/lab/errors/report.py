@@ -29,7 +29,6 @@ from ..evaluation.finished import Configuration, Finished, finished
 from ..evaluation.foreign import Answers, Simulated
 from ..evaluation.sets import Question
 from ..evaluation.tables import Page, Table
-from ..mocap.clips import data_folder
 from ..mocap.restyle import NAMED
 from . import judge
 from .fit import STRANGERS, Squares, fitted, held_out, thinned
@@ -43,7 +42,6 @@ Cases = dict[str, dict[str, list[Stated]]]  # by configuration and statement
 SOURCES: tuple[Callable[[Finished], Iterator[Stated]], ...] = (statements, paths, movements, walks)
 _KNOTS = (0.01, 0.25, 0.5, 0.75, 0.99)  # quantiles of the found angle, to the nearest 5 degrees
 _ROWS = "errors.json"
-_BLAZEPOSE = Path("models", "pose_landmark_lite.onnx")  # of the data: another lifter
 # In which angles' errors are fitted.
 FITTED = ("bodies alone", "image", "moving", "typical", "typical, image")
 
@@ -99,7 +97,6 @@ def asked(question: Question, answers: Answers | None = None) -> dict[str, Confi
             for image in (False, True)
         }
     own = Configuration(lifter=str(question.lifter))
-    another = replace(own, lifter=str(data_folder() / _BLAZEPOSE))
     return {
         "bodies alone": own,
         "image": replace(own, image=True),
@@ -117,7 +114,6 @@ def asked(question: Question, answers: Answers | None = None) -> dict[str, Confi
         "simulated other lifters": Configuration(foreign=Simulated()),
         "real take": replace(own, real=True),
         "real take, image": replace(own, real=True, image=True),
-        "real take, image, BlazePose": replace(another, real=True, image=True),
     }
 
 

@@ -22,7 +22,7 @@ from ....pipeline.files.digest import sha256
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import files_among
 from ....pipeline.running.recipe import load_recipe
-from ....pipeline.running.run import checkpoints_of
+from ....pipeline.running.run import checkpoint_of
 from .manifest import Entry
 from .study import figures
 from .workers import Ended, run_in_worker
@@ -174,13 +174,12 @@ def _key(entry: Entry, files: dict[str, dict[str, str]]) -> str:
 
 
 def _begun_before(job: Job, key: str) -> bool:
-    """Whether a run of the same take that failed or was killed has left what it had detected or lifted; what a run of
-    another left there is removed."""
-    kept = checkpoints_of(job.folder).values()
+    """Whether a run of the same take that failed or was killed has left what it had detected; what a run of another
+    left there is removed."""
+    kept = checkpoint_of(job.folder)
     if job.begun.is_file() and job.begun.read_text(encoding="utf-8") == key:
-        return any(path.is_file() for path in kept)
-    for path in kept:
-        path.unlink(missing_ok=True)
+        return kept.is_file()
+    kept.unlink(missing_ok=True)
     write_text(job.begun, key)
     return False
 

@@ -4,19 +4,24 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from golden.crops import lifted_by
 from pcnet3d.models import load_lifter
-from pcnet3d.models.lifter.crop_rays import from_ray
 from pcnet3d.models.lifter.features import ray_rotation
-from pcnet3d.models.lifter.sequence import SequenceLifter
+from pcnet3d.models.lifter.sequence import SequenceLifter, from_ray
 from pcnet3d.pipeline import H36M17, InputError, remap
 from pcnet3d.pipeline.core.layouts import COCO17, HALPE26
+from pcnet3d.pipeline.core.lifted import ToLift
 from pcnet3d.pipeline.core.rotations import rotate
 from refusals import refused
 
 SIZE = (1920, 1080)
 FLAT = [[1, 0, 0], [0, 1, 0], [0, 0, 0]]  # x and y as they are, the confidence dropped
 DEPTH = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]  # the confidence as depth
+
+
+def lifted_by(lifter, keypoints, *asked, **more):
+    """What a lifter or the network in a file makes of the keypoints, with its history."""
+    lifter = load_lifter(lifter) if isinstance(lifter, str) else lifter
+    return lifter.lift(ToLift(keypoints, *asked, **more)).noted()
 
 
 def relative(pixels):
@@ -169,11 +174,7 @@ def test_what_does_not_say_its_kind_has_to_be_told(per_frame, convolution):
 @pytest.mark.parametrize(
     ("name", "kind", "words"),
     [
-        (
-            "motionbert",
-            None,
-            "no lifter 'motionbert'; known are instanthmr, pcnet3d, rtmw3d.*as its .onnx file",
-        ),
+        ("motionbert", None, "no lifter 'motionbert'; known are pcnet3d.*as its .onnx file"),
         ("pcnet3d", "motionbert", "kind pcnet3d, not motionbert"),
         ("pcnet3d", "motionbret", "did you mean motionbert"),
         ("nowhere.onnx", None, "nowhere.onnx: No such file"),
@@ -189,8 +190,8 @@ def test_networks_of_another_kind(per_frame, tmp_path):
     text.write_text("no network")
     with pytest.raises(InputError, match=r"Expected a lifter in an \.onnx file"):
         load_lifter(str(text))
-    with pytest.raises(InputError, match="lifts sequences of keypoints, not blazepose"):
-        load_lifter(per_frame(FLAT), "blazepose")
+    with pytest.raises(InputError, match="lifts sequences of keypoints, not pcnet3d"):
+        load_lifter(per_frame(FLAT), "pcnet3d")
 
 
 def test_a_rectifier_is_no_lifter():

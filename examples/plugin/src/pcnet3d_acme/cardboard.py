@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, Lifted, ToLift, remap, whole_file
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, Lifted, ToLift, remap
 
 what = "the person as a cardboard figure, upright and facing the camera"
 
@@ -26,21 +26,7 @@ class Cardboard:
         rays = np.pad((keypoints.joints - size / 2) / focal_px, ((0, 0), (0, 0), (0, 1)), constant_values=1)
         up = np.broadcast_to(LEVEL if asked.up is None else asked.up, (len(rays), 3))
         up = np.where(np.isnan(up), LEVEL, up)
-        joints, done = np.full(rays.shape, np.nan), 0
-        if asked.resume is not None:
-            try:
-                with np.load(asked.resume) as kept:
-                    if all(np.array_equal(kept[name], x, True) for name, x in (("rays", rays), ("up", up))):
-                        joints, done = kept["joints"], int(kept["done"])
-            except Exception as error:
-                raise InputError(
-                    "file-damaged", f"Expected a lift to go on with at {asked.resume}: {error}."
-                ) from None
-        for row in range(done, len(rays)):
-            joints[row] = stand(rays[row], up[row])
-            if asked.checkpoint is not None and row % 100 == 99:
-                with whole_file(asked.checkpoint) as partial, partial.open("wb") as file:
-                    np.savez(file, rays=rays, up=up, joints=joints, done=row + 1)
+        joints = np.stack([stand(*row) for row in zip(rays, up, strict=True)])
         poses = keypoints.with_(joints=joints, frame=CAMERA.with_(origin="pelvis", unit=self.unit))
         told = {"focal_px": focal_px, "focal_known": asked.focal_known, "up_known": asked.up is not None}
         return Lifted(poses, self.method, "cardboard", **told)

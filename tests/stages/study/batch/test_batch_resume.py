@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pcnet3d.pipeline.running.run import checkpoints_of
+from pcnet3d.pipeline.running.run import checkpoint_of
 from pcnet3d.stages.study.batch import take as _batch_take
 from pcnet3d.stages.study.batch.manifest import Entry
 from pcnet3d.stages.study.batch.take import Job, run_take
@@ -32,20 +32,20 @@ def begin(job: Job, monkeypatch, code: int = 1) -> bool:
 def test_a_take_goes_on_from_what_was_detected(job, monkeypatch):
     assert not begin(job, monkeypatch)
     assert not begin(job, monkeypatch)  # nothing was detected
-    checkpoints_of(job.folder)["detect"].write_bytes(b"keypoints")
+    checkpoint_of(job.folder).write_bytes(b"keypoints")
     assert begin(job, monkeypatch)
 
 
 def test_another_video_of_that_name_begins_anew(job, monkeypatch):
     begin(job, monkeypatch)
-    checkpoints_of(job.folder)["detect"].write_bytes(b"keypoints")
+    checkpoint_of(job.folder).write_bytes(b"keypoints")
     Path(job.entry.options["video"][0]).write_bytes(b"other pictures")
     assert not begin(job, monkeypatch)
-    assert not checkpoints_of(job.folder)["detect"].exists()
+    assert not checkpoint_of(job.folder).exists()
 
 
 def test_what_lies_there_from_who_knows_whom_is_not_taken(job, monkeypatch):
-    checkpoints_of(job.folder)["detect"].write_bytes(b"keypoints")
+    checkpoint_of(job.folder).write_bytes(b"keypoints")
     assert not begin(job, monkeypatch)
 
 
@@ -58,6 +58,6 @@ def test_the_process_is_told(job, monkeypatch):
 
     monkeypatch.setattr(_batch_take, "run_in_worker", refuse)
     run_take(job)
-    checkpoints_of(job.folder)["detect"].write_bytes(b"keypoints")
+    checkpoint_of(job.folder).write_bytes(b"keypoints")
     run_take(job)
     assert ["--resume" in words for words in orders] == [False, True]
