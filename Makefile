@@ -5,6 +5,9 @@ BIN := $(if $(filter Windows_NT,$(OS)),Scripts,bin)
 # The newest torch brings gigabytes of CUDA; this one has a small CPU build. Only the tests need it.
 TORCH ?= torch==2.13.0
 
+# Which tests, in pytest's words; all of them without.
+TESTS ?=
+
 # Programs that the package has to run with.
 PYTHONS ?= python3.11 python3.12 python3.13
 
@@ -15,7 +18,7 @@ demo: .venv/.installed
 	@echo "here: .venv/$(BIN)/pcnet3d view demo-run, or with --web in a browser"
 
 test: .venv-test/.installed
-	.venv-test/$(BIN)/python -m pytest
+	.venv-test/$(BIN)/python -m pytest $(TESTS)
 
 lint: .venv-test/.installed
 	.venv-test/$(BIN)/ruff check .

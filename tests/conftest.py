@@ -24,14 +24,36 @@ settings.load_profile("pcnet3d")
 # What a shell starts in the background ignores Ctrl-C, and so would the commands that tests start and interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# What tests marked `data` read.
+DATA = Path(os.environ.get("PCNET3D_DATA", Path(__file__).with_name("data"))).absolute()
+
+
+def pytest_configure() -> None:
+    """Refuses a folder without data: less would be tested than was meant."""
+    if not (DATA / "cmu_mocap.npz").is_file():
+        raise pytest.UsageError(
+            f"Expected cmu_mocap.npz in PCNET3D_DATA={DATA}; name the data folder, or unset it."
+        )
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """A test marked `data` finds real data in the folder PCNET3D_DATA: the one that the user named so, or the sample of
+    motion capture in tests/data. The mark's arguments are what else of the folder it needs; without them it skips. All
+    other tests have no PCNET3D_DATA, as most machines have none, so that a mark that lacks fails everywhere."""
+    os.environ.pop("PCNET3D_DATA", None)
+    marks = list(item.iter_markers("data"))
+    assert marks or "data" not in item.fixturenames, "Mark the test `data`."
+    lacking = [name for mark in marks for name in mark.args if not (DATA / name).exists()]
+    if lacking:
+        pytest.skip(f"set PCNET3D_DATA to a folder with {', '.join(lacking)}")
+    if marks:
+        os.environ["PCNET3D_DATA"] = str(DATA)
+
 
 @pytest.fixture(scope="session")
 def data() -> Path:
-    """The folder of real motion capture, lifter outputs and video; tests that need it skip without it."""
-    folder = os.environ.get("PCNET3D_DATA")
-    if not folder or not (Path(folder) / "README.md").exists():
-        pytest.skip(f"no data at {folder}; set PCNET3D_DATA to the folder that has it")
-    return Path(folder)
+    """The folder that tests marked `data` read (pytest_runtest_setup)."""
+    return Path(os.environ["PCNET3D_DATA"])
 
 
 @pytest.fixture(scope="session")

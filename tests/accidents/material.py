@@ -14,7 +14,7 @@ from pcnet3d.examples.walker import side_camera, walker
 from pcnet3d.examples.walker.files import write_video
 from pcnet3d.models.lab.evaluation.sets import evaluation_sets
 from pcnet3d.models.lab.evaluation.testbed import BEDS, MIN_FRAMES, see
-from pcnet3d.models.lab.mocap.clips import data_folder
+from pcnet3d.models.lab.mocap.clips import data_folder, read_clips
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.frames import IMAGE as _IMAGE
@@ -26,6 +26,7 @@ from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.running.plan import planned
 
 BED = ("07_03", "08_04", "accad-m1_run", "accad-m1_lift-box", "tennis-jangel_Derecha_0")
+_WALK_CROP = "lifter/walk_crop.npz"
 _MOST = 240  # frames of a take of the test bed
 _WRITE = ("record", "export", "report")
 
@@ -92,12 +93,13 @@ def _coco(keypoints: PoseSequence) -> np.ndarray:
 
 
 def bases(folder: Path) -> dict[str, Given]:
-    """Takes to be changed, by name: lifted in the run, and ("... poses") with poses of their own."""
-    found = {"walker": _walker(folder), "walk_crop": _walk_crop()}
-    clips = {clip.name: clip for one in evaluation_sets("val") for clip in one.clips()}
-    for name in BED:
-        found[name] = seen_take(clips[name], "typical", 0)
-    for name in ("walker", "walk_crop", BED[0], BED[3]):
+    """Takes to be changed, by name: lifted in the run, and ("... poses") with poses of their own. Those that the data
+    folder has."""
+    found = {"walker": _walker(folder)}
+    if (data_folder() / _WALK_CROP).exists():
+        found["walk_crop"] = _walk_crop()
+    found |= {clip.name: seen_take(clip, "typical", 0) for clip in read_clips("val") if clip.name in BED}
+    for name in {"walker", "walk_crop", BED[0], BED[3]}.intersection(found):
         found[f"{name} poses"] = _lifted(found[name])
     return found
 
@@ -118,7 +120,7 @@ def _walker(folder: Path) -> Given:
 
 
 def _walk_crop() -> Given:
-    data = np.load(data_folder() / "lifter/walk_crop.npz")
+    data = np.load(data_folder() / _WALK_CROP)
     video = data_folder() / "video/walk_crop.mp4"
     words = {"image_size": tuple(int(x) for x in data["image_size"]), "fps": 30.0, "stature": 1.75}
     points = data["movenet_kp2d"].astype(float)

@@ -80,7 +80,7 @@ def test_root_relative_and_too_small_for_metres_is_motionbert(x3d):
     assert read(path).frame.unit == "arbitrary"
 
 
-@pytest.mark.data
+@pytest.mark.data("native")
 @pytest.mark.parametrize(("file", "frames"), [("boxing", 301), ("cycling", 434), ("broken", 392)])
 def test_real_files(data, file, frames):
     path = data / "native" / "motionbert" / f"{file}_X3D.npy"

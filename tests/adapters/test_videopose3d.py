@@ -87,7 +87,7 @@ def test_no_pose_at_all(export, value):
         read(export(lambda joints: np.full_like(joints, value)), "videopose3d", missing="gap")
 
 
-@pytest.mark.data
+@pytest.mark.data("native")
 @pytest.mark.parametrize("inside", [".", "output_3D/output_keypoints_3d.npz"], ids=["folder", "file"])
 def test_real_files(data, inside):
     folder = data / "native" / "mhformer" / "skating"

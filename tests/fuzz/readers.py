@@ -305,7 +305,7 @@ OTHERS = {
     **{f"camera file, {form}": Reader(write, _read_camera) for form, write in cameras.WRITERS.items()},
 }
 
-# Real files by adapter, in the data folder.
+# Real files by reader, in the data folder.
 REAL = {
     "motionbert": ("native/motionbert/boxing_X3D.npy", "native/motionbert/broken_X3D.npy"),
     "alphapose": ("native/motionbert/boxing_alphapose-results.json",),

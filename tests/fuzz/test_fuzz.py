@@ -7,12 +7,16 @@ import pytest
 
 from fuzz.guarded import Worker
 from fuzz.mutations import mutated
-from fuzz.readers import names, read
+from fuzz.readers import REAL, names, read
 from fuzz.run import fuzz
 from pcnet3d.pipeline import InputError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="memory is measured by Linux's /proc")
 FILES = 12
+WITH_REAL_FILES = [
+    pytest.param(reader, marks=pytest.mark.data(*files), id=f"{reader} with real files")
+    for reader, files in REAL.items()
+]
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +26,7 @@ def worker():
     worker.close()
 
 
-@pytest.mark.parametrize("reader", names())
+@pytest.mark.parametrize("reader", [*names(), *WITH_REAL_FILES])
 def test_damaged_files_have_words_or_are_read(reader, worker, tmp_path):
     if reader == "mpi3dhp of MATLAB 7.3":
         pytest.importorskip("h5py")

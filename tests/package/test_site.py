@@ -92,8 +92,7 @@ def test_the_notebook_is_that_of_its_script():
     assert {output.name for output in outputs if output.output_type == "stream"} == {"stdout"}
 
 
-@pytest.mark.data
-@pytest.mark.usefixtures("data")
+@pytest.mark.data("lifter")
 def test_the_picture_of_rectified_skeletons_is_drawn(tmp_path, monkeypatch):
     monkeypatch.setattr("sys.argv", ["rectified.py", str(tmp_path / "out.png")])
     run_path(str(ROOT / "docs/rectified.py"))["main"]()
@@ -129,7 +128,7 @@ def test_the_gallerys_commands(tmp_path):
         command.make_context(words[0], [str(word) for word in words[1:]])
 
 
-@pytest.mark.data
+@pytest.mark.data("models", "native", "video")
 def test_the_gallerys_files(data, tmp_path):
     given = [word for words in commands(tmp_path, data).values() for word in words if isinstance(word, Path)]
     assert [path for path in given if data in path.parents and not path.exists()] == []

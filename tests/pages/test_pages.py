@@ -22,7 +22,7 @@ from pages.blocks import PAGES, Block, blocks
 FENCE = re.compile(r"^ *```(?:sh|python)$", re.MULTILINE)
 BLOCKS = blocks("sh", "python")
 RUN = [block for block in BLOCKS if not block.reason]
-ENVIRONMENT = os.environ | {
+ENVIRONMENT = {
     "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]),
     "OMP_NUM_THREADS": "1",  # they run side by side
 }
@@ -65,7 +65,7 @@ def test_every_page_is_in_the_index():
 def run(block: Block, here: Path) -> subprocess.CompletedProcess[str]:
     command = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
     return subprocess.run(
-        [*command, block.text], cwd=here, env=ENVIRONMENT, capture_output=True, text=True, timeout=600,
+        [*command, block.text], cwd=here, env=os.environ | ENVIRONMENT, capture_output=True, text=True, timeout=600,
         stdin=subprocess.DEVNULL,
     )  # fmt: skip
 

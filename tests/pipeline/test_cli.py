@@ -349,7 +349,7 @@ def test_view_without_a_recording(tmp_path):
     refused(pcnet3d("view", tmp_path), "take.rrd")
 
 
-@pytest.mark.data
+@pytest.mark.data("native")
 @pytest.mark.parametrize(
     ("poses", "keypoints", "adapter"),
     [
@@ -369,7 +369,7 @@ def test_real_files_go_through(data, tmp_path, poses, keypoints, adapter):
     assert "unusable" not in result.stdout
 
 
-@pytest.mark.data
+@pytest.mark.data("native")
 def test_a_broken_real_file_is_carried_with_a_loud_warning(data, tmp_path):
     poses = data / "native" / "motionbert" / "broken_X3D.npy"
     result = succeeded(pcnet3d("run", "--poses", poses, "--fps", 25, "-o", tmp_path / "out"))

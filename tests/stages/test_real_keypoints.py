@@ -9,7 +9,7 @@ import pytest
 from commands import pcnet3d, recipe_of, succeeded
 from golden.detections import coco_tracks
 
-pytestmark = pytest.mark.data
+pytestmark = pytest.mark.data("lifter", "video")
 EXCHANGED = {
     43,
     62,

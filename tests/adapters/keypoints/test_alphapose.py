@@ -125,7 +125,7 @@ def test_images_of_two_videos_are_refused(results):
         alphapose.read(results(("a_7.jpg", 1, 100, 0.5), ("b_7.jpg", 2, 300, 0.5)))
 
 
-@pytest.mark.data
+@pytest.mark.data("lifter", "native")
 def test_real_file(data):
     """301 frames of Halpe-26, which the data folder also holds as an array; 89 scores exceed 1."""
     poses = read(data / "native" / "motionbert" / "boxing_alphapose-results.json", fps=30)

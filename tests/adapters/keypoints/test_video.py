@@ -170,7 +170,7 @@ def test_sound_alone(tmp_path):
         video.read(path)
 
 
-@pytest.mark.data
+@pytest.mark.data("video")
 @pytest.mark.parametrize(
     ("name", "frames", "size", "codec"),
     [("walk_crop", 98, (884, 300), "mpeg4"), ("sports2d_demo", 230, (1768, 994), "vp9")],

@@ -32,7 +32,7 @@ def test_other_shapes_and_keys_are_not_its_own(tmp_path, key, shape, words):
         vis2d.read(path)
 
 
-@pytest.mark.data
+@pytest.mark.data("lifter", "native")
 def test_real_folder(data):
     """The folder of an MHFormer run, its file, and the same keypoints as an array."""
     folder = data / "native" / "mhformer" / "skating"

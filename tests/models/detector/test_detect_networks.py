@@ -163,7 +163,7 @@ def test_crops_around_boxes():
     assert around(np.array([5.0, 5.0]), 0, 0).width == 2
 
 
-@pytest.mark.data
+@pytest.mark.data("lifter", "models", "video")
 @pytest.mark.parametrize(
     ("network", "key", "median", "p90"),
     [

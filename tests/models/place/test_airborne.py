@@ -122,7 +122,7 @@ def test_a_brief_fall_is_one_at_any_rate_and_phase(fps, begins_s):
     assert len(found.flights) == 2
 
 
-@pytest.mark.data
+@pytest.mark.data("accad_mocap.npz")
 def test_nobody_is_highest_before_the_feet_leave():
     """In a skip one foot was said to leave 35 ms after the highest point, which was a flight of 70 ms."""
     how = Configuration(image=True, bed="typical", fps=60.0)

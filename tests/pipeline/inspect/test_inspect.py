@@ -369,7 +369,7 @@ def test_the_command_prints_json_draws_and_ends_with_the_verdicts_code(walker, t
     assert pcnet3d("inspect", tmp_path / "no.npy").returncode == 2
 
 
-@pytest.mark.data
+@pytest.mark.data("native")
 @pytest.mark.parametrize(
     ("name", "verdict"), [("boxing", "good"), ("cycling", "suspicious"), ("broken", "unusable")]
 )
@@ -377,7 +377,7 @@ def test_real_lifts_get_their_verdicts(data, name, verdict):
     assert inspect(data / "native" / "motionbert" / f"{name}_X3D.npy").verdict == verdict
 
 
-@pytest.mark.data
+@pytest.mark.data("native")
 def test_a_real_lift_meets_the_keypoints_that_it_was_lifted_from(data):
     folder = data / "native" / "motionbert"
     found = inspect(folder / "boxing_X3D.npy", keypoints=folder / "boxing_alphapose-results.json")

@@ -97,7 +97,7 @@ def test_empty_rows_are_those_with_all_joints_on_one_point(person):
     assert np.flatnonzero(empty_rows(person.with_(joints=joints))).tolist() == [3, 5]
 
 
-@pytest.mark.data
+@pytest.mark.data("native")
 @pytest.mark.parametrize(("name", "worst"), [("boxing", 0.06), ("cycling", 0.11)])
 def test_real_lifts_pass_the_guard(data, name, worst):
     joints = np.load(data / "native" / "motionbert" / f"{name}_X3D.npy")

@@ -82,7 +82,14 @@ def test_captured_hops_are_uncertain_where_the_frames_are_too_few_for_flights():
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(("name", "fewest"), [("cmu_mocap", 60), ("hdm05_subset", 40), ("accad_mocap", 15)])
+@pytest.mark.parametrize(
+    ("name", "fewest"),
+    [
+        ("cmu_mocap", 0.155),
+        pytest.param("hdm05_subset", 0.14, marks=pytest.mark.data("hdm05_subset.npz")),
+        pytest.param("accad_mocap", 0.044, marks=pytest.mark.data("accad_mocap.npz")),
+    ],
+)
 def test_real_people_fall_in_real_time(data, name, fewest):
     found = np.load(data / f"{name}.npz")
     joints, root, start = found["joints"], found["root"], found["clip_start"]
@@ -91,4 +98,4 @@ def test_real_people_fall_in_real_time(data, name, fewest):
         poses = PoseSequence(joints[a:b], H36M17, LEVEL, time_s=np.arange(b - a) / 30, root=root[a:b])
         assert clock_doubts(poses) == []
         flying += len(falls(poses)) > 0
-    assert flying >= fewest
+    assert flying >= fewest * (len(start) - 1)

@@ -11,7 +11,7 @@ from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 
-pytestmark = pytest.mark.data
+pytestmark = pytest.mark.data("accad_mocap.npz")
 TRUE_STEP_S, TRUE_MPS, TRUE_FLIGHT_S = 0.33, 4.94, 0.15
 
 

@@ -70,6 +70,7 @@ def test_nothing_is_said_of_poses_that_nobody_looked_at(takes, capsys):
     assert "poses are" not in report(take)
 
 
+@pytest.mark.data("native")
 @pytest.mark.parametrize("name", ["boxing", "cycling"])
 def test_it_is_the_same_as_for_the_file(data: Path, name):
     file = data / "native" / "motionbert" / f"{name}_X3D.npy"

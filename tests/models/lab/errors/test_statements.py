@@ -240,6 +240,7 @@ def one_take(exact, monkeypatch):
     monkeypatch.setattr(report, "finished", lambda question, configuration: iter([exact]))
 
 
+@pytest.mark.data
 def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_told(one_take, tmp_path):
     report.tables(sets.Question(people="test"), ["bodies alone", "real take"], output=tmp_path)
     rows = json.loads((tmp_path / "errors.json").read_text(), parse_constant=lambda name: pytest.fail(name))
@@ -249,6 +250,7 @@ def test_rows_are_written_one_format_for_all_with_nothing_where_nothing_can_be_t
     assert {(row["people"], row["low"]) for row in rows} == {(1, None)}  # no interval of one person
 
 
+@pytest.mark.data
 @pytest.mark.parametrize(
     ("asked", "code"),
     [({"part": ["imagee"]}, "name-unknown"), ({"part": ["capture"], "fit": True}, "needs-input")],

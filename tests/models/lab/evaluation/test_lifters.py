@@ -164,7 +164,7 @@ def test_a_network_is_given_once(tmp_path):
         lifters.opened(["pcnet3d", "pcnet3d"])
 
 
-@pytest.mark.data
+@pytest.mark.data("accad_mocap.npz", "tennis_mocap.npz")
 def test_parts_of_the_validation(data):
     found = lifter_takes.materials(2)
     assert len({(one.part, one.views, one.seed) for one in found}) == len(found)

@@ -29,7 +29,7 @@ def test_a_frame_without_up_does_not_spoil_the_others() -> None:
     np.testing.assert_allclose(np.delete(spread, 2), 0.0, atol=1e-6)
 
 
-@pytest.mark.data
+@pytest.mark.data("lifter")
 def test_the_trunk_of_who_walks_is_upright_within_the_stated_bound(data) -> None:
     results = consistency(of(load_rectifier("pcnet")))
     for lifter in ("pcnet3d on MoveNet", "BlazePose"):
@@ -37,7 +37,7 @@ def test_the_trunk_of_who_walks_is_upright_within_the_stated_bound(data) -> None
         assert trunk["lean"].p50 < trunk["bound"] < 15
 
 
-@pytest.mark.data
+@pytest.mark.data("lifter")
 def test_the_network_brings_two_lifters_of_one_video_nearer_and_the_baseline_does_not(data) -> None:
     results = consistency(of(load_rectifier("geometric"), load_rectifier("pcnet")))
     apart = {key: figure.mean for key, figure in results["apart"]["boxing: MotionBERT, BlazePose"].items()}
@@ -64,7 +64,7 @@ class _Turned:
         return np.tile(self.R, (len(joints), 1, 1)), np.full(len(joints), np.nan)
 
 
-@pytest.mark.data
+@pytest.mark.data("lifter")
 def test_a_fixed_turn_changes_nothing(data) -> None:
     results = consistency(of(_Turned()))
     for figures in results["apart"].values():

@@ -173,7 +173,7 @@ def test_two_truths_are_as_far_apart_as_what_was_moved(world):
     assert truth_row(turned, limbs, _TIME_S)["BODY's heading"] == pytest.approx(12, abs=1e-6)
 
 
-@pytest.mark.data
+@pytest.mark.data("real")
 def test_the_cameras_see_the_truth_where_openpose_does(data):
     folder = data / "real" / "pose2sim"
     cameras = read_cameras(folder)
@@ -185,7 +185,7 @@ def test_the_cameras_see_the_truth_where_openpose_does(data):
         np.testing.assert_allclose(camera.R_camera_from_world[:, 2], camera.up, atol=1e-6)
 
 
-@pytest.mark.data
+@pytest.mark.data("real")
 def test_the_whole_report(data, tmp_path, monkeypatch, capsys):
     """OpenPose's keypoints stand in for those that the detector needs half a minute to find."""
     truth = read_truth(data / "real" / "pose2sim", ["cam01"])

@@ -1,6 +1,14 @@
-"""How repetitions are compared with labels."""
+"""How repetitions are compared with labels, and counted in motion capture that is labelled."""
 
-from pcnet3d.models.lab.evaluation.repetitions import Judged, judge
+import json
+
+import pytest
+
+from pcnet3d.models.lab.evaluation.finished import Configuration, finished
+from pcnet3d.models.lab.evaluation.repetitions import LABELS, Judged, found_in, judge
+from pcnet3d.models.lab.evaluation.sets import EvaluationSet, Question
+
+TAKES = ("14_04", "14_05", "118_03", "118_06", "118_10", "118_30")  # raises of an arm, knee bends
 
 
 def test_labels_are_compared_by_count_and_by_the_most_time_shared():
@@ -10,3 +18,18 @@ def test_labels_are_compared_by_count_and_by_the_most_time_shared():
     row = judged.row()
     assert (row["series"], row["movements"], row["counts"]) == (2, 1, 0.5)
     assert (row["found"], row["begin"], row["end"]) == (1.0, 1.0, 0.0)
+
+
+@pytest.mark.data
+def test_labelled_movements_of_real_people_are_counted():
+    labels, judged = json.loads(LABELS.read_text(encoding="utf-8")), Judged()
+    sets = [EvaluationSet("train", "train")]
+    captured = Configuration(lifter="", up_told=True)
+    takes = list(finished(Question(), captured, sets, lambda clip: clip.name in TAKES))
+    assert {one.truth.clip for one in takes} == set(TAKES)
+    for one in takes:
+        for movement, labelled in labels[one.truth.clip].items():
+            judge(judged, labelled, found_in(one.take, movement))
+    row = judged.row()
+    assert (row["counts"], row["found"]) == (1.0, 1.0)
+    assert min(row["begin"], row["end"]) >= 0.6

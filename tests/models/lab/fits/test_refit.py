@@ -76,7 +76,6 @@ def test_every_fitted_file_of_the_package_has_a_step_after_what_it_rests_on(tmp_
 
 
 @pytest.mark.data
-@pytest.mark.usefixtures("data")
 def test_errors_are_never_fitted_to_the_real_take():
     configurations = report.asked(Question())
     assert set(report.FITTED) < set(configurations)

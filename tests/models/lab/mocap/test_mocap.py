@@ -183,7 +183,7 @@ def minutes(clips):
     return sum(map(len, clips)) / 1800
 
 
-@pytest.mark.data
+@pytest.mark.data("accad_mocap.npz", "tennis_mocap.npz")
 def test_the_real_parts_have_their_minutes_and_people(real):
     held = {(part, data_set(one)) for part in ("train", "val", "test", "tennis") for one in real[part]}
     assert held == MINUTES_AND_PEOPLE.keys()
@@ -193,7 +193,7 @@ def test_the_real_parts_have_their_minutes_and_people(real):
         assert len({person(one) for one in clips} - {None}) == people
 
 
-@pytest.mark.data
+@pytest.mark.data("accad_mocap.npz", "tennis_mocap.npz")
 def test_nobody_is_in_two_real_parts(real):
     parts = [{person(one) for one in real[part]} for part in ("train", "val", "test", "tennis")]
     assert len(set().union(*parts)) == sum(map(len, parts))
@@ -203,7 +203,7 @@ def test_nobody_is_in_two_real_parts(real):
     assert halves[0] | halves[1] == parts[0] - {None}
 
 
-@pytest.mark.data
+@pytest.mark.data("accad_mocap.npz", "tennis_mocap.npz")
 def test_the_real_halves_are_of_about_equal_minutes(real):
     of_all = [minutes(real[part]) for part in ("train-a", "train-b")]
     of_tennis = [
@@ -213,7 +213,7 @@ def test_the_real_halves_are_of_about_equal_minutes(real):
     assert of_tennis == pytest.approx([15.3, 13.8], abs=0.1)
 
 
-@pytest.mark.data
+@pytest.mark.data("accad_mocap.npz", "tennis_mocap.npz")
 def test_tennis_players_bring_skeletons_of_their_own(real):
     players = [one for part in ("train", "val", "tennis") for one in real[part] if data_set(one) == "tennis"]
     assert {one.source for one in players} == {"arena"} < set(OWN_SKELETON)

@@ -168,7 +168,7 @@ def test_half_a_leg_is_too_little(walk, tmp_path):
         read_truth(tmp_path / "x.trc")
 
 
-@pytest.mark.data
+@pytest.mark.data("real")
 def test_the_real_takes_truth_of_twelve_joints_is_read(data):
     poses = read_truth(data / "real/pose2sim/truth.npz")
     assert np.isfinite(poses.joint("r_wrist")).all()
