@@ -17,18 +17,16 @@ from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
 from ..pipeline.files.camera_file import read_camera
 from ..pipeline.files.video_frames import images_at, shown_size
-from ..pipeline.plugins.registry import registered
 from ..pipeline.signals.flow import SIDE, flow_notice, flow_of, pairs_of
 
 
 @dataclass(frozen=True)
 class Calibrate:
     """The stage. camera_file, camera_name: a calibration file, and which of its cameras; the user then gives no focal
-    length. gravity_network: a name or a file, used where the image's lines do not show which way is up."""
+    length."""
 
     camera_file: Path | None = None
     camera_name: str | None = None
-    gravity_network: str | None = None
 
     name: ClassVar[str] = "calibrate"
     needs: ClassVar[tuple[str, ...]] = ("video",)
@@ -50,8 +48,8 @@ class Calibrate:
         return [take.saying(*_notices(found, take.moving), *_motion(found.background, told)) for take in seen]
 
     def check_told(self, told: Told) -> None:
-        """InputError for two focal lengths, and for a file or a network that is not there, before a run has looked at
-        the whole video in vain."""
+        """InputError for two focal lengths, and for a file that is not there, before a run has looked at the video in
+        vain."""
         if self.camera_file is not None and told.focal_px is not None:
             raise InputError(
                 "option-conflict",
@@ -59,10 +57,6 @@ class Calibrate:
             )
         if self.camera_file is not None:
             read_camera(self.camera_file, self.camera_name)
-        if self.gravity_network not in (None, *registered("gravity_networks")):  # those would be downloaded
-            from ..models.gravity.geocalib import opened
-
-            opened(self.gravity_network)
 
     def _found(
         self, told: Told, video: Video, people: Sequence[PoseSequence], span: tuple[int, int]
@@ -72,7 +66,7 @@ class Calibrate:
         if self.camera_file is not None:
             intrinsics = read_camera(self.camera_file, self.camera_name, shown_size(video))
         camera = "static" if told.standing else told.camera
-        return camera_of(video, people, span, told.focal_px, camera, intrinsics, self.gravity_network)
+        return camera_of(video, people, span, told.focal_px, camera, intrinsics)
 
 
 def _belongs(take: Take) -> list[Notice]:
@@ -93,9 +87,6 @@ def _span(video: Video, poses: PoseSequence) -> tuple[int, int]:
     return min(int(poses.frame_index[0]), last), min(int(poses.frame_index[-1]), last)
 
 
-_WHAT = {"lines": "the straight lines", "network": "a network's view"}
-
-
 def _notices(found: Camera, moving: bool) -> list[Notice]:
     """What was found."""
     against: list[Notice] = []
@@ -112,8 +103,8 @@ def _notices(found: Camera, moving: bool) -> list[Notice]:
         "roll_deg": float(roll),
         "within_deg": RAYLEIGH_90 * look.error_deg,
     }
-    notices = [*against, notice("image-up", source=_WHAT[look.source], **angles)]
-    if found.focal_source in ("lines", "network"):
+    notices = [*against, notice("image-up", **angles)]
+    if found.focal_source == "lines":
         notices.append(notice("image-focal", focal_px=found.focal_px, within_px=half_bar(found.focal_sd_px)))
     return notices
 

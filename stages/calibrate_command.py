@@ -20,20 +20,13 @@ from ..pipeline.files.video_frames import images_at
 from ..pipeline.reading.settings import OnDevice
 from .drawing.image_lines import drawn
 
-_SAYS = {"told": "as told", "file": "by the video file", "lines": "by the lines"}
-_SAYS |= {"network": "by the network", "prior": "a guess"}
+_SAYS = {"told": "as told", "file": "by the video file", "lines": "by the lines", "prior": "a guess"}
 UNKNOWN = 3  # exit code: no up
 
 
 def calibrate(
     files: Annotated[list[Path], typer.Argument(help="A video, or images of one camera that stood still.")],
     focal: Annotated[float | None, typer.Option(help="Focal length in pixels, if known.")] = None,
-    gravity_network: Annotated[
-        str | None,
-        typer.Option(
-            help="Network to use if the lines do not show which way is up: geocalib, or an .onnx file."
-        ),
-    ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="Write this image (PNG): the lines, the horizon and up.")
     ] = None,
@@ -45,7 +38,7 @@ def calibrate(
     The exit code is 3 if the lines do not show them. People may be in the image.
     """
     with computing_on(device) as where:
-        found, image = _looked(files, Told(focal_px=focal).focal_px, gravity_network)
+        found, image = _looked(files, Told(focal_px=focal).focal_px)
     content = {**figures(found), "device": where.summary()}
     print(json.dumps(content, indent=1) if as_json else in_words(found))
     if picture is not None and found.looks:
@@ -69,7 +62,7 @@ def figures(camera: Camera) -> dict[str, Any]:
         pitch_sd, roll_sd = pitch_roll_sd_deg(look.up, look.covariance)
         content |= {"pitch_deg": float(pitch), "pitch_deg_sd": pitch_sd, "roll_deg": float(roll)}
         content |= {"roll_deg_sd": roll_sd, "up": look.up.tolist()}
-        content["sources"]["up"] = look.source
+        content["sources"]["up"] = "lines"
     return content
 
 
@@ -97,15 +90,15 @@ def in_words(camera: Camera) -> str:
     )
 
 
-def _looked(files: list[Path], focal: float | None, network: str | None) -> tuple[Camera, np.ndarray]:
+def _looked(files: list[Path], focal: float | None) -> tuple[Camera, np.ndarray]:
     """The camera, and the image whose lines it keeps."""
     if len(files) == 1 and videos.sniff(files[0]):
         (video,) = videos.read(files[0])
-        found = camera_of(video, focal_px=focal, network=network)
+        found = camera_of(video, focal_px=focal)
         shown = images_at(video, [look.frame for look in found.looks[:1]])
         return found, next(iter(shown.values()), np.zeros((2, 2, 3), np.uint8))
     images = {number: _image(path) for number, path in enumerate(files)}
-    return static_camera(images, {}, focal, network=network), images[0]
+    return static_camera(images, {}, focal), images[0]
 
 
 def _image(path: Path) -> np.ndarray:

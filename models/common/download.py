@@ -21,7 +21,7 @@ _SECONDS = 30  # without an answer, until a download is given up
 @dataclass(frozen=True)
 class Network:
     """A model (pipeline.plugins.protocols.Model) that opens as its .onnx file. name: what the option --KIND takes.
-    kind: detector, person-detector or gravity-network. url: of the .onnx file or of a .zip that holds one. sha256,
+    kind: detector or person-detector. url: of the .onnx file or of a .zip that holds one. sha256,
     megabytes: of the .onnx file. licence: shown before a download."""
 
     name: str
@@ -114,15 +114,6 @@ YOLOX = Network(
     "ceb11c07298f95c50d7c5abeb906d03340c85f23aa79e3e66966e7fb6c307250",
     20.0,
     "Apache-2.0 (MMPose), trained on COCO and Human-Art, the latter for non-commercial use",
-)
-GEOCALIB = Network(
-    "geocalib",
-    "gravity-network",
-    "GeoCalib's fields, which way is up and the focal length where no straight lines show them",
-    "https://huggingface.co/mprib/geocalib-fields-onnx/resolve/main/geocalib_fields.onnx",
-    "a724447e1bf7138352e5e70bbe0f011e6fb02909edd3148a5d0f46e8d153ae7b",
-    118.2,
-    "CC BY 4.0 (code Apache-2.0)",
 )
 
 

@@ -2,8 +2,8 @@
 
 `seen` is a person's frames, `sampling` asks a rectifier about as many of them as inform, and `evidence` what any
 source says about up: `votes` pools the frames', `floor` reads it off feet that stand, `images` reads it off an
-image's straight lines (`segments` finds those, `lines` fits the directions of a built world to them), `geocalib` asks
-a network instead, `view` does it for a video. `fusion` fuses all or decides between them, `moving` does it for each
+image's straight lines (`segments` finds those, `lines` fits the directions of a built world to them), `view` does it
+for a video. `fusion` fuses all or decides between them, `moving` does it for each
 frame of a camera that moves. `levelling` makes a take of it, `known` says what a lift may rest on, `people` of
 several people, `live` while the camera runs.
 """

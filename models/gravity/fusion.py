@@ -96,13 +96,12 @@ def settled(bodies: TakeUp, look: Look, told: bool = False) -> Settled:
     odds_bodies = look.failure * (1 - _BODY_FAILURE) * held(bodies.up)
     image = told or odds_image > odds_bodies
     close = not told and min(odds_image, odds_bodies) > _LOSER * (odds_image + odds_bodies)
-    seen_in = "lines" if look.source == "lines" else "network"
     answers = f"{_words(look, 'the image')}, {_words(bodies, 'the skeletons')}"
     believed = "image is" if image else "skeletons are"
     so = ": the person leans, or the poses and their angles to the vertical are tilted" if image else ""
     apart = float(angle_deg(bodies.up, look.up))
     pitch, roll = pitch_roll_deg(np.asarray(bodies.up if image else look.up, dtype=np.float64))
-    values = {"seen_in": seen_in, "apart_deg": apart, "answers": answers, "believed": believed, "so": so}
+    values = {"apart_deg": apart, "answers": answers, "believed": believed, "so": so}
     said = notice("image-against-bodies", **values, pitch=float(pitch), roll=float(roll))
     return Settled(image, said, close)
 

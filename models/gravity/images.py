@@ -10,7 +10,7 @@ import numpy as np
 from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.core.errors import InputError
 from .evidence import doubtful
-from .lines import Fit, UpOfImages, directions, fits, log_before, support, tangent
+from .lines import Fit, directions, fits, log_before, support, tangent
 from .segments import Segments, segments_of
 
 TOLD_SPREAD = 0.02  # of a focal length that somebody knows
@@ -32,19 +32,37 @@ _FLAT_FAILURE = 0.15
 
 
 @dataclass(frozen=True, eq=False)
-class ImageUp(UpOfImages):
+class ImageUp:
     """What an image, or several of one camera that stood still, say.
 
-    gain: evidence over chance, in nats. failure: how often an answer of this gain is quite wrong. segments, runs_along:
-    the lines looked at, and along what each runs (lines.directions). size: width and height in pixels.
+    up: (3,) unit, CAMERA axes (x right, y down, z away), against gravity: (0, -1, 0) for an upright camera.
+    covariance: (2, 2) square radians on the plane across up, along `tangent(up)`: pitch, roll. focal_px and
+    focal_sd_px: in pixels of the whole image. gain: evidence over chance, in nats. failure: how often an answer of this
+    gain is quite wrong. segments, runs_along: the lines looked at, and along what each runs (lines.directions). size:
+    width and height in pixels.
     """
 
+    up: np.ndarray
+    covariance: np.ndarray
+    focal_px: float
+    focal_sd_px: float
     gain: float
     failure: float
     segments: Segments
     runs_along: np.ndarray
     heading: float
     size: tuple[int, int]
+
+    @property
+    def error_deg(self) -> float:
+        """Expected root mean square angle between up and the truth."""
+        return float(np.degrees(np.sqrt(np.trace(self.covariance))))
+
+    @property
+    def in_camera(self) -> np.ndarray:
+        """(3, 3) the covariance in CAMERA axes."""
+        plane = tangent(self.up)
+        return plane @ self.covariance @ plane.T
 
 
 @dataclass(frozen=True)

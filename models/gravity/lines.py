@@ -49,29 +49,6 @@ class Fit:
     covariance: np.ndarray | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class UpOfImages:
-    """up: (3,) unit, CAMERA axes (x right, y down, z away), against gravity: (0, -1, 0) for an upright camera.
-    covariance: (2, 2) square radians on the plane across up, along `tangent(up)`: pitch, roll. focal_px and
-    focal_sd_px: in pixels of the whole image."""
-
-    up: np.ndarray
-    covariance: np.ndarray
-    focal_px: float
-    focal_sd_px: float
-
-    @property
-    def error_deg(self) -> float:
-        """Expected root mean square angle between up and the truth."""
-        return float(np.degrees(np.sqrt(np.trace(self.covariance))))
-
-    @property
-    def in_camera(self) -> np.ndarray:
-        """(3, 3) the covariance in CAMERA axes."""
-        plane = tangent(self.up)
-        return plane @ self.covariance @ plane.T
-
-
 def tangent(up: np.ndarray) -> np.ndarray:
     """(3, 2) two unit directions across up (3,): the first is where up's end goes when the camera's pitch grows (it
     looks further down), the second when its roll does (the image's content turns counter-clockwise)."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -26,8 +25,6 @@ from ...pipeline.running.progress import counted
 from .background import Glimpse, background_of, shift, stands
 from .images import TOLD_SPREAD, Unknown, up_from_images
 
-# How often a network is quite wrong; taken for that of lines of little gain, not measured.
-NETWORK_FAILURE = 0.06
 # Of a focal length that the video file states: the sensor's crop and stabilisation are not told.
 FILE_SPREAD = 0.08
 # A told focal length is held against what lines make of one that is free by a factor of 1.6 about it, and is
@@ -50,19 +47,17 @@ def camera_of(
     focal_px: float | None = None,
     camera: Literal["static", "moving"] | None = None,
     intrinsics: Intrinsics | None = None,
-    network: str | Path | None = None,
 ) -> Camera:
     """A video's camera by its images. people: their 2D keypoints, whose boxes are not looked at. span: first and last
     frame of the take, else of the video. focal_px: where it is known; intrinsics: of a calibrated camera. camera: what
     is told of it; otherwise the background says whether it moves, and where that cannot be told it is taken for one
-    that stands still. network: a name or a file of geocalib.up_from_network, asked where lines do not tell up; without
-    it, that of the name "geocalib" where it was downloaded before. InputError for a video that cannot be decoded."""
+    that stands still. InputError for a video that cannot be decoded."""
     first, last = span or (0, len(video.time_s) - 1)
     everybody = [people] if isinstance(people, PoseSequence) else list(people or ())
     if intrinsics is not None:
         focal_px = intrinsics.pinhole_focal_px
         everybody = [poses.with_(joints=undistorted(poses.joints, intrinsics)) for poses in everybody]
-    told = focal_px, video.focal_px, network
+    told = focal_px, video.focal_px
     frames = sorted({*np.linspace(first, last, 2 * _LOOKS + 1).round().astype(int)[1::2].tolist()})
     boxes = _boxes(everybody, frames)
     images = {
@@ -139,12 +134,11 @@ def static_camera(
     boxes: Boxes,
     told_px: float | None = None,
     file_px: float | None = None,
-    network: str | Path | None = None,
 ) -> Camera:
     """Of a camera that stood still. images: {video frame: (H, W, 3) uint8 RGB}, a few of a take. told_px, file_px: a
-    focal length that the user, or the video file, states. network: of camera_of."""
+    focal length that the user, or the video file, states."""
     height, width = next(iter(images.values())).shape[:2]
-    found = _looked_at(images, boxes, known_camera((width, height), told_px, file_px), network)
+    found = _looked_at(images, boxes, known_camera((width, height), told_px, file_px))
     against = None if told_px is None else _focal_against(images, boxes, told_px)
     return replace(found, focal_against_px=against)
 
@@ -166,7 +160,6 @@ def moving_camera(
     boxes: Boxes,
     told_px: float | None = None,
     file_px: float | None = None,
-    network: str | Path | None = None,
 ) -> Camera:
     """Of a camera that pans or is carried, an answer for each image that gives one; the focal length that the first of
     them tells serves the others. images: video frame and (H, W, 3) uint8 RGB. size: their width and height. The others
@@ -175,7 +168,7 @@ def moving_camera(
     looks: list[Look] = []
     reasons = ["no frame could be decoded"]
     for frame, image in images:
-        camera = _looked_at({frame: image}, boxes, known, network)
+        camera = _looked_at({frame: image}, boxes, known)
         looks += camera.looks
         reasons += [camera.reason] if camera.reason else []
         if camera.focal_source != known.focal_source:
@@ -199,11 +192,8 @@ def _prior_spread(known: Camera) -> float:
     return PRIOR_FOCAL_SPREAD if known.focal_source == "prior" else known.focal_sd_px / known.focal_px
 
 
-def _looked_at(
-    images: Mapping[int, np.ndarray], boxes: Boxes, known: Camera, network: str | Path | None
-) -> Camera:
-    """The camera with what images of one place say of it: by their lines; where these do not tell up, by a network,
-    where there is one; else with the reason."""
+def _looked_at(images: Mapping[int, np.ndarray], boxes: Boxes, known: Camera) -> Camera:
+    """The camera with what the lines of images of one place say of it; where these do not tell up, with the reason."""
     frames, spread = sorted(images), _prior_spread(known)
     pictures = [images[frame] for frame in frames]
     known_px = None if known.focal_source == "prior" else known.focal_px
@@ -211,7 +201,7 @@ def _looked_at(
         pictures, known_px, [boxes.get(frame, _NO_BOX) for frame in frames], focal_spread=spread
     )
     if isinstance(answer, Unknown):
-        return _by_network(pictures, frames[0], replace(known, reason=answer.reason), network)
+        return replace(known, reason=answer.reason)
     first = answer.segments.first
     look = Look(
         frame=frames[0],
@@ -227,21 +217,3 @@ def _looked_at(
         return found
     source = "lines" if known.focal_source == "prior" else known.focal_source
     return replace(found, focal_px=answer.focal_px, focal_sd_px=answer.focal_sd_px, focal_source=source)
-
-
-def _by_network(
-    images: Sequence[np.ndarray], frame: int, known: Camera, network: str | Path | None
-) -> Camera:
-    """The camera with what a network says about up, where there is one; else as it is."""
-    from ..common.download import GEOCALIB
-    from .geocalib import up_from_network
-
-    if network is None and not GEOCALIB.is_there:
-        return known
-    known_px, spread = None if known.focal_source == "prior" else known.focal_px, _prior_spread(known)
-    answer = up_from_network(images, network or GEOCALIB.name, known_px, spread)
-    look = Look(frame, answer.up, answer.in_camera, NETWORK_FAILURE, source="network")
-    found = replace(known, looks=(look,), reason="")
-    if known.focal_source != "prior" or answer.focal_sd_px / answer.focal_px >= spread:
-        return found
-    return replace(found, focal_px=answer.focal_px, focal_sd_px=answer.focal_sd_px, focal_source="network")

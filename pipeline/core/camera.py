@@ -9,7 +9,7 @@ import numpy as np
 
 from .intrinsics import Intrinsics
 
-FocalSource = Literal["told", "file", "lines", "network", "prior"]
+FocalSource = Literal["told", "file", "lines", "prior"]
 # Longer sides of the image, and spread of its logarithm (phones filming).
 PRIOR_FOCAL, PRIOR_FOCAL_SPREAD = 0.8, 0.22
 # Standard deviation of an assumed focal length as a share of it. Lenses are far oftener longer than those of phones
@@ -24,7 +24,7 @@ class Look:
 
     frame: the video frame whose lines are kept. up: (3,) unit, CAMERA axes. covariance: (3, 3) of up, square radians,
     across it. failure: how often such an answer is quite wrong. ends: (N, 2, 2) pixels, the lines' ends. runs_along:
-    (N,) 0 vertical, 1 and 2 either horizontal direction, -1 none. source: what of the image said so.
+    (N,) 0 vertical, 1 and 2 either horizontal direction, -1 none.
     """
 
     frame: int
@@ -33,7 +33,6 @@ class Look:
     failure: float
     ends: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 2)))
     runs_along: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
-    source: Literal["lines", "network"] = "lines"
 
     @property
     def error_deg(self) -> float:

@@ -143,8 +143,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "image-up-in-frames": ("note", "camera",
         "The image shows which way is up in {looks} of the frames that were checked."),
     "image-up": ("note", "camera",
-        "According to {source} of the image, the camera's pitch is {pitch_deg:.1f} and its roll {roll_deg:.1f} "
-        "degrees, within {within_deg:.1f}."),
+        "According to the straight lines of the image, the camera's pitch is {pitch_deg:.1f} and its roll "
+        "{roll_deg:.1f} degrees, within {within_deg:.1f}."),
     "image-focal": ("note", "camera",
         "According to the image, the focal length is {focal_px:.0f} pixels, within {within_px:.0f}, unless the video "
         "was cropped off-centre."),
@@ -258,7 +258,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "According to this person, up is {apart_deg:.0f} degrees from that of the recording: the person leans or "
         "lies for long, or the lifter tilted the poses."),
     "image-against-bodies": ("warning", "up",
-        "The image's {seen_in} and the skeletons disagree about up by {apart_deg:.0f} degrees: {answers}. The "
+        "The image's lines and the skeletons disagree about up by {apart_deg:.0f} degrees: {answers}. The "
         "{believed} believed{so}. To use the other answer: --set read.pitch={pitch:.0f} --set read.roll={roll:.0f}."),
     "told-up-contradicted": ("warning", "up",
         "The gravity that you gave and {other} differ by {apart_deg:.0f} degrees, more than their errors explain; "

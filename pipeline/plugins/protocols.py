@@ -84,7 +84,7 @@ class Writer(Protocol):
 
 
 class Model(Protocol):
-    """A rectifier, lifter, detector, person detector or gravity network that is asked for by name.
+    """A rectifier, lifter, detector or person detector that is asked for by name.
 
     what: one line for `pcnet3d list models`, which opens nothing.
     open(): an object of the group's protocol (Rectifier and Lifter below, Detector and PersonNetwork in

@@ -27,7 +27,6 @@ _OPENED = {
     "lifters": ("method", "unit", "takes", "lift"),
     "detectors": ("method", "layout", "people"),
     "person_detectors": ("method", "boxes"),
-    "gravity_networks": (),
 }
 GROUPS = (*_SOCKETS, *_OPENED)
 
@@ -82,7 +81,7 @@ def load_all(group: str) -> dict[str, Any]:
 def open_model(group: str, name: str | Path) -> Any:
     """The model of that name, opened: an object of its group's protocol, or the path of an .onnx file.
 
-    group: "rectifiers", "lifters", "detectors", "person_detectors" or "gravity_networks". name: of a registered model,
+    group: "rectifiers", "lifters", "detectors" or "person_detectors". name: of a registered model,
     or a file of the user's, whose path is returned. InputError when there is neither, and when the model's package is
     broken.
     """

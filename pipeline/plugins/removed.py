@@ -35,6 +35,7 @@ REMOVED: dict[Kind, dict[str, str]] = {
         },
     },
     "settings": {
+        "calibrate.gravity_network": "give up as that network tells it, --set read.gravity=X,Y,Z in the camera's axes",
         "lift.lifter_kind=blazepose": _FILE,
         "lift.lifter_kind=instanthmr": _FILE,
         "lift.lifter_kind=rtmw3d": _FILE,

@@ -224,7 +224,7 @@ def test_every_network_has_its_licence():
     rows = re.findall(r"^\| `(\S+)` \| (.+?) \|", licences, re.MULTILINE)
     ours = {
         name: getattr(registry.load_all(group)[name], "licence", "MIT")
-        for group in ("rectifiers", "lifters", "detectors", "person_detectors", "gravity_networks")
+        for group in ("rectifiers", "lifters", "detectors", "person_detectors")
         for name, point in registry.registered(group).items()
         if point.value.startswith("pcnet3d.")
     }

@@ -11,11 +11,9 @@ from commands import pcnet3d, succeeded
 from golden.detections import detected, scored
 from golden.films import film_of
 from pcnet3d.adapters import video as videos
-from pcnet3d.models.gravity import geocalib
-from pcnet3d.models.gravity.lines import UpOfImages
 from pcnet3d.models.gravity.view import _boxes, camera_of, static_camera
 from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
-from pcnet3d.pipeline.core.camera import Camera, pitch_roll_deg, view_rotation
+from pcnet3d.pipeline.core.camera import Camera, pitch_roll_deg
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.intrinsics import undistorted
 from pcnet3d.pipeline.core.rotations import angle_deg
@@ -208,25 +206,6 @@ def test_the_lifter_sees_undistorted_keypoints(video, calibration, monkeypatch):
     np.testing.assert_allclose(given.joints, undistorted(joints, take.camera.intrinsics), atol=1e-3)
     assert np.abs(given.joints - joints).max() > 2
     assert focal_px == take.camera.focal_px
-
-
-def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch):
-    asked = []
-
-    def answer(images, model, focal_px=None, focal_spread=None):
-        asked.append((len(images), model, focal_px))
-        up = view_rotation(np.array(0.0), np.array(12.0), np.array(3.0))[:, 2]
-        return UpOfImages(up, np.diag(np.radians([1.5, 0.7]) ** 2), 900.0, 70.0)
-
-    monkeypatch.setattr(geocalib, "up_from_network", answer)
-    cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])
-    done = succeeded(pcnet3d("calibrate", tmp_path / "grass.png", "--gravity-network", "net.onnx", "--json"))
-    found = json.loads(done.stdout)
-    assert found["sources"] == {"focal": "network", "up": "network"}
-    assert found["pitch_deg"] == pytest.approx(12.0, abs=1e-6)
-    assert not found["reason"]  # there is an answer
-    assert asked == [(1, "net.onnx", None)]
-    assert found["device"] == {"asked": "auto", "networks": {}, "notes": []}  # the stand-in opens no file
 
 
 def test_a_guessed_focal_length_is_not_called_known(tmp_path):

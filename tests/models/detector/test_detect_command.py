@@ -97,7 +97,6 @@ def test_a_cutoff_that_the_rate_does_not_carry_is_refused_before_the_video_is_lo
         ("--focal -5", "--focal"),
         ("--neutral 0:55-0:59", "got 55 to 59 s"),
         ("--set rectify.rectifier=foo", "no rectifier 'foo'"),
-        ("--set calibrate.gravity_network=foo", "no gravity network 'foo'"),
         ("--set calibrate.camera_file=foo.toml", "foo.toml"),
     ],
 )

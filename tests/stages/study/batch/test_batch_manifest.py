@@ -151,7 +151,7 @@ def mixed(study) -> Path:
         ({"detect.looks": "1"}, [2]),
         ({"lifter": "pcnet3d"}, [1, 2]),
         ({"lift.flip": "yes"}, [1, 2]),
-        ({"calibrate.gravity_network": "geocalib"}, [1, 2]),
+        ({"calibrate.camera_name": "cam01"}, [1, 2]),
         ({"calibrate": "off"}, [1, 2]),
         ({"adapter": "arrays"}, [0]),
         ({"option": "pixel=true"}, [0]),
@@ -172,7 +172,7 @@ def test_a_common_option_goes_to_the_takes_that_have_a_use_for_it(mixed, given, 
 
 
 @pytest.mark.parametrize(
-    "given", [{"detector": "movenet"}, {"calibrate.gravity_network": "geocalib"}, {"lift.flip": "yes"}]
+    "given", [{"detector": "movenet"}, {"calibrate.camera_name": "cam01"}, {"lift.flip": "yes"}]
 )
 def test_a_common_option_that_no_take_has_a_use_for_is_refused_before_the_first_take(study, given):
     column = next(iter(given))
