@@ -51,7 +51,7 @@ package: .venv-package/.installed
 		env=.venv-package/$$python-$$packages; rm -rf $$env; \
 		.venv-package/$(BIN)/uv venv --quiet --python $$python $$env; \
 		.venv-package/$(BIN)/uv pip install --quiet --python $$env --no-build --resolution $$packages \
-			-r pyproject.toml --extra c3d --extra hdf5; \
+			-r pyproject.toml --extra c3d; \
 		.venv-package/$(BIN)/uv pip install --quiet --python $$env --no-deps dist/*.whl; \
 		.venv-package/$(BIN)/uv pip check --quiet --python $$env; \
 		(cd $$env && $(BIN)/pcnet3d demo --force -o demo 2> demo.log || { cat demo.log; exit 1; }); \

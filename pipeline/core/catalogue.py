@@ -74,9 +74,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "rebased-to-floor": ("warning", "files",
         "In {rebased} of {frames:~frame} the lowest joint was put at height 0. It changed {changes:~time}, so the "
         "body's vertical movement is lost. Run MMPose with --disable-rebase-keypoint."),
-    "display-undone": ("warning", "files",
-        "A rotation for display was undone, as asked. It was assumed to be that of Human3.6M's camera 54138969; if "
-        "not, the body is tilted."),
     "stature-assumed": ("warning", "files",
         "RTMW3D's file has no scale across the image; a stature of {stature_m:g} m was assumed."),
     "figures-withheld": ("warning", "poses",

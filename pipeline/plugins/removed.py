@@ -25,6 +25,7 @@ Kind = Literal[
     "commands", "flags", "settings", "adapters", "stages", "writers", "lifters", "detectors", "rectifiers"
 ]
 
+_ARRAY = "save its joints as .npy, for --adapter arrays -O layout=MPI3DHP17 -O frame=CAMERA -O unit=mm"
 _FILE = "lift with that program and give its file with --poses"
 
 REMOVED: dict[Kind, dict[str, str]] = {
@@ -40,6 +41,13 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "lift.lifter_kind=instanthmr": _FILE,
         "lift.lifter_kind=rtmw3d": _FILE,
         "read.swaps=repair": "correct the keypoints where they were made, or give read.swaps=mask",
+    },
+    "adapters": {
+        "ddhpose_3dhp": _ARRAY,
+        "display": "give the poses as the lifter gave them, before they were turned for display",
+        "mpi3dhp": _ARRAY,
+        "totalcapture": "give the BVH file of the data set",
+        "totalcapture_imu": "turn the file into tables with `pcnet3d lab totalcapture`",
     },
     "lifters": {"instanthmr": _FILE, "rtmw3d": _FILE},
 }

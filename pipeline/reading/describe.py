@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import zipfile
 from collections import Counter
-from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
 
@@ -25,8 +24,9 @@ _KINDS = {  # by how files begin, some behind their length
     b"%PDF": "a PDF document",
     b"\x1f\x8b": "compressed with gzip; unpack it first",
     b"7z\xbc\xaf": "a 7z archive; unpack it first",
+    b"MATLAB": "a file of MATLAB; load it with scipy.io or h5py and save the joints as .npy",
+    b"\x89HDF": "an HDF5 file; load it with h5py and save the joints as .npy",
 }
-_HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n")
 _OF_TRAINING = {"testbed": {"take_start", "lifted", "truth"}, "mocap": {"clip_start", "joints"}}
 _MILLIMETRES = (500.0, 2500.0)  # how far a body's joints lie apart along an axis, crouching to standing
 _LISTED = 6  # entries of an archive or kinds of files in a folder that are named
@@ -54,9 +54,6 @@ def in_words(path: Path) -> str:
         return f"unreadable ({error.strerror or error})"
     except DAMAGE:
         return "damaged or cut short"
-    if start.startswith(_HDF5):
-        missing = "" if find_spec("h5py") else "; reading it needs h5py: pip install 'pcnet3d[hdf5]'"
-        return f"a file of MATLAB 7.3 or HDF5{missing}"
     known = (words for begins, words in _KINDS.items() if begins in (start[: len(begins)], start[8:12]))
     text = start.decode("utf-8-sig", "replace")[:16]
     is_text = text.translate(dict.fromkeys(b"\t\n\r")).isprintable() and "\ufffd" not in text

@@ -6,18 +6,15 @@ import re
 import struct
 import tracemalloc
 import zipfile
-import zlib
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
-from scipy.io import loadmat, savemat
 
 from golden import worlds
 from golden.bodies import Person
 from pcnet3d.adapters import read
 from pcnet3d.adapters.kit import json as _json
-from pcnet3d.adapters.kit import mat5 as _mat5
 from pcnet3d.pipeline import InputError, load_recipe
 from pcnet3d.pipeline.files.arrays import load, load_all
 from pcnet3d.pipeline.files.c3d import parse
@@ -98,49 +95,6 @@ def test_toml_nested_deep(tmp_path):
             load_recipe(tmp_path / "x.toml")
 
 
-def test_mat_that_is_a_bomb(tmp_path):
-    savemat(tmp_path / "x.mat", {"annot3": np.zeros((3, 17, 1, 200_000))}, do_compression=True)
-    with refused("unpacks to at most 50 times"):
-        read(tmp_path / "x.mat", "mpi3dhp")
-
-
-def test_mat_that_claims_more_than_it_holds(tmp_path):
-    worlds.mpi_test(tmp_path, Person().turning(40), np.ones(40, bool))
-    path = tmp_path / "annot_data.mat"
-    content = bytearray(path.read_bytes())
-    dims = content.index(struct.pack("<4i", 3, 17, 1, 40))
-    for size in (-40, 0, 1 << 30, (1 << 31) - 1):
-        content[dims + 12 : dims + 16] = struct.pack("<i", size)
-        path.write_bytes(content)
-        with refused("annot_data"):
-            read(path, "mpi3dhp")
-
-
-@pytest.mark.parametrize("compressed", [False, True])
-def test_mat_as_scipy_reads_it(compressed):
-    rng, cells = np.random.default_rng(0), np.empty((2, 3), dtype=object)
-    for i in range(6):
-        cells.flat[i] = rng.random((3, i))
-    values = {
-        "a": rng.random((3, 4, 2)), "whole": np.arange(6).reshape(2, 3), "small": np.arange(-3, 3, dtype=np.int8),
-        "single": rng.random((7, 1)).astype(np.float32), "a_name_of_more_letters": np.eye(3), "truth": np.eye(2) > 0,
-        "cells": cells, "text": "x", "structure": {"a": 1}, "imaginary": np.array([1j]),
-    }  # fmt: skip
-    saved = io.BytesIO()
-    savemat(saved, values, do_compression=compressed)
-    content, theirs = saved.getvalue(), loadmat(saved)
-    assert _mat5.names(content) == frozenset(values)
-    ours = _mat5.arrays(
-        content, ("a", "whole", "small", "single", "a_name_of_more_letters", "truth", "cells")
-    )
-    for name, array in ours.items():
-        assert (array.shape, array.dtype) == (theirs[name].shape, theirs[name].dtype)
-        assert all(np.array_equal(x, y) for x, y in zip(array.flat, theirs[name].flat, strict=True))
-    for name in ("text", "structure", "imaginary"):
-        with pytest.raises(ValueError, match="not an array of real numbers"):
-            _mat5.arrays(content, (name,))
-
-
 def c3d(processor: int, real: bool, points: np.ndarray) -> bytes:
     """A C3D file of points (T, M, 3) with one analog channel, as an Intel, DEC or MIPS machine writes it."""
     order, frames, count = ">" if processor == 86 else "<", *points.shape[:2]
@@ -212,19 +166,6 @@ def test_a_sentence_that_quotes_a_file_stays_one_line(tmp_path):
     shown = str(InputError("bad-value", "a\n\tb \x1b[2J \u202e" + "x" * 9000 + " the end"))
     assert re.fullmatch(r"a b \\x1b\[2J \\u202ex+ \.\.\. x+ the end", shown)
     assert len(shown) <= 1000
-
-
-def test_zlib_streams_that_were_cut_have_words(tmp_path):
-    savemat(
-        tmp_path / "x.mat", {"annot3": np.random.default_rng(0).random((3, 17, 1, 40))}, do_compression=True
-    )
-    content = (tmp_path / "x.mat").read_bytes()
-    for damaged in (content[:-40], content[:200], content[:136] + b"\xff" * 40 + content[176:]):
-        (tmp_path / "x.mat").write_bytes(damaged)
-        with refused(r"x\.mat"):
-            read(tmp_path / "x.mat", "mpi3dhp")
-    with pytest.raises(zlib.error):
-        _mat5.names(content[:136] + b"\xff" * 40 + content[176:])
 
 
 def test_texts_of_an_archive_are_characters(tmp_path):

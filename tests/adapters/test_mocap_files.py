@@ -1,10 +1,7 @@
 """BVH, joints beside AMASS's arrays, FreeMoCap and MPI-INF-3DHP (formats.md sections 7 and 8.3)."""
 
-import sys
-
 import numpy as np
 import pytest
-from scipy.io import savemat
 
 from golden.bodies import feet_of
 from golden.catalogue import recognised
@@ -13,14 +10,10 @@ from golden.worlds import (
     freemocap,
     freemocap_csv,
     freemocap_rtmpose,
-    inference_data,
-    mpi,
-    mpi_test,
-    mpi_training,
     smpl,
 )
 from pcnet3d.adapters import read
-from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, change_frame
+from pcnet3d.pipeline import H36M17, Y_UP, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, LIMBS
 
 FRAMES = 40
@@ -204,76 +197,3 @@ def test_freemocap_flat_or_lying_or_in_metres_is_refused(blaze, tmp_path):
     np.save(path, blaze / 1000)
     with pytest.raises(InputError, match="millimetres"):
         read(path, "freemocap")
-
-
-def test_mpi_inf_3dhp_training(turning, tmp_path):
-    mpi_training(tmp_path, turning(FRAMES))
-    assert recognised(tmp_path / "annot.mat") == ["mpi3dhp"]
-    poses = read(tmp_path / "annot.mat")
-    assert (poses.frame.axes, poses.frame.unit) == (CAMERA.axes, "m")
-    np.testing.assert_allclose(poses.joints, turning(FRAMES), atol=2e-6)
-    assert poses.frames_known
-    assert poses.time_s is None
-    assert len(read(tmp_path / "annot.mat", camera=1)) == 30
-    with pytest.raises(InputError, match="cameras 0 to 1"):
-        read(tmp_path / "annot.mat", camera=2)
-
-
-def test_mpi_inf_3dhp_test(turning, tmp_path):
-    valid = np.arange(FRAMES) % 4 != 0
-    poses = read(mpi_test(tmp_path, turning(FRAMES), valid))
-    np.testing.assert_array_equal(poses.frame_index, np.flatnonzero(valid))
-    np.testing.assert_allclose(poses.joints, turning(FRAMES)[valid], atol=2e-6)
-
-
-@pytest.mark.parametrize("frames", [100, 243, 300, 600])
-def test_lifts_of_mpi_inf_3dhp(turning, tmp_path, frames):
-    path = inference_data(tmp_path, turning(frames))
-    assert recognised(path) == ["ddhpose_3dhp"]
-    poses = read(path)
-    np.testing.assert_allclose(poses.joints, turning(frames), atol=2e-6)
-    assert poses.seams == {100: (), 243: (), 300: (57,), 600: (243, 357)}[frames]
-    assert (poses.frame.axes, poses.frame.unit, poses.frames_known) == (CAMERA.axes, "m", False)
-
-
-def test_one_of_several_sequences_has_to_be_named(turning, tmp_path):
-    path = inference_data(tmp_path, turning(FRAMES), steps=1, TS5=np.zeros((3, 16, FRAMES, 1)))
-    assert len(read(path, sequence="TS2")) == FRAMES
-    with pytest.raises(InputError, match=r"TS2, TS5; name one with sequence=TS1 .*got none"):
-        read(path)
-    with pytest.raises(InputError, match=r"\(3, 17, frames, steps\).*got \(3, 16, 40, 1\)"):
-        read(path, sequence="TS5")
-
-
-def test_mat_files_that_are_not_these(tmp_path):
-    savemat(tmp_path / "x.mat", {"annot3": np.zeros((3, 16, 1, 9))})
-    with pytest.raises(InputError, match=r"3, 17, 1, frames"):
-        read(tmp_path / "x.mat")
-    savemat(tmp_path / "y.mat", {"a": 1})
-    assert recognised(tmp_path / "y.mat") == []
-    with pytest.raises(InputError, match="annot3"):
-        read(tmp_path / "y.mat", "mpi3dhp")
-
-
-def test_mpi_inf_3dhp_test_of_matlab_73(turning, tmp_path, monkeypatch):
-    """As the data set has them: HDF5 after 512 bytes of MATLAB's, axes in reverse order."""
-    h5py = pytest.importorskip("h5py")
-    path = tmp_path / "annot_data.mat"
-    with h5py.File(path, "w", userblock_size=512) as file:
-        file["annot3"] = mpi(turning(FRAMES))[:, None]
-        file["valid_frame"] = np.ones((FRAMES, 1))
-    with path.open("r+b") as raw:
-        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64")
-    assert recognised(path) == ["mpi3dhp"]
-    np.testing.assert_allclose(read(path).joints, turning(FRAMES), atol=2e-6)
-
-    path.write_bytes(path.read_bytes()[:3000])
-    with pytest.raises(InputError, match="damaged"):
-        read(path, "mpi3dhp")
-    with h5py.File(path, "w") as file:
-        file.create_dataset("annot3", (1, 14), dtype=h5py.ref_dtype)
-    with pytest.raises(InputError, match="got cells"):
-        read(path, "mpi3dhp")
-    monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(InputError, match=r"-v7.*pcnet3d\[hdf5\]"):
-        read(path, "mpi3dhp")

@@ -55,12 +55,6 @@ def _wham(path: Path) -> None:
     path.write_bytes(pickle.dumps(defaultdict(dict, {0: arrays})))
 
 
-def _matlab(path: Path) -> None:
-    scipy = pytest.importorskip("scipy.io")
-    held = {"TS1": np.random.default_rng(0).normal(size=(3, 17, LONG // (3 * 17 * 8)))}
-    scipy.savemat(path, held, do_compression=path.stem == "packed")
-
-
 def _folder(path: Path) -> None:
     path.mkdir()
     for frame in range(400):
@@ -81,8 +75,6 @@ FILES = {
     "sam3d.npz": _keypoints,
     "wham_output.pkl": _wham,
     "freemocap.csv": _csv,
-    "plain.mat": _matlab,
-    "packed.mat": _matlab,
     "openpose": _folder,
 }
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from fuzz.mutations import mutated
-from golden import cameras, worlds
+from golden import cameras
 from golden.bodies import Person
 from golden.catalogue import CATALOGUE
 from golden.trainings import TINY
@@ -212,17 +212,6 @@ def _truth(folder: Path) -> Path:
     return folder / "truth.npz"
 
 
-def _matlab_73(folder: Path) -> Path:
-    import h5py
-
-    path = folder / "annot_data.mat"
-    with h5py.File(path, "w", userblock_size=512) as file:
-        file["annot3"] = worlds.mpi(Person().turning(40))[:, None]
-    with path.open("r+b") as raw:
-        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64")
-    return path
-
-
 def _run_keypoints(folder: Path) -> Path:
     from golden.detections import WRITERS, moving
 
@@ -287,7 +276,6 @@ def _read_camera(path: Path) -> object:
 OTHERS = {
     "manifest": Reader(_manifest, _read_manifest),
     "take of a study": Reader(_summary, _read_study),
-    "mpi3dhp of MATLAB 7.3": Reader(_matlab_73, lambda path: read_as_adapter("mpi3dhp", path, {}, Random(0))),
     "detections of a run": Reader(_run_keypoints, _read_run_keypoints),
     "recipe": Reader(_recipe, _read_recipe),
     "training config": Reader(_config, _by("models.lab.training.rectifier.train", "read_config")),

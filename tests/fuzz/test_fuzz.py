@@ -28,8 +28,6 @@ def worker():
 
 @pytest.mark.parametrize("reader", [*names(), *WITH_REAL_FILES])
 def test_damaged_files_have_words_or_are_read(reader, worker, tmp_path):
-    if reader == "mpi3dhp of MATLAB 7.3":
-        pytest.importorskip("h5py")
     if reader in ("training config", "weights", "checkpoint"):
         pytest.importorskip("torch")
     found = fuzz(reader, range(FILES), tmp_path, worker)

@@ -141,10 +141,6 @@ def _wham(person: Person, folder: Path) -> Path:
     return path
 
 
-def _mpi_test(person: Person, folder: Path) -> Path:
-    return worlds.mpi_test(folder, person.turning(FRAMES), np.arange(FRAMES) % 4 != 0)
-
-
 def _two(joints: int) -> detections.Scene:
     return {"0": detections.moving(joints, range(24)), "1": detections.moving(joints, range(24), number=1)}
 
@@ -198,12 +194,7 @@ CATALOGUE = (
         "ddhpose", "D3DP's `test_3d_<video>_output.npy`",
         partial(_npy, partial(lifters.with_steps_and_proposals, steps=2, proposals=5), 300),
     ),
-    Golden("ddhpose_3dhp", "`inference_data_*.mat`", partial(_one, worlds.inference_data)),
     Golden("detectron", "VideoPose3D's `<video>.npz`", partial(_detections, "detectron", 17)),
-    Golden(
-        "display", "D3DP's `*_postprocess.npy`",
-        partial(_npy, lambda bodies: lifters.displayed(lifters.squatting(bodies)), 300), {"undo": True},
-    ),
     Golden(
         "freemocap", "`mediapipe_body_3d_xyz.npy`",
         partial(_freemocap, worlds.freemocap, "mediapipe_body_3d_xyz.npy"),
@@ -233,8 +224,6 @@ CATALOGUE = (
     Golden("mmpose3d", "inferencer's `<video>.json`", partial(_mmpose3d, "inferencer")),
     Golden("mmpose3d", "demo's `results_<video>.json`", partial(_mmpose3d, "demo")),
     Golden("motionbert", "`X3D.npy`", partial(_npy, lifters.x3d, 300)),
-    Golden("mpi3dhp", "`annot.mat`", partial(_one, worlds.mpi_training)),
-    Golden("mpi3dhp", "`annot_data.mat`", _mpi_test),
     Golden("openpose", "folder of `*_keypoints.json` or `cam01.0000.json`", partial(_detections, "openpose", 25)),
     Golden("openpose", "the same of BODY_25B", _openpose_25b),
     Golden("openpose3d", "folder of `*_keypoints.json` or `cam01.0000.json`, 3D", _openpose3d),
@@ -242,9 +231,6 @@ CATALOGUE = (
     Golden("phalp", "`demo_<video>.pkl`", _phalp),
     Golden("rtmw3d", "demo's `results_<video>.json`", partial(_people, lifters.rtmw3d)),
     Golden("soma", "Kimodo's `.npz`", partial(_world, estimators.soma)),
-    Golden("totalcapture", "`gt_skel_gbl_pos.txt`", partial(_world, worlds.totalcapture)),
-    Golden("totalcapture_imu", "`<take>_Xsens.sensors`", partial(_sensors, 0)),
-    Golden("totalcapture_imu", "`<take>_Xsens_AuxFields.sensors`", partial(_sensors, 6)),
     Golden("trc", "Pose2Sim's `<take>_<frames>.trc`", _trc),
     Golden("video", "`*.mp4`", lambda _, folder: films.film(folder / "walk.mp4", range(0, 800, 40))),
     Golden(

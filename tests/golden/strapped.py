@@ -34,6 +34,11 @@ class Faults:
     mounting_deg: tuple[float, float, float] = (30.0, -50.0, 110.0)
 
 
+STILL = Faults(
+    noise_mps2=0.0, bias_mps2=(0.0, 0.0, 0.0), lag_s=0.0, heading_deg=0.0, lean_deg=0.0
+)  # no fault
+
+
 def strapped(
     walk: Walk, segment: str, faults: Faults | None = None, rate_hz: float = 100.0, seed: int = 0
 ) -> Imu:

@@ -4,11 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.io import savemat
 
 from golden.bodies import feet_of
-from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO23, FEET, MPI3DHP17
+from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO23, FEET
 from pcnet3d.pipeline.files.skeletons import SMPL
 
 # HALPE_26 of Pose2Sim, in its order; markers at other places than our joints are left to be derived.
@@ -71,7 +70,7 @@ BONES = {
 
 
 def bvh(path, world, fps=60, scale=100.0, t_pose=False):
-    """A BVH whose joints slide: six channels each, as TotalCapture's have them, positions from the parent."""
+    """A BVH whose joints slide: six channels each, positions from the parent."""
     places = {name: scale * world[:, H36M17.index(ours)] for name, (_, ours) in BONES.items()}
     local = {n: places[n] - (places[parent] if parent else 0) for n, (parent, _) in BONES.items()}
     order, lines = [], ["HIERARCHY"]
@@ -108,35 +107,7 @@ def smpl(world) -> np.ndarray:
     return world[:, H36M17.indices(names)]
 
 
-def mpi(bodies: np.ndarray) -> np.ndarray:
-    """(T, 17, 3) millimetres in camera axes, of bodies in CAMERA: MPI-INF-3DHP's 17, mid-head where our nose is."""
-    theirs = {"head_top": "head", "neck": "thorax", "head_centre": "nose"}
-    camera = bodies + np.array([0, 0, 3])
-    return 1000 * camera[:, H36M17.indices([theirs.get(joint, joint) for joint in MPI3DHP17.joints])]
-
-
 R_Y_UP_FROM_Z_UP = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)  # the inverse of (x, y, z) -> (z, x, y)
-
-
-VICON = {
-    "Hips": "pelvis", "Spine": None, "Spine1": "spine", "Spine2": None, "Spine3": None, "Neck": "thorax",
-    "Head": "head", "RightShoulder": None, "RightArm": "r_shoulder", "RightForeArm": "r_elbow",
-    "RightHand": "r_wrist", "LeftShoulder": None, "LeftArm": "l_shoulder", "LeftForeArm": "l_elbow",
-    "LeftHand": "l_wrist", "RightUpLeg": "r_hip", "RightLeg": "r_knee", "RightFoot": "r_ankle",
-    "LeftUpLeg": "l_hip", "LeftLeg": "l_knee", "LeftFoot": "l_ankle",
-}  # fmt: skip
-
-
-def totalcapture(folder: Path, world: np.ndarray) -> Path:
-    """gt_skel_gbl_pos.txt, in inches, y up; joints that our layout lacks lie anywhere."""
-    inches = rotate(R_Y_UP_FROM_Z_UP, world) / 0.0254
-    lines = ["\t".join(VICON)]
-    for row in inches:
-        cells = [row[H36M17.index(joint)] if joint else np.full(3, 9.0) for joint in VICON.values()]
-        lines.append("\t".join(" ".join(f"{value:.7f}" for value in cell) for cell in cells))
-    path = folder / "gt_skel_gbl_pos.txt"
-    path.write_text("\n".join(lines) + "\n\n")
-    return path
 
 
 def freemocap(world: np.ndarray) -> np.ndarray:
@@ -173,34 +144,3 @@ def freemocap_csv(folder: Path, joints: np.ndarray) -> Path:
     path = folder / "freemocap_data_by_frame.csv"
     path.write_text("\n".join(lines) + "\n")
     return path
-
-
-def mpi_training(folder: Path, bodies: np.ndarray, second: int = 30) -> Path:
-    """annot.mat of two cameras that see bodies in CAMERA; of the second the first frames alone."""
-    # The data set's 28 joints by name, as mpii_get_joint_set.m lists them; the rest are of no matter.
-    arm, leg = ("clavicle", "shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foot", "toe")
-    theirs = ["spine3", "spine4", "spine2", "spine", "pelvis", "neck", "head_centre", "head_top"]
-    theirs += [f"{side}_{part}" for limb in (arm, leg) for side in "lr" for part in limb]
-    stored, frames = np.full((len(bodies), 28, 3), 9e5), len(bodies)
-    for i, joint in enumerate(theirs):
-        if joint in MPI3DHP17:
-            stored[:, i] = mpi(bodies)[:, MPI3DHP17.index(joint)]
-    cells = np.empty((2, 1), dtype=object)
-    cells[0, 0], cells[1, 0] = stored.reshape(frames, 84), stored.reshape(frames, 84)[:second]
-    savemat(folder / "annot.mat", {"annot3": cells, "annot2": cells, "univ_annot3": cells})
-    return folder / "annot.mat"
-
-
-def mpi_test(folder: Path, bodies: np.ndarray, valid: np.ndarray) -> Path:
-    """annot_data.mat of the same; valid: (T,) of `valid_frame`."""
-    stored = mpi(bodies).transpose(2, 1, 0)[:, :, None]
-    savemat(folder / "annot_data.mat", {"annot3": stored, "valid_frame": valid[None].astype(float)})
-    return folder / "annot_data.mat"
-
-
-def inference_data(folder: Path, bodies: np.ndarray, steps: int = 2, **more: np.ndarray) -> Path:
-    """inference_data_P_Agg.mat of DDHPose with TS2: (3, 17, frames, steps), of which only the last step is good."""
-    joints = mpi(bodies) - mpi(bodies)[:, [MPI3DHP17.index("pelvis")]]
-    stored = np.stack([*[1.2 * joints] * (steps - 1), joints]).transpose(3, 2, 1, 0)
-    savemat(folder / "inference_data_P_Agg.mat", {"TS2": stored, **more})
-    return folder / "inference_data_P_Agg.mat"

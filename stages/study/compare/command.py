@@ -50,7 +50,7 @@ def compare(
     ],
     truth: Annotated[
         Path | None,
-        typer.Option(help="Motion capture to use as the reference: TRC, C3D, BVH, .npz or TotalCapture."),
+        typer.Option(help="Motion capture to use as the reference: TRC, C3D, BVH, .npz or FreeMoCap."),
     ] = None,
     clip: Annotated[str | None, typer.Option(help="Which clip, if the .npz file holds several.")] = None,
     up: Annotated[Up | None, typer.Option(help="Vertical axis of the motion capture.")] = None,

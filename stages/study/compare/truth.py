@@ -33,9 +33,9 @@ def read_truth(
     unit: str | None = None,
     fps: float | None = None,
 ) -> PoseSequence:
-    """One person of a TRC, C3D, BVH or .npz file, or of one that an adapter reads in a world (TotalCapture's
-    gt_skel_gbl_pos.txt): H36M17, metres, Z-up world, with time stamps from the file's own beginning. Joints that a TRC,
-    C3D or .npz file lacks are NaN; it has to have hips, knees and ankles.
+    """One person of a TRC, C3D, BVH or .npz file, or of one that an adapter reads in a world (FreeMoCap's): H36M17,
+    metres, Z-up world, with time stamps from the file's own beginning. Joints that a TRC, C3D or .npz file lacks are
+    NaN; it has to have hips, knees and ankles.
 
     clip: which of a .npz file of several. up, unit, fps: of files that do not say it, or say it wrong. InputError when
     the file is not what it should be, has no joints of these names, does not stand upright or is of no
@@ -138,7 +138,7 @@ def _adapted(path: Path, how: How) -> PoseSequence:
     if len(people) != 1:
         raise InputError(
             "format-unknown",
-            "expected one person's motion capture: TRC, C3D, BVH, .npz, or TotalCapture's gt_skel_gbl_pos.txt.",
+            "expected one person's motion capture: TRC, C3D, BVH, .npz, or a file that FreeMoCap writes.",
         )
     _refuse(replace(how, fps=None), "this file's format says which")
     poses = remap(people[0], H36M17)

@@ -189,7 +189,7 @@ def root_acceleration(file: Path, cutoff_hz: float, offset_s: float = 0.0) -> Si
         raise InputError(
             "format-unknown",
             f"Expected one person's motion capture with the path of the root in a world for --root; {file} is no such "
-            "file that an adapter knows (TotalCapture's gt_skel_gbl_pos.txt is).",
+            "file that an adapter reads in a world.",
         )
     (poses,) = people
     path = change_frame(poses, Z_UP).joint("pelvis").astype(np.float64)

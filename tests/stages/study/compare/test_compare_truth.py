@@ -114,25 +114,6 @@ def test_a_clip_of_several_by_its_name(walk, tmp_path):
         read_truth(tmp_path / "x.npz", clip="a_2", up="y", unit="mm", fps=60.0)
 
 
-def test_totalcaptures_positions(walk, tmp_path):
-    vicon = {
-        "Hips": "pelvis", "Spine1": "spine", "Neck": "thorax", "Head": "head",
-        **{f"{side}{theirs}": f"{side[0].lower()}_{ours}" for side in ("Right", "Left") for theirs, ours in (
-            ("UpLeg", "hip"), ("Leg", "knee"), ("Foot", "ankle"),
-            ("Arm", "shoulder"), ("ForeArm", "elbow"), ("Hand", "wrist"))},
-    }  # fmt: skip
-    inches = y_up(walk.world[:, H36M17.indices(list(vicon.values()))]) / 0.0254
-    lines = ["\t".join(vicon)]
-    lines += ["\t".join(" ".join(f"{v:.5f}" for v in point) for point in row) for row in inches]
-    (tmp_path / "gt_skel_gbl_pos.txt").write_text("\n".join(lines) + "\n")
-    poses = read_truth(tmp_path / "gt_skel_gbl_pos.txt")
-    assert poses.fps == pytest.approx(60)
-    np.testing.assert_allclose(poses.joint("l_elbow"), walk.joint("l_elbow"), atol=1e-4)
-    assert read_truth(tmp_path / "gt_skel_gbl_pos.txt", fps=30.0).fps == pytest.approx(30)
-    with pytest.raises(InputError, match="--unit, --up: this file's format says which"):
-        read_truth(tmp_path / "gt_skel_gbl_pos.txt", up="z", unit="mm")
-
-
 def test_a_file_that_does_not_say_its_rate_is_told_it(walk, tmp_path):
     np.save(tmp_path / "rtmpose_body_3d_xyz.npy", freemocap_rtmpose(walk.world))
     with pytest.raises(InputError, match="--rate"):
