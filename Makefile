@@ -17,8 +17,10 @@ demo: .venv/.installed
 	.venv/$(BIN)/pcnet3d demo -o demo-run
 	@echo "here: .venv/$(BIN)/pcnet3d view demo-run, or with --web in a browser"
 
+# One process a core, up to four of 2 GB; a file's tests stay in one, for they share what takes long to make. More
+# threads in each would only wait for one another.
 test: .venv-test/.installed
-	.venv-test/$(BIN)/python -m pytest $(TESTS)
+	OMP_NUM_THREADS=1 .venv-test/$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile $(TESTS)
 
 lint: .venv-test/.installed
 	.venv-test/$(BIN)/ruff check .
