@@ -65,7 +65,7 @@ def test_every_page_is_in_the_index():
 def run(block: Block, here: Path) -> subprocess.CompletedProcess[str]:
     command = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
     return subprocess.run(
-        [*command, block.text], cwd=here, env=os.environ | ENVIRONMENT, capture_output=True, text=True, timeout=600,
+        [*command, block.text], cwd=here, env=os.environ | ENVIRONMENT, capture_output=True, text=True,
         stdin=subprocess.DEVNULL,
     )  # fmt: skip
 

@@ -21,9 +21,7 @@ FILES = [
 
 def apart(*arguments, env=None) -> subprocess.CompletedProcess:
     """pcnet3d in a process of its own, to which an environment and the warnings of other packages belong."""
-    return subprocess.run(
-        [*APART, *map(str, arguments)], capture_output=True, text=True, env=env, timeout=120
-    )
+    return subprocess.run([*APART, *map(str, arguments)], capture_output=True, text=True, env=env)
 
 
 @pytest.fixture
@@ -155,7 +153,7 @@ def said_without(heavy: set[str], argument: str) -> str:
     """What a command prints that imports none of these packages."""
     asked = f"import sys; sys.argv = ['pcnet3d', '{argument}']\nfrom pcnet3d.pipeline.cli import main\ntry: main()\n"
     asked += f"finally: print('heavy:', *{heavy}.intersection(sys.modules))"
-    said = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, timeout=60).stdout
+    said = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True).stdout
     assert said.splitlines()[-1].strip() == "heavy:"
     return said
 
@@ -256,7 +254,7 @@ def test_a_name_that_the_terminal_cannot_show(lifted, tmp_path):
     odd = lifted.rename(tmp_path / "Müller.npy")
     plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
     command = [*APART, "run", "--poses", odd, "--fps", "30", "-o", tmp_path / "out"]
-    result = subprocess.run(command, capture_output=True, env=plain, timeout=120)
+    result = subprocess.run(command, capture_output=True, env=plain)
     assert result.returncode == 0, result.stderr
 
 

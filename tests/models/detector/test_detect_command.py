@@ -220,7 +220,6 @@ def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
         capture_output=True,
         text=True,
-        timeout=100,
     )
     assert done.returncode == 2, done.stderr
     assert "Traceback" not in done.stderr

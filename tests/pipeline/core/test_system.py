@@ -5,7 +5,9 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 import types
+from contextlib import suppress
 from pathlib import Path
 
 import psutil
@@ -186,8 +188,9 @@ def test_a_process_is_ended_with_what_it_started(on, name):
     system.kill(process)
     system.kill(process)  # it is gone, and that is no fault
     assert process.returncode
-    psutil.wait_procs([started], timeout=10)
-    assert not started.is_running() or started.status() == psutil.STATUS_ZOMBIE
+    with suppress(psutil.NoSuchProcess):
+        while started.status() != psutil.STATUS_ZOMBIE:  # nobody may have asked how it ended
+            time.sleep(0.01)
 
 
 @SYSTEMS
@@ -200,7 +203,7 @@ def test_a_thread_ends_its_process_through_the_handler(name):
         "threading.Timer(0.2, system.terminate_self).start()\n"
         "while True: time.sleep(0.01)"
     )
-    assert subprocess.run([sys.executable, "-c", code], timeout=60).returncode == 7
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 7
 
 
 def test_words_are_quoted_for_the_shell(on):
@@ -322,9 +325,7 @@ for words in ([], *([name] for name in _points()), *(["lab", name] for name in _
 def test_a_console_of_windows_can_print_every_word(code, tmp_path):
     environment = {**os.environ, "PYTHONIOENCODING": "cp1252", "PYTHONUTF8": "0", "COLUMNS": "120"}
     words = ["-v", "demo", "-o", str(tmp_path / "out")] if "import sys" not in code else []
-    said = subprocess.run(
-        [sys.executable, "-c", code, *words], capture_output=True, env=environment, timeout=240
-    )
+    said = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, env=environment)
     assert said.returncode == 0, said.stderr
     text = (said.stdout + said.stderr).decode("cp1252")
     assert len(text) > 1000

@@ -20,7 +20,6 @@ def test_sixteen_threads_run_at_once(tmp_path):
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(timeout=300)
-    assert not any(thread.is_alive() for thread in threads)
+        thread.join()
     assert not failures
     assert len(list(tmp_path.glob("out*/take.rrd"))) == 16

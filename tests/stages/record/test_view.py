@@ -64,7 +64,7 @@ def serving(handler) -> Iterator[int]:
 
 def begun(port: int, path: str, host: str = "127.0.0.1") -> http.client.HTTPResponse:
     """The answer of that server, not read yet."""
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", port)
     connection.request("GET", path, headers={"Host": f"{host}:{port}"})
     return connection.getresponse()
 

@@ -121,7 +121,7 @@ class Browser:
         os.close(self._write)
         os.close(self._read)
         self._process.terminate()
-        self._process.wait(timeout=20)
+        self._process.wait()
 
 
 @pytest.fixture(scope="session")
