@@ -259,7 +259,9 @@ def view(
 
 
 def inspect(
-    file: Annotated[Path, typer.Argument(help="3D poses, 2D keypoints (a file or a folder), or a video.")],
+    file: Annotated[
+        Path, typer.Argument(help="3D poses, 2D keypoints (a file or a folder), a video or an image.")
+    ],
     adapter: Annotated[
         str, typer.Option(help="Format of the file: a name from `pcnet3d list adapters`.")
     ] = "auto",
@@ -280,19 +282,35 @@ def inspect(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")] = False,
 ) -> None:
-    """Show what a file holds and what is wrong with it.
+    """Show what a file holds and what is wrong with it; of a video or an image also the camera's pitch, roll and focal
+    length.
 
     Exit codes: 0 good, 3 suspicious, 4 unusable, 2 unreadable.
     """
     from .core.notices import EXIT_CODES
+    from .files.images import is_image
     from .inspect.inspect import inspect as inspected
     from .plugins.options import pairs
     from .reading.find import adapters
 
-    if adapter == "auto" and adapters()["video"].sniff(file):
-        from .inspect.video import inspect_video
+    is_video = adapter == "auto" and adapters()["video"].sniff(file)
+    if is_video or (adapter == "auto" and is_image(file)):
+        from .inspect.video import inspect_image, inspect_video
 
-        seen = inspect_video(file)
+        of_poses = {
+            "--person": person,
+            "--keypoints": keypoints,
+            "--video": video,
+            "-O": option,
+            "--plot": plot,
+        }
+        if unread := [flag for flag, value in of_poses.items() if value]:
+            what = "a video" if is_video else "an image"
+            raise InputError(
+                "option-conflict",
+                f"{', '.join(unread)} is for a file of poses or keypoints, and {file} is {what}; leave it out.",
+            )
+        seen = inspect_video(file) if is_video else inspect_image(file)
         print(json.dumps(seen.figures(), indent=1) if as_json else seen)
         return
     found = inspected(file, adapter, pairs(option), person=person, keypoints=keypoints, video=video)

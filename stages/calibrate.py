@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+
 from ..models.common.metrics import RAYLEIGH_90
-from ..models.gravity.view import camera_of
+from ..models.gravity.view import camera_of, static_camera
 from ..pipeline.core.camera import Background, Camera, pitch_roll_deg
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.measures import half_bar
@@ -46,6 +48,11 @@ class Calibrate:
         found = self._found(told, video, keypoints, span)
         seen = [take.with_(camera=found).saying(*_belongs(take)) for take in takes]
         return [take.saying(*_notices(found, take.moving), *_motion(found.background, told)) for take in seen]
+
+    def of_image(self, name: str, image: np.ndarray) -> Take:
+        """A take of that name with the camera that one image (H, W, 3) uint8 RGB shows, and what is said of it."""
+        found = static_camera({0: image}, {})
+        return Take(name, camera=found).saying(*_notices(found, moving=False))
 
     def check_told(self, told: Told) -> None:
         """InputError for two focal lengths, and for a file that is not there, before a run has looked at the video in

@@ -1,4 +1,4 @@
-"""What a run would find in a video before it looks at anybody."""
+"""What a run would find in a video, or in one image, before it looks at anybody."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from ..core.camera import pitch_roll_deg
+from ..core.camera import Camera, pitch_roll_deg
 from ..core.messages import how_many, rate_in_words
 from ..core.take import Take, Video
+from ..files.images import read_image
 from ..files.video_frames import shown_size
 from ..plugins import registry
 from ..reading.load import read_video
 from ..signals.rates import rate_doubts
+
+_FOCAL_BY = {"told": "as told", "file": "by the video file", "lines": "by the lines", "prior": "a guess"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,30 +33,15 @@ class InspectedVideo:
 
     def figures(self) -> dict[str, Any]:
         """Plain values; None where unknown."""
-        video, camera = self.video, self.take.camera
+        video = self.video
         width, height = shown_size(video)
-        found: dict[str, Any] = {
+        return {
             "file": str(video.path), "codec": video.codec, "width": width, "height": height,
             "rotation_deg": video.rotation_deg, "frames": len(video.time_s), "fps": video.fps,
             "capture_fps": video.capture_fps,
             "duration_s": float(video.time_s[-1] + np.nan_to_num(1 / video.fps)),
-            "pitch_deg": None, "roll_deg": None, "up_error_deg": None,
+            **_of_camera(self.take),
         }  # fmt: skip
-        if camera is None:
-            return found
-        found |= {
-            "focal_px": camera.focal_px,
-            "focal_sd_px": camera.focal_sd_px,
-            "focal_source": camera.focal_source,
-        }
-        if camera.looks:
-            pitch, roll = pitch_roll_deg(camera.looks[0].up)
-            found |= {
-                "pitch_deg": float(pitch),
-                "roll_deg": float(roll),
-                "up_error_deg": camera.looks[0].error_deg,
-            }
-        return found
 
     def __str__(self) -> str:
         said = self.figures()
@@ -61,12 +49,58 @@ class InspectedVideo:
         lines = [
             f"{said['file']}: video, {said['codec']}, {said['width']} x {said['height']} pixels{turned}",
             f"{how_many(said['frames'], 'frame')}{rate_in_words(said['fps'], ', ')}, {said['duration_s']:.1f} s",
-            *(each.text for each in (*self.video.doubts, *rate_doubts(None, self.video), *self.take.notices)),
+            *(each.text for each in (*self.video.doubts, *rate_doubts(None, self.video))),
+            *_camera_in_words(self.take),
         ]
         return "\n".join(lines)
+
+
+@dataclass(frozen=True, eq=False)
+class InspectedImage:
+    """An image, and what the stage `calibrate` says about its camera."""
+
+    path: Path
+    take: Take
+
+    def figures(self) -> dict[str, Any]:
+        """Plain values; None where unknown."""
+        width, height = self.take.need("camera").image_size
+        return {"file": str(self.path), "width": width, "height": height, **_of_camera(self.take)}
+
+    def __str__(self) -> str:
+        width, height = self.take.need("camera").image_size
+        return "\n".join([f"{self.path}: image, {width} x {height} pixels", *_camera_in_words(self.take)])
+
+
+def _of_camera(take: Take) -> dict[str, Any]:
+    camera: Camera = take.need("camera")
+    pitch, roll, error = None, None, None
+    if camera.looks:
+        look = camera.looks[0]
+        pitch, roll = pitch_roll_deg(look.up).tolist()
+        error = look.error_deg
+    return {
+        "pitch_deg": pitch, "roll_deg": roll, "up_error_deg": error, "reason": camera.reason or None,
+        "focal_px": camera.focal_px, "focal_sd_px": camera.focal_sd_px, "focal_source": camera.focal_source,
+    }  # fmt: skip
+
+
+def _camera_in_words(take: Take) -> list[str]:
+    camera: Camera = take.need("camera")
+    source = _FOCAL_BY[camera.focal_source]
+    return [
+        *(each.text for each in take.notices),
+        f"focal length {camera.focal_px:.0f} pixels, standard deviation {camera.focal_sd_px:.0f}, {source}",
+    ]
 
 
 def inspect_video(path: Path) -> InspectedVideo:
     """A video file's facts and its camera. InputError when it is none, or cannot be read."""
     take = Take(path.name, video=read_video(path))
     return InspectedVideo(registry.load("stages", "calibrate")()(take))
+
+
+def inspect_image(path: Path) -> InspectedImage:
+    """An image's camera. InputError when it is none, or cannot be read."""
+    stage = registry.load("stages", "calibrate")()
+    return InspectedImage(path, stage.of_image(path.name, read_image(path)))

@@ -30,6 +30,7 @@ _FILE = "lift with that program and give its file with --poses"
 
 REMOVED: dict[Kind, dict[str, str]] = {
     "commands": {
+        "calibrate": "pcnet3d inspect FILE shows pitch, roll and focal length of a video or an image",
         **{
             name: f"it is `pcnet3d lab {name}` now"
             for name in ("bench", "evaluate", "mmfi", "mocap", "testbed", "train")

@@ -1,4 +1,4 @@
-"""The stage and the command that read a camera from a video's images."""
+"""The stage that reads a camera from a video's images, and `inspect`, which shows it."""
 
 import json
 
@@ -13,7 +13,7 @@ from golden.films import film_of
 from pcnet3d.adapters import video as videos
 from pcnet3d.models.gravity.view import _boxes, camera_of, static_camera
 from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
-from pcnet3d.pipeline.core.camera import Camera, pitch_roll_deg
+from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.intrinsics import undistorted
 from pcnet3d.pipeline.core.rotations import angle_deg
@@ -21,7 +21,6 @@ from pcnet3d.pipeline.files.digest import sha256
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.stages.calibrate import Calibrate, _notices
-from pcnet3d.stages.calibrate_command import pitch_roll_sd_deg
 from pcnet3d.stages.lift import Lift
 from refusals import refused
 from rooms import no_lines, room, street
@@ -100,57 +99,40 @@ def test_people_are_left_out_along_their_limbs():
     assert _boxes([], [3])[3].shape == (0, 4)
 
 
-def test_the_command_on_a_video_and_on_images(video, shown, tmp_path):
-    done = succeeded(pcnet3d("calibrate", video.path, "--json", "--picture", tmp_path / "lines.png"))
-    found = json.loads(done.stdout)
-    assert found["sources"]["up"] == "lines"
-    assert abs(found["pitch_deg"] - shown.pitch_deg) < 2.5
-    assert found["pitch_deg_sd"] > 0.3
-    assert cv2.imread(str(tmp_path / "lines.png")).shape == shown.image.shape
-    cv2.imwrite(str(tmp_path / "one.png"), shown.image[:, :, ::-1])
-    done = succeeded(pcnet3d("calibrate", tmp_path / "one.png"))
-    assert "pitch" in done.stdout
+def test_inspect_says_what_a_run_would_find(video, shown, tmp_path):
+    """Of a video, and of an image of the same place."""
+    image = tmp_path / "one.png"
+    cv2.imwrite(str(image), shown.image[:, :, ::-1])
+    for file, size in ((video.path, (video.width, video.height)), (image, shown.image.shape[1::-1])):
+        as_json, as_text = (succeeded(pcnet3d("inspect", file, *words)) for words in (["--json"], []))
+        said = json.loads(as_json.stdout)
+        assert (said["width"], said["height"]) == size
+        assert abs(said["pitch_deg"] - shown.pitch_deg) < 2.5
+        assert abs(said["roll_deg"] - shown.roll_deg) < 2.5
+        assert said["up_error_deg"] > 0.3
+        assert said["focal_source"] in ("lines", "prior")
+        assert "the straight lines of the image" in as_text.stdout
+        assert f"focal length {said['focal_px']:.0f} pixels" in as_text.stdout
 
 
-def test_inspect_says_what_a_run_would_find(video, shown):
-    as_json, as_text = (pcnet3d("inspect", video.path, *words) for words in (["--json"], []))
-    assert as_json.returncode == as_text.returncode == 0
-    found = json.loads(as_json.stdout)
-    assert (found["frames"], found["width"]) == (25, shown.image.shape[1] // 2 * 2)
-    assert abs(found["pitch_deg"] - shown.pitch_deg) < 2.5
-    assert "the straight lines of the image" in as_text.stdout
-
-
-def test_no_lines_are_exit_code_3(tmp_path):
+def test_inspect_says_why_an_image_shows_no_up(tmp_path):
     cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])
-    done = pcnet3d("calibrate", tmp_path / "grass.png", "--json")
-    assert done.returncode == 3
-    assert json.loads(done.stdout)["pitch_deg"] is None
-    assert "line" in json.loads(done.stdout)["reason"]
+    said = json.loads(succeeded(pcnet3d("inspect", tmp_path / "grass.png", "--json")).stdout)
+    assert (said["pitch_deg"], said["roll_deg"], said["up_error_deg"]) == (None, None, None)
+    assert "line" in said["reason"]
 
 
-@pytest.mark.parametrize("content", [None, b"", b"not an image"])
-def test_what_is_no_image_gets_one_sentence(tmp_path, content):
-    path = tmp_path / "x.png"
-    if content is not None:
-        path.write_bytes(content)
-    commands.refused(pcnet3d("calibrate", path), "pcnet3d: Expected an image")
+def test_a_cut_image_gets_one_sentence(shown, tmp_path):
+    _, content = cv2.imencode(".png", shown.image)
+    (tmp_path / "x.png").write_bytes(content.tobytes()[:40])
+    commands.refused(pcnet3d("inspect", tmp_path / "x.png"), "Expected an image")
 
 
-def test_a_focal_length_that_cannot_be_gets_one_sentence(shown, tmp_path):
-    cv2.imwrite(str(tmp_path / "one.png"), shown.image[:, :, ::-1])
-    for focal in (0, -5):
-        commands.refused(
-            pcnet3d("calibrate", tmp_path / "one.png", "--focal", focal), "--focal", f"got {focal}"
-        )
-
-
-def test_errors_of_pitch_and_roll_are_those_of_up(shown):
-    rng = np.random.default_rng(0)
-    covariance = np.diag(np.radians([0.5, 0.8, 0.6]) ** 2)
-    ups = shown.up + rng.multivariate_normal(np.zeros(3), covariance, 4000)
-    spread = pitch_roll_deg(ups).std(axis=0)
-    np.testing.assert_allclose(pitch_roll_sd_deg(shown.up, covariance), spread, rtol=0.1)
+def test_what_is_for_poses_is_refused_for_an_image(shown, tmp_path):
+    cv2.imwrite(str(tmp_path / "one.png"), shown.image)
+    said = pcnet3d("inspect", tmp_path / "one.png", "--plot", tmp_path / "plot.png")
+    commands.refused(said, "--plot")
+    assert not (tmp_path / "plot.png").exists()
 
 
 CALIBRATION = """

@@ -14,7 +14,6 @@ from pcnet3d.models.common.onnx import PlacedSession, open_onnx
 from pcnet3d.models.lab.bench import rectify as bench
 from pcnet3d.models.lifter.builtin import SHIPPED
 from pcnet3d.pipeline.cli import _points, load_command
-from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.device import KINDS, computing_on, listed, placement
 from pcnet3d.pipeline.core.errors import InputError
 from pcnet3d.pipeline.reading.settings import OnDevice, RunOptions
@@ -183,7 +182,7 @@ def test_devices_are_listed(cuda, capsys):
 
 
 # mmfi and train compute with torch, whose --device is its own.
-WITHOUT = {"inspect", "view", "list", "imu", "lab", "mocap", "mmfi", "train"}
+WITHOUT = {"inspect", "view", "list", "imu", "lab", "mocap", "mmfi", "totalcapture", "train"}
 
 
 @pytest.mark.parametrize(
@@ -213,13 +212,3 @@ def test_a_bench_says_where_it_computed(cuda, monkeypatch, capsys, fails_after, 
     assert ("pcnet.onnx computed on cuda; the products on the CPU" in capsys.readouterr().out) == (
         device == "cuda"
     )
-
-
-def test_calibrate_records_where_the_network_computed(cuda, monkeypatch, capsys):
-    def looked(*_):
-        open_onnx(SHIPPED)
-        return Camera((640, 480), 512.0, 100.0, "prior"), np.zeros((480, 640, 3), np.uint8)
-
-    monkeypatch.setattr("pcnet3d.stages.calibrate_command._looked", looked)
-    assert load_command("calibrate").main(["x.png", "--json", "--device", "cuda"], standalone_mode=False) == 3
-    assert json.loads(capsys.readouterr().out)["device"]["networks"] == {"lifter.onnx": "cuda"}
