@@ -26,9 +26,11 @@ _AT_ONCE = 0.25  # of a raise, from which the arms' highest points are apart: ha
 _MOST = 4  # depths that are told one by one
 _SIDES = ("right", "left")
 _MOVEMENTS = {
-    "walking": "walking", "knee_bends": "bends of both knees", "arm_raises": "arm raises", "jumps": "jumps",
-    "punches": "punches", "kicks": "kicks",
-}  # fmt: skip
+    "walking": "walking",
+    "knee_bends": "bends of both knees",
+    "arm_raises": "arm raises",
+    "jumps": "jumps",
+}
 _TIMES = ("never", "once", "twice")
 _Told = tuple[int, str]  # how often it was done, and the words
 _JOINTS = {  # each joint once: its other angles move along
@@ -79,8 +81,6 @@ def answer(
         *_bent(bends),
         *_raised(subgroup(measures, "arm_raises")),
         *_jumped(subgroup(measures, "jumps")),
-        *_struck(measures, "punches", "punched"),
-        *_struck(measures, "kicks", "kicked"),
     ]
     moved = [words for _, words in sorted(done, key=lambda told: -told[0])]
     ranges = _ranges(subgroup(measures, "range_of_motion"), with_ranges)
@@ -177,21 +177,6 @@ def _held(what: str, of: Group) -> list[_Told]:
     least = "at least " * bool(text(holds, "longest_reason"))
     words = f"{what} {_often(count)}, {'' if count == 1 else 'the longest '}for {least}{longest:.1f} s"
     return [(count, words)]
-
-
-def _struck(measures: Group, movement: str, did: str) -> list[_Told]:
-    """Such as "punched 5 times with the right arm and at least twice with the left (why there may be more)"."""
-    limb = "arm" if movement == "punches" else "leg"
-    found = {side: of for side in _SIDES if _count(of := subgroup(measures, movement, side))}
-    unseen = {side: text(of, "count_reason") for side, of in found.items()}
-    once = len(found) > 1 and len({*unseen.values()}) == 1  # one reason behind both
-    parts = [
-        f"{'at least ' * bool(unseen[side])}{_often(_count(of))} with the {side} {limb}"
-        f"{f' ({unseen[side]})' * bool(unseen[side] and not once)}"
-        for side, of in found.items()
-    ]
-    behind = f" ({next(iter(unseen.values()))})" if once and any(unseen.values()) else ""
-    return [(sum(map(_count, found.values())), f"{did} {_and(parts)}{behind}")] if parts else []
 
 
 def _counted(moved: Sequence[Group], to: str = " to") -> str:

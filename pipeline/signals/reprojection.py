@@ -114,26 +114,6 @@ def has_residuals(take: Take) -> bool:
     return _beside(take) is not None
 
 
-def straight_in_image(take: Take) -> dict[str, np.ndarray] | None:
-    """How straight each limb is in the image, {limb: (T,)} of LIMBS in the rows of the poses: the distance of its outer
-    joints over its length there, 1 for a straight one from wherever it is seen; NaN where the detector is unsure of it.
-    None as for `residuals_of`."""
-    beside = _beside(take)
-    if beside is None:
-        return None
-    rays, _ = keypoint_rays(*beside)
-    scores, result = limb_scores(take), {}
-    for limb, parts in LIMBS.items():
-        points = rays[:, H36M17.indices(parts)]
-        length = np.linalg.norm(np.diff(points, axis=1), axis=-1).sum(axis=1)
-        result[limb] = np.linalg.norm(points[:, 2] - points[:, 0], axis=-1) / np.where(
-            length > 0, length, np.nan
-        )
-        if limb in scores:
-            result[limb] = np.where(scores[limb].min(axis=1) < SURE_SCORE, np.nan, result[limb])
-    return result
-
-
 def limb_scores(take: Take) -> dict[str, np.ndarray]:
     """{limb: (T, 2)} of LIMBS in the rows of the poses: mean_scores of its middle and outer joint, one below SURE_SCORE
     where the detector is unsure of the limb. Empty where nothing tells, and of motion capture, which needs no detector.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -14,30 +14,25 @@ from ...pipeline.core.measures import (
     SD_90,
     Curve,
     Curves,
-    Group,
     Measure,
     Remark,
     Row,
     grouped,
-    moments,
     numbered,
     side_of,
-    subgroup,
     text,
     value,
     within,
 )
 from ...pipeline.core.messages import spans_in_words
-from ...pipeline.core.pose import PoseSequence
 from ...pipeline.signals.filters import stretches
 from ...pipeline.signals.flights import Flight
 from .columns import Columns
 from .cycles import Repetition
 from .jumps import absorbs, lands
-from .off_keypoints import contradicts
+from .off_keypoints import Spans, contradicts
 from .outcomes import BRIEFEST_S
 from .repeats import COUNTS, OTHER, holds, repeats
-from .strikes import Spans, may_punch
 from .upright import NOT_UPRIGHT, is_upright
 
 BEND, RAISE = 35.0, 50.0  # degrees that a repetition rises by at least
@@ -179,35 +174,19 @@ def _foot(take: Columns, side: str, knee: np.ndarray) -> np.ndarray:
     return (ankle + root)[:, :2] / known_median(lengths)
 
 
-def arm_raises(
-    take: Columns,
-    punches: Group,
-    lifted: PoseSequence | None,
-    against: Mapping[str, Spans],
-    leans: np.ndarray | None = None,
-) -> list[Row]:
-    """Arms that rise, but for those that punch at their highest: a movement is told once. lifted: joints in LEVEL of
-    lifted poses, which do not show every punch. against, leans (T,): of `knee_bends`."""
+def arm_raises(take: Columns, against: Mapping[str, Spans], leans: np.ndarray | None = None) -> list[Row]:
+    """Arms that rise. against, leans (T,): of `knee_bends`."""
     rows: list[Row] = []
     curves: list[Curve] = []
     for words, side in SIDES.items():
-        looks_so = may_punch(lifted, side) if lifted else None
-        arm = _arm(take, side, subgroup(punches, words), looks_so, against, leans)
+        arm = _arm(take, side, against, leans)
         curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
         of_arm = side_of(f"{side}_shoulder_elevation")
         rows += within(words, [row for row in arm if not isinstance(row, Curves)], of_arm)
     return [*rows, *([Curves(tuple(curves))] if curves else [])]
 
 
-def _arm(
-    take: Columns,
-    side: str,
-    punches: Group,
-    looks_so: Callable[[Repetition], bool] | None,
-    against: Mapping[str, Spans],
-    leans: np.ndarray | None,
-) -> list[Row]:
-    spans = list(zip(moments(punches, "start"), moments(punches, "stop"), strict=True))
+def _arm(take: Columns, side: str, against: Mapping[str, Spans], leans: np.ndarray | None) -> list[Row]:
     angle, shown = f"{side}_shoulder_elevation", [f"{side}_{part}" for part in _IN_RAISES]
     driver = take(angle)
     unsure = np.array([contradicts(at_s, against, f"{side}_elbow") for at_s in take.times], dtype=bool)
@@ -220,8 +199,6 @@ def _arm(
         return bool(rows.any() and np.ptp(driver[rows]) >= RAISE)
 
     def raises(one: Repetition) -> str:
-        if any(begin <= one.peak_s <= end for begin, end in spans):
-            return OTHER
         if leans is not None and not is_upright(leans, take.times, one):
             return NOT_UPRIGHT
         if contradicts(one.peak_s, against, f"{side}_arm"):
@@ -230,7 +207,7 @@ def _arm(
         enough = any(sure) if one.start_s <= first_s or one.stop_s >= last_s else all(sure)
         if not enough and contradicts(one.peak_s, against, f"{side}_elbow"):
             return "what is seen from {} may be no raise: the detector is unsure of the elbow"
-        return "what is seen from {} may be a punch, not a raise" if looks_so and looks_so(one) else COUNTS
+        return COUNTS
 
     briefest_s, sd = BRIEFEST_S["arm_raises"], take.sd(angle)
     rows = repeats(take, angle, driver, sd, RAISE, shown, raises, briefest_s, unsure=unsure)

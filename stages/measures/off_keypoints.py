@@ -17,6 +17,8 @@ from ...pipeline.signals.swaps import kinds
 from ...pipeline.signals.visibility import SURE_SCORE
 from .figures import moments
 
+Spans = Sequence[tuple[float, float]]  # (begin, end) in seconds
+
 
 def contradicted(residuals: Residuals | None, time_s: np.ndarray) -> dict[str, list[tuple[float, float]]]:
     """{limb: (begin, end) in seconds of when it contradicts its keypoints}, beyond what agrees with them for longer
@@ -40,7 +42,7 @@ def not_shown(take: Take, residuals: Residuals | None) -> dict[str, list[tuple[f
     return against
 
 
-def contradicts(at_s: float, against: Mapping[str, Sequence[tuple[float, float]]], *limbs: str) -> bool:
+def contradicts(at_s: float, against: Mapping[str, Spans], *limbs: str) -> bool:
     """Whether one of the limbs is `not_shown` (against) then."""
     return any(begin <= at_s <= end for limb in limbs for begin, end in against.get(limb, ()))
 

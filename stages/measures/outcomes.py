@@ -12,12 +12,10 @@ from ...pipeline.core.notices import Notice, grave
 from ...pipeline.signals.rates import against_rate
 from ...pipeline.signals.swaps import left_exchanged
 
-# Seconds of the briefest movement that the program recognises: of knee bends, raised arms, punches and kicks the
-# briefest of the labelled takes (models/lab/evaluation/movements.json), three steps at 120 a minute (Perry & Burnfield
-# 2010) and a flight of 0.2 s with a landing of 0.3 s beside it.
-BRIEFEST_S = {
-    "walking": 1.5, "knee_bends": 0.8, "arm_raises": 1.6, "jumps": 0.5, "punches": 0.28, "kicks": 0.6,
-}  # fmt: skip
+# Seconds of the briefest movement that the program recognises: of knee bends and raised arms the briefest of the
+# labelled takes (models/lab/evaluation/movements.json), three steps at 120 a minute (Perry & Burnfield 2010) and a
+# flight of 0.2 s with a landing of 0.3 s beside it.
+BRIEFEST_S = {"walking": 1.5, "knee_bends": 0.8, "arm_raises": 1.6, "jumps": 0.5}
 
 # Notices that leave open which way the body is turned: lifters and the measures of a movement expect people upright.
 _TURNED = {
@@ -29,14 +27,15 @@ _TURNED = {
 
 
 _BASIS = ("frames", "nan_share")  # stages/measures/figures.py
-_BY_HEIGHT = ("punches", "kicks")  # how high a hand or foot is makes them
-_BY_TIME = ("walking", "jumps", *_BY_HEIGHT)  # how long it takes, how fast
+_BY_TIME = ("walking", "jumps")  # how long it takes, how fast
 UNSURE = 0.5  # of the frames, in which the detector is unsure of a limb: the others do not show what it does
 # The joints of a side that show each, and whether it takes both sides: one that is seen to do nothing is enough then.
 _SHOWN_BY = {
-    "walking": (("knee", "ankle"), True), "knee_bends": (("knee", "ankle"), True), "arm_raises": (("elbow",), False),
-    "jumps": (("knee", "ankle"), True), "punches": (("elbow", "wrist"), False), "kicks": (("knee", "ankle"), False),
-}  # fmt: skip
+    "walking": (("knee", "ankle"), True),
+    "knee_bends": (("knee", "ankle"), True),
+    "arm_raises": (("elbow",), False),
+    "jumps": (("knee", "ankle"), True),
+}
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,7 @@ def _limbs(unsure: Mapping[str, np.ndarray]) -> dict[str, str]:
     for movement, (joints, both) in _SHOWN_BY.items() if unsure else ():
         sides = [np.any([unsure[f"{side}_{joint}"] for joint in joints], axis=0).mean() for side in "rl"]
         if (share := (min if both else max)(sides)) > UNSURE:
-            limb = "an arm" if "elbow" in joints else "the legs" if both else "a leg"
+            limb = "the legs" if both else "an arm"
             limbs[movement] = f"the detector is unsure of {limb} in {100 * share:.0f} % of the frames"
     return limbs
 
@@ -89,7 +88,7 @@ def with_outcome(
     """The rows of a movement with the remark `outcome` in front of them, a code of pipeline/core/measures.py. lasts_s:
     the take's length, in one shorter than the movement a count of 0 does not say that there was none. looked: False
     where something is lacking without which nobody can look for it. doubt: of `doubts_of`, with which a count of 0
-    says as little, and one of movements that heights make says nothing of a body that may be turned.
+    says as little.
 
     A count of 0 says that there was none, unless its `reason` says where one may be hidden. A hold is seen too. Of legs
     that look exchanged there may be more steps than were counted.
@@ -99,8 +98,7 @@ def with_outcome(
     hidden = any(isinstance(row, Remark) and row.name == "reason" for row in rows)
     of_pace, of_legs = doubt.paced * (movement in _BY_TIME), doubt.legs * (movement == "walking")
     why = doubt.still or doubt.turned or (of_pace or of_legs or doubt.limbs.get(movement, "")) * (not hidden)
-    seen = any(row.value for row in counts) and not (doubt.turned and movement in _BY_HEIGHT)
-    seen = seen and not doubt.still
+    seen = any(row.value for row in counts) and not doubt.still
     too_short = lasts_s < BRIEFEST_S[movement]
     looked = looked or not lasts_s  # of a single frame that is reason enough
     if looked and not seen and (too_short or why):

@@ -15,7 +15,7 @@ from ...models.angle_error.repeatability import ends, judged, known_median
 from ...models.gait.errors import own_covariance
 from ...models.gait.focal import focal_by_steps, zoom_by_feet
 from ...models.gait.gait import Gait, separation
-from ...models.gait.of_take import SIDES, body_joints, gait_of, separation_sd, unjudged
+from ...models.gait.of_take import body_joints, gait_of, unjudged
 from ...models.place.airborne import Airborne, airborne
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import SD_90, Measure, Remark, Row, grouped, side_of, subgroup, within
@@ -27,18 +27,17 @@ from ...pipeline.signals.angles import ANGLES, EXCHANGED, UNDEFINED, UNTRUSTED, 
 from ...pipeline.signals.filters import breaks
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ...pipeline.signals.norms import cannot_be_told
-from ...pipeline.signals.reprojection import residuals_of, straight_in_image, unsure_joints
+from ...pipeline.signals.reprojection import residuals_of, unsure_joints
 from .columns import Columns
 from .figures import basis, with_error
 from .floor import floor
 from .jumps import cut_jumps, jumping, jumps, unsure_hops, without_leaps, without_slips
 from .movements import arm_raises, knee_bends
-from .off_keypoints import exchanged, not_shown, off_keypoints
+from .off_keypoints import Spans, exchanged, not_shown, off_keypoints
 from .outcomes import BRIEFEST_S, NO_DOUBTS, UNSURE, Doubts, doubts_of, with_outcome
 from .repeats import repeats
 from .sides import ranges_compared, sides_untold, steps_compared
 from .smoothness import path_length
-from .strikes import Spans, strikes
 from .upright import leans
 from .walking import FEWEST, doubts, walking
 
@@ -97,7 +96,6 @@ class Measures:
             airborne(take),
             self.repeated,
             self.belt_speed,
-            straight_in_image(take),
             doubts_of(take.said, unsure),
         )
         against = not_shown(take, residuals)
@@ -152,7 +150,6 @@ def measures(
     flights: Airborne,
     repeated: Sequence[str] = (),
     belt_speed: float | None = None,
-    in_image: Mapping[str, np.ndarray] | None = None,
     doubt: Doubts = NO_DOUBTS,
     against: Mapping[str, Spans] = MappingProxyType({}),
     untold: Mapping[str, str] = MappingProxyType({}),
@@ -164,10 +161,9 @@ def measures(
 
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.Angles) and paths (stages.trajectories.trajectory); source: the poses that
-    were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill;
-    in_image: signals.reprojection.straight_in_image; doubt: of outcomes.doubts_of; against: of
-    off_keypoints.not_shown; untold: of sides.sides_untold; unsure: of signals.reprojection.unsure_joints, whose frames
-    are in no range; own_zero: of `_range`.
+    were rectified; gait: models.gait.of_take's; flights: models.place.airborne's; belt_speed: of a treadmill; doubt:
+    of outcomes.doubts_of; against: of off_keypoints.not_shown; untold: of sides.sides_untold; unsure: of
+    signals.reprojection.unsure_joints, whose frames are in no range; own_zero: of `_range`.
 
     Groups and figures are defined in docs/movements.md. An `_error_` is one standard deviation of the figure beside it:
     of angles by what they are stated with; of ranges, of right less left and from repetition to repetition (peak_mdc90)
@@ -177,7 +173,7 @@ def measures(
     (models/gait/errors.py), and none for lifters whose errors were not measured, nor for captured lengths and speeds.
     """
     guessed = unjudged(filtered, rectified)
-    unstated_deg, apart_sd = _UNSTATED_DEG if guessed else 0.0, separation_sd(kinematics, guessed)
+    unstated_deg = _UNSTATED_DEG if guessed else 0.0
     take = Columns(kinematics, filtered.times, breaks(filtered), judged(source), unstated_deg)
     body = body_joints(filtered, rectified)
     named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in kinematics]
@@ -195,23 +191,15 @@ def measures(
     jumped, apart = jumping(flights, gait), separation(body, filtered.times, take.seams)[:, 0]
     cut, hops = cut_jumps(flights, gait), unsure_hops(flights, gait)
     gait = without_leaps(gait, jumped)
-    runs = [(step.start_s, step.stop_s) for step in gait.steps if gait.kind == "running"]
-    flies = [(flight.off_s, flight.land_s) for flight in flights.flights]
     walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed, jumped)
     lasts_s = float(filtered.times[-1] - filtered.times[0]) if len(filtered) else 0.0
     steps_told = lasts_s >= BRIEFEST_S["walking"] and "steps" in grouped(walk)
-    blind = source.lifted and in_image is None  # to punches
-    elbows = {side: take(f"{side}_elbow_flexion") for side in SIDES.values()}
-    struck = strikes(filtered, rectified, source.lifted, in_image, runs, flies, source, apart_sd, elbows)
     lean = leans(filtered) if rectified.level_ok else None
     bends, landings = knee_bends(take, gait, jumped, flights.ankle, apart, steps_told, against, lean)
     leaps = jumps(flights, jumped, cut, hops, rectified, landings)
     movements = {
         "knee_bends": bends,
-        "arm_raises": arm_raises(
-            take, grouped(struck["punches"]), filtered if source.lifted else None, against, lean
-        ),
-        **struck,
+        "arm_raises": arm_raises(take, against, lean),
         "walking": steps_compared(walk, untold),
     }
     return (
@@ -220,7 +208,7 @@ def measures(
         *(
             row
             for name, of in movements.items()
-            for row in within(name, with_outcome(name, of, lasts_s, name != "punches" or not blind, doubt))
+            for row in within(name, with_outcome(name, of, lasts_s, doubt=doubt))
         ),
         *within("repetitions", on_demand),
         *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),

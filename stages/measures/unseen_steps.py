@@ -18,8 +18,8 @@ _SIGHT_DEG = 30.0  # off the line of sight: nearer to it, cos 30 = 87 % of a ste
 HIDES_S = 1.5  # three steps at 120 a minute, the shortest walk
 _MOST = 0.9  # of the take, which is then named as a whole
 _SLOW_HZ = 12.0  # a quick step of 0.4 s has fewer than five frames below this
-# Lengths of a leg a second, about 0.4 m/s, as slow as stroke patients walk. Of 120 labelled takes, lifted, one of a
-# kick moves so fast in what may be two steps.
+# Lengths of a leg a second, about 0.4 m/s, as slow as stroke patients walk. Of 120 lifted takes without a walk one
+# moves so fast in what may be two steps.
 _WALKS = 0.45
 # Of somebody who stands, in so long: of labelled takes that walk or run a knee bends by 35 and more in each step, and
 # the feet are at heights that change by 0.1 leg lengths; lifted, too.

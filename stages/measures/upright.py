@@ -1,4 +1,4 @@
-"""Whether a person is upright: movements of one who lies, crawls or stands on the hands are no squats or kicks."""
+"""Whether a person is upright: movements of one who lies, crawls or stands on the hands are no squats."""
 
 from __future__ import annotations
 

@@ -32,9 +32,7 @@ _MARKS: dict[str, tuple[MarkerShape, str]] = {
     "stop": ("cross", "ends"),
     "peak_at": ("diamond", "peak"),
 }
-_MOVED = {
-    "walking": "legs", "knee_bends": "legs", "jumps": "legs", "kicks": "legs", "arm_raises": "arms", "punches": "arms",
-}  # fmt: skip
+_MOVED = {"walking": "legs", "knee_bends": "legs", "jumps": "legs", "arm_raises": "arms"}
 _SIDES: dict[str, Colour] = {"right": RIGHT, "left": LEFT, "": MIDDLE}
 
 

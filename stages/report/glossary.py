@@ -60,8 +60,6 @@ COUNTED = {
     "walking": "three steps alternate, or two of a run",
     "knee_bends": "both knees bend and straighten by 35 degrees or more while the feet stay in place",
     "arm_raises": "an arm rises from the trunk and comes back by 50 degrees or more",
-    "punches": "an arm shoots out straight and fast (in motion capture by 4.5 arm lengths a second) and comes back",
-    "kicks": "a foot rises fast by 0.8 leg lengths or more, with the leg stretched, and comes back",
     "jumps": "both feet leave the floor while the body rises and falls freely",
 }
 

@@ -1,7 +1,7 @@
 """Counts, beginnings and ends of repeated movements against labels:  pcnet3d lab evaluate repetitions -o DIR
 
-movements.json names the movements of forty takes of CMU and ACCAD, train and validation people, with the seconds at
-which each begins and ends, read by eye off curves of the true angles, reaches and heights. A movement that is listed
+movements.json names the movements of twenty takes of CMU and ACCAD, train and validation people, with the seconds at
+which each begins and ends, read by eye off curves of the true angles. A movement that is listed
 with nothing is looked for and not there. Judged on the captured joints and on lifted ones, before several cameras each;
 the lifter was trained on most of these people, so that its figures here are better than on others, and the rules of
 stages/measures were chosen on these takes.
@@ -65,7 +65,7 @@ class Judged:
 
 
 def found_in(take: Take, movement: str) -> Spans:
-    """(begin, end) in seconds of a movement such as "knee_bends" or "punches.left" in a take's measures."""
+    """(begin, end) in seconds of a movement such as "knee_bends" or "arm_raises.left" in a take's measures."""
     group = subgroup(grouped(take.measures or ()), *movement.split("."))
     return list(zip(moments(group, "start"), moments(group, "stop"), strict=True))
 

@@ -8,7 +8,7 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.models.gait.events import Step
 from pcnet3d.models.gait.gait import Gait
 from pcnet3d.models.gait.of_take import body_joints, gait_of
-from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, NOT_LOOKED_FOR, grouped, nested
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.measures.columns import Columns
 from pcnet3d.stages.measures.movements import arm_raises, knee_bends
@@ -66,15 +66,6 @@ def test_a_lifter_whose_errors_are_not_known_errs_as_others_do(walk, kind, code)
     poses = camera_poses(walk, side_camera(walk)).with_(made_by=MadeBy(kind, "another"))
     take = measured(poses)
     assert outcome(bending(walk, take, "shoulder_elevation", 44), "arm_raises") == code
-
-
-@pytest.mark.parametrize(("kind", "code"), [("measured", NONE), ("estimated", NOT_LOOKED_FOR)])
-def test_punches_of_lifted_poses_without_keypoints_are_not_looked_for(walk, kind, code):
-    """Ten punches of MotionBERT's boxer: "none was found"."""
-    poses = camera_poses(walk, side_camera(walk)).with_(made_by=MadeBy(kind, "another"))
-    take = measured(poses)
-    assert outcome(take, "punches") == code
-    assert ("count" in nested(take.measures)["punches"]["right"]) == (code == NONE)
 
 
 @pytest.mark.parametrize(
@@ -160,7 +151,7 @@ def test_who_is_not_upright_neither_squats_nor_raises_an_arm(before, highest, be
     leans = np.select([TIMES < 2.6, TIMES < 3.4], [before, highest], behind)
     names = [f"r_{part}_deg" for part in ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")]
     columns = Columns({name: 110 * BUMP for name in names}, TIMES, (), judged=True)
-    arm = nested(arm_raises(columns, grouped([]), None, {}, leans))["right"]
+    arm = nested(arm_raises(columns, {}, leans))["right"]
     for told in (bends(110, np.zeros(len(TIMES)), leans=leans), arm):
         assert (told["count"], "reason" in told) == (counts, not counts)
 
