@@ -39,7 +39,7 @@ def apart(begun) -> Callable[..., subprocess.CompletedProcess]:
 
     def run(*words: object, **options) -> subprocess.CompletedProcess:
         with begun(*words, **options) as process:
-            out, err = process.communicate(timeout=120)
+            out, err = process.communicate()
         return subprocess.CompletedProcess(words, process.returncode, out, err)
 
     return run
