@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from golden.detections import Scene, moving
 from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.core.layouts import FEET
+from pcnet3d.pipeline.core.layouts import FEET, Layout
 
 
 def facing_camera() -> np.ndarray:
@@ -64,7 +65,8 @@ def _unit(v: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Person:
-    """Whose bodies a golden file gets: those of `turning` and `standing`, or of the mirrored person."""
+    """Whose bodies a golden file gets: those of `turning` and `standing`, or of the mirrored person; and what files of
+    2D keypoints get, mirrored or not."""
 
     mirrored: bool = False
 
@@ -73,6 +75,10 @@ class Person:
 
     def standing(self, count: int) -> np.ndarray:
         return standing(count) * [-1.0 if self.mirrored else 1.0, 1, 1]
+
+    def two_in_images(self, layout: Layout) -> Scene:
+        """Frames and points (T, J, 3) of two people, whom their names "0" and "1" tell apart."""
+        return {str(number): moving(len(layout), range(24), number) for number in range(2)}
 
 
 def turning(count: int) -> np.ndarray:

@@ -16,7 +16,7 @@ from golden.bodies import Person
 from golden.strapped import strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, Layout
+from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, COCO17, HALPE26, OPENPOSE18, Layout
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
@@ -141,12 +141,8 @@ def _wham(person: Person, folder: Path) -> Path:
     return path
 
 
-def _two(joints: int) -> detections.Scene:
-    return {"0": detections.moving(joints, range(24)), "1": detections.moving(joints, range(24), number=1)}
-
-
-def _detections(form: str, joints: int, person: Person, folder: Path) -> Path:
-    return detections.WRITERS[form](folder, _two(joints))
+def _detections(form: str, layout: Layout, person: Person, folder: Path) -> Path:
+    return detections.WRITERS[form](folder, person.two_in_images(layout))
 
 
 def _openpose_25b(person: Person, folder: Path) -> Path:
@@ -160,8 +156,9 @@ def _openpose_25b(person: Person, folder: Path) -> Path:
 
 
 def _alphapose_dict(form: str, person: Person, folder: Path) -> Path:
-    scene = {name: detections.between_shoulders(seen) for name, seen in _two(18).items()}
-    return detections.WRITERS[form](folder, scene)
+    scene = person.two_in_images(OPENPOSE18)
+    between = {name: detections.between_shoulders(points) for name, points in scene.items()}
+    return detections.WRITERS[form](folder, between)
 
 
 def _imu_csv(person: Person, folder: Path) -> Path:
@@ -174,7 +171,7 @@ def _sensors(extra: int, person: Person, folder: Path) -> Path:
 
 
 CATALOGUE = (
-    Golden("alphapose", "`alphapose-results.json`", partial(_detections, "alphapose", 26)),
+    Golden("alphapose", "`alphapose-results.json`", partial(_detections, "alphapose", HALPE26)),
     Golden("alphapose", "`--format cmu`", partial(_alphapose_dict, "alphapose_cmu"), {"track": True}),
     Golden("alphapose", "`--format open`", partial(_alphapose_dict, "alphapose_open"), {"track": True}),
     Golden("alphapose3d", "`alphapose-results.json` of its SMPL model", partial(_people, estimators.alphapose3d)),
@@ -186,15 +183,15 @@ CATALOGUE = (
     Golden("bvh", "`*.bvh` in centimetres", _bvh),
     Golden("bvh", "GEM-X's `<video>_animated_skeleton.bvh`", partial(_world, estimators.gemx_bvh)),
     Golden("c3d", "`*.c3d` in millimetres", _c3d),
-    Golden("coco", "results, a list", partial(_detections, "coco_results", 17)),
-    Golden("coco", "results with track_id", partial(_detections, "coco_tracks", 17)),
-    Golden("coco", "annotations, a dict", partial(_detections, "coco_annotations", 17)),
+    Golden("coco", "results, a list", partial(_detections, "coco_results", COCO17)),
+    Golden("coco", "results with track_id", partial(_detections, "coco_tracks", COCO17)),
+    Golden("coco", "annotations, a dict", partial(_detections, "coco_annotations", COCO17)),
     Golden("ddhpose", "`.npy` of clips", partial(_npy, lifters.in_clips, 300), {"frames": 300}),
     Golden(
         "ddhpose", "D3DP's `test_3d_<video>_output.npy`",
         partial(_npy, partial(lifters.with_steps_and_proposals, steps=2, proposals=5), 300),
     ),
-    Golden("detectron", "VideoPose3D's `<video>.npz`", partial(_detections, "detectron", 17)),
+    Golden("detectron", "VideoPose3D's `<video>.npz`", partial(_detections, "detectron", COCO17)),
     Golden(
         "freemocap", "`mediapipe_body_3d_xyz.npy`",
         partial(_freemocap, worlds.freemocap, "mediapipe_body_3d_xyz.npy"),
@@ -209,7 +206,7 @@ CATALOGUE = (
     ),
     Golden("freemocap", "v2's `freemocap_data_by_frame.csv`", _freemocap_csv),
     Golden("imu_csv", "a table with time_s", _imu_csv),
-    Golden("keypoints", "`keypoints.npz`", partial(_detections, "keypoints", 17)),
+    Golden("keypoints", "`keypoints.npz`", partial(_detections, "keypoints", COCO17)),
     Golden("mediapipe", "CSV, numbered columns", partial(_mediapipe, landmarks.wide)),
     Golden("mediapipe", "CSV, a row a landmark", partial(_mediapipe, landmarks.long)),
     Golden("mediapipe", "JSON of the Tasks API", _tasks_json),
@@ -218,13 +215,13 @@ CATALOGUE = (
     Golden("mhr70", "folder of `.npz` with SAM 3D Body's dicts", partial(_people, estimators.sam3d_folder)),
     Golden("mhr70", "JSON of SAM 3D Body's dicts", partial(_people, estimators.sam3d_json)),
     Golden("mhr70", "`.npz` of InstantHMR's arrays", partial(_people, estimators.instanthmr)),
-    Golden("mmpose2d", "inferencer's `<video>.json`", partial(_detections, "mmpose_inferencer", 17)),
-    Golden("mmpose2d", "demo's `results_<video>.json`", partial(_detections, "mmpose_demo", 17)),
-    Golden("mmpose2d", "inferencer's folder of an image each", partial(_detections, "mmpose_images", 17)),
+    Golden("mmpose2d", "inferencer's `<video>.json`", partial(_detections, "mmpose_inferencer", COCO17)),
+    Golden("mmpose2d", "demo's `results_<video>.json`", partial(_detections, "mmpose_demo", COCO17)),
+    Golden("mmpose2d", "inferencer's folder of an image each", partial(_detections, "mmpose_images", COCO17)),
     Golden("mmpose3d", "inferencer's `<video>.json`", partial(_mmpose3d, "inferencer")),
     Golden("mmpose3d", "demo's `results_<video>.json`", partial(_mmpose3d, "demo")),
     Golden("motionbert", "`X3D.npy`", partial(_npy, lifters.x3d, 300)),
-    Golden("openpose", "folder of `*_keypoints.json` or `cam01.0000.json`", partial(_detections, "openpose", 25)),
+    Golden("openpose", "folder of `*_keypoints.json` or `cam01.0000.json`", partial(_detections, "openpose", BODY_25)),
     Golden("openpose", "the same of BODY_25B", _openpose_25b),
     Golden("openpose3d", "folder of `*_keypoints.json` or `cam01.0000.json`, 3D", _openpose3d),
     Golden("openpose3d", "the same of BODY_25B", partial(_openpose3d, layout=BODY_25B)),
@@ -235,11 +232,11 @@ CATALOGUE = (
     Golden("video", "`*.mp4`", lambda _, folder: films.film(folder / "walk.mp4", range(0, 800, 40))),
     Golden(
         "videopose2d", "`data_2d_custom_<name>.npz`",
-        partial(_detections, "videopose2d", 17), {"video": "0"},
+        partial(_detections, "videopose2d", COCO17), {"video": "0"},
     ),
     Golden("videopose3d", "`.npy` of `--viz-export`", partial(_npy, lifters.viz_export, FRAMES)),
     Golden("videopose3d", "folder of a vis.py", partial(_one, lifters.vis_folder)),
-    Golden("vis2d", "`input_2D/keypoints.npz`", partial(_detections, "vis2d", 17)),
-    Golden("vis2d", "the same with scores", partial(_detections, "vis2d_scores", 17)),
+    Golden("vis2d", "`input_2D/keypoints.npz`", partial(_detections, "vis2d", H36M17)),
+    Golden("vis2d", "the same with scores", partial(_detections, "vis2d_scores", H36M17)),
     Golden("wham", "`wham_output.pkl`", _wham, {"regressor": estimators.REGRESSOR}),
 )  # fmt: skip

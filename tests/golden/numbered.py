@@ -44,22 +44,20 @@ def numbered_film(path: Path, codec: str = "libx264", **options: str) -> Path:
 def toy_detector(path: Path, joints: np.ndarray | None = None, score: float = 0.9) -> Path:
     """MoveNet's multi-person inputs and outputs; looks the answer up by the corner's brightness.
 
-    joints: (60, 17, 2) those that it finds, in pixels of the video; without them `joints_px`. score: of each of them.
+    joints: (60, 17, 2) those that it finds, in pixels of the video, or (60, P, 17, 2) those of up to six people;
+    without them `joints_px`. score: of each of them.
     """
     onnx = pytest.importorskip("onnx")
     from golden.networks import save_graph
 
     helper, kinds = onnx.helper, onnx.TensorProto
+    people = (joints_px() if joints is None else joints).reshape(FRAMES, -1, 17, 2)
+    count = people.shape[1]
     answers = np.zeros((FRAMES, 1, 6, 56), np.float32)
-    person = np.concatenate(
-        [
-            (joints_px() if joints is None else joints)[..., ::-1] / (PADDED, WIDTH),
-            np.full((FRAMES, 17, 1), score, np.float32),
-        ],
-        axis=-1,
-    )
-    answers[:, 0, 0, :51] = person.reshape(FRAMES, 51)
-    answers[:, 0, 0, 55] = score
+    scores = np.full((FRAMES, count, 17, 1), score)
+    of_image = np.concatenate([people[..., ::-1] / (PADDED, WIDTH), scores], axis=-1)
+    answers[:, 0, :count, :51] = of_image.reshape(FRAMES, count, 51)
+    answers[:, 0, :count, 55] = score
     constants = {
         "answers": answers,
         "first": np.array([0, 4, 4, 0]),

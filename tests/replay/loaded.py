@@ -22,15 +22,18 @@ ROOT = Path(pcnet3d.__path__[0])
 def loaded() -> dict[str, int]:
     """Lines of each loaded module of ours by its path, without those of adapters."""
     files = {
-        getattr(module, "__file__", None) for name, module in sys.modules.items() if name[:7] == "pcnet3d"
+        getattr(module, "__file__", None)
+        for name, module in sys.modules.items()
+        if name.partition(".")[0] == "pcnet3d"
     }
     own = [Path(file) for file in files if file and file.endswith(".py")]
     lines = {file.relative_to(ROOT).as_posix(): len(file.read_text("utf-8").splitlines()) for file in own}
     return {name: count for name, count in sorted(lines.items()) if not name.startswith("adapters/")}
 
 
-def demo() -> set[str]:
-    """Runs the demo, and says which functions are given its RunOptions, or what holds them."""
+def functions_given_options(words: list[str]) -> set[str]:
+    """Runs `pcnet3d WORDS`, and says which functions are given its RunOptions, or what holds them. SystemExit with what
+    the command printed when it fails."""
     from pcnet3d.pipeline.cli import main
 
     passed: set[str] = set()
@@ -38,30 +41,41 @@ def demo() -> set[str]:
     def called(frame: FrameType, event: str, arg: object) -> None:
         code = frame.f_code
         if event == "call" and code.co_filename.startswith(str(ROOT)):
-            held = (vars(value) if hasattr(value, "__dict__") else {} for value in frame.f_locals.values())
-            kinds = {type(value).__name__ for value in frame.f_locals.values()}
-            if "RunOptions" in kinds | {
-                type(value).__name__ for each in held for value in list(each.values())
-            }:
+            values = list(frame.f_locals.values())
+            values += [inner for value in values for inner in _held(value)]
+            if any(type(value).__name__ == "RunOptions" for value in values):
                 passed.add(f"{Path(code.co_filename).relative_to(ROOT).as_posix()}:{code.co_name}")
 
-    with TemporaryDirectory() as folder, redirect_stdout(StringIO()), redirect_stderr(StringIO()):
-        sys.argv = ["pcnet3d", "demo", "-o", f"{folder}/demo"]
+    printed = StringIO()
+    with redirect_stdout(printed), redirect_stderr(printed):
+        sys.argv = ["pcnet3d", *words]
         sys.setprofile(called)
         try:
             main()
         except SystemExit as ended:
-            if ended.code:
-                raise
+            failed = ended.code
+        else:
+            failed = 0
         finally:
             sys.setprofile(None)
+    if failed:
+        sys.exit(f"{printed.getvalue()}pcnet3d {words[0]} ended with exit code {failed}")
     return passed
 
 
+def _held(value: object) -> list[object]:
+    """The attributes that an object has, without asking the object, which may do anything to answer or fail."""
+    try:
+        return list(object.__getattribute__(value, "__dict__").values())
+    except AttributeError:
+        return []
+
+
 if __name__ == "__main__":
-    modules = "--modules" in sys.argv
-    functions, lines = demo(), loaded()
-    if modules:
+    with TemporaryDirectory() as folder:
+        functions = functions_given_options(["demo", "-o", f"{folder}/demo"])
+    lines = loaded()
+    if "--modules" in sys.argv:
         print(*(f"{count:6} {name}" for name, count in lines.items()), sep="\n")
     rooms: Counter[str] = Counter()
     for name, count in lines.items():

@@ -1,27 +1,45 @@
-"""Whether two versions of pcnet3d make the same of the same files, to be shown before and after code is moved about.
+"""Whether two versions of pcnet3d make the same of the same files, to be shown before and after code is changed.
 
-    PCNET3D_DATA=... python tests/replay/same_results.py make DIR     # with one version installed, then with the other
-    python tests/replay/same_results.py compare DIR_A DIR_B
+    export PCNET3D_DATA=...
+    python tests/replay/same_results.py make DIR_A --inputs INPUTS         # with one version installed,
+    python tests/replay/same_results.py make DIR_B --inputs INPUTS         # then with the other
+    python tests/replay/same_results.py compare DIR_A DIR_B --expected FILE
 
-`make` runs the commands on real files and on motion capture as a simulated camera and detector see it, and keeps the
-files of numbers. `compare` names every number that differs by more than 1e-6, relative or absolute (NaN equals NaN),
-and apart from them keys that moved and text that changed; its exit code is 1 if a number differs or is missing. Only
-the command line is used, so that the same script runs with both versions.
+`make` runs the commands of the table below and keeps their files of numbers. The commands read files of the data
+folder, and those of INPUTS, which the first `make` writes: files of every format that is read, motion capture as a
+simulated camera and detector see it, films. Later ones, of any version, read the same bytes. Only the command line is
+used: --program is the pcnet3d to run, by default the one beside this Python. --jobs N runs N commands at once, and
+--only GLOB those alone whose name fits.
+
+`compare` names all that differs: numbers that do so by more than 1e-6, relative or absolute (NaN equals NaN), and
+apart from them keys that moved and text that changed. Of a command that only one version carries out it says that and
+no more. Its exit code is 1 if a number differs or is missing. What is expected to differ stands in a TOML file, where
+an asterisk stands for any characters, and is counted instead of printed:
+
+    "*/summary.json:measures.punches.*" = "punches are no longer counted"
+    "read/display_*:exit code" = "the adapter went"
 """
 
 from __future__ import annotations
 
+import argparse
 import csv
+import fnmatch
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import time
+import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow.parquet as parquet
@@ -29,38 +47,82 @@ from scipy.spatial.transform import Rotation
 
 KEPT = {
     "poses.npz", "keypoints.npz", "testbed.npz", "kinematics.parquet", "study.parquet", "summary.json", "compare.json",
-    "batch.json", "said.json", "measures.csv", "strides.csv", "changes.csv",
+    "imu.json", "batch.json", "measures.csv", "strides.csv", "changes.csv", "repeatability.csv",
+    "kinematics.csv", "markers.trc", "angles.mot", "skeleton.bvh", "markers.c3d", "skeleton.glb", "measures.parquet",
+    "poses.nc",
 }  # fmt: skip
 # Last words of keys that differ from one time to the next with the same version, and why.
-NOT_COMPARED = {"seconds": "how long a take of a batch took", "stamp": "made of an input file's own time too"}
+NOT_COMPARED = {
+    "seconds": "how long a take of a batch took",
+    "stamp": "made of an input file's own time too",
+}
 _TOLERANCE = 1e-6
 _NOTHING = np.zeros(0)  # the values of a key that is not there
+_CARRIED_OUT = (0, 3, 4)  # exit codes; 3 and 4 are inspect's verdicts
+_EXIT_CODE = "exit code"
+_SAID = "said"  # the folder with a file for each command: its exit code and what it printed
+# What names a row of a table of measures, and an object in a list.
+_ROW_NAMES = ("measure", "side", "item", "unit", "label", "before", "after")
+_ITEM_NAMES = ("code", "name", "role", "measure", "figure", "joint", "file")
 
-# Folder of the results: words after `pcnet3d`; those in capitals stand for others in _WORDS.
+# Name of the command, which is the folder of its results: words after `pcnet3d`. Those in capitals stand for others in
+# _WORDS. After || stands how other versions have the same command: it is run where the words before are refused.
 _COMMANDS = """
 demo: demo
-testbed/testbed.npz: testbed val
-walk/poses: run DATA/video/walk_crop.mp4 --poses inputs/walk_crop.npy BLAZEPOSE --keypoints inputs/walk_crop.json
-walk/video: run DATA/video/walk_crop.mp4 MOVENET
-walk/keypoints: run --keypoints inputs/walk_crop.json --set read.image_size=884x300 --fps 30
-native/boxing: run --poses MOTIONBERT/boxing_X3D.npy ALPHAPOSE
-native/boxing_lifted: run ALPHAPOSE --set read.image_size=854x480 --stature 1.8
-native/boxing_blazepose: run --poses inputs/boxing.npy BLAZEPOSE --keypoints inputs/boxing.json --fps 30
-native/boxing_movenet: run --keypoints inputs/boxing.json --set read.image_size=854x480 --fps 30 --set read.swaps=mask
-native/cycling: run --poses MOTIONBERT/cycling_X3D.npy --fps 24
-native/broken: run --poses MOTIONBERT/broken_X3D.npy --fps 25
-native/skating: run --poses MHFORMER/output_3D/output_keypoints_3d.npz SKATER
-native/skating_lifted: run SKATER --set read.image_size=1280x720
-native/demo_man: run --poses inputs/demo_man.npy BLAZEPOSE --keypoints inputs/demo_man.json --fps 30
-native/demo_man_movenet: run --keypoints inputs/demo_man.json --set read.image_size=1768x994 --fps 30
-native/sam3dbody: run --poses DATA/native/sam3dbody --fps 30
-native/kimodo: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30
-batch: batch manifest.csv --workers 1
-compare: compare walk/poses walk/keypoints
-compare_cameras: compare real/cam01 real/cam02 real/cam03 real/cam04 --align stamps
+testbed/testbed.npz: lab testbed val || testbed val
+
+video/walk: run DATA/video/walk_crop.mp4 MOVENET
+video/walk_poses: run DATA/video/walk_crop.mp4 --poses INPUTS/walk_crop.npy BLAZEPOSE --keypoints INPUTS/walk_crop.json
+video/roof: run DATA/video/sports2d_demo.mp4 MOVENET --time-range :4
+video/followed: run INPUTS/followed.mp4 MOVENET
+video/followed_said: run INPUTS/followed.mp4 MOVENET --camera moving
+video/two_people: run INPUTS/two_people.mp4 --detector INPUTS/two_people.onnx
+video/two_people_each: run INPUTS/two_people.mp4 --keypoints video/two_people/keypoints.npz EVERYONE
+video/lens: run DATA/real/pose2sim/cam01.mp4 MOVENET --set calibrate.camera_file=INPUTS/cam01_lens.json
+video/photographed: run DATA/real/pose2sim_static/cam01.mp4 MOVENET --set read.pitch=18 --set read.roll=13
+
+keypoints/walk: run --keypoints INPUTS/walk_crop.json --set read.image_size=884x300 --fps 30
+keypoints/boxing: run ALPHAPOSE --set read.image_size=854x480 --stature 1.8
+keypoints/boxing_masked: run --keypoints INPUTS/boxing.json --set read.image_size=854x480 --fps 30 --set read.swaps=mask
+keypoints/skating: run SKATER --set read.image_size=1280x720
+keypoints/roof: run --keypoints INPUTS/demo_man.json --set read.image_size=1768x994 --fps 30
+
+poses/boxing: run --poses MOTIONBERT/boxing_X3D.npy ALPHAPOSE
+poses/boxing_blazepose: run --poses INPUTS/boxing.npy BLAZEPOSE --keypoints INPUTS/boxing.json --fps 30
+poses/boxing_part: run --poses MOTIONBERT/boxing_X3D.npy --fps 30 --time-range 2:7 --stature 1.8
+poses/cycling: run --poses MOTIONBERT/cycling_X3D.npy --fps 24
+poses/broken: run --poses MOTIONBERT/broken_X3D.npy --fps 25
+poses/skating: run --poses MHFORMER/output_3D/output_keypoints_3d.npz SKATER
+poses/roof: run --poses INPUTS/demo_man.npy BLAZEPOSE --keypoints INPUTS/demo_man.json --fps 30
+poses/sam3dbody: run --poses DATA/native/sam3dbody --fps 30 --person 1
+poses/kimodo: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30
+poses/geometric: run --poses MOTIONBERT/boxing_X3D.npy --fps 30 --set rectify.rectifier=geometric
+poses/written: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30 ALSO
+
+live: live DATA/video/walk_crop.mp4 MOVENET --stream - || live DATA/video/walk_crop.mp4 MOVENET
+batch: batch INPUTS/study/manifest.csv --workers 1 -q
+batch_folder: batch INPUTS/study/folder --set fps=30 --workers 1 -q
+
+compare/estimators: compare poses/boxing poses/boxing_blazepose keypoints/boxing
+compare/motions: compare simulated/take00 simulated/take10 --align cycles
+compare/cameras: compare real/cam01 real/cam02 real/cam03 real/cam04 --align stamps
+compare/truth: compare simulated/take00 --truth INPUTS/take00.npz
+compare/truth_trc: compare simulated/take10 --truth INPUTS/take10.trc --rectifier geometric
+compare/truth_c3d: compare simulated/take20 --truth INPUTS/take20.c3d
+compare/truth_bvh: compare captured/take30 --truth INPUTS/take30.bvh
+imu/wrist: imu strapped/measured WRIST || compare strapped/measured WRIST
+imu/wrist_and_pelvis: imu strapped/lifted WRIST PELVIS || compare strapped/lifted WRIST PELVIS
+
+inspect/video: inspect DATA/video/walk_crop.mp4 --json
+inspect/motionbert: inspect MOTIONBERT/boxing_X3D.npy --json --keypoints MOTIONBERT/boxing_alphapose-results.json
+inspect/broken: inspect MOTIONBERT/broken_X3D.npy --json
+inspect/mhformer: inspect MHFORMER/output_3D/output_keypoints_3d.npz --json
+inspect/sam3dbody: inspect DATA/native/sam3dbody --json
+inspect/alphapose: inspect MOTIONBERT/boxing_alphapose-results.json --json
 """
 _REAL = {  # the same, of each camera of the real take
-    "real/cam{0:02}": "run --keypoints inputs/cam{0:02}.json --set read.image_size={1}x1920 --fps 60 --focal {2}",
+    "real/cam{0:02}": "run --keypoints INPUTS/cam{0:02}.json --set read.image_size={1}x1920 --fps 60 --focal {2}",
+    "real/cam{0:02}_feet": "run --keypoints INPUTS/cam{0:02}/openpose --set read.image_size={1}x1920 --fps 60",
     "real/cam{0:02}_video": "run DATA/real/pose2sim/cam{0:02}.mp4 MOVENET",
 }
 _CAMERAS = ((1, 1080, 1681), (2, 1080, 1674), (3, 1088, 1681), (4, 1088, 1676))  # number, width, focal length
@@ -69,75 +131,183 @@ _WORDS = {
     "MOVENET": "--detector DATA/models/movenet_lightning_int8.onnx",
     "ALPHAPOSE": "--keypoints MOTIONBERT/boxing_alphapose-results.json --fps 30",
     "SKATER": "--keypoints MHFORMER/input_2D/keypoints.npz --fps 25",
+    "EVERYONE": "--person all",
+    "ALSO": "--also csv --also trc --also mot --also c3d --also netcdf --also bvh --also glb --also measures",
+    "WRIST": "--imu INPUTS/r_forearm.csv --segment r_forearm",
+    "PELVIS": "--imu INPUTS/pelvis.csv --segment pelvis",
     "MOTIONBERT": "DATA/native/motionbert",
     "MHFORMER": "DATA/native/mhformer/skating",
-}  # DATA comes last, as a path may have spaces
-_SEEN = "run --keypoints inputs/take{0:02}.json --set read.image_size=1280x720 --fps 30 "
+}  # DATA and INPUTS come last, as paths may have spaces
+_OR = " || "
+_ONLY_NUMBERS = " --set record=off --set report=off"  # of `run`, `live` and `batch`
+_WITHOUT_FOLDER = ("imu", "inspect")  # commands that take no --output
+_SEEN = "run --keypoints INPUTS/take{0:02}.json --set read.image_size=1280x720 --fps 30 "
 _OPTIONS = (
     "", "--stature 1.75", "--focal {1}", "--stature 1.75 --set read.swaps=mask",
     "--set trajectories.smoother=butterworth --set angles.smoother=butterworth", "--camera moving",
     "--focal {1} --set read.pitch={2} --set read.roll={3}", "--set rectify.rectifier=geometric",
 )  # fmt: skip
-_CAPTURED = (
-    "run --poses inputs/take{0:02}.npy --adapter arrays -O layout=H36M17 -O frame=Z_UP -O unit=m --fps 30"
-)
+_CAPTURED = "run --poses INPUTS/{}.npy --adapter arrays -O layout=H36M17 -O frame={} -O unit=m --fps {}"
 
 _TAKES, _FEWEST, _MOST = 40, 60, 300  # simulated takes, and their frames
 _SIZE = np.array([1280, 720])
 # Rows of H36M17 (the data's README) in COCO's order, with the nose for eyes and ears.
 _AS_COCO = [9, 9, 9, 9, 9, 11, 14, 12, 15, 13, 16, 4, 1, 5, 2, 6, 3]
 _LEFT_LEG, _RIGHT_LEG = [11, 13, 15], [12, 14, 16]
+_WRITTEN = "commands.txt"  # of the inputs: a line for each command that is made along with them; written last
 
 
-def make(folder: Path) -> None:
-    """Runs all commands and leaves the files of KEPT in folder/NAME, what was written to be read in folder/inputs."""
+def make(folder: Path, inputs: Path, program: Path, jobs: int = 1, only: str = "*") -> None:
+    """Runs the commands and leaves the files of KEPT in folder/NAME, exit codes and what was printed in folder/said."""
     data = Path(os.environ["PCNET3D_DATA"]).resolve()
-    (folder / "inputs").mkdir(parents=True)
-    _write_real(data, folder / "inputs")
-    commands = _write_simulated(data, folder / "inputs")  # first, as the batch needs their keypoints
+    if not (inputs / _WRITTEN).exists():
+        _write_inputs(data, inputs)
+    commands = _parsed_table((inputs / _WRITTEN).read_text(encoding="utf-8")) | _parsed_table(_COMMANDS)
     commands |= {name.format(*c): line.format(*c) for c in _CAMERAS for name, line in _REAL.items()}
-    for line in _COMMANDS.strip().splitlines():
-        name, _, commands[name] = line.partition(": ")
-    rows = [f"take{n},{n},inputs/take{n:02}.json,1280x720,30" for n in range(3)]
-    (folder / "manifest.csv").write_text("\n".join(["name,subject,keypoints,image-size,fps", *rows]))
-    for name, line in commands.items():
-        started = time.monotonic()
-        code = _run(folder, name, line, data)
-        print(f"{name}: exit code {code}, {time.monotonic() - started:.1f} s", flush=True)
+    commands = {name: line for name, line in commands.items() if fnmatch.fnmatch(name, only)}
+    later = {name for name, line in commands.items() if _reads_results(line, commands)}
+    folder.mkdir(parents=True)
+    runner = _Runner(folder.resolve(), inputs.resolve(), data, program.absolute())
+    started, codes = time.monotonic(), Counter[int]()
+    with ThreadPoolExecutor(jobs) as pool:
+        for names in (commands.keys() - later, later):
+            ordered = [name for name in commands if name in names]
+            for code in pool.map(lambda name: runner.run(name, commands[name]), ordered):
+                codes[code] += 1
+    kept = {folder / file for file in _files(folder)}
     for path in folder.rglob("*"):
-        if path.is_file() and path.name not in KEPT and path.parent != folder / "inputs":
+        if path.is_file() and path not in kept:
             path.unlink()
     shutil.rmtree(folder / "demo-input", ignore_errors=True)
+    spent = os.times()
+    print(
+        f"{codes.total()} commands, by exit code {dict(sorted(codes.items()))}: {time.monotonic() - started:.0f} s, "
+        f"{spent.children_user + spent.children_system:.0f} s of processors"
+    )
 
 
-def _run(folder: Path, name: str, line: str, data: Path) -> int:
-    """The exit code of a command; that and what it said are left in said.json."""
-    for short, words in _WORDS.items():
-        line = line.replace(short, words)
-    if line.startswith(("run", "batch")):
-        line += " --set record=off --set report=off"
-    words = [word.replace("DATA", str(data)) for word in line.split()]
-    (folder / name).parent.mkdir(exist_ok=True)
-    # 8-bit networks round otherwise with another number of threads; tables are as wide as the console.
-    environment = os.environ | {"OMP_NUM_THREADS": "1", "COLUMNS": "200"}
-    command = [Path(sys.executable).with_name("pcnet3d"), *words, "-o", name]
-    ended = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, check=False)
-    said = ended.stderr if ended.returncode else ended.stdout  # stderr has times of stages otherwise
-    said = said.replace(str(data), "DATA").replace(str(folder.resolve()), "DIR")
-    place = folder / name if (folder / name).is_dir() else folder / f"{name}_said"
-    place.mkdir(exist_ok=True)
-    (place / "said.json").write_text(json.dumps({"exit_code": ended.returncode, "said": said.splitlines()}))
-    return ended.returncode
+def _reads_results(line: str, names: Iterable[str]) -> bool:
+    """Whether the command's words name what another one leaves, which has to be run before."""
+    words = [word for form in line.split(_OR) for word in form.split()[1:]]
+    return any(f"{word}/".startswith(f"{name}/") for word in words for name in names)
+
+
+def _parsed_table(text: str) -> dict[str, str]:
+    """{name of a command: its words}"""
+    lines = (line.partition(": ") for line in text.splitlines() if line)
+    return {name: words for name, _, words in lines}
+
+
+@dataclass(frozen=True)
+class _Runner:
+    """Runs commands of a program in a folder."""
+
+    folder: Path
+    inputs: Path
+    data: Path
+    program: Path
+
+    def run(self, name: str, line: str) -> int:
+        """The exit code of the command, in the first form of the line that is not refused; it is left in said/NAME.json
+        with what was printed."""
+        started, refusals = time.monotonic(), list[str]()
+        for form in line.split(_OR):
+            ended = self._run(name, form)
+            if ended.returncode != 2:
+                break
+            refusals += self._as_elsewhere(ended.stderr).splitlines()
+        code = ended.returncode
+        # The stages' times are on stderr otherwise.
+        printed = _printed(self._as_elsewhere(ended.stdout if code in _CARRIED_OUT else ended.stderr))
+        content = {"exit_code": code, **({"said": refusals} if code == 2 else printed)}
+        place = self.folder / _SAID / f"{name}.json"
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(json.dumps(content), encoding="utf-8")
+        print(f"{name}: exit code {code}, {time.monotonic() - started:.1f} s", flush=True)
+        return code
+
+    def _run(self, name: str, line: str) -> subprocess.CompletedProcess[str]:
+        command = line.partition(" ")[0]
+        line += _ONLY_NUMBERS if command in ("run", "live", "batch") else ""
+        for short, words in _WORDS.items():
+            line = line.replace(short, words)
+        words = line.split()
+        for short, path in self._places().items():
+            words = [word.replace(short, path) for word in words]
+        if command not in _WITHOUT_FOLDER:
+            (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
+            words += ["-o", name]
+        # 8-bit networks round otherwise with another number of threads; tables are as wide as the console.
+        environment = os.environ | {"OMP_NUM_THREADS": "1", "COLUMNS": "200"}
+        ended = subprocess.run(
+            [self.program, *words],
+            cwd=self.folder,
+            capture_output=True,
+            text=True,
+            env=environment,
+            check=False,
+        )
+        if command == "imu" and ended.returncode == 0:  # it writes into the folder of the run
+            (self.folder / name).parent.mkdir(exist_ok=True)
+            (self.folder / words[1] / "imu").rename(self.folder / name)
+        return ended
+
+    def _places(self) -> dict[str, str]:
+        return {"DATA": str(self.data), "INPUTS": str(self.inputs), "FOLDER": str(self.folder)}
+
+    def _as_elsewhere(self, text: str) -> str:
+        """What was printed, as it is with other folders."""
+        for short, path in self._places().items():
+            text = text.replace(path, short)
+        return text
+
+
+def _printed(text: str) -> dict[str, Any]:
+    """One JSON object, or lines of text, of which those that are JSON stand apart as columns."""
+    if text.startswith("{\n"):
+        return {"printed": json.loads(text)}
+    lines = text.splitlines()
+    rows = [dict(_within(json.loads(line))) for line in lines if line.startswith("{")]
+    columns = {
+        key: [row[key].tolist() if key in row else None for row in rows]
+        for key in dict.fromkeys(chain(*rows))
+    }
+    return {"said": [line for line in lines if not line.startswith("{")], "streamed": columns}
+
+
+def _write_inputs(data: Path, inputs: Path) -> None:
+    """All that commands read besides the data folder, and their list; by the version of this Python."""
+    sys.path.append(str(Path(__file__).parents[1]))  # for tests/golden
+    inputs.mkdir(parents=True)
+    _write_real(data, inputs)
+    _write_films(data, inputs)
+    commands = _write_simulated(data, inputs) | _write_golden(inputs) | _write_strapped(inputs)
+    _write_study(inputs)
+    lines = "".join(f"{name}: {line}\n" for name, line in commands.items())
+    (inputs / _WRITTEN).write_text(lines, encoding="utf-8")
 
 
 def _write_real(data: Path, inputs: Path) -> None:
+    from golden import detections
+
     for name in ("walk_crop", "boxing", "demo_man"):
         with np.load(data / f"lifter/{name}.npz") as file:
             np.save(inputs / f"{name}.npy", file["blazepose_world"])
             _write_coco(inputs / f"{name}.json", file["movenet_kp2d"])
+    lens = json.loads((data / "real/pose2sim/cameras.json").read_text(encoding="utf-8"))["cameras"]["cam01"]
+    (fx, fy), (cx, cy) = lens["focal_px"], lens["principal_point_px"]
+    content = {
+        "cameraMatrix": [[fx, 0, cx], [0, fy, cy], [0, 0, 1]],
+        "distCoeffs": lens["distortion"],
+        "image_size": (1080, 1920),
+    }
+    (inputs / "cam01_lens.json").write_text(json.dumps(content), encoding="utf-8")
     with np.load(data / "real/pose2sim/truth.npz") as file:
         for camera in ("cam01", "cam02", "cam03", "cam04"):
-            _write_coco(inputs / f"{camera}.json", file[f"openpose_body25b_{camera}"][:, :17])
+            points = file[f"openpose_body25b_{camera}"]
+            _write_coco(inputs / f"{camera}.json", points[:, :17])
+            (inputs / camera).mkdir()
+            detections.openpose(inputs / camera, {"0": (np.arange(len(points)), points)})
 
 
 def _write_coco(path: Path, points: np.ndarray) -> None:
@@ -145,6 +315,54 @@ def _write_coco(path: Path, points: np.ndarray) -> None:
     rows = (points.reshape(len(points), -1).astype(float).round(3)).tolist()
     listed = [{"image_id": n, "category_id": 1, "keypoints": row, "score": 1.0} for n, row in enumerate(rows)]
     path.write_text(json.dumps(listed), encoding="utf-8")
+
+
+def _write_films(data: Path, inputs: Path) -> None:
+    """A film of a camera that follows a woman, cut out of one that stands still; and one of two people, with a network
+    that knows where they are."""
+    import av
+
+    from golden import films, numbered
+
+    with av.open(str(data / "video/sports2d_demo.mp4")) as container:
+        images = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)][62:160]
+    lefts = 4 * np.linspace(217, 0, len(images)).round().astype(int)  # she walks from the right to the left
+    views = [image[272:992, left : left + 900] for image, left in zip(images, lefts, strict=True)]
+    films.film_of(inputs / "followed.mp4", views, np.arange(len(views)) * 1000 / 30, crf=18)
+    numbered.numbered_film(inputs / "two_people.mp4")
+    walker = numbered.joints_px()
+    people = np.stack([0.7 * walker + [-20, 90], 0.7 * walker[::-1] + [220, 70]], axis=1)
+    numbered.toy_detector(inputs / "two_people.onnx", people)
+
+
+def _write_golden(inputs: Path) -> dict[str, str]:
+    """A file of each form that is read, of people who walk; the commands for them."""
+    from golden.catalogue import CATALOGUE
+    from golden.walking import FPS, SIZE, Walking
+    from pcnet3d.adapters import read_all
+    from pcnet3d.pipeline.reading.find import adapters
+
+    number, commands = Counter[str](), {}
+    for golden in CATALOGUE:
+        number[golden.adapter] += 1
+        name = f"{golden.adapter}_{number[golden.adapter]}"
+        (inputs / "read" / name).mkdir(parents=True)
+        path = golden.write(Walking(), inputs / "read" / name)
+        place = f"INPUTS/{path.relative_to(inputs).as_posix()}"
+        gives = adapters()[golden.adapter].gives
+        if gives not in ("poses", "keypoints"):
+            continue  # other commands read films and sensors
+        options = [f"{key}={value}" for key, value in golden.options.items()]
+        alone = [f"--adapter {golden.adapter}"] * golden.by_name + [f"-O {option}" for option in options]
+        commands[f"inspect/{name}"] = " ".join([f"inspect {place} --json", *alone])
+        of_2d = [
+            f"--set read.image_size={SIZE[0]}x{SIZE[1]}",
+            *(f"--set keypoints.{option}" for option in options),
+        ]
+        several = len(read_all(path, golden.adapter, **golden.options)) > 1
+        words = [f"run --{gives} {place} --fps {FPS}", *(alone if gives == "poses" else of_2d)]
+        commands[f"read/{name}"] = " ".join(words + ["EVERYONE"] * several)
+    return commands
 
 
 def _write_simulated(data: Path, inputs: Path) -> dict[str, str]:
@@ -155,9 +373,59 @@ def _write_simulated(data: Path, inputs: Path) -> dict[str, str]:
         _write_coco(inputs / f"take{n:02}.json", points)
         commands[f"simulated/take{n:02}"] = (_SEEN + _OPTIONS[n % len(_OPTIONS)]).format(n, *camera)
         if n % 10 == 0:  # the motion capture itself too
-            np.save(inputs / f"take{n:02}.npy", clips[index])
-            commands[f"captured/take{n:02}"] = _CAPTURED.format(n)
+            _write_captured(inputs, f"take{n:02}", clips[index])
+            commands[f"captured/take{n:02}"] = _CAPTURED.format(f"take{n:02}", "Z_UP", 30)
     return commands
+
+
+def _write_captured(inputs: Path, name: str, world: np.ndarray) -> None:
+    """(T, 17, 3) metres, z up, at 30 frames a second, in the formats that `compare --truth` reads."""
+    from golden import worlds
+    from pcnet3d.pipeline import H36M17
+
+    np.save(inputs / f"{name}.npy", world)
+    np.savez(inputs / f"{name}.npz", joints=world, joint_names=H36M17.joints, fps=30)
+    markers = world[:, H36M17.indices(list(worlds.POSE2SIM.values()))]
+    worlds.trc(inputs / f"{name}.trc", worlds.POSE2SIM, worlds.y_up(markers))
+    worlds.c3d(inputs / f"{name}.c3d", worlds.POSE2SIM, 1000 * markers, rate=30.0)
+    worlds.bvh(inputs / f"{name}.bvh", worlds.y_up(world), fps=30)
+
+
+def _write_strapped(inputs: Path) -> dict[str, str]:
+    """The walker with inertial sensors; the commands for the walker as measured and as a faulty lifter has it."""
+    from golden import sensors
+    from golden.strapped import strapped
+    from pcnet3d.examples.walker.camera import camera_poses, side_camera
+    from pcnet3d.examples.walker.walk import walker
+
+    walk = walker(fps=60, seconds=8)
+    for segment in ("r_forearm", "pelvis"):
+        sensors.write_csv(inputs / f"{segment}.csv", strapped(walk, segment))
+    noise_m = 0.008 * np.random.default_rng(0).standard_normal(walk.world.shape)
+    np.save(inputs / "measured.npy", walk.world)
+    np.save(inputs / "lifted.npy", camera_poses(walk, side_camera(walk)).joints + noise_m)
+    return {
+        "strapped/measured": _CAPTURED.format("measured", "Z_UP", 60),
+        "strapped/lifted": _CAPTURED.format("lifted", "CAMERA", 60),
+    }
+
+
+def _write_study(inputs: Path) -> None:
+    """Two visits of three people, a take that fails, and a folder of poses without a manifest."""
+    from golden.lifters import x3d
+    from golden.walking import Walking
+
+    study = inputs / "study"
+    (study / "folder").mkdir(parents=True)
+    rows = ["name,subject,visit,keypoints,image-size,fps"]
+    for n in range(6):
+        shutil.copy(inputs / f"take{n:02}.json", study)
+        rows.append(f"take{n},{n // 2},{'first' if n % 2 == 0 else 'second'},take{n:02}.json,1280x720,30")
+    (study / "cut_off.json").write_text((study / "take00.json").read_text("utf-8")[:10_000], "utf-8")
+    rows.append("cut_off,3,first,cut_off.json,1280x720,30")
+    (study / "manifest.csv").write_text("\n".join(rows), "utf-8")
+    for n, first in enumerate((0, 120)):
+        np.save(study / "folder" / f"walk{n}.npy", x3d(Walking().turning(300)[first : first + 120]))
 
 
 def _clips(data: Path) -> Iterator[np.ndarray]:
@@ -208,16 +476,48 @@ def _leaves(path: Path) -> Leaves:
             }
     if path.suffix == ".csv":
         header, *rows = csv.reader(path.read_text(encoding="utf-8").splitlines())
-        return dict(_within({name: [_cell(row[n]) for row in rows] for n, name in enumerate(header)}))
+        return _of_table({name: [_cell(row[n]) for row in rows] for n, name in enumerate(header)})
     if path.suffix == ".parquet":
         table = parquet.read_table(path)
         held: dict[str, Any] = {name: table[name].to_pylist() for name in table.column_names}
-        for name, said in (("file", table.schema.metadata), *((f.name, f.metadata) for f in table.schema)):
-            held |= {
-                f"metadata of {name}, {k.decode()}": _parsed(v.decode()) for k, v in (said or {}).items()
-            }
-        return dict(_within(held))
-    return dict(_within(json.loads(path.read_text(encoding="utf-8"))))
+        metadata = [("file", table.schema.metadata), *((f.name, f.metadata) for f in table.schema)]
+        about = {
+            f"metadata of {name}, {key.decode()}": _parsed(value.decode())
+            for name, values in metadata
+            for key, value in (values or {}).items()
+        }
+        return _of_table(held) | dict(_within(about))
+    if path.suffix == ".json":
+        return dict(_within(json.loads(path.read_text(encoding="utf-8"))))
+    if path.suffix in (".trc", ".mot", ".bvh"):
+        cells = path.read_text(encoding="utf-8").split()
+        return dict(_within({"content": [_cell(cell) for cell in cells]}))
+    return {"content": np.frombuffer(path.read_bytes(), np.uint8).astype(float)}
+
+
+def _of_table(columns: dict[str, list[Any]]) -> Leaves:
+    """Leaves of each column; of each cell, named by the cells of _ROW_NAMES, where each row is a measure of its own, so
+    that a row that goes makes no other one differ."""
+    if "measure" not in columns:
+        return dict(_within(columns))
+    names = [column for column in _ROW_NAMES if column in columns]
+    rows = [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
+    named = _numbered(" ".join(str(row[name]) for name in names if row[name] is not None) for row in rows)
+    leaves = {"columns": np.array(list(columns))}
+    for name, row in zip(named, rows, strict=True):
+        rest = {column: cell for column, cell in row.items() if column not in names and cell is not None}
+        leaves |= {f"{name}.{column}": values for column, values in _within(rest)}
+    return leaves
+
+
+def _numbered(names: Iterable[str]) -> list[str]:
+    """The names, the second of those that are the same with #2 after it, and so on."""
+    times = Counter[str]()
+    numbered = []
+    for name in names:
+        times[name] += 1
+        numbered.append(name if times[name] == 1 else f"{name}#{times[name]}")
+    return numbered
 
 
 def _cell(text: str) -> float | str | None:
@@ -232,13 +532,14 @@ def _parsed(text: str) -> Any:
 
 
 def _within(value: Any, key: str = "") -> Iterator[tuple[str, np.ndarray]]:
-    """Leaves of what JSON can hold. None is NaN; the words of a list that has numbers too are a leaf of their own."""
+    """Leaves of what JSON can hold. None is NaN; the words of a list that has numbers too are a leaf of their own. What
+    is in a list of objects that name themselves has that name in its key, else its number."""
     if isinstance(value, dict):
         for name, inner in value.items():
             yield from _within(inner, f"{key}.{name}".lstrip("."))
     elif isinstance(value, list) and any(isinstance(inner, dict | list) for inner in value):
-        for number, inner in enumerate(value):
-            yield from _within(inner, f"{key}[{number}]")
+        for name, inner in zip(_names_within(value), value, strict=True):
+            yield from _within(inner, f"{key}[{name}]")
     else:
         listed = value if isinstance(value, list) else [value]
         words = [inner for inner in listed if isinstance(inner, str)]
@@ -249,40 +550,124 @@ def _within(value: Any, key: str = "") -> Iterator[tuple[str, np.ndarray]]:
             yield key, numbers
 
 
-def compare(one: Path, other: Path) -> bool:
-    """Prints all that differs between two folders of `make`; whether every number is the same."""
-    numbers: list[str] = []
-    words: dict[str, list[str]] = {}  # the files, by what moved or changed in them
-    names = {p.relative_to(f) for f in (one, other) for p in f.rglob("*") if p.name in KEPT}
-    for name in sorted(names):
-        if not ((one / name).exists() and (other / name).exists()):
-            numbers.append(f"{name}: is in one folder only")
-            continue
-        a, b = (
-            {key: v for key, v in _leaves(f / name).items() if _last(key) not in NOT_COMPARED}
-            for f in (one, other)
-        )
-        for old, new in _moved(a, b).items():
-            words.setdefault(f"{name.name}: {old} moved to {new}", []).append(str(name))
-            b[old] = b.pop(new)
-        for key in sorted(a.keys() | b.keys()):
-            values = a.get(key, _NOTHING), b.get(key, _NOTHING)
-            kinds = {_kind(held) for held in values if held is not _NOTHING}
-            where, said = f"{name}: {key}", f"{name.name}: {key}"
-            if "numbers" in kinds and "words" in kinds:
-                numbers.append(f"{where}: numbers in one, words in the other")
-            elif "numbers" in kinds and (difference := _apart(*values)):
-                numbers.append(f"{where}: {difference}")
-            for change in _changed(*values) if kinds != {"numbers"} else ():
-                words.setdefault(f"{said}: {change}", []).append(str(name))
-    for difference in numbers:
-        print(difference)
-    for change, files in words.items():
-        print(f"{change} ({files[0]}{f' and {len(files) - 1} more' if files[1:] else ''})")
+def _names_within(listed: list[Any]) -> list[str]:
+    for name in _ITEM_NAMES:
+        if all(isinstance(item, dict) and isinstance(item.get(name), str) for item in listed):
+            return _numbered(item[name] for item in listed)
+    return [str(number) for number in range(len(listed))]
+
+
+class Difference(NamedTuple):
+    """file: its path in the folder; of a command that one version alone carries out, its name, with the key _EXIT_CODE.
+    key: as in `_leaves`. of_numbers: or of text and names of keys."""
+
+    file: str
+    key: str
+    what: str
+    of_numbers: bool = True
+
+    @property
+    def line(self) -> str:
+        """What is printed, the same for all takes that differ in the same."""
+        if self.key == _EXIT_CODE:
+            return f"{self.file}: {self.key} {self.what}"
+        kind = _SAID if self.file.startswith(f"{_SAID}/") else self.file.rpartition("/")[2]
+        return ": ".join(part for part in (kind, self.key, self.what) if part)
+
+
+def compare(one: Path, other: Path, expected: Mapping[str, str] | None = None) -> bool:
+    """Prints all that differs between two folders of `make`; whether every number is the same, those aside that are
+    expected: {pattern of FILE:KEY: the reason}."""
+    expected = expected or {}
+    patterns = {pattern: _compiled(pattern) for pattern in expected}
+    swallowed = dict.fromkeys(expected, 0)
+    unexpected: dict[bool, dict[str, list[str]]] = {
+        True: {},
+        False: {},
+    }  # files by line, of numbers and of the rest
+    for each in _differences(one, other):
+        where = f"{each.file}:{each.key}"
+        fitting = next((pattern for pattern, compiled in patterns.items() if compiled.fullmatch(where)), None)
+        if fitting is not None:
+            swallowed[fitting] += 1
+        else:
+            unexpected[each.of_numbers].setdefault(each.line, []).append(each.file)
+    for line, files in (unexpected[True] | unexpected[False]).items():
+        more = f" and {len(files) - 1} more" if files[1:] else ""
+        print(line if line.startswith(f"{files[0]}: ") else f"{line} ({files[0]}{more})")
+    for pattern, count in swallowed.items():
+        print(f"{count} expected: {pattern}: {expected[pattern]}")
+    numbers = sum(map(len, unexpected[True].values()))
     print(
-        f"{len(names)} files: {len(numbers)} differences of numbers, {len(words)} of text and names of keys"
+        f"{len(_files(one) | _files(other))} files: {numbers} differences of numbers, {len(unexpected[False])} of text "
+        f"and names of keys, {sum(swallowed.values())} expected"
     )
     return not numbers
+
+
+def _compiled(text: str) -> re.Pattern[str]:
+    """An asterisk is any characters; brackets, which keys have, are themselves."""
+    return re.compile(".*".join(map(re.escape, text.split("*"))), re.DOTALL)
+
+
+def _files(folder: Path) -> set[str]:
+    paths = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
+    return {path.as_posix() for path in paths if path.name in KEPT or path.parts[0] == _SAID}
+
+
+def _differences(one: Path, other: Path) -> Iterator[Difference]:
+    """All between two folders, in the order of their files."""
+    files = sorted(_files(one) | _files(other))
+    commands = [
+        file.removeprefix(f"{_SAID}/").removesuffix(".json") for file in files if file.startswith(_SAID)
+    ]
+    in_one_only = set()
+    for name in commands:
+        carried_out, ends = zip(
+            *(_end(folder / _SAID / f"{name}.json") for folder in (one, other)), strict=True
+        )
+        if any(carried_out) and not all(carried_out):
+            in_one_only.add(name)
+            yield Difference(name, _EXIT_CODE, f"{ends[0]} in A, {ends[1]} in B")
+    for file in files:
+        owners = [name for name in commands if f"{file}/".startswith((f"{name}/", f"{_SAID}/{name}.json/"))]
+        if owners and max(owners, key=len) in in_one_only:
+            continue
+        a, b = one / file, other / file
+        if not (a.exists() and b.exists()):
+            yield Difference(file, "", f"is in {'A' if a.exists() else 'B'} only")
+        elif a.read_bytes() != b.read_bytes():
+            yield from _differences_of_files(file, a, b)
+
+
+def _end(said: Path) -> tuple[bool, str]:
+    """Whether the command was carried out; its exit code, and of one that was not the last line."""
+    if not said.exists():
+        return False, "not run"
+    content = json.loads(said.read_text(encoding="utf-8"))
+    if content["exit_code"] in _CARRIED_OUT:
+        return True, str(content["exit_code"])
+    sentences = [line.strip(" │") for line in content.get("said", ()) if not line.startswith(("╭", "╰"))]
+    return False, " ".join([str(content["exit_code"]), *(f"({line})" for line in sentences[-1:])])
+
+
+def _differences_of_files(file: str, one: Path, other: Path) -> Iterator[Difference]:
+    a, b = (
+        {key: values for key, values in _leaves(path).items() if _last(key) not in NOT_COMPARED}
+        for path in (one, other)
+    )
+    for old, new in _moved(a, b).items():
+        yield Difference(file, old, f"moved to {new}", of_numbers=False)
+        b[old] = b.pop(new)
+    for key in sorted(a.keys() | b.keys()):
+        values = a.get(key, _NOTHING), b.get(key, _NOTHING)
+        kinds = {_kind(held) for held in values if held is not _NOTHING}
+        if "numbers" in kinds and "words" in kinds:
+            yield Difference(file, key, "numbers in one, words in the other")
+        elif "numbers" in kinds and (difference := _apart(*values)):
+            yield Difference(file, key, difference)
+        for change in _changed(*values) if kinds != {"numbers"} else ():
+            yield Difference(file, key, change, of_numbers=False)
 
 
 def _last(key: str) -> str:
@@ -290,15 +675,26 @@ def _last(key: str) -> str:
 
 
 def _moved(a: Leaves, b: Leaves) -> dict[str, str]:
-    """{key in A only: key in B only} of those with the same values, by their own names or because no other has them."""
-    found: dict[str, str] = {}
+    """{key in A only: key in B only} of those with the same values, by the first or the last part of their names, or
+    because they are several values that no other has."""
+    left = dict[tuple[object, ...], list[str]]()
+    for new in sorted(b.keys() - a.keys()):
+        left.setdefault(_in_short(b[new]), []).append(new)
+    moved: dict[str, str] = {}
     for old in sorted(a.keys() - b.keys()):
-        left = [new for new in sorted(b.keys() - a.keys()) if new not in found.values()]
-        alike = [new for new in left if _kind(a[old]) == _kind(b[new]) and _same(a[old], b[new])]
-        named = [new for new in alike if _last(new) == _last(old)]
-        if len(named or alike) == 1:
-            found[old] = (named or alike)[0]
-    return found
+        rest = left.get(_in_short(a[old]), [])
+        alike = [new for new in rest if _same(a[old], b[new])]
+        named = [new for new in alike if set(new.rpartition(".")[::2]) & set(old.rpartition(".")[::2]) - {""}]
+        if len(named or alike) == 1 and (named or a[old].size > 1):
+            moved[old] = (named or alike)[0]
+            rest.remove(moved[old])
+    return moved
+
+
+def _in_short(values: np.ndarray) -> tuple[object, ...]:
+    """What the same values have in common, to find them quickly."""
+    first = values.ravel()[:3].tolist()
+    return _kind(values), values.shape, *(item if isinstance(item, str) else f"{item:.3g}" for item in first)
 
 
 def _kind(values: np.ndarray) -> str:
@@ -338,10 +734,31 @@ def _apart(a: np.ndarray, b: np.ndarray) -> str:
     return f"{said}, by at most {largest:.3g}" + (f"; {lost} are NaN in one only" if lost else "")
 
 
+def _main() -> int:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    commands = parser.add_subparsers(dest="command", required=True)
+    making = commands.add_parser("make")
+    making.add_argument("folder", type=Path)
+    making.add_argument("--inputs", type=Path, required=True)
+    making.add_argument("--program", type=Path, default=Path(sys.executable).with_name("pcnet3d"))
+    making.add_argument("--jobs", type=int, default=1)
+    making.add_argument("--only", default="*")
+    comparing = commands.add_parser("compare")
+    comparing.add_argument("folders", type=Path, nargs=2)
+    comparing.add_argument("--expected", type=Path)
+    asked = parser.parse_args()
+    if asked.command == "make":
+        if asked.folder.exists():
+            parser.error(f"expected a new folder, got {asked.folder}, which exists")
+        make(asked.folder, asked.inputs, asked.program, asked.jobs, asked.only)
+        return 0
+    expected = tomllib.loads(asked.expected.read_text(encoding="utf-8")) if asked.expected else {}
+    if not all(isinstance(reason, str) for reason in expected.values()):
+        parser.error(f'expected lines of "FILE:KEY" = "reason" in {asked.expected}, got others')
+    return 0 if compare(*asked.folders, expected) else 1
+
+
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["make"] and len(sys.argv) == 3:
-        make(Path(sys.argv[2]))
-    elif sys.argv[1:2] == ["compare"] and len(sys.argv) == 4:
-        sys.exit(0 if compare(Path(sys.argv[2]), Path(sys.argv[3])) else 1)
-    else:
-        sys.exit(__doc__)
+    sys.exit(_main())

@@ -1,18 +1,29 @@
-"""What `same_results.py compare` tells of two folders that differ in one thing."""
+"""What `same_results.py compare` tells of two folders that differ in one thing, and how `make` runs commands."""
 
 import json
+import os
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from replay.same_results import compare
+from replay.same_results import compare, make
 
 SUMMARY = {
     "walking": {"steps": 4, "cadence_spm": None, "why": "too few"},
     "up_deg": [1.0, 2.0],
     "notices": [],
+    "stages": [{"name": "read", "steps": 1}, {"name": "clean", "steps": 2}, {"name": "clean", "steps": 3}],
 }
 TABLE = "measure,value,text\ncadence,112.0,\nsteps,4,counted\ngait,,walking\n"
+
+
+def end(folder: Path, name: str, code: int, *said: str) -> None:
+    """As `make` leaves it of a command."""
+    path = folder / "said" / f"{name}.json"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(json.dumps({"exit_code": code, "said": said}))
 
 
 @pytest.fixture
@@ -23,6 +34,7 @@ def folders(tmp_path):
         np.savez(folder / "poses.npz", level=np.array([[0.0, np.nan], [1.0, 2.0]]), unit=np.array("m"))
         (folder / "summary.json").write_text(json.dumps(SUMMARY))
         (folder / "measures.csv").write_text(TABLE)
+        end(tmp_path / name, "take", 0, "it went well")
     return tmp_path / "a", tmp_path / "b"
 
 
@@ -73,3 +85,110 @@ def test_columns_of_csv(folders, old, new, same, capsys):
 def test_a_file_that_is_missing(folders):
     (folders[1] / "take/poses.npz").unlink()
     assert not compare(*folders)
+
+
+def test_a_row_that_goes_makes_no_other_differ(folders, capsys):
+    (folders[1] / "take/measures.csv").write_text(TABLE.replace("cadence,112.0,\n", ""))
+    assert not compare(*folders)
+    said = capsys.readouterr().out
+    assert "measures.csv: cadence.value: is in A only (take/measures.csv)" in said
+    assert "1 differences of numbers, 0 of text" in said
+
+
+def test_an_object_that_goes_from_a_list_makes_no_other_differ(folders, capsys):
+    (folders[1] / "take/summary.json").write_text(json.dumps(SUMMARY | {"stages": SUMMARY["stages"][1:]}))
+    assert not compare(*folders)
+    said = capsys.readouterr().out
+    assert "summary.json: stages[read].steps: is in A only (take/summary.json)" in said
+    assert "clean" not in said
+
+
+def test_a_command_that_one_version_refuses_is_one_line(folders, capsys):
+    end(folders[1], "take", 2, "usage", "there is no such option")
+    (folders[1] / "take/poses.npz").unlink()
+    (folders[1] / "take/measures.csv").write_text(TABLE.replace("112", "113"))
+    assert not compare(*folders)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "take: exit code 0 in A, 2 (there is no such option) in B"
+    assert len(lines) == 2
+    end(folders[0], "take", 2, "another sentence")
+    (folders[0] / "take/poses.npz").unlink()
+    assert not compare(*folders), "refused by both, which is no reason to pass over what they left"
+
+
+def test_a_command_that_only_one_folder_has(folders, capsys):
+    end(folders[0], "compare/visits", 0)
+    assert not compare(*folders)
+    assert "compare/visits: exit code 0 in A, not run in B" in capsys.readouterr().out
+
+
+def test_an_exit_code_that_is_a_verdict(folders, capsys):
+    end(folders[1], "take", 3, "it went well")
+    assert not compare(*folders)
+    assert "said: exit_code: 1 of 1 values" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("pattern", "same", "count"),
+    [
+        ("take/summary.json:walking.*", True, 1),
+        ("*:walking.cadence_spm", True, 1),
+        ("take/summary.json:stages[clean#2].*", False, 0),
+        ("summary.json:walking.*", False, 0),
+    ],
+)
+def test_what_is_expected(folders, pattern, same, count, capsys):
+    walking = SUMMARY["walking"] | {"cadence_spm": 112.0}
+    (folders[1] / "take/summary.json").write_text(json.dumps(SUMMARY | {"walking": walking}))
+    assert compare(*folders, {pattern: "cadence is told", "*:never": "nothing has it"}) == same
+    said = capsys.readouterr().out
+    assert f"{count} expected: {pattern}: cadence is told" in said
+    assert "0 expected: *:never: nothing has it" in said
+    assert ("walking.cadence_spm: " in said.replace(pattern, "")) != same
+
+
+def test_brackets_of_a_pattern_are_those_of_a_key(folders):
+    stages = [*SUMMARY["stages"][:2], {"name": "clean", "steps": 4}]
+    (folders[1] / "take/summary.json").write_text(json.dumps(SUMMARY | {"stages": stages}))
+    assert compare(*folders, {"*:stages[clean#2].steps": "one more"})
+    assert not compare(*folders, {"*:stages[clean].steps": "another"})
+
+
+PROGRAM = """#!{python}
+import json, pathlib, sys
+words = sys.argv[1:]
+if words[0] == "imu":
+    sys.exit(2)
+if words[0] == "live":
+    print("watching", json.dumps({{"frame": 0, "up": [0.0, 1.0]}}), json.dumps({{"frame": 1}}), sep="\\n")
+if words[0] == "inspect":
+    print(json.dumps({{"file": words[1]}}, indent=1))
+if "-o" in words:
+    output = pathlib.Path(words[-1])
+    output.mkdir(parents=True)
+    needed = [word for word in words[1:-2] if words[0] == "compare" and word.startswith("strapped/")]
+    (output / "imu.json").write_text(json.dumps([pathlib.Path(word).is_dir() for word in needed]))
+    (output / "page.html").write_text("no numbers")
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="the program is a script of a shell")
+def test_commands_of_another_program(tmp_path, monkeypatch):
+    monkeypatch.setenv("PCNET3D_DATA", str(tmp_path / "data"))
+    inputs, folder, program = (tmp_path / name for name in ("inputs", "out", "program"))
+    inputs.mkdir()
+    (inputs / "commands.txt").write_text("strapped/measured: run --poses INPUTS/measured.npy\n")
+    program.write_text(PROGRAM.replace("{python}", sys.executable).replace("{{", "{").replace("}}", "}"))
+    program.chmod(0o755)
+    make(folder, inputs, program, jobs=2, only="[isl]*")
+
+    def said(name):
+        return json.loads((folder / "said" / f"{name}.json").read_text())
+
+    assert json.loads((folder / "imu/wrist/imu.json").read_text()) == [True], "after the run that it needs"
+    assert said("imu/wrist")["exit_code"] == 0, "by the second form, as the first is refused"
+    assert not list(folder.rglob("page.html"))
+    assert said("inspect/video")["printed"] == {"file": "DATA/video/walk_crop.mp4"}
+    assert said("live")["said"] == ["watching"]
+    assert said("live")["streamed"] == {"frame": [[0.0], [1.0]], "up": [[0.0, 1.0], None]}
+    assert compare(folder, folder)
