@@ -166,10 +166,6 @@ def _imu_csv(person: Person, folder: Path) -> Path:
     return folder / "wrist.csv"
 
 
-def _sensors(extra: int, person: Person, folder: Path) -> Path:
-    return sensors.write_sensors(folder, walker(fps=60, seconds=2), extra)
-
-
 CATALOGUE = (
     Golden("alphapose", "`alphapose-results.json`", partial(_detections, "alphapose", HALPE26)),
     Golden("alphapose", "`--format cmu`", partial(_alphapose_dict, "alphapose_cmu"), {"track": True}),
