@@ -57,12 +57,11 @@ NOT_COMPARED = {
     "stamp": "made of an input file's own time too",
 }
 _TOLERANCE = 1e-6
-_NOTHING = np.zeros(0)  # the values of a key that is not there
 _CARRIED_OUT = (0, 3, 4)  # exit codes; 3 and 4 are inspect's verdicts
 _EXIT_CODE = "exit code"
 _SAID = "said"  # the folder with a file for each command: its exit code and what it printed
 # What names a row of a table of measures, and an object in a list.
-_ROW_NAMES = ("measure", "side", "item", "unit", "label", "before", "after")
+_ROW_NAMES = ("measure", "side", "item", "label", "before", "after")
 _ITEM_NAMES = ("code", "name", "role", "measure", "figure", "joint", "file")
 
 # Name of the command, which is the folder of its results: words after `pcnet3d`. Those in capitals stand for others in
@@ -502,12 +501,20 @@ def _of_table(columns: dict[str, list[Any]]) -> Leaves:
         return dict(_within(columns))
     names = [column for column in _ROW_NAMES if column in columns]
     rows = [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
-    named = _numbered(" ".join(str(row[name]) for name in names if row[name] is not None) for row in rows)
+    named = _numbered(_row_name([row[name] for name in names]) for row in rows)
     leaves = {"columns": np.array(list(columns))}
     for name, row in zip(named, rows, strict=True):
         rest = {column: cell for column, cell in row.items() if column not in names and cell is not None}
         leaves |= {f"{name}.{column}": values for column, values in _within(rest)}
     return leaves
+
+
+def _row_name(cells: list[Any]) -> str:
+    """measure[side item], without those that are empty."""
+    measure, *rest = (
+        f"{cell:g}" if isinstance(cell, float) else str(cell) for cell in cells if cell is not None
+    )
+    return f"{measure}[{' '.join(rest)}]" if rest else measure
 
 
 def _numbered(names: Iterable[str]) -> list[str]:
@@ -559,12 +566,14 @@ def _names_within(listed: list[Any]) -> list[str]:
 
 class Difference(NamedTuple):
     """file: its path in the folder; of a command that one version alone carries out, its name, with the key _EXIT_CODE.
-    key: as in `_leaves`. of_numbers: or of text and names of keys."""
+    key: as in `_leaves`. of_numbers: or of text and names of keys. group: the beginning of the key that no key of the
+    other file has, where this one is in one file only."""
 
     file: str
     key: str
     what: str
     of_numbers: bool = True
+    group: str = ""
 
     @property
     def line(self) -> str:
@@ -572,7 +581,7 @@ class Difference(NamedTuple):
         if self.key == _EXIT_CODE:
             return f"{self.file}: {self.key} {self.what}"
         kind = _SAID if self.file.startswith(f"{_SAID}/") else self.file.rpartition("/")[2]
-        return ": ".join(part for part in (kind, self.key, self.what) if part)
+        return ": ".join(part for part in (kind, self.group or self.key, self.what) if part)
 
 
 def compare(one: Path, other: Path, expected: Mapping[str, str] | None = None) -> bool:
@@ -592,14 +601,16 @@ def compare(one: Path, other: Path, expected: Mapping[str, str] | None = None) -
             swallowed[fitting] += 1
         else:
             unexpected[each.of_numbers].setdefault(each.line, []).append(each.file)
-    for line, files in (unexpected[True] | unexpected[False]).items():
+    texts = {line: files for line, files in unexpected[False].items() if line not in unexpected[True]}
+    for line, several in (unexpected[True] | texts).items():
+        files = list(dict.fromkeys(several))
         more = f" and {len(files) - 1} more" if files[1:] else ""
         print(line if line.startswith(f"{files[0]}: ") else f"{line} ({files[0]}{more})")
     for pattern, count in swallowed.items():
         print(f"{count} expected: {pattern}: {expected[pattern]}")
     numbers = sum(map(len, unexpected[True].values()))
     print(
-        f"{len(_files(one) | _files(other))} files: {numbers} differences of numbers, {len(unexpected[False])} of text "
+        f"{len(_files(one) | _files(other))} files: {numbers} differences of numbers, {len(texts)} of text "
         f"and names of keys, {sum(swallowed.values())} expected"
     )
     return not numbers
@@ -659,15 +670,30 @@ def _differences_of_files(file: str, one: Path, other: Path) -> Iterator[Differe
     for old, new in _moved(a, b).items():
         yield Difference(file, old, f"moved to {new}", of_numbers=False)
         b[old] = b.pop(new)
-    for key in sorted(a.keys() | b.keys()):
-        values = a.get(key, _NOTHING), b.get(key, _NOTHING)
-        kinds = {_kind(held) for held in values if held is not _NOTHING}
+    shapes = Counter(
+        (a[key].shape, b[key].shape) for key in a.keys() & b.keys() if a[key].shape != b[key].shape
+    )
+    for name, leaves, others in (("A", a, b), ("B", b, a)):
+        elsewhere = {part for key in others for part in _beginnings(key)}
+        for key in sorted(leaves.keys() - others.keys()):
+            group = next((part for part in _beginnings(key) if part not in elsewhere), key)
+            yield Difference(file, key, f"is in {name} only", _kind(leaves[key]) == "numbers", group)
+    for key in sorted(a.keys() & b.keys()):
+        kinds = {_kind(a[key]), _kind(b[key])}
+        same_change = shapes[a[key].shape, b[key].shape]  # as of all columns of a table that has more rows
+        group = f"{same_change} keys" if same_change > 2 else ""
         if "numbers" in kinds and "words" in kinds:
             yield Difference(file, key, "numbers in one, words in the other")
-        elif "numbers" in kinds and (difference := _apart(*values)):
-            yield Difference(file, key, difference)
-        for change in _changed(*values) if kinds != {"numbers"} else ():
-            yield Difference(file, key, change, of_numbers=False)
+        elif "words" in kinds:
+            for change in _changed(a[key], b[key]):
+                yield Difference(file, key, change, of_numbers=False)
+        elif difference := _apart(a[key], b[key]):
+            yield Difference(file, key, difference, "numbers" in kinds, group)
+
+
+def _beginnings(key: str) -> list[str]:
+    """Of measures.kicks[left].count: measures, measures.kicks, measures.kicks[left] and all of it."""
+    return [key[: at.start()] for at in re.finditer(r"(?<=.)[.[]", key)] + [key]
 
 
 def _last(key: str) -> str:
@@ -677,6 +703,13 @@ def _last(key: str) -> str:
 def _moved(a: Leaves, b: Leaves) -> dict[str, str]:
     """{key in A only: key in B only} of those with the same values, by the first or the last part of their names, or
     because they are several values that no other has."""
+    columns = (
+        set(a["columns"].tolist()) if "columns" in a else set()
+    )  # last parts that are those of many others
+
+    def names(key: str) -> set[str]:
+        return set(key.rpartition(".")[::2]) - columns - {""}
+
     left = dict[tuple[object, ...], list[str]]()
     for new in sorted(b.keys() - a.keys()):
         left.setdefault(_in_short(b[new]), []).append(new)
@@ -684,7 +717,7 @@ def _moved(a: Leaves, b: Leaves) -> dict[str, str]:
     for old in sorted(a.keys() - b.keys()):
         rest = left.get(_in_short(a[old]), [])
         alike = [new for new in rest if _same(a[old], b[new])]
-        named = [new for new in alike if set(new.rpartition(".")[::2]) & set(old.rpartition(".")[::2]) - {""}]
+        named = [new for new in alike if names(new) & names(old)]
         if len(named or alike) == 1 and (named or a[old].size > 1):
             moved[old] = (named or alike)[0]
             rest.remove(moved[old])
@@ -708,19 +741,13 @@ def _same(a: np.ndarray, b: np.ndarray) -> bool:
 def _changed(a: np.ndarray, b: np.ndarray) -> list[str]:
     """Each text that is in one of them only; how else they differ if they have the same."""
     left, right = (Counter(map(str, values.ravel()) if values.dtype.kind == "U" else ()) for values in (a, b))
-    told = [f"- {text}" for text in (left - right).elements()]
-    told += [f"+ {text}" for text in (right - left).elements()]
-    if told or not (left or right):
-        return told or ["holds nothing, in another shape"] * (
-            a is _NOTHING or b is _NOTHING or a.shape != b.shape
-        )
-    return [] if np.array_equal(a, b) else ["other order"]
+    changes = [f"- {text}" for text in (left - right).elements()]
+    changes += [f"+ {text}" for text in (right - left).elements()]
+    return changes or ["other order"] * (not np.array_equal(a, b))
 
 
 def _apart(a: np.ndarray, b: np.ndarray) -> str:
     """In how many values, in which rows and by how much numbers differ; empty where they do not."""
-    if a is _NOTHING or b is _NOTHING:
-        return f"is in {'B' if a is _NOTHING else 'A'} only"
     if a.shape != b.shape:
         return f"shape {a.shape} against {b.shape}"
     apart = ~np.isclose(a, b, _TOLERANCE, _TOLERANCE, equal_nan=True)

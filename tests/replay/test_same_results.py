@@ -91,7 +91,7 @@ def test_a_row_that_goes_makes_no_other_differ(folders, capsys):
     (folders[1] / "take/measures.csv").write_text(TABLE.replace("cadence,112.0,\n", ""))
     assert not compare(*folders)
     said = capsys.readouterr().out
-    assert "measures.csv: cadence.value: is in A only (take/measures.csv)" in said
+    assert "measures.csv: cadence: is in A only (take/measures.csv)" in said
     assert "1 differences of numbers, 0 of text" in said
 
 
@@ -99,8 +99,31 @@ def test_an_object_that_goes_from_a_list_makes_no_other_differ(folders, capsys):
     (folders[1] / "take/summary.json").write_text(json.dumps(SUMMARY | {"stages": SUMMARY["stages"][1:]}))
     assert not compare(*folders)
     said = capsys.readouterr().out
-    assert "summary.json: stages[read].steps: is in A only (take/summary.json)" in said
+    assert "summary.json: stages[read]: is in A only (take/summary.json)" in said
     assert "clean" not in said
+
+
+def test_a_group_that_goes_is_one_line_of_all_takes(folders, capsys):
+    kicks = {"count": 1, "left": {"frames": 30, "outcome": "none"}}
+    for take in ("take", "take/second"):
+        (folders[0] / take).mkdir(exist_ok=True)
+        (folders[1] / take).mkdir(exist_ok=True)
+        (folders[0] / take / "summary.json").write_text(json.dumps(SUMMARY | {"kicks": kicks}))
+        (folders[1] / take / "summary.json").write_text(json.dumps(SUMMARY))
+    assert not compare(*folders)
+    said = capsys.readouterr().out
+    assert said.count("kicks: is in A only (take/second/summary.json and 1 more)") == 1
+    assert "4 differences of numbers, 0 of text" in said
+    assert compare(*folders, {"*/summary.json:kicks.*": "no longer counted"})
+
+
+def test_a_table_with_more_rows_is_one_line(folders, capsys):
+    for folder, rows in zip(folders, (3, 4), strict=True):
+        (folder / "take/strides.csv").write_text("side,time_s,knee_deg,hip_deg\n" + "left,1,2,3\n" * rows)
+    assert not compare(*folders)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "strides.csv: 4 keys: shape (3,) against (4,) (take/strides.csv)"
+    assert len(lines) == 3, "this, the words, and the sum"
 
 
 def test_a_command_that_one_version_refuses_is_one_line(folders, capsys):
