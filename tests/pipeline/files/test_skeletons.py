@@ -110,12 +110,12 @@ def test_made_joints_of_a_t_pose():
     R[0, -1] = about("y", 90)  # the head looks to its left, +x
     joints, R_world = place(skeleton, np.zeros((1, 3)), R)
     made = dict(zip(H36M17.joints, h36m17_of_skeleton(skeleton, joints, R_world)[0], strict=True))
-    np.testing.assert_allclose(made["pelvis"], [0, -0.1, 0])
-    np.testing.assert_allclose(made["spine"], [0, -0.1 + 0.43 * 0.6, 0])
-    np.testing.assert_allclose(made["thorax"], [0, 0.525, 0])
+    np.testing.assert_allclose(made["pelvis"], [0, -0.1, 0], atol=1e-12)
+    np.testing.assert_allclose(made["spine"], [0, -0.1 + 0.43 * 0.6, 0], atol=1e-12)
+    np.testing.assert_allclose(made["thorax"], [0, 0.525, 0], atol=1e-12)
     np.testing.assert_allclose(made["nose"], [0.05, 0.6, 0], atol=1e-12)
     np.testing.assert_allclose(made["head"], [0, 0.73, 0], atol=1e-12)
-    np.testing.assert_allclose(made["l_wrist"], [0.8, 0.5, 0])
+    np.testing.assert_allclose(made["l_wrist"], [0.8, 0.5, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize("missing", ["neck", "spine1", "l_hip"])
