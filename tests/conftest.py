@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 from golden import bodies, walks
 from pcnet3d.examples.walker.camera import Camera, aimed, side_camera
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import Take
 
-# How long one example takes says more about what else the machine does than about the code.
-settings.register_profile("pcnet3d", deadline=None)
+# How long an example takes says more about what else the machine does than about the code.
+settings.register_profile("pcnet3d", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("pcnet3d")
 
 # What a shell starts in the background ignores Ctrl-C, and so would the commands that tests start and interrupt.
