@@ -9,6 +9,7 @@ import zlib
 import numpy as np
 import pytest
 
+from laps import lap_s
 from pcnet3d.adapters.kit import pickles as _pickles
 from pcnet3d.adapters.kit.pickles import load, loads
 from pcnet3d.pipeline import InputError
@@ -125,13 +126,13 @@ def test_tricks_are_refused_at_once_and_in_little_memory(content):
     tracemalloc.stop()
     assert str(caught.value).isprintable()
     assert peak < 40_000_000
-    assert seconds < 5  # with every allocation traced
+    assert seconds < 100 * lap_s()  # with every allocation traced
 
 
 def test_what_is_named_twice_is_made_once():
     start = time.process_time()
     value = loads(HEAD + twice(60) + STOP, "x.pkl")
-    assert time.process_time() - start < 1
+    assert time.process_time() - start < 20 * lap_s()
     assert value[0] is value[1]
 
 

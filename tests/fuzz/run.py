@@ -10,8 +10,9 @@ from typing import Any
 
 from fuzz.guarded import Outcome, Worker
 from fuzz.readers import damage, seeds, write_seeds
+from laps import lap_s
 
-SMALL_S = 1.0  # CPU seconds that a file of up to 1 MB may take
+SMALL_LAPS = 20  # that a file of up to 1 MB may take, of CPU time: a second on a core of 3 GHz
 ROOM = 64 << 20  # bytes of memory that any file may take
 TIMES = 125  # and this often its own size: compressed files may unpack to 50 times it, and are held twice meanwhile
 
@@ -43,13 +44,13 @@ def fuzz(
     corpus, place = folder / reader, folder / "file"
     write_seeds(reader, corpus)
     _warm(reader, corpus, worker)
-    found = Findings(reader)
+    found, lap = Findings(reader), lap_s()
     for number in numbers:
         if worker.ended:
             worker.start()
             _warm(reader, corpus, worker)
         seed, file = damage(reader, corpus, number, place)
-        outcome = judged(worker.read((seed, number)), file.stat().st_size)
+        outcome = judged(worker.read((seed, number)), file.stat().st_size, lap)
         found.files += 1
         found.valid += outcome.ended == "valid"
         found.seconds += outcome.seconds
@@ -69,10 +70,10 @@ def _warm(reader: str, corpus: Path, worker: Worker) -> None:
         assert said.ended in ("valid", "refused"), f"{seed}: {said}"
 
 
-def judged(outcome: Outcome, size: int) -> Outcome:
-    """The same, or a finding when a file of that size took too long or too much memory."""
+def judged(outcome: Outcome, size: int, lap: float) -> Outcome:
+    """The same, or a finding when a file of that size took too long or too much memory. lap: of laps.lap_s."""
     if outcome.ended in ("valid", "refused"):
-        if outcome.seconds > SMALL_S * max(1, size / 1e6):
+        if outcome.seconds > SMALL_LAPS * max(1, size / 1e6) * lap:
             return replace(outcome, ended="slow", said=f"{size} bytes: {outcome.said}")
         if outcome.peak > ROOM + TIMES * size:
             return replace(outcome, ended="memory", said=f"{size} bytes: {outcome.said}")

@@ -6,6 +6,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from laps import lap_s
 from pcnet3d.models.common.splines import _basis, solved
 from pcnet3d.models.smoother import ERROR_S, Motion, known_noise
 
@@ -322,13 +323,13 @@ def test_a_long_take_is_solved_in_parts_that_nobody_sees(monkeypatch):
         np.testing.assert_allclose(parts.variance[i], whole.variance[i], rtol=0.02)
 
 
-def test_a_minute_takes_a_fraction_of_a_second():
+def test_a_minute_takes_little_time():
     rng = np.random.default_rng(8)
     time_s = times(60)
     seen = np.cumsum(rng.normal(size=(len(time_s), 17, 3)), axis=0) * 0.01
     start = time.process_time()
     known_noise(seen, time_s, same(time_s, 0.03, 17))
-    assert time.process_time() - start < 1  # 0.2 s on a free core
+    assert time.process_time() - start < 20 * lap_s()
 
 
 def test_memory_of_unstated_errors_grows_with_the_length_not_its_square():

@@ -10,6 +10,7 @@ import pytest
 from golden.html import Page
 from golden.measures import rows_of
 from golden.walks import GEOMETRIC, measured
+from laps import lap_s
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, PoseSequence, Take, change_frame
 from pcnet3d.pipeline.core.measures import grouped, numbered, subgroup
@@ -272,7 +273,7 @@ def test_ten_minutes_are_quick_and_small(walk_take, film):
     assert len(take.poses) == 18_000
     start = time.process_time()
     said = report(take)
-    assert time.process_time() - start < 10
+    assert time.process_time() - start < 200 * lap_s()
     assert len(said.encode()) < 10e6
     assert "to its highest value" in said  # that curves are thinned is said
 
