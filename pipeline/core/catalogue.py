@@ -148,9 +148,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "focal-against-lines": ("warning", "camera",
         "You gave a focal length of {focal_px:.0f} pixels, but according to the straight lines of the image it is "
         "about {fits:.0f}. If the lines are right, place and speed are wrong. Your value is used (--focal)."),
-    "focal-against-steps": ("warning", "camera",
-        "You gave a focal length of {focal_px:.0f} pixels, but with it the steps do not add up to the person's path: "
-        "about {fits:.0f} would fit. Your value is used, and place and speed depend on it (--focal)."),
     # Left and right
     "sides-put-right": ("repair", "left and right",
         "Left and right were corrected as asked: {repair}."),

@@ -41,9 +41,6 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
         "wrong."),
     "only-noise": ("suspicious", "poses",
         "Hands and feet only jump back and forth: this is noise, a single pose, or rows in the wrong order."),
-    "camera-zooms": ("suspicious", "camera",
-        "The body grows in the image by about {percent:.1f} % in 1/30 s, which its steps do not explain: the "
-        "person glides, or the camera zooms, which makes place and speed wrong."),
     "keypoints-smooth": ("warning", "files",
         "The keypoints of hands and feet have little movement above {hertz:g} Hz ({share_percent:.1f} %): they were "
         "smoothed or computed. Give the detector's own keypoints."),

@@ -13,13 +13,12 @@ import numpy as np
 from ...models.angle_error.joint_noise import made_by_the_built_in
 from ...models.angle_error.repeatability import ends, judged, known_median
 from ...models.gait.errors import own_covariance
-from ...models.gait.focal import focal_by_steps, zoom_by_feet
 from ...models.gait.gait import Gait, separation
 from ...models.gait.of_take import body_joints, gait_of, unjudged
 from ...models.place.airborne import Airborne, airborne
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import SD_90, Measure, Remark, Row, grouped, side_of, subgroup, within
-from ...pipeline.core.notices import Notice, notice, verdict
+from ...pipeline.core.notices import notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
@@ -117,28 +116,8 @@ class Measures:
         said += [notice("on-a-belt")] * (
             self.belt_speed is None and "belt" in subgroup(grouped(found), "walking")
         )
-        said += [*doubts(gait, source), *_focal(take, gait), *_zoom(take, gait)] if rectified.level_ok else []
+        said += doubts(gait, source) if rectified.level_ok else []
         return take.with_(measures=found).saying(*said)
-
-
-def _focal(take: Take, gait: Gait) -> list[Notice]:
-    """Whether a walk contradicts a told focal length; of the built-in lifter's poses, by which that was measured."""
-    camera, poses = take.camera, take.need("poses")
-    if camera is None or camera.focal_source != "told" or poses.root_covariance is None:
-        return []
-    times = focal_by_steps(take.need("filtered"), take.need("rectified"), gait)
-    if times is None or not made_by_the_built_in(poses):
-        return []
-    return [notice("focal-against-steps", focal_px=camera.focal_px, fits=camera.focal_px / times)]
-
-
-def _zoom(take: Take, gait: Gait) -> list[Notice]:
-    """Whether feet that stand say that the camera zooms, of a place that this run has estimated."""
-    filtered, rectified = take.need("filtered"), take.need("rectified")
-    if filtered.root_covariance is None or any(each.code == "camera-zooms" for each in take.said):
-        return []
-    growth = zoom_by_feet(filtered, rectified, gait)
-    return [] if growth is None else [notice("camera-zooms", percent=100 * growth / 30)]
 
 
 def measures(

@@ -26,8 +26,7 @@ from pcnet3d.pipeline.core.take import Take
 NEW = {
     "rate-against-movement", "rows-lost", "keypoints-not-of-poses", "keypoints-not-of-video", "depth-stretched",
     "no-quick-movement", "movement-shrunk", "limbs-copied", "repeats-itself", "only-noise", "left-and-right",
-    "keypoints-smooth", "camera-zooms",
-    "focal-against-lines", "focal-against-steps",
+    "keypoints-smooth", "focal-against-lines",
 }  # fmt: skip
 
 

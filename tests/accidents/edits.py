@@ -185,16 +185,6 @@ def _copied(layout: Any) -> Callable[..., np.ndarray]:
     return change
 
 
-def _followed(points: np.ndarray, size: np.ndarray) -> np.ndarray:
-    middle = points[:, [11, 12]].mean(axis=1, keepdims=True)
-    return points - middle + size / 2
-
-
-def _zoomed(points: np.ndarray, size: np.ndarray) -> np.ndarray:
-    grown = 1.01 ** np.arange(len(points))[:, None, None]
-    return (points - size / 2) * grown / grown.mean() + size / 2
-
-
 def _smooth(frames: int) -> Callable[..., np.ndarray]:
     return lambda points, *_: uniform_filter1d(points, frames, axis=0, mode="nearest")
 
@@ -244,12 +234,10 @@ LIFTED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "on its side": (_turned, UP),
     "upside down": (_points(lambda xy, size: size - xy), UP),
     "two people of one ID": (_two, (*PEOPLE, *SHAPE)),
-    "camera that follows": (_points(_followed), ("camera-zooms",)),
-    "camera that zooms 1 % a frame": (_points(_zoomed), ("camera-zooms",)),
     "smoothed over 31 frames": (_points(_smooth(31)), (*SHAPE, "keypoints-smooth")),
     "right leg a copy of the left": (_points(_copied(COCO17)), SHAPE),
     "shares of the image as pixels": (_points(lambda xy, size: xy / size), (*SHAPE, *TOGETHER)),
-    "focal length told 2.2 times too long": (_focal(2.2), ("focal-against-steps", "focal-against-lines")),
+    "focal length told 2.2 times too long": (_focal(2.2), ("focal-against-lines",)),
     "height told in centimetres": (_told(stature=175.0), ("stature",)),
     "trimmed": (lambda given, _: _rows(given, np.arange(10, len(given.frames) - 3)), ()),
     "half of the pixels": (_size(0.5, 0.5), ()),

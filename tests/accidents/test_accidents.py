@@ -54,7 +54,6 @@ def test_most_of_a_tenth_are_refused_told_or_harmless(all_bases, before, tmp_pat
         "07_03 poses: right leg a copy of the left",
         "07_03 poses: depth of 200 %",
         "07_03 poses: half of the movement",
-        "walker: camera that zooms 1 % a frame",
         "walk_crop: left and right exchanged",
         "accad-m1_run: smoothed over 31 frames",
     ),
