@@ -26,14 +26,11 @@ import numpy as np
 
 from ..models.angle_error.joint_noise import made_by_the_built_in
 from ..models.gait.clock import clock_doubts
-from ..models.gait.contact import SIDES, contacts
-from ..models.gait.events import stances
-from ..models.gait.of_take import body_joints
 from ..models.smoother import LIFTED, Motion, known_noise
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.measures import UNITS
 from ..pipeline.core.notices import Notice, notice
-from ..pipeline.core.pose import PoseSequence, Rectified
+from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, in_single
 from ..pipeline.signals.filters import (
@@ -71,14 +68,12 @@ class Trajectories:
     smoother: "auto" uses the error of the paths and states that of its answers (`known_motions`); the others are the
     filters of `smooth`. cutoff_hz: as in `smooth`; given with "auto", the paths are those of "butterworth".
     If the source knows where the person is and the camera stands still, the pelvis's own path in LEVEL is written
-    too, as `root`, from the camera or the world's origin. foot_lock: whether a path that was estimated from
-    keypoints is moved so that flat feet do not slide (models/gait/foot_lock.py).
+    too, as `root`, from the camera or the world's origin.
     """
 
     joints: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
     smoother: Smoother = "auto"
     cutoff_hz: Cutoff = None
-    foot_lock: bool = False
 
     name: ClassVar[str] = "trajectories"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified")
@@ -96,11 +91,6 @@ class Trajectories:
         filtered = _notices(path, lowpass, known_error)
         lifted, judged = take.need("poses").lifted, made_by_the_built_in(take.need("poses"))
         motions = known_motions(level, self.joints, lifted, judged) if known_error else {}
-        if self.foot_lock:
-            if path.root is None or path.root_covariance is None:
-                filtered.append(notice("foot-not-locked"))
-            path = _locked(path, level, rectified)
-            motions.pop("root", None)
         if motions:  # whose columns hold something else than this path, which angles are taken from
             errors = "estimated" if level.covariance is None else "stated"
             path = path.noted("smoother", columns_of=list(motions), joint_errors=errors)
@@ -289,28 +279,6 @@ def unit_of(column: str, length: str) -> str:
         if last == norm or last in {prefix + axis for axis in "xyz"}:
             return unit.format(length)
     return _UNITS.get(last, "").format(length)
-
-
-def _locked(path: PoseSequence, level: PoseSequence, rectified: Rectified) -> PoseSequence:
-    """A filtered path whose feet do not slide, where it was estimated before a camera that stands still. level: the
-    same before the filter, with the errors of its joints."""
-    if path.root is None or path.root_covariance is None:
-        return path
-    times, seams = path.times, breaks(path)
-    feet = stances(contacts(body_joints(path, rectified), times, seams), times, seams)
-    ankles = {side: path.joint(f"{side}_ankle").astype(np.float64) for side in SIDES}
-    covariance = {side: path.root_covariance for side in SIDES}
-    if level.covariance is not None:
-        index = level.layout.index
-        covariance = {
-            side: own + level.covariance[:, index(f"{side}_ankle")] for side, own in covariance.items()
-        }
-    from ..models.gait.foot_lock import foot_locked
-
-    root = foot_locked(path.root, ankles, covariance, feet, times, seams)
-    moved = np.linalg.norm(root - path.root, axis=1)
-    most = float(np.nanmax(moved, initial=0.0))
-    return path.with_(root=root).noted("foot lock", rows_moved=int((moved > 0).sum()), most=round(most, 3))
 
 
 def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:

@@ -141,17 +141,6 @@ def carried(
     return np.reshape(drifts, (-1, 2)), np.reshape(backs, (-1, 2))
 
 
-def flat_span(stance: Stance, first_s: float, last_s: float) -> tuple[float, float]:
-    """From when to when a foot lies flat, in seconds: 20 to 60 % of a step's stance, and of one in which the person
-    stands as much longer. first_s, last_s: of the unbroken piece in which it is seen, which may cut it; of one that
-    began before, when the foot landed is not known, and the piece's first 0.16 s and the stance's last 0.32 s are left
-    out."""
-    start_s = max(first_s, stance.start_s)  # the first where that is NaN
-    stop_s = min(last_s, stance.stop_s)
-    lasts = min(stop_s - start_s, _LONGEST_S) if np.isfinite(stance.start_s) else _LONGEST_S
-    return start_s + _FLAT[0] * lasts, stop_s - (1 - _FLAT[1]) * lasts
-
-
 def places(
     path: np.ndarray, time_s: np.ndarray, feet: Sequence[Stance], seams: Sequence[int]
 ) -> dict[float, np.ndarray]:

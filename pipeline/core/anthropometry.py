@@ -17,6 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from .layouts import H36M17, Layout
+from .pose import PoseSequence
 
 STATURES_M = (0.4, 2.6)  # of people, from newborns on
 ANKLE_HEIGHT = 0.039  # ankle joint above the sole
@@ -58,6 +59,19 @@ def implied_stature(joints: np.ndarray) -> float:
             measured += float(np.nanmedian(length))
             fractions += fraction
     return measured / fractions if fractions else float("nan")
+
+
+def floor_height(level: PoseSequence) -> float:
+    """Height of the floor under a person, in LEVEL and the joints' unit: the median over frames of the lower sole, for
+    in most frames one foot stands. From the pelvis, or from where `root` is counted. A sole is where heel and toes are
+    where a source has them, and ANKLE_HEIGHT below the ankle else. NaN where neither is ever known."""
+    soles = level.joints[:, level.layout.indices(("r_ankle", "l_ankle")), 2].astype(np.float64)
+    soles -= ANKLE_HEIGHT * implied_stature(level.joints)
+    if level.feet is not None:
+        soles = np.concatenate([soles, level.feet[:, :, 2]], axis=1)
+    lowest = np.fmin.reduce(soles, axis=1) + (0.0 if level.root is None else level.root[:, 2])
+    known = lowest[np.isfinite(lowest)]
+    return float(np.median(known)) if len(known) else float("nan")
 
 
 def trunk_length(joints: np.ndarray, layout: Layout) -> float:

@@ -266,9 +266,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "smoothed-by-estimated-error": ("note", "motion",
         "Paths are smoothed according to a joint error that is estimated from them. It does not show slow errors, "
         "so paths, velocities and accelerations have no standard deviation."),
-    "foot-not-locked": ("note", "motion",
-        "Feet were not held in place on the floor: this needs a camera that stands still and a pelvis path from "
-        "keypoints."),
     "gait-errors-unknown": ("note", "motion",
         "The errors of the gait figures are not known: these poses{by} were not compared with ground truth."),
     "on-a-belt": ("note", "motion",

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ...pipeline.core.anthropometry import floor_height
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import LEVEL, Frame
 from ...pipeline.core.layouts import with_feet
-from ...pipeline.core.measures import grouped, subgroup, value
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import rotate
@@ -38,9 +38,8 @@ class Markers:
 def markers(take: Take, frame: Frame) -> Markers:
     """The take's filtered joints in metres, in the axes of a frame of LEVEL's family, at one rate as by `evenly`.
 
-    The pelvis is the origin, or moves along its path where that is known: over the floor, whose height is 0, where the
-    measures have found it. InputError for a take without a scale or
-    without a filtered skeleton.
+    The pelvis is the origin, or moves along its path where that is known, over the floor, whose height is 0. InputError
+    for a take without a scale or without a filtered skeleton.
     """
     found = evenly(take, frame)
     require_metres(found.unit)
@@ -67,9 +66,9 @@ def nothing_in(values: np.ndarray, path: Path) -> tuple[Notice, ...]:
 
 def over_the_floor(take: Take, root: np.ndarray, frame: Frame) -> np.ndarray:
     """The pelvis path (N, 3), in the axes of a frame of LEVEL's family, from the height of the floor; as it is where
-    the measures have not found that."""
-    up = rotate(frame.basis @ LEVEL.basis.T, np.array([[0.0, 0.0, 1.0]]))[0]
-    return root - (_floor_height(take) or 0.0) * up
+    that is not known."""
+    up, height = rotate(frame.basis @ LEVEL.basis.T, np.array([[0.0, 0.0, 1.0]]))[0], _floor_height(take)
+    return root if height is None else root - height * up
 
 
 def frame_over_the_floor(take: Take, frame: Frame, unit: str | None = None) -> Frame:
@@ -82,7 +81,9 @@ def frame_over_the_floor(take: Take, frame: Frame, unit: str | None = None) -> F
 
 
 def _floor_height(take: Take) -> float | None:
-    return value(subgroup(grouped(take.measures or ()), "floor"), "floor_height")
+    """None where the take is not levelled, or no foot is ever seen."""
+    height = floor_height(take.need("filtered")) if take.need("rectified").level_ok else float("nan")
+    return height if np.isfinite(height) else None
 
 
 def evenly(take: Take, frame: Frame) -> Markers:

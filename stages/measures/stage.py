@@ -10,7 +10,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...models.angle_error.joint_noise import made_by_the_built_in
 from ...models.angle_error.repeatability import ends, judged, known_median
 from ...models.gait.errors import own_covariance
 from ...models.gait.gait import Gait, separation
@@ -29,7 +28,6 @@ from ...pipeline.signals.norms import cannot_be_told
 from ...pipeline.signals.reprojection import residuals_of, unsure_joints
 from .columns import Columns
 from .figures import basis, with_error
-from .floor import floor
 from .jumps import cut_jumps, jumping, jumps, unsure_hops, without_leaps, without_slips
 from .movements import arm_raises, knee_bends
 from .off_keypoints import Spans, exchanged, not_shown, off_keypoints
@@ -190,7 +188,6 @@ def measures(
             for row in within(name, with_outcome(name, of, lasts_s, doubt=doubt))
         ),
         *within("repetitions", on_demand),
-        *within("floor", floor(walk, gait, filtered, rectified, made_by_the_built_in(source))),
         *within("jumps", with_outcome("jumps", leaps, lasts_s, flights.looked, doubt)),
         *within("paths", _paths(take, filtered, rectified)),
     )

@@ -48,7 +48,6 @@ _EXPLAINED = {
     "contact_time": "How long the feet are on the floor before a jump that follows another within a second.",
     "take_off_feet": "On how many feet the person takes off.",
     "landing_feet": "On how many feet the person lands.",
-    "floor_height": "Height of the floor under the feet, measured from the camera or the world's origin.",
     "slope": "Slope of the floor along the walk.",
     "path_length": "Total distance moved. Of lifted poses its error is not known; fast movements read too short.",
     "mean_speed": "Path length divided by time.",

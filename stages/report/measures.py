@@ -68,12 +68,12 @@ _ERRORS = (
     f"The true figure lies within ± in nine of ten cases; without ± the error is not known. {_ABOUT} "
     "Grey: a difference within its ±, which is its MDC90: if nothing differs, nine in ten differences lie within it."
 )
-_ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
+_ORDER = {"walking": -1}  # of the groups
 _ELSEWHERE = ("range_of_motion", "symmetry", "paths", "off_keypoints")  # beside the angles and the speeds
 _RANGES = ("lowest", "highest", "full_range", "p05_p95")
 # What a reader of the page needs a textbook for: summary.json and measures.csv have it.
 FOR_FILES = (
-    "sparc_up", "sparc_down", "log_dimensionless_jerk_up", "log_dimensionless_jerk_down", "places", "sd_reason",
+    "sparc_up", "sparc_down", "log_dimensionless_jerk_up", "log_dimensionless_jerk_down", "sd_reason",
     "step_time_symmetry_outcome", "stance_time_symmetry_outcome", "step_length_symmetry_outcome",
 )  # fmt: skip
 _LARGE = ("walking_speed", "cadence", "mean_step_length")  # of a walk: the figures to be read first

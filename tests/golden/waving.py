@@ -48,5 +48,4 @@ WALK = {
         "right": {"landings_s": [0.5, 1.5], "toe_offs_s": [1.1]},
         "left": {"landings_s": [1.0], "toe_offs_s": [62.5]},
     },
-    "floor": {"floor_height": -1.2},
 }

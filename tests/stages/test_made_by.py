@@ -60,7 +60,6 @@ def test_the_up_of_an_estimators_world_is_told_and_its_error_not_known(walk, mad
     assert errors_unknown(take.poses)
     assert errors_unknown(take.poses) in take.notices
     assert "knows its own up" not in report(take)
-    assert "slope_error_deg" not in nested(take.measures)["floor"]
 
 
 def test_a_measured_world_knows_its_up(walk):
@@ -209,7 +208,6 @@ def test_what_rests_on_an_estimators_path_has_no_error(walk, seen, camera):
     own = nested(STAGES(Take("own", poses=seen.with_(root=root, made_by=MadeBy("estimated", "X")))).measures)
     assert own["walking"]["walking_speed"] > 0
     assert not {"walking_speed_error", "mean_step_length_error"} & own["walking"].keys()
-    assert not {"floor_height_error", "slope_error_deg"} & own["floor"].keys()
 
 
 def test_what_would_tell_the_errors_is_what_is_missing(walk, keypoints, camera):

@@ -8,10 +8,7 @@ import pytest
 from golden.walks import FOCAL_PX as FOCAL
 from golden.walks import GEOMETRIC, JUDGED, SIZE, filmed
 from pcnet3d.examples.walker.camera import aimed
-from pcnet3d.models.gait.events import Stance
-from pcnet3d.models.gait.parameters import flat_span
 from pcnet3d.models.lab.errors.paths import frame_by_frame
-from pcnet3d.models.lab.mocap.contact import true_contact
 from pcnet3d.pipeline import (
     CAMERA,
     H36M17,
@@ -22,6 +19,7 @@ from pcnet3d.pipeline import (
     Told,
     change_frame,
 )
+from pcnet3d.pipeline.core.anthropometry import floor_height
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
@@ -29,11 +27,9 @@ from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.reading.handedness import repaired
 from pcnet3d.pipeline.signals.flights import falls
 from pcnet3d.stages.clean import clean
-from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.scale import Scale, scale
-from pcnet3d.stages.trajectories import Trajectories
 
 AFTER = Pipeline(GEOMETRIC)  # which use the path
 
@@ -202,43 +198,6 @@ def test_the_walking_speed_has_the_errors_that_all_strides_share(through, walk, 
     )
 
 
-def test_locked_feet_do_not_slide_and_the_path_stays_within_its_error(placed, walk):
-    poses = placed.poses
-    wave = 0.05 * np.sin(2 * np.pi * 0.7 * poses.times)[:, None] * [0.0, 0.0, 1.0]
-    rectified = Rectify(rectifier="geometric")(placed.with_(poses=poses.with_(root=poses.root + wave)))
-    free, locked = (Trajectories(foot_lock=lock)(rectified) for lock in (False, True))
-    joints, time_s = free.filtered.joints, free.filtered.times
-    np.testing.assert_array_equal(locked.filtered.joints, joints)
-    np.testing.assert_array_equal(locked.kinematics["root_x"], np.float32(locked.filtered.root[:, 0]))
-    moved = locked.filtered.root - free.filtered.root
-    assert 0 < np.linalg.norm(moved, axis=1).max() < 2.5 * free.filtered.root_sd.max()
-    slides = {}
-    feet = true_contact(walk.world, time_s)
-    for lock, run in ((False, free), (True, locked)):
-        places = [run.filtered.root + run.filtered.joint(f"{side}_ankle") for side in "rl"]
-        spans = [
-            place[slice(*np.searchsorted(time_s, flat_span(Stance(side, *spell), 0.0, time_s[-1])))]
-            for side, place in zip("rl", places, strict=True)
-            for spell in feet[side]
-            if np.isfinite(spell).all()
-        ]
-        slides[lock] = np.array([np.ptp(span[:, :2], axis=0).max() for span in spans if len(span)])
-    assert np.median(slides[True]) < 0.01
-    assert np.median(slides[False]) > 0.02
-    steps = [[step.name for step in facts_of(run).history] for run in (free, locked)]
-    assert steps[0][-3:] == ["rectify", "low-pass filter", "smoother"]
-    assert steps[1][-4:] == ["rectify", "low-pass filter", "foot lock", "smoother"]
-    smoothed = [facts_of(run).history[-1].options["columns_of"] for run in (free, locked)]
-    assert set(smoothed[0]) - set(smoothed[1]) == {"root"}  # whose columns are the locked path's
-
-
-def test_no_feet_are_locked_to_a_path_that_the_source_knows(take, walk, camera):
-    known = take.with_(poses=take.poses.with_(root=camera.points(walk.root[:, None])[:, 0]))
-    rectified = Rectify(rectifier="geometric")(known)
-    free, locked = (Trajectories(foot_lock=lock)(rectified) for lock in (False, True))
-    np.testing.assert_array_equal(locked.filtered.root, free.filtered.root)
-
-
 def test_the_error_follows_a_scale_a_turn_a_mirror_and_cleaning(placed):
     poses = placed.poses
     doubled = scale(poses, 3.5 / 2)[0]
@@ -261,31 +220,16 @@ def test_a_covariance_needs_a_root(take):
         take.poses.with_(root_covariance=np.zeros((len(take.poses), 3, 3)))
 
 
-def test_the_floor_of_a_walk_lies_below_the_camera(through, camera, take):
-    floor = nested(through.measures)["floor"]
-    assert abs(floor["floor_height"] + camera.position[2]) < 1.645 * floor["floor_height_error"]
-    assert abs(floor["slope_deg"]) < 1.645 * floor["slope_error_deg"]
-    assert floor["stairs"] == "none"
+def test_the_floor_of_a_walk_lies_below_the_camera(through, camera):
     # The up of the geometric rectifier is off by about 3 degrees here, which is 0.3 m at the person's 5.5.
-    assert floor["floor_height"] == pytest.approx(-camera.position[2], abs=0.4)
-    assert "not known" in nested(AFTER(take).measures)["floor"]["reason"]
+    assert floor_height(through.filtered) == pytest.approx(-camera.position[2], abs=0.4)
 
 
-def test_feet_that_cannot_be_locked_are_said(take):
-    take = Rectify(rectifier="geometric")(take)
-    asked, usual = (
-        [event.code for event in Trajectories(foot_lock=lock)(take).notices] for lock in (True, False)
-    )
-    assert "foot-not-locked" in asked
-    assert "foot-not-locked" not in usual
-
-
-def test_of_poses_that_nobody_has_judged_speed_and_floor_have_no_error(take):
+def test_of_poses_that_nobody_has_judged_speed_has_no_error(take):
     other = take.with_(poses=take.poses.with_(made_by=MadeBy("estimated", "X")))
     done = AFTER(Place()(other))
     found = nested(done.measures)
     assert found["walking"]["walking_speed"] > 0
-    assert "floor_height_error" not in found["floor"]
     assert "walking_speed_error" not in found["walking"]
     said = {each.code: each.text for each in done.notices}
     assert "were not measured" in said["placed"]

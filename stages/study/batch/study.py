@@ -37,8 +37,8 @@ _LIMIT, _CHANCE = 1.96, 0.05
 # Of the steps in which figures are stated: standard deviation of the difference of two (uniform errors).
 _ROUNDED = float(np.sqrt(2 / 12))
 # Figures that others rest on.
-_BASIS = ("frames", "nan_share", "beyond_anatomy_frames", "places", "usual_error", "peak_mdc90")
-_OF_RECORDING = {("off_keypoints",), ("floor",)}  # groups: the lift's residuals, the camera's height
+_BASIS = ("frames", "nan_share", "beyond_anatomy_frames", "usual_error", "peak_mdc90")
+_OF_RECORDING = {("off_keypoints",)}  # groups: the lift's residuals
 # Of a notice.
 _SAID = ("code", "weight", "about", "text")
 

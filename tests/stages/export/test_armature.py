@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.measures import rows_of
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import geodesic_deg
 from pcnet3d.pipeline.files.skeletons import place
@@ -41,10 +40,8 @@ def test_joints_are_where_the_take_has_them(walked, feet):
 
 def test_its_origin_is_told_from_that_of_markers_over_the_floor(walked):
     take = walked()
-    take = take.with_(measures=rows_of({"floor": {"floor_height": -0.7}}))
     found, wanted = armature(take), markers(take, ANIMATION)
     np.testing.assert_allclose(found.root + found.moved, wanted.root, atol=1e-9)
-    np.testing.assert_allclose(found.root, armature(take.with_(measures=())).root, atol=1e-9)
 
 
 def test_a_distance_of_origins_has_its_unit(walked):

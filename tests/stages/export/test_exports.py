@@ -11,8 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from golden.measures import rows_of
-from golden.waving import FPS, ROWS, WALK, exported, made
+from golden.waving import FPS, ROWS, exported, made
 from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, PoseSequence, Take
+from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT, floor_height
 from pcnet3d.pipeline.core.frames import METRES, Frame
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.bids import write_bids
@@ -90,9 +91,8 @@ def test_a_person_who_walks_moves_through_the_trc(facing_camera, tmp_path):
     forward = take.rectified.R_source_from_level.T @ [0, 0, -1.3]
     speed = np.array([-forward[0], forward[2], forward[1]])
     np.testing.assert_allclose(pelvis - pelvis[0], np.outer(time_s - time_s[0], speed), atol=2e-3)
-    np.testing.assert_allclose(
-        pelvis[0], take.filtered.root[0] @ [[-1, 0, 0], [0, 0, 1], [0, 1, 0]], atol=1e-5
-    )
+    root = take.filtered.root[0] - [0, 0, floor_height(take.filtered)]
+    np.testing.assert_allclose(pelvis[0], root @ [[-1, 0, 0], [0, 0, 1], [0, 1, 0]], atol=1e-5)
     assert speed[0] > 1.2
 
 
@@ -119,12 +119,11 @@ def test_images_that_the_recording_lacks_are_gaps_whatever_the_stamps(facing_cam
     assert abs(even_s[lost].mean() - 41 / FPS) < 1.5 / FPS
 
 
-def test_the_floor_is_at_0_where_it_is_known(facing_camera, tmp_path):
+def test_the_floor_is_at_0_where_the_person_has_a_place(facing_camera, tmp_path):
     take = made(facing_camera, walks=True)
-    before, names, *_ = read_trc(exported(take, tmp_path / "a", "trc") / "markers.trc")
-    after, *_ = read_trc(exported(take.with_(measures=rows_of(WALK)), tmp_path / "b", "trc") / "markers.trc")
-    shift = (after - before)[:, names.index("pelvis")]
-    np.testing.assert_allclose(shift, np.broadcast_to([0, 1.2, 0], shift.shape), atol=2e-6)
+    points, names, *_ = read_trc(exported(take, tmp_path, "trc") / "markers.trc")
+    ankles = points[:, [names.index(f"{side}_ankle") for side in "rl"], 1]
+    assert np.median(ankles.min(axis=1)) == pytest.approx(ANKLE_HEIGHT * 1.75, abs=0.02)
 
 
 def test_mot_bears_the_coordinates_of_a_model_where_they_mean_the_same(take, tmp_path):
@@ -234,16 +233,15 @@ def written_by(writer: str, folder: Path) -> tuple[str, str, np.ndarray]:
     return said["axes"], said["length_unit"], pelvis
 
 
-@pytest.mark.parametrize("measures", [{}, WALK])
 @pytest.mark.parametrize("writer", ["c3d", "mot", "bids"])
-def test_what_a_file_says_of_its_axes_is_what_it_holds(facing_camera, tmp_path, writer, measures):
+def test_what_a_file_says_of_its_axes_is_what_it_holds(facing_camera, tmp_path, writer):
     """All of them said the pelvis was the origin, one other axes than its own, one another unit."""
-    take = made(facing_camera, walks=True).with_(measures=rows_of(measures))
+    take = made(facing_camera, walks=True)
     text, unit, pelvis = written_by(writer, exported(take, tmp_path, writer))
     told = re.fullmatch(r"\w+ \(x (\w+), y (\w+), z (\w+), right-handed; origin camera(.*); (\w+)\)", text)
-    axes, floor = Frame("told", "level", told.groups()[:3]), told[4] == ", heights from the floor"
-    assert (told[5], floor) == (unit, measures == WALK)
-    root = take.filtered.root - [0, 0, WALK["floor"]["floor_height"] if floor else 0]
+    axes = Frame("told", "level", told.groups()[:3])
+    assert told.groups()[3:] == (", heights from the floor", unit)
+    root = take.filtered.root - [0, 0, floor_height(take.filtered)]
     off = pelvis * METRES[unit] - root @ (axes.basis @ LEVEL.basis.T).T
     assert np.nanmax(np.linalg.norm(off, axis=1)) < (0.1 if writer == "mot" else 1e-5)
 

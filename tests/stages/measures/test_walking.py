@@ -5,22 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden import jumps
 from golden.walks import STAGES, measured, seen_from
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.errors import shipped_errors
 from pcnet3d.models.gait.events import Stance, walks
-from pcnet3d.models.gait.of_take import body_joints, gait_of, least_step
-from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence, Take
-from pcnet3d.pipeline.core.frames import CAMERA, PC_CAMERA, change_frame
-from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, Measure, nested
+from pcnet3d.models.gait.of_take import least_step
+from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
+from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.clean import Clean
-from pcnet3d.stages.measures.floor import floor
 from pcnet3d.stages.measures.stage import Measures
-from pcnet3d.stages.measures.unseen_steps import along_sight
-from refusals import refused
 
 
 @pytest.mark.parametrize(("fps", "turn_deg"), [(30, -45), (25, 0), (50, 90), (29.97, -160)])
@@ -268,14 +263,6 @@ def test_ten_frames_a_second_are_said_where_no_steps_are_found(walk):
     assert "10 frames per second" in walking["reason"]
 
 
-def test_the_floor_of_motion_capture_has_a_height_without_an_error(take):
-    """Places that are measured are alike to a millimetre, and 0.0009 m was stated with an error of 0.0002."""
-    found = nested(take.measures)["floor"]
-    assert found["floor_height"] == pytest.approx(0, abs=0.005)
-    assert "floor_height_error" not in found
-    assert "slope_error_deg" in found
-
-
 def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
     straight = walker(seconds=12, turn_deg=0)
     world = straight.world - straight.root[:, None] * (
@@ -298,100 +285,3 @@ def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
     assert nowhere["mean_step_length"] == pytest.approx(1.25 * 60 / straight.cadence_spm, rel=0.05)
     assert "belt" not in nested(measured(straight.poses).measures)["walking"]
     assert "belt_speed_error" not in found  # which is known of lifted walks only
-
-
-def uphill(seconds, incline, noise_m, on_belt=False):
-    """A walk straight ahead on a ramp."""
-    straight = walker(seconds=seconds, turn_deg=0)
-    rows = straight.during("walk")
-    world = straight.world[rows] - straight.root[rows, None] * (on_belt, on_belt, 0)
-    world += np.random.default_rng(0).normal(0, noise_m, world.shape)
-    world[..., 2] += incline * world[..., 0]  # the walker goes north
-    return PoseSequence(world, H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows))
-
-
-@pytest.mark.parametrize("incline", [0.0, 0.1])
-@pytest.mark.parametrize("belt_speed", [None, 1.25])
-def test_a_belt_has_a_height_and_no_slope(incline, belt_speed):
-    """The places of feet on it lie beside one another, and their line was called the slope."""
-    poses = uphill(30, incline, 0.002, on_belt=True)
-    floor = nested(measured(poses, (*STAGES[:3], Measures(belt_speed=belt_speed))).measures)["floor"]
-    assert floor["slope_reason"] == "the feet are carried by a belt"
-    assert {"slope_deg", "slope_error_deg", "stairs"}.isdisjoint(floor)
-    assert floor["floor_height"] == pytest.approx(0, abs=0.03)
-
-
-def test_a_floor_without_a_walk_has_no_slope():
-    """A man who stood on one leg had "the slope of the floor along the walk", 17 degrees of a level floor."""
-    straight = walker(seconds=12, turn_deg=0)
-    rows = straight.during("walk")
-    poses = PoseSequence(
-        straight.world[rows], H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows)
-    )
-    take = measured(poses, STAGES[:3])
-    gait = gait_of(body_joints(take.filtered, take.rectified), take.filtered, take.rectified, take.kinematics)
-    found = nested(floor([Measure("steps", 0)], gait, take.filtered, take.rectified, judged=False))
-    assert found["slope_reason"] == "no walk was found"
-    assert {"slope_deg", "stairs"}.isdisjoint(found)
-    assert found["floor_height"] == pytest.approx(0, abs=0.03)
-
-
-def test_a_floor_that_nobody_could_walk_on_is_none():
-    """A level road, seen from above with an unknown focal length, was told as stairs that go down by 55 degrees."""
-    floor = nested(measured(uphill(12, np.tan(np.radians(52)), 0.003)).measures)["floor"]
-    assert set(floor) == {"reason"}
-    assert "would slope by 52 degrees" in floor["reason"]
-
-
-def test_a_ramp_of_motion_capture_has_its_slope_and_no_stairs():
-    poses = uphill(12, np.tan(np.radians(4)), 0.003)
-    floor = nested(measured(poses).measures)["floor"]
-    assert floor["slope_deg"] == pytest.approx(4, abs=0.5)
-    assert floor["stairs"] == "none"
-
-
-@pytest.mark.parametrize("speed", [0.0, -1.0, np.nan])
-def test_a_belt_that_does_not_run_is_refused(speed):
-    with refused("bad-value"):
-        Measures(belt_speed=speed)
-
-
-def test_walking_speed_lengths_and_phases_where_the_place_is_known(walk, take):
-    walking = nested(take.measures)["walking"]
-    assert walking["gait"] == "walking"
-    step_m = 60 * walk.speed_mps / walk.cadence_spm
-    assert walking["walking_speed"] == pytest.approx(walk.speed_mps, rel=0.02)
-    assert walking["mean_step_length"] == pytest.approx(step_m, rel=0.02)
-    assert walking["mean_stance_percent"] + walking["mean_swing_percent"] == pytest.approx(100, abs=1)
-    assert 55 < walking["mean_stance_percent"] < 68
-    assert walking["right"]["landings_s"][0] < walking["right"]["toe_offs_s"][0]
-
-
-def test_jumps_with_their_height_and_none_in_a_walk(take):
-    assert nested(take.measures)["jumps"] == {"outcome": "none", "count": 0}
-    jumping = jumps.jumping()
-    poses = jumping.with_(joints=jumping.joints + jumping.root[:, None], frame=Z_UP, root=None)
-    found = nested(measured(poses).measures)["jumps"]
-    assert found["count"] == 2
-    # Stiff legs leave the floor without stretching the ankle: they are seen from 0.12 m on, not from 0.09.
-    assert found["jump_height"] == pytest.approx([0.25, 0.25], abs=0.02)
-    assert found["flight_time_s"] == pytest.approx([0.47, 0.47], abs=0.03)
-
-
-def test_facing_the_camera_hides_a_walk_only_while_it_lasts():
-    """One figure for the take said that steps of a man in full profile could not be told."""
-    times = np.arange(300) / 30
-    level = walker(seconds=10).poses
-    rectified = Pipeline(STAGES[:1])(Take("walker", poses=level)).rectified
-
-    def facing(degrees):
-        a = np.radians(degrees)
-        back = np.stack([np.sin(a), 0 * a, np.cos(a)], axis=-1)
-        R = np.stack([back, np.cross((0, 1, 0), back), np.broadcast_to((0.0, 1, 0), back.shape)], axis=-1)
-        return along_sight(replace(rectified, R_source_from_body=R), CAMERA, times)
-
-    assert facing(np.full(300, 90.0)) == []
-    ((start, stop),) = facing(np.where(times < 4, 10.0, 90.0))
-    assert start == 0
-    assert stop == pytest.approx(4, abs=0.1)
-    assert facing(np.where((times > 4) & (times < 5), 10.0, 90.0)) == []  # no walk is so short

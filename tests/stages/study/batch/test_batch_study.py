@@ -284,7 +284,6 @@ def test_only_figures_that_say_something_are_compared(made):
             "frames": 60, "nan_share": 0.1, "cadence_spm": 100.0, "cadence_error_spm": 1.0, "walking_speed": 1.2,
             "walking_speed_error": 0.1, "landings_s": [1.0],
         },
-        "floor": {"places": 3, "floor_height": -1.2},
         "off_keypoints": {"r_arm": {"p50_px": 3.0}},
         "symmetry": {"knee_flexion": {"right_deg": 49.0, "left_deg": 52.0, "symmetry_index_percent": -6.0}},
         "knee_bends": {"count": 2, "cycles": {"r_knee_flexion": {"count": 2, "mean_deg": [1.0] * 101}}},
