@@ -3,7 +3,6 @@ had them. It goes along with the person."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,8 +13,7 @@ from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import on_lines
 from ..drawing.palette import faint, side_colour
 from ..drawing.rerun_log import person_view, time_columns
-from .prints import FootPrint
-from .walk import camera_ahead, floor, prints_so_far, walked
+from .walk import camera_ahead, ground, walked
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -30,7 +28,7 @@ _FAINT = 0.5  # share of its colour that the thin skeleton keeps
 _U = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])  # R_z_up_from_camera of a camera that is level
 
 
-def log_first(recording: rr.RecordingStream, take: Take, prints: Sequence[FootPrint], size: float) -> None:
+def log_first(recording: rr.RecordingStream, take: Take, size: float) -> None:
     """Places in the room, LEVEL, of what is logged by itself: level; source, upright as in its image, beside it; and
     walk/along, which goes along with the pelvis over the floor. walk/floor: the floor's lines.
 
@@ -41,9 +39,8 @@ def log_first(recording: rr.RecordingStream, take: Take, prints: Sequence[FootPr
     level, clock = rectified.level, time_columns(poses.frame_index, poses.times)
     root = np.zeros((len(level), 3)) if walked(rectified) is None else level.root
     assert root is not None
-    ground = _ground(take, prints, size)
     way = on_lines(root[:, :2], np.arange(len(root)))
-    over_floor = np.column_stack([np.nan_to_num(way), np.full(len(root), ground)])
+    over_floor = np.column_stack([np.nan_to_num(way), np.full(len(root), ground(rectified, size))])
     recording.send_columns("level", clock, rr.Transform3D.columns(translation=root))
     recording.send_columns("walk/along", clock, rr.Transform3D.columns(translation=over_floor))
     _log_floor(recording, over_floor, size)
@@ -53,18 +50,18 @@ def log_first(recording: rr.RecordingStream, take: Take, prints: Sequence[FootPr
         recording.send_columns("source", clock, rr.Transform3D.columns(translation=beside, mat3x3=R))
 
 
-def first_view(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.View:
+def first_view(take: Take, size: float) -> rrb.View:
     """size: about half the person's height."""
     import rerun as rr
 
     rectified, source = take.need("rectified"), take.need("poses")
-    shown = ["walk/floor", "walk/path/**", "walk/prints/**", "level/**"]
+    shown = ["walk/floor", "walk/path/**", "level/**"]
     name, middle = "The person on the floor, LEVEL", np.zeros(3)
     if _has_ghost(take):
         shown.append("source/bones")
         middle = 0.5 * _APART * size * _left(take)
         name += "; thin: before, in the camera's axes"
-    middle[2] = -0.95 * _ground(take, prints, size) if walked(rectified) is None else 0.85 * size
+    middle[2] = -0.95 * ground(rectified, size) if walked(rectified) is None else 0.85 * size
     colours = [faint(side_colour(*bone), _FAINT) for bone in source.layout.bones]
     thin = rr.LineStrips3D.from_fields(colors=colours, radii=[0.006 * size])
     return person_view(
@@ -73,14 +70,8 @@ def first_view(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.View
         middle + size * _eye(take),
         middle,
         contents=[f"+ /{entity}" for entity in shown],
-        overrides={**prints_so_far(), "source/bones": thin},
+        overrides={"source/bones": thin},
     )
-
-
-def _ground(take: Take, prints: Sequence[FootPrint], size: float) -> float:
-    level = take.need("rectified").level
-    ground = floor(walked(take.need("rectified")) or level, prints)
-    return ground if np.isfinite(ground) else -size
 
 
 def _has_ghost(take: Take) -> bool:

@@ -35,7 +35,6 @@ from .angles import log_angles, log_marks
 from .first import log_first
 from .gaps import angles_with_gaps_marked, gaps_marked
 from .horizon import log_horizon
-from .prints import foot_prints
 from .summary import summary_markdown
 from .up import log_up
 from .views import OFF_KEYPOINTS, views
@@ -71,7 +70,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
     Entities: video (which frame of which of video_parts), video/keypoints, video/horizon; source (the skeleton in the
     axes it came in, and the body's axes there), body, level (joints and tapered bones); walk (LEVEL's room: the floor,
-    the path over it and its error, foot prints, the camera, and what goes along with the person); wrists/source,
+    the path over it and its error, the camera, and what goes along with the person); wrists/source,
     wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt (the votes
     as the camera's pitch and roll); angles/<angle> with the ends of its 90 % band; marks (moments of events);
     off_keypoints (how far each limb is from its keypoints); events; summary.
@@ -90,12 +89,12 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
         )
     parts, notices = viewable(take.video) if take.told.images and take.video else (None, ())
     take = take.saying(*notices).with_(video=take.video if parts else None)
-    size, prints = half_height(poses.joints), foot_prints(take)
+    size = half_height(poses.joints)
 
     path = Path(path)
     needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.span_bytes if take.video else 0)
     require_space(path.parent, needed, "The recording")
-    with whole_file(path) as partial, recording_file(partial, views(take, prints, size), path) as file:
+    with whole_file(path) as partial, recording_file(partial, views(take, size), path) as file:
         give_memory_back()
         recording = file.stream
         recording.send_recording_name(take.name)
@@ -104,12 +103,12 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
         file.check()
         shown = gaps_marked(take)
         _log_poses(recording, shown, size)
-        log_first(recording, shown, prints, size)
+        log_first(recording, shown, size)
         _log_rotation(recording, shown, size)
         del shown
         _log_off_keypoints(recording, take)
         file.check()
-        log_room(recording, take, prints, size)
+        log_room(recording, take, size)
         log_marks(recording, take)
         log_horizon(recording, take)
         log_angles(recording, angles_with_gaps_marked(take))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.core.anthropometry import floor_height
 from ...pipeline.core.frames import BODY
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
@@ -15,8 +16,7 @@ from ..drawing.facts import OWN_WAYS, voted, ways_of_level
 from ..drawing.rerun_log import person_view
 from .angles import angle_views, angled, first_angles
 from .first import first_view
-from .prints import FootPrint
-from .walk import floor, walk_view, walked
+from .walk import walk_view, walked
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
@@ -30,7 +30,7 @@ _EYES = {
 }
 
 
-def views(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Container:
+def views(take: Take, size: float) -> rrb.Container:
     """A tab for a first look: the video, the person on the floor, and below them knees, elbows and trunk; another for
     all else. Views of what the take lacks are not there.
 
@@ -43,7 +43,7 @@ def views(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Container
     video = [rrb.Spatial2DView(origin="video", name=title, visual_bounds=_bounds(take))] if title else []
     charts = first_angles(take)
     first = rrb.Vertical(
-        rrb.Horizontal(*video, first_view(take, prints, size)),
+        rrb.Horizontal(*video, first_view(take, size)),
         *([rrb.Horizontal(*charts)] if charts else []),
         row_shares=[5, 3] if charts else [1],
         name="First look",
@@ -119,8 +119,8 @@ def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
     frame = take.need("poses").frame if entity == "source" else BODY
     grid = None
     if entity != "source":
-        ground = floor(take.need("rectified").level)  # heights in BODY are those in LEVEL
-        grid = (ground if np.isfinite(ground) else -size), size / 4
+        height = floor_height(take.need("rectified").body)
+        grid = (height if np.isfinite(height) else -size), size / 4
     return person_view(entity, name, size * frame.basis @ np.array(_EYES[frame.family]), grid=grid)
 
 

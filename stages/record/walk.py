@@ -1,21 +1,19 @@
-"""The person in LEVEL where they are in the room: their path over the floor, their foot prints, and the camera."""
+"""The person in LEVEL where they are in the room: their path over the floor, and the camera."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.common.metrics import RAYLEIGH_90
-from ...pipeline.core.layouts import FEET, with_feet
+from ...pipeline.core.anthropometry import floor_height
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import breaks, runs
 from ..drawing.palette import MIDDLE
 from ..drawing.rerun_log import person_view
-from .prints import FootPrint, log_prints
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -37,17 +35,16 @@ def walked(rectified: Rectified) -> PoseSequence | None:
     return level.mapped(lambda points: points + root, root=None, root_covariance=None)
 
 
-def log_room(recording: rr.RecordingStream, take: Take, prints: Sequence[FootPrint], size: float) -> None:
+def log_room(recording: rr.RecordingStream, take: Take, size: float) -> None:
     """What the person walks through: walk/path, the pelvis path on the floor; walk/path/error, ellipses that hold it
-    with 90 % where it was estimated; walk/prints; and walk/camera, the camera at its place."""
+    with 90 % where it was estimated; and walk/camera, the camera at its place."""
     import rerun as rr
 
     rectified = take.need("rectified")
-    placed, level = walked(rectified), rectified.level
-    if placed is None or level.root is None:
+    level = rectified.level
+    if walked(rectified) is None or level.root is None:
         return
-    ground = floor(placed, prints)
-    path = np.column_stack([level.root[:, :2], np.full(len(level), ground)])
+    path = np.column_stack([level.root[:, :2], np.full(len(level), ground(rectified, size))])
     pieces = runs(is_finite(level.root), level.times, breaks(level))
     strips = [path[piece] for piece in pieces]
     look = rr.LineStrips3D(strips, colors=[_PATH], radii=[0.012 * size])
@@ -56,7 +53,6 @@ def log_room(recording: rr.RecordingStream, take: Take, prints: Sequence[FootPri
         ellipses = _ellipses(path, level.root_covariance[:, :2, :2], level.times, pieces)
         look = rr.LineStrips3D(ellipses, colors=[_ERROR], radii=[0.004 * size])
         recording.log("walk/path/error", look, static=True)
-    log_prints(recording, prints, ground, level, size)
     R_level_from_camera = _camera_axes(take)
     if take.camera is not None and R_level_from_camera is not None:
         width, height = take.camera.image_size
@@ -113,7 +109,7 @@ def camera_ahead(take: Take) -> np.ndarray | None:
 
 
 def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
-    """All of the path at once, the camera too, and every foot print up to the view's time. size: about half the
+    """All of the path at once, and the camera too. size: about half the
     person's height."""
 
     low, high = (np.nanpercentile(placed.joints, share, axis=(0, 1)) for share in (1, 99))
@@ -132,35 +128,17 @@ def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
         middle + reach * eye,
         middle,
         contents=["+ /walk/**", "+ /level/**"],
-        overrides=prints_so_far(),
     )
 
 
-def prints_so_far() -> dict[Any, rrb.VisibleTimeRanges]:
-    """For a view's overrides: foot prints stay from when they are made."""
-    import rerun.blueprint as rrb
-
-    so_far = rrb.VisibleTimeRanges(
-        [
-            rrb.VisibleTimeRange(
-                timeline, start=rrb.TimeRangeBoundary.infinite(), end=rrb.TimeRangeBoundary.cursor_relative()
-            )
-            for timeline in ("frame", "video_time")
-        ]
+def ground(rectified: Rectified, size: float) -> float:
+    """Height of the floor in LEVEL; half the person's height, `size`, under the pelvis where no foot is ever seen."""
+    level = rectified.level
+    height = floor_height(level)
+    if np.isfinite(height):
+        return height
+    return (
+        -size
+        if walked(rectified) is None or level.root is None
+        else float(np.nanmedian(level.root[:, 2])) - size
     )
-    return {f"walk/prints/{side}": so_far for side in ("right", "left")}
-
-
-def floor(placed: PoseSequence, prints: Sequence[FootPrint] = ()) -> float:
-    """The usual height of the foot prints; without any that of the lowest heels, toes and ankles, or of the lowest
-    joint; NaN without joints."""
-    if prints:
-        return float(np.median([one.place[2] for one in prints]))
-    points = with_feet(placed)
-    low = [joint for joint in points.layout.joints if joint in FEET or joint.endswith("ankle")]
-    for rows in (points.layout.indices(low), slice(None)):
-        heights = points.joints[:, rows, 2]
-        heights = heights[np.isfinite(heights)]
-        if len(heights):
-            return float(np.percentile(heights, 2))
-    return float("nan")

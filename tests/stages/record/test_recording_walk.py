@@ -1,6 +1,4 @@
-"""The view of the walk: foot prints lie where and when the feet landed, and the camera sees the person as it did."""
-
-from dataclasses import replace
+"""The view of the walk: the path lies on the floor, and the camera sees the person as it did."""
 
 import numpy as np
 import pytest
@@ -9,8 +7,8 @@ from golden.recordings import Recording
 from golden.walks import GEOMETRIC, SIZE, filmed
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.pipeline import CAMERA, Y_UP, Pipeline, change_frame
+from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT
 from pcnet3d.pipeline.core.rotations import rotate
-from pcnet3d.stages.record.prints import foot_prints
 from pcnet3d.stages.record.stage import record
 from pcnet3d.stages.record.walk import _ellipses, walked
 
@@ -37,51 +35,17 @@ def recording(take, tmp_path_factory):
     return Recording(path)
 
 
-def test_foot_prints_lie_on_the_floor_where_and_when_the_feet_landed(walk, take, recording):
-    level, ground = walked(take.rectified), []
-    for side, words in (("r", "right"), ("l", "left")):
-        frame, nanoseconds, strips = recording.over_time(f"walk/prints/{words}", STRIPS)
-        prints = [one for one in foot_prints(take) if one.side == words]
-        assert len(frame) == len(prints) >= 3
-        ankle = level.joint(f"{side}_ankle")
-        for row, at, (outline,), one in zip(frame, nanoseconds / 1e9, strips, prints, strict=True):
-            assert 0 <= at - one.start_s <= 1.01 / take.poses.fps
-            flat = row + np.arange(int(0.15 * take.poses.fps), int(0.3 * take.poses.fps))
-            off = np.linalg.norm(np.mean(outline, axis=0)[:2] - ankle[flat, :2].mean(axis=0))
-            assert off < 0.12  # half a foot's length: the outline's middle lies before the ankle
-            ground += [point[2] for point in outline]
-        landed = np.array(walk.heel_strikes_s[side])
-        starts = np.array([one.start_s for one in prints])
-        inside = landed[(landed > starts[0] - 0.1) & (landed < starts[-1] + 0.1)]
-        assert np.abs(inside[:, None] - starts).min(axis=1).max() < 0.1
-    assert len(set(ground)) == 1
-    low = min(level.joint(f"{side}_ankle")[:, 2].min() for side in "rl")
-    assert ground[0] == pytest.approx(low, abs=0.06)
-    floor = np.concatenate(recording.static("walk/floor", "LineStrips3D:strips"))
-    np.testing.assert_allclose(floor[:, 2], ground[0], rtol=1e-6)
+def test_the_path_lies_on_the_floor_under_the_feet(take, recording):
+    level = walked(take.rectified)
+    ankles = np.min([level.joint(f"{side}_ankle")[:, 2] for side in "rl"], axis=0)
+    path, floor = (np.concatenate(recording.static(f"walk/{part}", STRIPS)) for part in ("path", "floor"))
+    assert len(set(path[:, 2])) == 1
+    assert np.median(ankles) - path[0, 2] == pytest.approx(ANKLE_HEIGHT * 1.75, abs=0.01)
+    np.testing.assert_allclose(floor[:, 2], path[0, 2], rtol=1e-6)
 
 
-def test_feet_point_where_the_person_heads(walk, take, seen_by):
-    R_level_from_world = take.rectified.R_source_from_level.T @ seen_by.R_camera_from_world
-    prints = foot_prints(take)
-    lie_flat = [one.start_s + 0.3 for one in prints]
-    heading = np.radians(np.interp(lie_flat, walk.time_s, walk.heading_deg))
-    ahead = (
-        np.stack([np.cos(heading), np.sin(heading), np.zeros(len(prints))], axis=-1) @ R_level_from_world.T
-    )
-    turned = [np.degrees(np.arccos(one.ahead @ true[:2])) for one, true in zip(prints, ahead, strict=True)]
-    assert len(prints) >= 5
-    assert max(turned) < 15
-
-
-def test_heels_and_toes_tell_direction_and_floor(take):
-    level = take.rectified.level
-    feet = np.repeat(level.joints[:, [3, 3, 3, 6, 6, 6]], 1, axis=1).astype(float)
-    feet += np.array([[0, 0.15, -0.08], [0, 0.1, -0.08], [0, -0.05, -0.07]] * 2)
-    shod = take.with_(rectified=replace(take.rectified, level=level.with_(feet=feet)))
-    for one, bare in zip(foot_prints(shod), foot_prints(take), strict=True):
-        np.testing.assert_allclose(one.ahead, [0, 1], atol=1e-4)
-        assert one.place[2] == pytest.approx(bare.place[2] - 0.08, abs=1e-4)
+def test_the_recording_shows_the_walk(recording):
+    assert "walk" in recording.blueprint("ViewBlueprint:space_origin")
 
 
 def test_the_camera_at_its_place_sees_the_joints_at_their_keypoints(take, recording):
@@ -100,20 +64,7 @@ def test_a_path_from_a_worlds_origin_has_no_camera(take, read_back):
     world = change_frame(take.rectified.body, Y_UP.with_(origin="pelvis"), R_to_from_source=Y_UP.basis)
     entities = read_back(take.with_(poses=world)).entities
     assert "walk/camera" not in entities
-    assert "walk/prints/right" in entities
-
-
-def test_the_recording_shows_the_walk_and_keeps_foot_prints(recording):
-    batches = [(chunk.entity_path, chunk.to_record_batch()) for chunk in recording.views]
-    assert "walk" in recording.blueprint("ViewBlueprint:space_origin")
-    kept = [path for path, batch in batches if "VisibleTimeRanges:ranges" in batch.schema.names]
-    assert all(any(f"walk/prints/{side}" in path for path in kept) for side in ("right", "left"))
-
-
-def test_no_prints_of_what_could_not_be_levelled(take):
-    assert foot_prints(take)
-    assert foot_prints(take.with_(rectified=replace(take.rectified, level_ok=False))) == []
-    assert foot_prints(take.with_(kinematics=None)) == []
+    assert "walk/path" in entities
 
 
 def test_ellipses_hold_the_pelvis_with_90_percent():
