@@ -14,7 +14,6 @@ import numpy as np
 
 from ...pipeline.signals.angles import near
 from ...pipeline.signals.filters import BRIDGED_S, derivative, rate, resample, runs
-from .smoothness import log_dimensionless_jerk, sparc
 
 POINTS = 101  # of a normalised cycle
 
@@ -29,7 +28,7 @@ _LOW, _STARTS = 0.12, 0.2
 # It has ended too where the return, below _LOW of the rise, slows to _SETTLED of its fastest: what follows is drift. At
 # 0.15 of it lifted knees pause for a moment. On the labelled takes, lifted before nine cameras, 0.3 and 0.4 do alike.
 _SETTLED = 0.3
-_OUTER = 0.1  # of the rise: below it, and above the rest of it, movements are not smooth or jerky
+_OUTER = 0.1  # of the rise: by so much less on one side of the peak, and the end of a take cuts it there
 # Missing rows inside a repetition: no more than a quarter of it, and less than the briefest labelled bends last. The
 # signal has risen before them and returns behind, so that it is one at least.
 _BRIDGED_S, _BRIDGED = 1.0, 0.25
@@ -39,8 +38,6 @@ _LEAST = 0.1  # of what a repetition rises by: less is no candidate, however lar
 _LONG_S = 60.0  # a hole in the time stamps may last for days
 _FINE = 1001  # moments of a repetition: a duration of seconds to milliseconds
 _PADDED = 4  # rows of rest beside the rows that were seen
-_NONE = (np.nan, np.nan)  # no smoothness
-_REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut movements so)
 
 
 @dataclass(frozen=True)
@@ -48,19 +45,15 @@ class Repetition:
     """One rise and return. start_s, peak_s, stop_s: it begins at 7 % of the rise, or where the signal is last slow
     before, and ends at 7 %, or where the signal settles before. peak: the signal's highest value, NaN where missing
     rows hide it. rise: from the higher of the two valleys beside it, where this movement begins or ends (`_valley`); it
-    may be less than `least`, which counts from the lowest. up, down: smoothness of both movements, (SPARC, log
-    dimensionless jerk) of the signal's rate, NaN where they are too short or lack rows. whole: False where a gap hides
-    how it began, how high it came or how it ended, so that all of these but the peak are of a part. cut: whether
-    a clip, or what is seen of it, begins in it, and ends in it. held: from when to when the signal stays beyond _HELD
-    of the rise."""
+    may be less than `least`, which counts from the lowest. whole: False where a gap hides how it began, how high it
+    came or how it ended, so that all of these but the peak are of a part. cut: whether a clip, or what is seen of it,
+    begins in it, and ends in it. held: from when to when the signal stays beyond _HELD of the rise."""
 
     start_s: float
     peak_s: float
     stop_s: float
     peak: float
     rise: float
-    up: tuple[float, float]
-    down: tuple[float, float]
     whole: bool = True
     held: tuple[float, float] = (0.0, 0.0)
     cut: tuple[bool, bool] = (False, False)
@@ -130,8 +123,6 @@ def _as_seen(one: Repetition, gaps: Sequence[slice], time_s: np.ndarray) -> Repe
     return replace(
         one,
         peak=np.nan if lacks(peak_s, peak_s) else one.peak,
-        up=_NONE if lacks(start_s, peak_s) else one.up,
-        down=_NONE if lacks(peak_s, stop_s) else one.down,
         whole=one.whole and not any(lacks(at_s, at_s) for at_s in (start_s, peak_s, stop_s)),
     )
 
@@ -147,14 +138,14 @@ def _unbroken(x: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[i
         edges = [0, *(a + int(np.argmin(values[a:b])) for a, b in pairwise(peaks)), len(values) - 1]
         for i, peak in enumerate(peaks):
             left, right = slice(edges[i], peak + 1), slice(peak, edges[i + 1] + 1)
-            start, rise, up = _movement(values[left], times[left], speed[left])
+            start, rise = _movement(values[left], times[left], speed[left])
             mirrored = values[right][::-1], -times[right][::-1], speed[right][::-1]
-            stop, fall, down = _movement(*mirrored, settles=True)
+            stop, fall = _movement(*mirrored, settles=True)
             begun = i == 0 and start - times[0] <= BRIDGED_S and rise < (1 - _OUTER) * fall
             goes_on = peak == peaks[-1] and times[-1] + stop <= BRIDGED_S and fall < (1 - _OUTER) * rise
             found.append(
                 Repetition(
-                    start, float(times[peak]), -stop, float(values[peak]), min(rise, fall), up, down,
+                    start, float(times[peak]), -stop, float(values[peak]), min(rise, fall),
                     whole=not (begun or goes_on), held=_held(values[left], times[left], values[right], times[right]),
                     cut=(begun, goes_on),
                 )
@@ -258,9 +249,7 @@ def hiding(
     order = np.argsort(times, kind="stable")
     cuts = np.searchsorted(times[order], time_s[list(seams)])
     own = [
-        Repetition(
-            begin + step / 2, (begin + end) / 2, end - step / 2, np.nan, np.nan, _NONE, _NONE, whole=False
-        )
+        Repetition(begin + step / 2, (begin + end) / 2, end - step / 2, np.nan, np.nan, whole=False)
         for begin, end in short
         if 0 < briefest_s <= end - begin - step
     ]
@@ -342,9 +331,9 @@ def _turns(values: np.ndarray, least: float) -> list[tuple[int, bool]]:
 
 def _movement(
     values: np.ndarray, times: np.ndarray, speed: np.ndarray, settles: bool = False
-) -> tuple[float, float, tuple[float, float]]:
-    """Of a rise from its valley, the first row or later, to its peak, the last row: when it begins, by how much it
-    rises, and how smooth it is. settles: of a return, mirrored in time, which may end where it slows."""
+) -> tuple[float, float]:
+    """Of a rise from its valley, the first row or later, to its peak, the last row: when it begins, and by how much it
+    rises. settles: of a return, mirrored in time, which may end where it slows."""
     valley = _valley(values)
     values, times, speed = values[valley:], times[valley:], speed[valley:]
     rise = float(values[-1] - values[0])
@@ -355,21 +344,7 @@ def _movement(
     left = _crossing(values, times, int(np.flatnonzero(values <= edge)[-1]), edge)  # for the last time
     before, then = np.interp([start - _RESTS_S, start], times, values)
     rests = start > left + _RESTS_S and then - before < _RESTS * rise
-    start = max(start, left) if settles or rests else min(start, left)
-    below = int(np.flatnonzero(values <= values[0] + _OUTER * rise)[-1])
-    high = below + int(np.argmax(values[below:] >= values[-1] - _OUTER * rise))
-    # A pause on the way belongs to the movement; rest before a tenth of it and behind nine tenths does not.
-    rest = _REST * speed[below : high + 1].max()
-    before, behind = np.flatnonzero(speed[: below + 1] <= rest), np.flatnonzero(speed[high:] <= rest)
-    first, last = times[0], times[-1]
-    if len(before):
-        first = _crossing(speed, times, before[-1], rest)
-    if len(behind):
-        last = _crossing(speed[::-1], times[::-1], len(speed) - 1 - high - behind[0], rest)
-    even = np.linspace(first, last, round((last - first) * rate(times)) + 1)
-    moving = resample(speed, times, even)
-    fps = (len(even) - 1) / (last - first)
-    return start, rise, (sparc(moving, fps), log_dimensionless_jerk(moving, fps))
+    return max(start, left) if settles or rests else min(start, left), rise
 
 
 def _valley(values: np.ndarray) -> int:

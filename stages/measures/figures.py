@@ -88,11 +88,6 @@ def symmetry(right: float, left: float, error: float, of: str = "") -> list[Meas
     return [Measure(f"{of}symmetry_index", float(index), "percent", stated(error), within_error=judged)]
 
 
-def middle(name: str, values: np.ndarray) -> list[Measure]:
-    """The median of (N,) by that name; nothing of none."""
-    return [Measure(name, float(np.median(values)))] if len(values) else []
-
-
 def moments(name: str, values: Iterable[float]) -> Moments:
     """Times in a take in seconds."""
     return Moments(name, tuple(map(float, values)))

@@ -226,5 +226,4 @@ def _held_up(up: np.ndarray, times: np.ndarray) -> Repetition:
     seconds; some are."""
     first, behind = max(stretches(up), key=lambda rows: rows[1] - rows[0])
     begin_s, end_s, nan = float(times[first]), float(times[behind - 1]), float("nan")
-    up_s, none = (begin_s, end_s), (nan, nan)
-    return Repetition(begin_s, begin_s, end_s, nan, nan, none, none, whole=False, held=up_s, cut=(True, True))
+    return Repetition(begin_s, begin_s, end_s, nan, nan, whole=False, held=(begin_s, end_s), cut=(True, True))

@@ -1,4 +1,4 @@
-"""Repetitions of an angle as rows: how many, from when to when, how high, how smooth, and postures that are held."""
+"""Repetitions of an angle as rows: how many, from when to when, how high, and postures that are held."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ...pipeline.signals.angles import of_both
 from ...pipeline.signals.filters import BRIDGED_S, rate
 from .columns import Columns
 from .cycles import Repetition, comes_near, hiding, near_ends_s, repetitions, unreturned
-from .figures import basis, middle, moments, spread, time_resolution, with_error
+from .figures import basis, moments, spread, time_resolution, with_error
 from .walking import FEWEST
 
 # Of the briefest repetition, for nobody repeats a movement to the frame: a gap that leaves room for a briefer one hides
@@ -101,7 +101,7 @@ def repeats(
         one = replace(one, cut=cut, whole=one.whole and not any(cut))
         if not unsure[take.times.searchsorted(one.peak_s)]:
             return one
-        return replace(one, peak=np.nan, up=(np.nan, np.nan), down=(np.nan, np.nan), whole=False)
+        return replace(one, peak=np.nan, whole=False)
 
     usual = known_median(sd)
     noise = NOISE * usual if np.isfinite(usual) else 0.0
@@ -189,7 +189,7 @@ def _figures(
     found: Sequence[Repetition],
     shown: Iterable[str],
 ) -> list[Row]:
-    """When repetitions were and how high; of those seen whole also how long and how smooth. Arguments of `repeats`."""
+    """When repetitions were and how high; of those seen whole also how long. Arguments of `repeats`."""
     if not found:
         return []
     result: list[Row] = [
@@ -214,7 +214,6 @@ def _figures(
         *result,
         *spread("duration", "s", durations_s, each_s, shared=ends_s),
         *spread("rise", "deg", rises, shared=height_sd),
-        *_smoothness(whole_ones),
         Curves(tuple(curve for curve in curves if curve)),
     ]
 
@@ -258,12 +257,3 @@ def _peaks(take: Columns, angle: str, found: Sequence[Repetition], sd: np.ndarra
         ),
         *([Measure("peak_mdc90", mdc90, "deg")] if known and len(peaks) > 1 else []),
     ]
-
-
-def _smoothness(found: list[Repetition]) -> list[Measure]:
-    result: list[Measure] = []
-    for way in ("up", "down"):
-        for i, name in enumerate(("sparc", "log_dimensionless_jerk")):
-            values = np.array([getattr(one, way)[i] for one in found])
-            result += middle(f"{name}_{way}", values[np.isfinite(values)])
-    return result

@@ -19,10 +19,11 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import SD_90, Measure, Remark, Row, grouped, side_of, subgroup, within
 from ...pipeline.core.notices import notice, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.signals.angles import ANGLES, EXCHANGED, UNDEFINED, UNTRUSTED, continuous
-from ...pipeline.signals.filters import breaks
+from ...pipeline.signals.filters import breaks, runs
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ...pipeline.signals.norms import cannot_be_told
 from ...pipeline.signals.reprojection import residuals_of, unsure_joints
@@ -34,7 +35,6 @@ from .off_keypoints import Spans, exchanged, not_shown, off_keypoints
 from .outcomes import BRIEFEST_S, NO_DOUBTS, UNSURE, Doubts, doubts_of, with_outcome
 from .repeats import repeats
 from .sides import ranges_compared, sides_untold, steps_compared
-from .smoothness import path_length
 from .upright import leans
 from .walking import FEWEST, doubts, walking
 
@@ -263,6 +263,15 @@ def _paths(take: Columns, filtered: PoseSequence, rectified: Rectified) -> list[
         ]
         result += within(joint, [*way, *rests_on], side_of(joint))
     return result or [Remark("reason", "no paths were written; run trajectories first")]
+
+
+def path_length(points: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> tuple[float, float]:
+    """How far points (T, D) go inside their unbroken pieces, in their unit, and how many seconds those pieces last."""
+    length = duration = 0.0
+    for piece in runs(np.asarray(is_finite(points)), time_s, seams):
+        length += float(np.linalg.norm(np.diff(points[piece], axis=0), axis=-1).sum())
+        duration += float(time_s[piece][-1] - time_s[piece][0])
+    return length, duration
 
 
 def _rests(filtered: PoseSequence, rectified: Rectified) -> bool:

@@ -48,7 +48,6 @@ _EXPLAINED = {
     "contact_time": "How long the feet are on the floor before a jump that follows another within a second.",
     "take_off_feet": "On how many feet the person takes off.",
     "landing_feet": "On how many feet the person lands.",
-    "slope": "Slope of the floor along the walk.",
     "path_length": "Total distance moved. Of lifted poses its error is not known; fast movements read too short.",
     "mean_speed": "Path length divided by time.",
 }  # fmt: skip
@@ -73,7 +72,6 @@ _USUAL = {
 def explained(name: str, running: bool = False, metric: bool = True) -> str:
     """A line about a measure by its name without unit, such as "mean_step_time"; empty of one that is not known. What
     is usual of a walk is not told of a run, nor that of a speed where lengths are not in metres."""
-    name = name.removesuffix("_up").removesuffix("_down")
     if name.endswith("symmetry_index"):
         name = "symmetry_index"
     plain = name.removeprefix("mean_").removeprefix("sd_")

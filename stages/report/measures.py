@@ -73,7 +73,7 @@ _ELSEWHERE = ("range_of_motion", "symmetry", "paths", "off_keypoints")  # beside
 _RANGES = ("lowest", "highest", "full_range", "p05_p95")
 # What a reader of the page needs a textbook for: summary.json and measures.csv have it.
 FOR_FILES = (
-    "sparc_up", "sparc_down", "log_dimensionless_jerk_up", "log_dimensionless_jerk_down", "sd_reason",
+    "sd_reason",
     "step_time_symmetry_outcome", "stance_time_symmetry_outcome", "step_length_symmetry_outcome",
 )  # fmt: skip
 _LARGE = ("walking_speed", "cadence", "mean_step_length")  # of a walk: the figures to be read first
