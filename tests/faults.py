@@ -92,8 +92,6 @@ FAULTS = [
           "stages/record/test_recording_angles.py"),
     Fault("pipeline/core/rotations.py", "np.vdot(a, b)", "np.vdot(b, a)",
           "stages/study/compare/test_compare_command.py::test_heading_and_size_are_found"),
-    Fault("stages/study/batch/repeatability.py", "(columns - rest) / n", "columns / n",
-          "stages/study/batch/test_repeatability.py"),
     Fault("stages/study/imu/motion.py", "force, axis=-1) - GRAVITY_MPS2", "force, axis=-1)",
           "stages/study/imu/test_imu_alignment.py::test_a_sensor_at_rest_feels_gravity_alone"),
 ]  # fmt: skip

@@ -5,13 +5,16 @@ from __future__ import annotations
 
 import _thread
 import ctypes
+import multiprocessing
 import os
 import re
 import shlex
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
@@ -37,23 +40,21 @@ def cores_given() -> int:
     return os.cpu_count() or 1
 
 
-def peak_memory_bytes(of_children: bool = False) -> float:
-    """The most resident memory that this process has had since it began; of_children: that one of those had that it has
-    waited for, NaN where the system does not tell."""
+def peak_memory_bytes() -> float:
+    """The most resident memory that this process has had since it began."""
     if sys.platform == "win32":
         import psutil
 
-        return float("nan") if of_children else psutil.Process().memory_info().peak_wset
-    # Where getrusage tells that of the process that started this one, if it was higher.
-    if sys.platform == "linux" and not of_children:
+        return psutil.Process().memory_info().peak_wset
+    if (
+        sys.platform == "linux"
+    ):  # where getrusage tells that of the process that started this one, if it was higher
         status = Path("/proc/self/status").read_text(encoding="ascii")
         return 1024 * int(status.partition("VmHWM:")[2].split()[0])
     import resource
 
     unit = 1 if sys.platform == "darwin" else 1024
-    return (
-        resource.getrusage(resource.RUSAGE_CHILDREN if of_children else resource.RUSAGE_SELF).ru_maxrss * unit
-    )
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
 
 
 def give_memory_back() -> None:
@@ -90,8 +91,26 @@ def apart() -> dict[str, Any]:
     return {"start_new_session": True}
 
 
-def kill(process: subprocess.Popen[Any]) -> None:
-    """End at once a process that was started `apart`, and what it has started."""
+def process_context(preload: Sequence[str]) -> Any:
+    """Of multiprocessing: how processes of Python are started. preload: modules that each needs and that begin no
+    threads; on Linux they are imported once for all."""
+    if sys.platform != "linux":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(list(preload))
+    return context
+
+
+def leave_terminal() -> None:
+    """From now on Ctrl-C on the terminal leaves this process alone."""
+    if sys.platform == "win32":
+        ctypes.windll.kernel32.SetConsoleCtrlHandler(None, True)
+    else:
+        os.setsid()
+
+
+def kill(process: BaseProcess) -> None:
+    """End at once a process that did `leave_terminal`, and what it has started."""
     if sys.platform == "win32":
         import psutil
 
@@ -101,9 +120,9 @@ def kill(process: subprocess.Popen[Any]) -> None:
                     each.kill()
     else:
         with suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
+            os.killpg(process.pid or 0, signal.SIGKILL)
     process.kill()
-    process.wait()
+    process.join()
 
 
 def terminate_self() -> None:

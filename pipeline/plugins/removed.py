@@ -51,6 +51,7 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "totalcapture": "give the BVH file of the data set",
         "totalcapture_imu": "turn the file into tables with `pcnet3d lab totalcapture`",
     },
+    "writers": {"bids": "give --also csv and build the data set of it with a program for BIDS"},
     "lifters": {"instanthmr": _FILE, "rtmw3d": _FILE},
 }
 

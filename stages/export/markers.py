@@ -54,7 +54,7 @@ def require_metres(unit: str) -> None:
     if unit != "m":
         raise InputError(
             "needs-input",
-            "TRC, C3D and BIDS hold metres, and the source has no scale; give the person's height (--stature METRES).",
+            "TRC and C3D hold metres, and the source has no scale; give the person's height (--stature METRES).",
         )
 
 

@@ -10,7 +10,6 @@ from ...pipeline.core.notices import Notice
 from ...pipeline.core.take import Take
 from ...pipeline.files.markers import check_c3d
 from .annotated import check_h264, write_annotated
-from .bids import write_bids
 from .bvh import write_bvh
 from .c3d import write_c3d
 from .glb import write_glb
@@ -37,9 +36,6 @@ TRC = _Format("markers.trc", "joints as markers for OpenSim; needs metres", writ
 MOT = _Format("angles.mot", "joint angles for OpenSim", write_mot)
 C3D = _Format(
     "markers.c3d", "joints as points, with pcnet3d[c3d]; needs metres", write_c3d, check_c3d, metric=True
-)
-BIDS = _Format(
-    "bids", "joints and angles as a data set of Motion-BIDS; needs metres", write_bids, metric=True
 )
 NETCDF = _Format("poses.nc", "poses for the package movement and xarray", write_netcdf)
 BVH = _Format("skeleton.bvh", "animated skeleton for animation programs", write_bvh)

@@ -86,10 +86,9 @@ def cpu_s() -> float:
     return times.user + times.system + times.children_user + times.children_system
 
 
-def peak_mb(of_children: bool = False) -> float:
-    """The most memory that was resident in this process so far, or in one of those that it has waited for
-    (NaN where the system does not tell)."""
-    return peak_memory_bytes(of_children) / _MEGABYTE
+def peak_mb() -> float:
+    """The most memory that was resident in this process so far."""
+    return peak_memory_bytes() / _MEGABYTE
 
 
 def _array_bytes(value: Any) -> int:

@@ -6,7 +6,7 @@ import os
 import socket
 import time
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import closing, contextmanager, nullcontext
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -31,16 +31,14 @@ from ....pipeline.reading.flags import Output
 from ....pipeline.reading.settings import OnDevice
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.running.progress import counted
+from .executors import on_cluster, on_this_machine, outcomes_of
 from .manifest import Entry, read_entries
 from .page import as_page
-from .pool import connected, on_cluster, on_this_machine
-from .repeatability import COLUMNS, Repeatability, as_lines, repeatability
-from .study import CHANGE, Change, believed, changes, doubts, rates_within, write_table
+from .study import CHANGE, Change, changes, doubts, rates_within, write_table
 from .take import Job, Outcome
 
 STATUS = "batch.json"
 TABLE, PAGE, CHANGES = "study.parquet", "study.html", "changes.csv"
-REPEATED = "repeatability.csv"
 
 _LOCK = "batch.lock"
 _SECONDS = 1.0  # between two writings of the status
@@ -103,7 +101,8 @@ def batch(
             pass
     entries = read_entries(source, shared, outside)
     output = output.resolve()
-    with connected(dask) if dask else nullcontext() as client, _ours_alone(output):
+    executor = on_cluster(dask) if dask else on_this_machine(workers or cores())
+    with executor as running, _ours_alone(output):
         jobs = [Job(entry, output, timeout) for entry in entries]
         # Takes that failed once come last, or a batch that is often stopped would try only them.
         takes = read_object(output / STATUS).get("takes")
@@ -112,15 +111,13 @@ def batch(
             str(t.get("name")) for t in known if t.get("state") == "failed" or t.get("failed_before")
         }
         in_turn = sorted(jobs, key=lambda job: job.entry.name in failed_before)
-        coming = on_cluster(in_turn, client) if dask else on_this_machine(in_turn, workers or cores())
-        outcomes = _run(jobs, output, coming, failed_before)
+        outcomes = _run(jobs, output, outcomes_of(in_turn, running), failed_before)
         rows = study_rows(entries, outcomes)
-        repeated = repeatability(believed(rows))
         try:
             found, refused = changes(rows, primary), None
         except InputError as error:  # of the primary measure, for which no take need be run again
             found, refused = changes(rows), error
-        _write(output, rows, found, repeated)
+        _write(output, rows, found)
         if refused:
             raise refused
     failed = [outcome for outcome in outcomes if outcome.state == "failed"]
@@ -140,8 +137,6 @@ def batch(
         f"{output}: {how_many(len(outcomes) - len(failed), 'take')} done ({kept} of them before), {len(failed)} failed"
     )
     done = [row for row in rows if row["state"] == "done"]
-    if repeated:
-        print("\n".join(as_lines(repeated)))
     if done:
         found = ", ".join(f"{len(doubtful)} {what}" for what, doubtful in doubts(done).items())
         print(f"of {how_many(len(done), 'run')}: {found or 'no doubts about poses or levelling'}")
@@ -242,11 +237,8 @@ def study_rows(entries: Sequence[Entry], outcomes: Sequence[Outcome]) -> list[di
     return rows
 
 
-def _write(
-    output: Path, rows: Sequence[dict[str, Any]], changed: Sequence[Change], repeated: Sequence[Repeatability]
-) -> None:
+def _write(output: Path, rows: Sequence[dict[str, Any]], changed: Sequence[Change]) -> None:
     with whole_file(output / TABLE) as partial:
         write_table(rows, partial)
-    for name, columns, lines in ((CHANGES, CHANGE, changed), (REPEATED, COLUMNS, repeated)):
-        write_rows(output / name, columns, ([getattr(line, column) for column in columns] for line in lines))
+    write_rows(output / CHANGES, CHANGE, ([getattr(line, column) for column in CHANGE] for line in changed))
     write_text(output / PAGE, as_page(f"Study {output.name}", rows, changed))

@@ -27,7 +27,7 @@ VIDEOS = (
     ".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".wmv", ".flv", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts",
 )  # fmt: skip
 # Of files that hold poses and hardly anything else, and names that estimators and people give to those of any kind.
-_POSES = (".npy", ".npz", ".pkl", ".pickle", ".trc", ".c3d", ".bvh")
+_POSES = (".npy", ".npz", ".pkl", ".pickle", ".mat", ".h5", ".hdf5", ".trc", ".c3d", ".bvh")
 _NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|predictions?)(?![a-z])")
 
 _BESIDE = ("poses", "keypoints")  # a video; a file that may be both is the first

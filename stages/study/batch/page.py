@@ -18,8 +18,7 @@ from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
 from ...drawing.skeletons import body_views, skeletons
 from ...drawing.words import ERRORS_OF_ANGLES, spoken
-from .repeatability import FEWEST_SUBJECTS
-from .study import Change, doubts, name_of, place, rates_within
+from .study import FEWEST_SUBJECTS, Change, doubts, name_of, place, rates_within
 
 _RANGE = "range_of_motion.{}.p05_p95"
 # Measures by place (study.py), and how they are called here.
@@ -279,7 +278,7 @@ def _changes(changed: Sequence[Change]) -> Markup:
                 rows.append([f"range of {spoken(both)} (°)", *cells])
         paired = {_RANGE.format(name) for name in ANGLES if name not in MIDLINE}
         rest = [[_named(change.of), *_changed(change)] for key, change in by.items() if key not in paired]
-        head = ("mean change", "95 % interval", "single subjects", "MDC90", "n")
+        head = ("mean change", "95 % interval", "MDC90", "n")
         tables += [
             heading(f"{factor} {later} minus {earlier}"),
             table(
@@ -290,9 +289,8 @@ def _changes(changed: Sequence[Change]) -> Markup:
     words = (
         "Differences of each subject's mean, compared within the same condition or visit, for subjects who have "
         "both. Left out are takes that could not be levelled, have unusable poses, or show several people, because "
-        "the subject is not marked there. 95 % interval: of the mean (Student's t); n: subjects. Single subjects: "
-        "limits of agreement, the mean ± 1.96 standard deviations of the differences (Bland & Altman 1986), which "
-        "contain both the person's change and the method's error. Both include at least the rounding of the figures. "
+        "the subject is not marked there. 95 % interval: of the mean (Student's t), which includes at least the "
+        "rounding of the figures; n: subjects. "
         "MDC90, for single takes of a subject from any camera place: if nothing changed, one change in ten is "
         "larger. All measures are in changes.csv."
     )
@@ -301,12 +299,7 @@ def _changes(changed: Sequence[Change]) -> Markup:
 
 def _changed(change: Change | None) -> list[Cell]:
     if change is None:
-        return [None] * 5
-    digits = 1 if max(abs(change.lower), abs(change.upper)) >= 10 else 2
-    spans = ((change.mean_lower, change.mean_upper), (change.lower, change.upper))
-    return [
-        change.bias,
-        *(f"{low:z.{digits}f} to {high:z.{digits}f}" for low, high in spans),
-        change.mdc90,
-        change.n,
-    ]
+        return [None] * 4
+    low, high = change.mean_lower, change.mean_upper
+    digits = 1 if max(abs(low), abs(high)) >= 10 else 2
+    return [change.bias, f"{low:z.{digits}f} to {high:z.{digits}f}", change.mdc90, change.n]

@@ -1,8 +1,4 @@
-"""The study's table: a row for every take, and how the measures of a subject change from visit to visit.
-
-Limits of agreement: Bland & Altman, "Statistical methods for assessing agreement between two methods of clinical
-measurement", Lancet 1986: mean of the differences and 1.96 of their standard deviations to each side.
-"""
+"""The study's table: a row for every take, and how the measures of a subject change from visit to visit."""
 
 from __future__ import annotations
 
@@ -29,11 +25,11 @@ from ....pipeline.plugins.options import did_you_mean
 from ...drawing.facts import facts_of, mean
 from ...drawing.skeletons import key_rows
 from ..rates import is_lifted, rates_apart
-from .repeatability import FEWEST_SUBJECTS
 
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 
-_LIMIT, _CHANCE = 1.96, 0.05
+FEWEST_SUBJECTS = 6  # for anything that is said of subjects in general
+_CHANCE = 0.05
 # Of the steps in which figures are stated: standard deviation of the difference of two (uniform errors).
 _ROUNDED = float(np.sqrt(2 / 12))
 # Figures that others rest on.
@@ -202,13 +198,12 @@ class Change:
 
     n: subjects who have both. bias: mean of the differences, later less earlier; sd: their standard deviation, but what
     the rounding of the figures makes at least, for differences of a few rounded ones may all be the same;
-    mean_lower, mean_upper: 95 % confidence interval of the bias (Student's t). lower, upper: 95 % limits of agreement,
-    between which the change of a single subject lies. mdc90: the minimal detectable change of one subject's single
-    take, from wherever both were filmed, by the takes' stated errors (repeatability.difference_sd; their median); None
-    where they state none. p: that the mean differs from 0 (Student's t, paired). primary: whether it is the outcome
-    that was declared beforehand. differs: whether the subjects changed on average, of six subjects or more, None of
-    fewer: the primary outcome by p <= 0.05, the others by p as Benjamini & Hochberg (1995) correct it, among those of
-    one step.
+    mean_lower, mean_upper: 95 % confidence interval of the bias (Student's t). mdc90: the minimal detectable change of
+    one subject's single take, from wherever both were filmed, by the takes' stated errors
+    (repeatability.difference_sd; their median); None where they state none. p: that the mean differs from 0 (Student's
+    t, paired). primary: whether it is the outcome that was declared beforehand. differs: whether the subjects changed
+    on average, of six subjects or more, None of fewer: the primary outcome by p <= 0.05, the others by p as Benjamini &
+    Hochberg (1995) correct it, among those of one step.
     """
 
     factor: str
@@ -220,8 +215,6 @@ class Change:
     sd: float
     mean_lower: float
     mean_upper: float
-    lower: float
-    upper: float
     mdc90: float | None = None
     p: float = float("nan")
     primary: bool = False
@@ -325,8 +318,7 @@ def _change(factor: str, earlier: str, later: str, of: Measure, off: np.ndarray,
     bias, sd = float(off.mean()), max(float(off.std(ddof=1)), rounding)
     margin = float(student_t.ppf(0.975, len(off) - 1)) * sd / np.sqrt(len(off))
     p = float(2 * student_t.sf(abs(bias) / (sd / np.sqrt(len(off))), len(off) - 1)) if sd > 0 else 1.0
-    limits = (bias - margin, bias + margin, bias - _LIMIT * sd, bias + _LIMIT * sd)
-    return Change(factor, earlier, later, of, len(off), bias, sd, *limits, p=p)
+    return Change(factor, earlier, later, of, len(off), bias, sd, bias - margin, bias + margin, p=p)
 
 
 def _step(values: Iterable[float]) -> float:

@@ -1,4 +1,4 @@
-"""One take of a batch: skipped when it is done and unchanged, else `pcnet3d run` in a worker process."""
+"""One take of a batch: skipped when it is done and unchanged, else `pcnet3d run` in a process of its own."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import socket
 import time
 from dataclasses import dataclass, field
 from glob import escape
+from multiprocessing import current_process
 from pathlib import Path
 from typing import Any, Literal
 
@@ -24,8 +25,8 @@ from ....pipeline.plugins.options import files_among
 from ....pipeline.running.recipe import load_recipe
 from ....pipeline.running.run import checkpoint_of
 from .manifest import Entry
+from .process import Ended, run_apart
 from .study import figures
-from .workers import Ended, run_in_worker
 
 _KEY = "batch"  # in a take's summary.json
 _TAIL = 64 << 10  # bytes of a log that are searched for its last words
@@ -99,6 +100,11 @@ def run_take(job: Job) -> Outcome:
             raise InputError(
                 "other-version",
                 f"{host} has pcnet3d {package_version()}, the batch {job.version}; install one version.",
+            )
+        if current_process().daemon:  # which may start no other
+            raise InputError(
+                "option-conflict",
+                f"The workers on {host} have a nanny; start them as dask worker --no-nanny.",
             )
         if not job.output.is_dir():
             raise InputError(
@@ -195,7 +201,7 @@ def _run(job: Job, resume: bool) -> tuple[Ended, str]:
     """How the take ended, and why its exit code is not 0. What it says goes to the log."""
     arguments = ["run", f"--output={job.folder}", *(["--resume"] if resume else []), *job.entry.arguments]
     try:
-        ended = run_in_worker(arguments, job.log, job.timeout_s)
+        ended = run_apart(arguments, job.log, job.timeout_s)
     except TimeoutError:
         return Ended(124), f"took longer than the {job.timeout_s:g} s of --timeout, and was stopped"
     return ended, _last_words(ended.exit_code, job.log) if ended.exit_code else ""

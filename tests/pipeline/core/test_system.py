@@ -179,15 +179,23 @@ def test_windows_starts_a_process_apart_in_its_own_words(on):
 
 
 @SYSTEMS
-def test_a_process_is_ended_with_what_it_started(on, name):
-    code = "import subprocess, sys; p = subprocess.Popen([sys.executable, '-c', 'input()'], stdin=-1)\n"
-    code += "print(p.pid, flush=True); p.wait()"
-    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, **system.apart())
-    started = psutil.Process(int(process.stdout.readline()))
+def test_a_process_is_ended_with_what_it_started(on, name, tmp_path):
+    code = (
+        "import pathlib, subprocess, sys\n"
+        "from pcnet3d.pipeline.core.system import leave_terminal\n"
+        "leave_terminal()\n"
+        "p = subprocess.Popen([sys.executable, '-c', 'input()'], stdin=-1)\n"
+        f"pathlib.Path({str(tmp_path / 'told')!r}).write_text(str(p.pid)); p.wait()"
+    )
+    process = system.process_context(()).Process(target=exec, args=(code,))
+    process.start()
+    while not ((told := tmp_path / "told").exists() and told.read_text()):
+        time.sleep(0.01)
+    started = psutil.Process(int(told.read_text()))
     on(name)
     system.kill(process)
     system.kill(process)  # it is gone, and that is no fault
-    assert process.returncode
+    assert process.exitcode
     with suppress(psutil.NoSuchProcess):
         while started.status() != psutil.STATUS_ZOMBIE:  # nobody may have asked how it ended
             time.sleep(0.01)

@@ -16,7 +16,6 @@ from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, PoseSequence, Take
 from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT, floor_height
 from pcnet3d.pipeline.core.frames import METRES, Frame
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.export.bids import write_bids
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
@@ -69,7 +68,7 @@ def test_trc_is_the_filtered_skeleton_with_y_up_in_metres(take, tmp_path):
     assert np.isnan(found).any(axis=(1, 2)).sum() == 5
 
 
-@pytest.mark.parametrize("writer", ["trc", "mot", "bids", "c3d"])
+@pytest.mark.parametrize("writer", ["trc", "mot", "c3d"])
 def test_what_is_too_short_to_be_smoothed_is_not_written(facing_camera, tmp_path, writer):
     """Of two to six frames the files had rows in which nothing was."""
     if writer == "c3d":
@@ -216,24 +215,16 @@ def written_by(writer: str, folder: Path) -> tuple[str, str, np.ndarray]:
         told = "\n".join(lines).replace("\n  ", " ").splitlines()
         pelvis = file["data"]["points"][:3, H36M17.index("pelvis")].T
         assert file["parameters"]["POINT"]["UNITS"]["value"] == ["mm"]
-    elif writer == "mot":
+    else:
         told = (folder / "angles.mot").read_text().splitlines()
         names, *rows = (line.split("\t") for line in told[told.index("endheader") + 1 :])
         pelvis = np.array(rows, float)[:, [names.index(f"trunk_t{axis}") for axis in "xyz"]]
-    else:
-        (path,) = folder.glob("bids/*/motion/*_channels.json")
-        said = json.loads(path.read_text())["reference_frame"]["Levels"]["level"]["Description"]
-        sidecar = path.with_name(path.name.replace("channels", "motion"))
-        told = [f"{name}: {text}" for name, text in json.loads(sidecar.read_text())["Provenance"].items()]
-        assert f"axes: {said}" in told
-        rows = [line.split("\t") for line in sidecar.with_suffix(".tsv").read_text().splitlines()]
-        pelvis = np.array([row[1:4] for row in rows], float)
     assert not any(line.startswith("root:") for line in told)
     said = dict(line.split(": ", 1) for line in told if ": " in line)
     return said["axes"], said["length_unit"], pelvis
 
 
-@pytest.mark.parametrize("writer", ["c3d", "mot", "bids"])
+@pytest.mark.parametrize("writer", ["c3d", "mot"])
 def test_what_a_file_says_of_its_axes_is_what_it_holds(facing_camera, tmp_path, writer):
     """All of them said the pelvis was the origin, one other axes than its own, one another unit."""
     take = made(facing_camera, walks=True)
@@ -268,50 +259,6 @@ def test_opensim_opens_trc_and_mot(take, tmp_path):
     assert angles.getTableMetaDataAsString("inDegrees") == "yes"
     knee = angles.getDependentColumn("knee_angle_r").to_numpy()
     np.testing.assert_allclose(knee, take.kinematics["r_knee_flexion_deg"], atol=1e-6)
-
-
-def test_bids_has_the_channels_of_motion_bids(take, tmp_path):
-    """By the schema of BIDS 1.10: rules/sidecars/motion.yaml, rules/tabular_data/motion.yaml."""
-    told = replace(take.session, person_id="P 07", date="2026-11-02")
-    walked = rows_of({"walking": {"right": {"landings_s": [0.9]}, "left": {"toe_offs_s": [0.5]}}})
-    write_bids(take.with_(session=told, measures=walked), tmp_path / "bids")
-    about = json.loads((tmp_path / "bids" / "dataset_description.json").read_text())
-    assert about["DatasetType"] == "raw"
-    assert {"Name", "BIDSVersion"} < set(about)
-    stem = (
-        tmp_path
-        / "bids"
-        / "sub-P07"
-        / "ses-20261102"
-        / "motion"
-        / "sub-P07_ses-20261102_task-waving_tracksys-pcnet3d"
-    )
-    with open(f"{stem}_channels.tsv", encoding="utf-8", newline="") as file:
-        channels = list(csv.DictReader(file, delimiter="\t"))
-    assert [*channels[0]][:5] == ["name", "component", "type", "tracked_point", "units"]
-    sidecar = json.loads(Path(f"{stem}_motion.json").read_text(encoding="utf-8"))
-    assert sidecar["TaskName"] == "waving"
-    assert sidecar["SamplingFrequency"] == pytest.approx(FPS)
-    assert sidecar["POSChannelCount"] == 51 == sum(one["type"] == "POS" for one in channels)
-    assert sidecar["MotionChannelCount"] == len(channels)
-    assert sidecar["TrackedPointsCount"] == 17
-    rows = [line.split("\t") for line in Path(f"{stem}_motion.tsv").read_text(encoding="utf-8").splitlines()]
-    assert len(rows) == ROWS
-    assert {len(row) for row in rows} == {len(channels)}
-    values = np.array([[np.nan if cell == "n/a" else float(cell) for cell in row] for row in rows])
-    found = dict(zip((one["name"] for one in channels), values.T, strict=True))
-    np.testing.assert_array_equal(found["r_knee_flexion"], take.kinematics["r_knee_flexion_deg"])  # in full
-    np.testing.assert_array_equal(found["latency"], take.poses.times - take.poses.times[0])
-    np.testing.assert_array_equal(found["head_z"], take.filtered.joint("head")[:, 2].astype(float))
-    events = [
-        line.split("\t") for line in Path(f"{stem}_events.tsv").read_text(encoding="utf-8").splitlines()[1:]
-    ]
-    assert [kind for _, _, kind in events] == ["left toe-off", "right initial contact"]
-    assert [float(onset) for onset, *_ in events] == pytest.approx([0.1, 0.5])  # from the first row, at 0.4 s
-    frames = json.loads(Path(f"{stem}_channels.json").read_text(encoding="utf-8"))["reference_frame"][
-        "Levels"
-    ]
-    assert set(frames) == {one["reference_frame"] for one in channels if one["type"] == "POS"}
 
 
 def test_netcdf_has_the_layout_of_movement(take, tmp_path):

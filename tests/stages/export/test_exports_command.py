@@ -111,7 +111,7 @@ def test_what_every_take_has_is_given():
 
 def test_writers_of_metres_say_so():
     told = [name for name, one in registry.load_all("writers").items() if getattr(one, "metric", False)]
-    assert sorted(told) == ["bids", "c3d", "trc"]
+    assert sorted(told) == ["c3d", "trc"]
 
 
 def test_a_take_says_its_own_unit(facing_camera, tmp_path):

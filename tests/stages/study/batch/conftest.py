@@ -3,9 +3,10 @@
 import contextlib
 import os
 import subprocess
+import sys
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 
@@ -14,9 +15,15 @@ from golden.studies import write_trouble
 
 
 @pytest.fixture(scope="session")
-def beside(tmp_path_factory) -> dict[str, str]:
+def site(tmp_path_factory) -> str:
+    """A folder of packages, with that of the stages."""
+    return str(write_trouble(tmp_path_factory.mktemp("site")))
+
+
+@pytest.fixture(scope="session")
+def beside(site) -> dict[str, str]:
     """The environment of every process, which imports pcnet3d from where this one does."""
-    site, before = str(write_trouble(tmp_path_factory.mktemp("site"))), os.environ.get("PYTHONPATH")
+    before = os.environ.get("PYTHONPATH")
     return {**os.environ, "PYTHONPATH": os.pathsep.join([site, before] if before else [site])}
 
 
@@ -46,9 +53,14 @@ def apart(begun) -> Callable[..., subprocess.CompletedProcess]:
 
 
 @pytest.fixture(scope="session")
-def pcnet3d(beside) -> Callable[..., subprocess.CompletedProcess]:
-    """pcnet3d("batch", ...): the same in this process; it begins those of the takes, which have the stages."""
-    return partial(commands.pcnet3d, PYTHONPATH=beside["PYTHONPATH"])
+def pcnet3d(site) -> Callable[..., subprocess.CompletedProcess]:
+    """pcnet3d("batch", ...): the same in this process; those of the takes import from where it does."""
+
+    def run(*words: object, **options) -> subprocess.CompletedProcess:
+        with patch.object(sys, "path", [site, *sys.path]):
+            return commands.pcnet3d(*words, **options)
+
+    return run
 
 
 @pytest.fixture(scope="session")

@@ -5,7 +5,6 @@ import os
 import signal
 import socket
 from dataclasses import replace
-from types import SimpleNamespace
 
 import pytest
 from pyarrow import parquet
@@ -13,18 +12,23 @@ from pyarrow import parquet
 from golden.studies import write_study
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.pose import package_version
+from pcnet3d.stages.study.batch import take
+from pcnet3d.stages.study.batch.executors import on_cluster, outcomes_of
 from pcnet3d.stages.study.batch.manifest import read_entries
-from pcnet3d.stages.study.batch.pool import connected, on_cluster
-from pcnet3d.stages.study.batch.take import Job, Outcome, run_take
+from pcnet3d.stages.study.batch.take import Job, run_take
 
 distributed = pytest.importorskip("distributed")
+import dask  # noqa: E402
 
 
 @pytest.fixture
-def cluster(beside, monkeypatch):
+def cluster(site, monkeypatch):
     """cluster(workers): a cluster of that many processes of one thread."""
-    monkeypatch.setenv("PYTHONPATH", beside["PYTHONPATH"])
+    monkeypatch.syspath_prepend(site)  # workers import from where this process does
     made = []
+    no_nanny = dask.config.set(
+        {"distributed.worker.daemon": False}
+    )  # as with --no-nanny: takes have processes
 
     def make(workers: int):
         made.append(
@@ -38,7 +42,8 @@ def cluster(beside, monkeypatch):
         )
         return made[-1]
 
-    yield make
+    with no_nanny:
+        yield make
     for one in made:
         one.close(timeout=10)
 
@@ -55,8 +60,8 @@ def test_a_worker_that_is_killed_costs_nothing_but_time(cluster, pcnet3d, tmp_pa
     workers = cluster(2)
     with distributed.Client(workers, set_as_default=False) as client:
         pids = list(client.run(os.getpid).values())
-    with connected(workers.scheduler_address) as client:
-        coming = on_cluster(jobs(tmp_path, good=3, crashing=1), client)
+    with on_cluster(workers.scheduler_address) as executor:
+        coming = outcomes_of(jobs(tmp_path, good=3, crashing=1), executor)
         first = next(coming)
         os.kill(min(pids), signal.SIGKILL)
         outcomes = [first, *coming]
@@ -84,55 +89,19 @@ def test_a_worker_that_is_killed_costs_nothing_but_time(cluster, pcnet3d, tmp_pa
     assert [row["state"] for row in rows] == ["done"] * 3 + ["failed"]
 
 
-def test_an_answer_that_is_lost_with_its_worker_is_waited_for_again(monkeypatch, tmp_path):
-    """A take was done, and its worker died before anybody asked for the outcome; another worker finds it done."""
-
-    class Future:
-        key, status = "a", "lost"
-
-        def result(self):
-            return Outcome("good_000", "kept")
-
-    class Waiting(list):
-        def __init__(self, futures):
-            super().__init__(futures)
-            self.again = 0
-
-        def is_empty(self):
-            return not self
-
-        def next_batch(self, block):
-            return [self.pop()]
-
-        def add(self, future):
-            self.again += 1
-            future.status = "pending" if self.again == 1 else "finished"
-            self.append(future)
-
-    class Client:
-        scheduler = SimpleNamespace(address="tcp://here")
-
-        def map(self, function, jobs, pure):
-            return [Future()]
-
-        def cancel(self, futures):
-            pass
-
-    monkeypatch.setattr(distributed, "as_completed", Waiting)
-    (outcome,) = on_cluster(jobs(tmp_path, good=1), Client())
-    assert (outcome.name, outcome.state) == ("good_000", "kept")
-
-
 def test_a_cluster_without_workers_is_given_up(cluster, tmp_path):
     workers = cluster(0)
-    with connected(workers.scheduler_address) as client, pytest.raises(InputError, match="no worker for 1 s"):
-        list(on_cluster(jobs(tmp_path, good=1), client, patience_s=1.0))
+    with (
+        pytest.raises(InputError, match="no worker for 1 s"),
+        on_cluster(workers.scheduler_address, patience_s=1.0),
+    ):
+        pass
 
 
 def test_a_scheduler_that_goes_away_is_said(cluster, tmp_path):
     workers = cluster(1)
-    with connected(workers.scheduler_address) as client:
-        coming = on_cluster(jobs(tmp_path, good=1, hanging=1), client)
+    with on_cluster(workers.scheduler_address) as executor:
+        coming = outcomes_of(jobs(tmp_path, good=1, hanging=1), executor)
         assert next(coming).state == "done"
         workers.close(timeout=10)
         with pytest.raises(InputError, match="was lost"):
@@ -151,6 +120,14 @@ def test_a_scheduler_that_cannot_be_reached_is_said(pcnet3d, tmp_path):
         assert address in result.stderr
         assert "tcp://HOST:8786" in result.stderr
         assert not (tmp_path / "out").exists()
+
+
+def test_workers_that_may_start_no_process_say_how_to_start_them(monkeypatch, tmp_path):
+    (job,) = jobs(tmp_path, good=1)
+    monkeypatch.setattr(take.current_process(), "_config", {"daemon": True})
+    outcome = run_take(job)
+    assert (outcome.state, outcome.code) == ("failed", "option-conflict")
+    assert "--no-nanny" in outcome.reason
 
 
 def test_a_worker_of_another_version_does_nothing(tmp_path):

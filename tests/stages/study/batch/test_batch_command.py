@@ -149,13 +149,13 @@ def wait_for(condition, batch=None):
         time.sleep(0.05)
 
 
-def children(process: int) -> list[int]:
-    """Of a process, by their numbers."""
+def descendants(process: int) -> list[int]:
+    """Processes that a process has started, and those that these have."""
     found = []
     for path in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
             if int(path.read_text().rpartition(")")[2].split()[1]) == process:
-                found.append(int(path.parent.name))
+                found += [int(path.parent.name), *descendants(int(path.parent.name))]
     return found
 
 
@@ -174,7 +174,7 @@ def test_stopped_on_the_way_it_goes_on_where_it_was(begun, apart, told, tmp_path
     wait_for(
         lambda: any("good" in f for f in told(out / "takes")) and list((out / "logs").glob("hang*")), batch
     )
-    workers = children(batch.pid)
+    workers = descendants(batch.pid)
     assert workers
     batch.send_signal(how)
     _, err = batch.communicate()

@@ -1,54 +1,108 @@
-"""How the process of takes is started and asked to leave."""
+"""A take's own process: its log and exit code, one that dies or takes too long, and one whose parent is gone."""
 
-import io
+import os
+import signal
 import subprocess
 import sys
+import threading
+import time
+from pathlib import Path
 
 import pytest
 
-from pcnet3d.stages.study.batch import workers
+from pcnet3d.stages.study.batch import process
+from pcnet3d.stages.study.batch.process import PRELOADED, run_apart
+
+
+@pytest.fixture(autouse=True)
+def begun(monkeypatch):
+    """No batch of another test was stopped."""
+    monkeypatch.setattr(process, "_stopped", threading.Event())
+
+
+def test_each_take_has_a_log_and_an_exit_code_of_its_own(tmp_path):
+    first, bad, third = (tmp_path / f"{name}.txt" for name in ("first", "bad", "third"))
+    bad.write_text("of an earlier run")
+    assert run_apart(["list", "stages"], first, 60) == (0, "")
+    out = str(tmp_path / "out")
+    assert run_apart(["run", "-o", out, "--poses", "nowhere.npy"], bad, 60) == (2, "cannot-open")
+    assert run_apart(["list", "writers"], third, None) == (0, "")
+    assert "trajectories" in first.read_text()
+    assert "nowhere.npy" in bad.read_text()
+    assert "of an earlier run" not in bad.read_text()
+    assert "markers" in third.read_text()
+    assert "trajectories" not in third.read_text()
+
+
+def test_what_takes_too_long_is_ended_and_harms_nobody_else(tmp_path):
+    with pytest.raises(TimeoutError):
+        run_apart(["--version"], tmp_path / "log.txt", 0.01)
+    assert not process._running
+    assert run_apart(["--version"], tmp_path / "log.txt", 60) == (0, "")
 
 
 @pytest.mark.parametrize("told", ["1", "8"])
 def test_a_take_computes_in_one_thread_and_writes_utf_8(tmp_path, monkeypatch, told):
     started = {}
 
-    class Child:
-        stdin, stdout = io.BytesIO(), io.BytesIO(b"3\n")
+    class Context:
+        Pipe = staticmethod(process.process_context(()).Pipe)
 
-    monkeypatch.setattr(workers.subprocess, "Popen", lambda command, **how: started.update(how) or Child())
+        def Process(self, **how):
+            started.update(os.environ)
+            raise OSError(12, "no memory")
+
+    monkeypatch.setattr(process, "process_context", lambda preload: Context())
     for name in ("OMP_NUM_THREADS", "OPENCV_FOR_THREADS_NUM"):
         monkeypatch.setenv(name, told)
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+        monkeypatch.setenv(name, "")
     monkeypatch.setenv("PYTHONIOENCODING", "cp1252")
-    assert workers.Worker(tmp_path / "log.txt").run(["run"], tmp_path / "log.txt", None) == (3, "")
-    environment = started["env"]
-    assert {environment[name] for name in environment if name.endswith(("NUM_THREADS", "THREADS_NUM"))} == {
-        "1"
-    }
-    assert environment["PYTHONIOENCODING"] == "utf-8"
+    with pytest.raises(OSError, match="no memory"):
+        run_apart(["run"], tmp_path / "log.txt", None)
+    threads = {started[name] for name in started if name.endswith(("NUM_THREADS", "THREADS_NUM"))}
+    assert threads == {"1"}
+    assert started["PYTHONIOENCODING"] == "utf-8"
 
 
-def test_a_take_that_is_asked_leaves_by_itself_and_tidies_up(tmp_path, monkeypatch):
-    code = (
-        "import queue, sys, threading, time\n"
-        "from pcnet3d.stages.study.batch.child import _listen\n"
-        "import signal; signal.signal(signal.SIGTERM, lambda *_: sys.exit(9))\n"
-        "threading.Thread(target=_listen, args=(queue.SimpleQueue(),), daemon=True).start()\n"
+@pytest.mark.skipif(
+    not Path("/proc/self/status").exists(), reason="only Linux tells how many threads there are"
+)
+def test_what_is_imported_before_a_fork_begins_no_thread():
+    code = f"import importlib\nfor name in {PRELOADED}: importlib.import_module(name)\n"
+    code += "print(open('/proc/self/status').read().split('Threads:')[1].split()[0])"
+    environment = {**os.environ, **process._ENVIRONMENT}
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment)
+    assert told.stdout.strip() == "1", told.stderr
+
+
+def test_a_take_leaves_and_tidies_up_when_its_parent_is_gone(tmp_path):
+    """The parent is killed; the take, which sleeps, ends as on SIGTERM."""
+    child = (
+        "import signal, sys, threading, time\n"
+        "from pcnet3d.stages.study.batch.process import _leave_with_parent\n"
+        "signal.signal(signal.SIGTERM, lambda *_: sys.exit(9))\n"
+        "threading.Thread(target=_leave_with_parent, daemon=True).start()\n"
+        f"folder = __import__('pathlib').Path({str(tmp_path)!r})\n"
         "try:\n"
-        "    print('begun', flush=True)\n"
+        "    (folder / 'begun').touch()\n"
         "    while True: time.sleep(0.01)\n"
-        "finally: print('tidied up', flush=True)"
+        "finally: (folder / 'tidied up').touch()"
     )
-    start = subprocess.Popen
-    monkeypatch.setattr(
-        workers.subprocess, "Popen", lambda command, **how: start([sys.executable, "-c", code], **how)
+    parent = (
+        "from pcnet3d.pipeline.core.system import process_context\n"
+        "if __name__ == '__main__':\n"
+        f"    process = process_context(()).Process(target=exec, args=({child!r},))\n"
+        "    process.start(); process.join()"
     )
-    worker = workers.Worker(tmp_path / "log.txt")
-    assert worker.process.stdout.readline().strip() == b"begun"
-    worker.ask_to_leave()
-    worker.ask_to_leave()  # it was told
-    assert worker.process.wait(60) == 9
-    assert worker.process.stdout.read().strip() == b"tidied up"
-    with pytest.raises(ValueError, match="closed"):
-        worker.process.stdin.write(b"more")
-    assert worker.run(["run"], tmp_path / "log.txt", None) == (9, "")
+    with subprocess.Popen([sys.executable, "-c", parent]) as begun:
+        _wait_for(tmp_path / "begun")
+        begun.send_signal(signal.SIGKILL)
+    _wait_for(tmp_path / "tidied up")
+
+
+def _wait_for(path: Path) -> None:
+    deadline = time.monotonic() + 60
+    while not path.exists():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)

@@ -7,8 +7,8 @@ import pytest
 from pcnet3d.pipeline.running.run import checkpoint_of
 from pcnet3d.stages.study.batch import take as _batch_take
 from pcnet3d.stages.study.batch.manifest import Entry
+from pcnet3d.stages.study.batch.process import Ended
 from pcnet3d.stages.study.batch.take import Job, run_take
-from pcnet3d.stages.study.batch.workers import Ended
 
 
 @pytest.fixture
@@ -56,7 +56,7 @@ def test_the_process_is_told(job, monkeypatch):
         orders.append(words)
         raise OSError(12, "no memory", "v")
 
-    monkeypatch.setattr(_batch_take, "run_in_worker", refuse)
+    monkeypatch.setattr(_batch_take, "run_apart", refuse)
     run_take(job)
     checkpoint_of(job.folder).write_bytes(b"keypoints")
     run_take(job)

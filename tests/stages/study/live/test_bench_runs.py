@@ -93,5 +93,3 @@ def test_a_study_says_what_a_take_costs():
     assert (measured.takes, measured.workers) == (3, 2)
     assert 0 < measured.network_s < measured.wall_s
     assert measured.own_s == pytest.approx(measured.wall_s * 2 / 3 - measured.network_s)
-    assert measured.cpu_s > 0
-    assert measured.peak_mb > 0
