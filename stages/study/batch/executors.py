@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from typing import Any
@@ -15,7 +15,7 @@ from .take import Job, Outcome, run_take
 _PATIENCE_S = 60.0  # for a cluster that has no worker
 
 
-def outcomes_of(jobs: Sequence[Job], executor: Executor) -> Iterator[Outcome]:
+def outcomes_of(jobs: Sequence[Job], executor: Executor) -> Generator[Outcome]:
     """Of all jobs, as they come. InputError when the executor is lost; what is done then is kept."""
     names = {executor.submit(run_take, job): job.entry.name for job in jobs}
     try:
