@@ -55,6 +55,10 @@ KEPT = {
 NOT_COMPARED = {
     "seconds": "how long a take of a batch took",
     "stamp": "made of an input file's own time too",
+    "captured_s": "when live was given an image",
+    "latency_ms": "how long live took for an image",
+    "latency_p50_ms": "the same",
+    "latency_p95_ms": "the same",
 }
 _TOLERANCE = 1e-6
 _CARRIED_OUT = (0, 3, 4)  # exit codes; 3 and 4 are inspect's verdicts
@@ -268,7 +272,7 @@ def _printed(text: str) -> dict[str, Any]:
     lines = text.splitlines()
     rows = [dict(_within(json.loads(line))) for line in lines if line.startswith("{")]
     columns = {
-        key: [row[key].tolist() if key in row else None for row in rows]
+        key: [cell for row in rows for cell in (row[key].ravel().tolist() if key in row else [None])]
         for key in dict.fromkeys(chain(*rows))
     }
     return {"said": [line for line in lines if not line.startswith("{")], "streamed": columns}
@@ -634,12 +638,10 @@ def _differences(one: Path, other: Path) -> Iterator[Difference]:
     ]
     in_one_only = set()
     for name in commands:
-        carried_out, ends = zip(
-            *(_end(folder / _SAID / f"{name}.json") for folder in (one, other)), strict=True
-        )
-        if any(carried_out) and not all(carried_out):
+        ends = [_end(folder / _SAID / f"{name}.json") for folder in (one, other)]
+        if len({state for state, _ in ends}) > 1:
             in_one_only.add(name)
-            yield Difference(name, _EXIT_CODE, f"{ends[0]} in A, {ends[1]} in B")
+            yield Difference(name, _EXIT_CODE, f"{ends[0][1]} in A, {ends[1][1]} in B")
     for file in files:
         owners = [name for name in commands if f"{file}/".startswith((f"{name}/", f"{_SAID}/{name}.json/"))]
         if owners and max(owners, key=len) in in_one_only:
@@ -651,15 +653,15 @@ def _differences(one: Path, other: Path) -> Iterator[Difference]:
             yield from _differences_of_files(file, a, b)
 
 
-def _end(said: Path) -> tuple[bool, str]:
-    """Whether the command was carried out; its exit code, and of one that was not the last line."""
+def _end(said: Path) -> tuple[str, str]:
+    """Whether the command was not run, refused or carried out; its exit code, if refused with the last line."""
     if not said.exists():
-        return False, "not run"
+        return "not run", "not run"
     content = json.loads(said.read_text(encoding="utf-8"))
     if content["exit_code"] in _CARRIED_OUT:
-        return True, str(content["exit_code"])
+        return "carried out", str(content["exit_code"])
     sentences = [line.strip(" │") for line in content.get("said", ()) if not line.startswith(("╭", "╰"))]
-    return False, " ".join([str(content["exit_code"]), *(f"({line})" for line in sentences[-1:])])
+    return "refused", " ".join([str(content["exit_code"]), *(f"({line})" for line in sentences[-1:])])
 
 
 def _differences_of_files(file: str, one: Path, other: Path) -> Iterator[Difference]:

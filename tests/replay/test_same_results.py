@@ -141,8 +141,11 @@ def test_a_command_that_one_version_refuses_is_one_line(folders, capsys):
 
 def test_a_command_that_only_one_folder_has(folders, capsys):
     end(folders[0], "compare/visits", 0)
+    end(folders[1], "compare/truth", 2, "usage")
     assert not compare(*folders)
-    assert "compare/visits: exit code 0 in A, not run in B" in capsys.readouterr().out
+    lines = capsys.readouterr().out.splitlines()
+    assert "compare/visits: exit code 0 in A, not run in B" in lines
+    assert "compare/truth: exit code not run in A, 2 (usage) in B" in lines
 
 
 def test_an_exit_code_that_is_a_verdict(folders, capsys):
@@ -213,5 +216,5 @@ def test_commands_of_another_program(tmp_path, monkeypatch):
     assert not list(folder.rglob("page.html"))
     assert said("inspect/video")["printed"] == {"file": "DATA/video/walk_crop.mp4"}
     assert said("live")["said"] == ["watching"]
-    assert said("live")["streamed"] == {"frame": [[0.0], [1.0]], "up": [[0.0, 1.0], None]}
+    assert said("live")["streamed"] == {"frame": [0.0, 1.0], "up": [0.0, 1.0, None]}
     assert compare(folder, folder)
