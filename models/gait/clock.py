@@ -33,9 +33,9 @@ _QUICK = {"walk": _Limit(0.68, 0.47), "run": _Limit(0.40, 0.22)}
 # Seconds times lengths of a leg (the walk ratio: Sekiya & Nagasaki, Gait Posture 7(3), 1998): 0.32 to 0.79 in 64 lifted
 # takes of validation people, skips and huge steps above 0.6, and less of patients.
 _SLOW = _Limit(0.44, 0.80)
-# Degrees of the straighter knee as the legs pass: 11 to 30 in lifted walks, 36 in the longest strides; 32 and more in
-# lifted runs.
-_WALKS_DEG = 31.0
+# Degrees of the straighter knee as the legs pass: 11 to 28 in lifted walks, 36 in the longest strides; 29 to 68 in
+# runs. Deeper knees are of lunges, which take any time.
+_WALKS_DEG, _RUNS_DEG = 29.0, 75.0
 _STEP = 0.25  # lengths of a leg: by how much the ankles' separation changes from step to step at least
 _FEWEST = 4  # steps
 # Of the times from passing to passing, quartile by quartile, and the spread of how far the ankles come apart.
@@ -111,6 +111,6 @@ def _gait(level: PoseSequence) -> _Gait | None:
     early, late = np.percentile(gaps, [25, 75])
     reach = np.array([np.abs(apart[a : b + 1]).max() for a, b in pairwise(passes)])
     knee_deg = float(np.median(straighter[passes]))
-    if not (late < _EVEN * early and reach.std() < _ALIKE * reach.mean()) or np.isnan(knee_deg):
+    if not (late < _EVEN * early and reach.std() < _ALIKE * reach.mean()) or not knee_deg < _RUNS_DEG:
         return None
     return _Gait(float(np.median(gaps)), float(np.median(reach)), knee_deg)

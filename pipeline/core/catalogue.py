@@ -53,12 +53,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "people-by-poses-alone": ("warning", "files",
         "The file has no track numbers and no boxes, so people were told apart by their poses. Check that each is "
         "only one person."),
-    "keypoints-of-somebody-else": ("suspicious", "files",
-        "Person '{person}' of the poses differs from '{track}' of the keypoints by {apart:.2f} of their spread; one "
-        "person has at most {most:g}. Give the keypoints of this person and of these frames; otherwise the path is "
-        "wrong."),
     "keypoints-not-of-poses": ("suspicious", "files",
-        "The poses differ from the keypoints by {off_percent:.1f} % of the stature{how}. They belong to different "
+        "The poses differ from the keypoints by {off_percent:.1f} % of the stature{how}. They are of different people, "
         "recordings or frames, or the poses were changed."),
     "leap-between-people": ("warning", "files",
         "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from then on, or frames "
@@ -95,6 +91,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "rows-lost": ("suspicious", "clock",
         "At {count:~row} the whole body moves further than in one frame, {how}. Write the file with frame numbers or "
         "times, or give --fps."),
+    "rows-added": ("suspicious", "clock",
+        "{count} of {of:~row} {count:?lies/lie} exactly midway between the rows beside {count:?it/them}: a program put "
+        "{count:?it/them} there. Give the file as it was made, or the rate of its rows (--fps)."),
     # Keypoints and video
     "video-not-compared": ("note", "files",
         "It is unclear whether the keypoints belong to this video: {reason}."),

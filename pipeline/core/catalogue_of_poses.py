@@ -42,13 +42,16 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
     "only-noise": ("suspicious", "poses",
         "Hands and feet only jump back and forth: this is noise, a single pose, or rows in the wrong order."),
     "keypoints-smooth": ("warning", "files",
-        "The keypoints of hands and feet have little movement above {hertz:g} Hz ({share_percent:.1f} %): they were "
-        "smoothed or computed. Give the detector's own keypoints."),
-    "no-quick-movement": ("suspicious", "poses",
-        "Hands and feet have little movement above {hertz:g} Hz (only {share_percent:.1f} % of it): the poses were "
-        "smoothed."),
-    "movement-shrunk": ("suspicious", "poses",
-        "Limbs keep their lengths only if the joints moved {times:.1f} times as far: the movement was made smaller."),
+        "The keypoints of hands and feet tremble by only {trembles_percent:.2g} % of the trunk; a detector's tremble "
+        "by 4 % and more. They were smoothed or computed: give the detector's own."),
+    "joints-filled": ("warning", "files",
+        "{count:~joint position} {count:?lies/lie} exactly on straight lines in time, or {count:?repeats/repeat} the "
+        "one before ({joints}): filled in, not seen. They are treated as gaps."),
+    "joints-coincide": ("suspicious", "poses",
+        "The {first} and the {second} lie at one point in {count:~frame}: one of them was not found there. They are "
+        "treated as gaps, joints of the trunk excepted."),
+    "joints-exchanged": ("suspicious", "left and right",
+        "Bones are longer than crosswise: left and right {joints} are exchanged. They are treated as gaps."),
     "bones": ("suspicious", "poses",
         "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), most from {worst} "
         "({worst_percent:.0f} %)."),
@@ -91,13 +94,7 @@ JUDGING: dict[str, tuple[Weight, About, str]] = {
         "There are {rows_read:~row} for {frames:~frame} of the video, at {fps:g} per second."),
     "keypoints-not-compared": ("note", "poses",
         "The poses were not compared with the keypoints: {reason}."),
-    "keypoints-shifted": ("suspicious", "poses",
-        "The poses fit the keypoints better {lag:~frame} {direction}: they differ by {better_percent:.0f} % instead "
-        "of {off_percent:.0f} % of the person's size, over {frames:~frame} of track {person}."),
-    "keypoints-missed": ("suspicious", "poses",
-        "The poses differ from the keypoints by {off_percent:.0f} % of the person's size, over {frames:~frame} of "
-        "track {person}."),
     "keypoints-met": ("note", "poses",
-        "The poses fit the keypoints within {off_percent:.0f} % of the person's size, over {frames:~frame} of "
-        "track {person}."),
+        "The poses fit the keypoints within {off_percent:.1f} % of the stature, in the {frames:~frame} that were "
+        "compared."),
 }  # fmt: skip

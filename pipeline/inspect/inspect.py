@@ -14,9 +14,11 @@ from ..core.messages import how_many
 from ..core.notices import EXIT_CODES, Notice, notice, verdict
 from ..core.pose import PoseSequence
 from ..core.take import Video
+from ..files.video_frames import shown_size
 from ..reading.choose import choose_person
 from ..reading.clock import numbered_by, numbered_by_times
 from ..reading.load import load, read_all, read_video
+from ..signals.altered import altered
 from ..signals.checks import Chirality, bone_spread, chirality, spread_of_bones
 from ..signals.findings import (
     depth_factor,
@@ -26,12 +28,9 @@ from ..signals.findings import (
     swap_findings,
 )
 from ..signals.swaps import Swap, as_frames, find_swaps
-from .agreement import Agreement, agreement
+from ..signals.together import Fit, together
 
 __all__ = ["Inspection", "Person", "inspect"]
-
-_POOR_FIT = 0.2  # 2D residual over the person's size; boxing and skating 0.05
-_BETTER = 0.9  # of the residual: a shift in time that fits better than that is meant
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +38,14 @@ class Person:
     """One person of a file.
 
     source: as the adapter gives it. poses: the same as `read` would give it, left and right as they are; None for 2D
-    and where the reader refuses. agreement: with 2D keypoints, where they were given and fit. swaps: rows in which
-    limbs are exchanged or mirrored in depth.
+    and where the reader refuses. fit: with 2D keypoints, where they were given and can be compared. swaps: rows in
+    which limbs are exchanged or mirrored in depth.
     """
 
     source: PoseSequence
     poses: PoseSequence | None
     findings: tuple[Notice, ...]
-    agreement: Agreement | None = None
+    fit: Fit | None = None
     swaps: tuple[Swap, ...] = ()
 
     @property
@@ -80,7 +79,7 @@ class Person:
             "stature_m": _known(implied_stature(poses.joints)) if poses and poses.frame.metric else None,
             "left_and_right": _evidence(self.chirality),
             "swaps": as_frames(source, self.swaps),
-            "keypoints": asdict(self.agreement) if self.agreement else None,
+            "keypoints": asdict(self.fit) if self.fit else None,
             "notices": [finding.as_dict() for finding in self.findings],
         }
 
@@ -130,7 +129,8 @@ def inspect(
     recording = None if video is None else read_video(video)
     people = []
     for source in sources:
-        found = [*row_findings(source), *_video_findings(_numbered(source, tracks, recording), recording)]
+        found = [*row_findings(source), *altered(source)[1]]
+        found += _video_findings(_numbered(source, tracks, recording), recording)
         poses, fit = None, None
         if source.frame.dims == 3:
             try:
@@ -143,7 +143,7 @@ def inspect(
         swaps = find_swaps(looked_at) if poses is not None or source.frame.dims == 2 else ()
         found += swap_findings(looked_at, swaps)
         if poses is not None and keypoints is not None:
-            fit = agreement(poses, tracks) if poses.frame.family == "camera" else None
+            fit = _fit(poses, tracks, None if recording is None else shown_size(recording))
             found.append(_fit_finding(fit, poses))
         people.append(Person(source, poses, tuple(found), fit, swaps))
     return Inspection(path, read.adapter.name, tuple(people))
@@ -170,16 +170,22 @@ def _video_findings(source: PoseSequence, video: Video | None) -> list[Notice]:
     return [notice("video-fits", rows_read=len(source), frames=frames, fps=video.fps)]
 
 
-def _fit_finding(fit: Agreement | None, poses: PoseSequence) -> Notice:
+def _fit(poses: PoseSequence, tracks: tuple[PoseSequence, ...], size: tuple[int, int] | None) -> Fit | None:
+    """That of the track that fits best, at whichever shift; None where none can be compared."""
+    if poses.frame.family != "camera":
+        return None
+    alike = [track for track in tracks if not poses.frames_known and len(track) == len(poses)]
+    found = [
+        together(numbered_by(track, poses, "") if track in alike else poses, track, size) for track in tracks
+    ]
+    return min((fit for fit in found if fit), key=lambda fit: fit.best, default=None)
+
+
+def _fit_finding(fit: Fit | None, poses: PoseSequence) -> Notice:
     if fit is None:
         why = "too few frames or joints in common" if poses.frame.family == "camera" else "no camera's axes"
         return notice("keypoints-not-compared", reason=why)
-    values: dict[str, Any] = {"off_percent": 100 * fit.error, "frames": fit.frames, "person": fit.person}
-    if fit.lag and fit.error_at_lag < _BETTER * fit.error:
-        direction, better = "later" if fit.lag > 0 else "earlier", 100 * fit.error_at_lag
-        lag = {"lag": abs(fit.lag), "direction": direction, "better_percent": better}
-        return notice("keypoints-shifted", **lag, **values)
-    return notice("keypoints-missed" if fit.error > _POOR_FIT else "keypoints-met", **values)
+    return fit.notice() or notice("keypoints-met", off_percent=100 * fit.off, frames=fit.frames)
 
 
 def _known(value: float) -> float | None:

@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..core.camera import PRIOR_FOCAL
 from ..core.errors import InputError
 from ..core.layouts import LIMBS
 from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..core.rotations import is_finite, rotate, unit
+from ..core.rotations import is_finite, rotate
 from ..files.detections import FEWEST_FRAMES, listed
 from ..signals.reprojection import off_in_image
 from ..signals.tracker import steps
@@ -127,41 +126,6 @@ def same_person(
             "read.keypoints_person=NAME, or leave --keypoints out.",
         )
     return tracks[best].noted("same person", poses=poses.person, apart=round(float(apart[best]), 3))
-
-
-def misfit(poses: PoseSequence, track: PoseSequence, image_size: tuple[int, int] | None) -> list[Notice]:
-    """A notice where a 2D track beside 3D poses shows other limbs than theirs; none where it does not, or nothing can
-    be told: of poses in a world, with few frames in common, and of an image whose size is unknown. poses, track: as for
-    `same_person`."""
-    if poses.frame.family != "camera" or image_size is None:
-        return []
-    _, most = _ALIKE
-    # What the picture cuts off lies at its border in the one, and where it is in the other.
-    track = certain(track, image_size)
-    apart = _apart(poses, track)
-    if most < apart < np.inf:  # of one person a tenth are as far apart if that lay in the axes alone
-        apart = min(apart, _apart(_ahead(poses, track, image_size), track))
-    if not most < apart < np.inf:
-        return []
-    names: dict[str, Any] = {"person": poses.person, "track": track.person}
-    return [notice("keypoints-of-somebody-else", **names, apart=float(apart), most=most)]
-
-
-def _ahead(poses: PoseSequence, track: PoseSequence, image_size: tuple[int, int]) -> PoseSequence:
-    """Poses in the camera's own axes, turned to those in which lifters see a crop: the ray to the person is straight
-    ahead, and from there the limbs look much as in the image, at whichever place of it the person is. The focal length
-    is taken for the usual one. Frames that the track does not have are NaN."""
-    _, rows, seen_rows = np.intersect1d(
-        poses.frame_index, track.frame_index, assume_unique=True, return_indices=True
-    )
-    seen = track.joints[seen_rows].astype(np.float64)
-    size = np.array(image_size, dtype=float)
-    middle = (np.fmax.reduce(seen, axis=1) + np.fmin.reduce(seen, axis=1) - size) / 2
-    away = unit(np.column_stack([middle, np.full(len(middle), PRIOR_FOCAL * size.max())]))
-    right = unit(np.cross([0.0, 1.0, 0.0], away))
-    turned = np.full(poses.joints.shape, np.nan)
-    turned[rows] = rotate(np.stack([right, np.cross(away, right), away], axis=-2), poses.joints[rows])
-    return poses.with_(joints=turned)
 
 
 def _apart(poses: PoseSequence, track: PoseSequence) -> float:

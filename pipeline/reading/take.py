@@ -15,10 +15,11 @@ from ..core.take import Session, Take, Video
 from ..files.atomic import printable
 from ..files.digest import sha256
 from ..files.video_frames import shown_size
+from ..signals.altered import alterations, altered, without_altered
 from ..signals.findings import findings_of
-from ..signals.shapes import copied, keypoints_movement, keypoints_unlike, repeated, rows_lost
 from ..signals.swaps import treated
-from .choose import RANKS, choose_detected, choose_person, misfit, same_person
+from ..signals.together import together
+from .choose import RANKS, choose_detected, choose_person, same_person
 from .clock import (
     Clock,
     check_numbers,
@@ -192,6 +193,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         poses, keypoints = (each and _part(each, asked) for each in (poses, keypoints))
         video = video and replace(video, part=rows_within(asked, _seconds(video, options)))
         lead = _lead(poses, keypoints)
+    poses, keypoints, changed = _without_altered(poses, source, keypoints)
     poses, keypoints, swapped, swaps = treated(poses, keypoints, options.swaps)
     return Take(
         name=printable((options.video or path).stem),
@@ -206,7 +208,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
                 *doubts,
                 *_doubts(lead, keypoints, video),
                 *strange,
-                *_of_no_recording(poses, keypoints),
+                *changed,
                 *coverage(lead, video),
                 *swapped,
             )
@@ -250,23 +252,33 @@ def _numbered(
 
 
 def _misfit(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> list[Notice]:
-    """A notice where the keypoints show somebody else than the poses."""
-    if poses is None or keypoints is None:
+    """A notice where the keypoints show somebody else than the poses, or other frames."""
+    if poses is None or keypoints is None or poses.frame.family != "camera":
         return []
     size = shown_size(files.video) if files.video else files.options.image_size
-    found = misfit(poses, keypoints, size)
-    if found or size is None or poses.frame.family != "camera" or poses.time_s is None:
-        return found
-    return keypoints_unlike(poses, keypoints, size, files.options.focal)
+    fit = together(poses, keypoints, size, files.options.focal)
+    found = None if fit is None else fit.notice()
+    return [found] if found else []
 
 
-def _of_no_recording(poses: PoseSequence | None, keypoints: PoseSequence | None) -> list[Notice]:
-    """What no recording gives; of poses the findings tell most of it."""
-    if poses is not None:
-        return rows_lost(poses)
-    if keypoints is None:
-        return []
-    return [each for look in (copied, repeated, rows_lost, keypoints_movement) for each in look(keypoints)]
+def _without_altered(
+    poses: PoseSequence | None, source: PoseSequence | None, keypoints: PoseSequence | None
+) -> tuple[PoseSequence | None, PoseSequence | None, list[Notice]]:
+    """Poses and keypoints without joints that nobody saw, and what is said of that and of keypoints that were altered;
+    of poses the findings tell the latter. source: the poses as the adapter gives them, where lines are straight."""
+    said: list[Notice] = []
+    if keypoints is not None:
+        found, said = altered(keypoints)
+        keypoints = without_altered(keypoints, found)
+        said = [*said, *alterations(keypoints)]
+    if poses is not None and source is not None and len(source) == len(poses):
+        found, notices = altered(source)
+        mask = np.zeros(poses.joints.shape[:2], dtype=bool)
+        for joint, name in enumerate(poses.layout.joints):
+            if name in source.layout:
+                mask[:, joint] = found[:, source.layout.index(name)]
+        poses, said = without_altered(poses, mask), [*said, *notices]
+    return poses, keypoints, said
 
 
 def _session(options: RunOptions) -> Session:

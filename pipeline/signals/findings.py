@@ -11,6 +11,7 @@ from ..core.catalogue import Weight
 from ..core.layouts import H36M17
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
+from .altered import alterations
 from .checks import (
     UNSTEADY,
     bone_spread,
@@ -25,7 +26,6 @@ from .checks import (
     upside_down,
     whole_rows,
 )
-from .shapes import shape_findings
 from .swaps import Swap, described, doubts, find_swaps, wrong_rows
 
 # Shares of rows from which a fault is suspicious, and from which nothing can be made of the take.
@@ -89,6 +89,8 @@ def row_findings(source: PoseSequence) -> list[Notice]:
         found.append(notice("frames-not-numbered"))
     if source.time_s is None:
         found.append(notice("rate-not-stated"))
+    if not source.made_by.in_run:  # of what this run has made, that which it was made from is looked at
+        found += alterations(source)
     return [*found, *source.notices]
 
 
@@ -149,7 +151,6 @@ def pose_findings(poses: PoseSequence, unit: str = "m") -> list[Notice]:
         *(upside_down(poses) or on_its_side(poses)),
         *_leaps(poses),
         *_seams(poses),
-        *shape_findings(poses),
     ]
 
 

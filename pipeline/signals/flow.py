@@ -2,7 +2,7 @@
 
 The optical flow between two frames (Kroeger et al., Fast Optical Flow using Dense Inverse Search, ECCV 2016) is read at
 the keypoints and held against their own movement, for the keypoints as they are numbered and for other ones: some rows
-earlier or later, backwards, mirrored.
+earlier or later, by another rate, backwards, mirrored.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
+from .together import RATES
 
 SIDE = 480  # pixels of the longer side of what is looked at
 _STEP_S = 0.07  # between the two images of a pair
@@ -40,9 +41,9 @@ _OTHER_WAY = 0.15
 @dataclass(frozen=True)
 class Flow:
     """How alike the movements of keypoints and image are, from 1 to -1. joints: movements compared. moved: root mean
-    square of the keypoints', pixels of an image whose longer side has 480. alike: as they are numbered; best: at the
-    shift of `lag` rows that is best; mirrored: of keypoints that are mirrored; backwards: of ones that run
-    backwards."""
+    square of the keypoints', pixels of an image whose longer side has 480. alike: as they are numbered; best: where
+    their rows are `lag` later, or grow `rate` times as fast as the video's frames; mirrored: of keypoints that are
+    mirrored; backwards: of ones that run backwards."""
 
     joints: int
     moved: float
@@ -51,6 +52,7 @@ class Flow:
     lag: int
     mirrored: float
     backwards: float
+    rate: float = 1.0
 
 
 def pairs_of(first: int, last: int, fps: float, key_frames: Sequence[int] = ()) -> list[tuple[int, int]]:
@@ -84,9 +86,17 @@ def flow_of(
     still = np.zeros((*images[pairs[0][0]].shape, 2), np.float32)
     fields = [search.calc(images[a], images[b], still.copy()) for a, b in pairs]
 
-    def compared(change: str, lag: int = 0) -> tuple[float, int, float]:
+    def compared(change: str, lag: int = 0, rate: float = 1.0) -> tuple[float, int, float]:
         both = [
-            _moved(track, field, a, b, scale, width, change, lag)
+            _moved(
+                track,
+                field,
+                track.row(a, change, lag, rate),
+                track.row(b, change, lag, rate),
+                scale,
+                width,
+                change,
+            )
             for field, (a, b) in zip(fields, pairs, strict=True)
         ]
         seen, moved = (np.concatenate(each) for each in zip(*both, strict=True))
@@ -98,9 +108,11 @@ def flow_of(
     alike, joints, rms = compared("")
     if joints < _FEWEST:
         return None
-    lags = {lag: compared("", lag)[0] for lag in range(-_MOST_LAG, _MOST_LAG + 1)}
-    lag = max(lags, key=lambda each: (lags[each], -abs(each)))
-    return Flow(joints, rms, alike, lags[lag], lag, compared("mirrored")[0], compared("backwards")[0])
+    found = {(lag, 1.0): compared("", lag)[0] for lag in range(-_MOST_LAG, _MOST_LAG + 1)}
+    found |= {(0, rate): compared("", 0, rate)[0] for rate in RATES if rate != 1}
+    lag, rate = max(found, key=lambda key: (found[key], -abs(key[0]), -abs(key[1] - 1)))
+    mirrored, backwards = (compared(change)[0] for change in ("mirrored", "backwards"))
+    return Flow(joints, rms, alike, found[lag, rate], lag, mirrored, backwards, rate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +120,21 @@ class _Track:
     keypoints: PoseSequence
     columns: np.ndarray
 
-    def at(self, frame: int) -> np.ndarray | None:
-        """(J, 2) pixels, NaN where not seen; None where there is no such row."""
+    def row(self, frame: int, change: str, lag: int, rate: float) -> float:
+        """The number that a frame of the video has among the keypoints'."""
+        first, last = self.keypoints.frame_index[[0, -1]].tolist()
+        return first + last - frame if change == "backwards" else first + (frame - first) * rate + lag
+
+    def at(self, frame: float) -> np.ndarray | None:
+        """(J, 2) pixels, between two frames on a line, NaN where not seen; None where there is no such row."""
+        whole = int(np.floor(frame + 1e-9))
+        start, end = self._at(whole), self._at(whole + 1)
+        share = max(frame - whole, 0.0)
+        if share < 1e-9 or start is None or end is None:
+            return start if share < 1e-9 else None
+        return (1 - share) * start + share * end
+
+    def _at(self, frame: int) -> np.ndarray | None:
         row = int(np.searchsorted(self.keypoints.frame_index, frame))
         if row >= len(self.keypoints) or self.keypoints.frame_index[row] != frame:
             return None
@@ -119,13 +144,10 @@ class _Track:
 
 
 def _moved(
-    track: _Track, field: np.ndarray, first: int, second: int, scale: float, width: int, change: str, lag: int
+    track: _Track, field: np.ndarray, first: float, second: float, scale: float, width: int, change: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(N, 2) movements of the image and of the keypoints."""
-    if change == "backwards":
-        ends = int(track.keypoints.frame_index[0] + track.keypoints.frame_index[-1])
-        first, second = ends - first, ends - second
-    start, end = track.at(first + lag), track.at(second + lag)
+    """(N, 2) movements of the image and of the keypoints, from one of their numbers to another."""
+    start, end = track.at(first), track.at(second)
     if start is None or end is None:
         return np.zeros((0, 2)), np.zeros((0, 2))
     if change == "mirrored":
@@ -158,9 +180,12 @@ def flow_notice(flow: Flow | None) -> Notice:
             else ": they move as in a video that runs backwards",
         )
     better = _BETTER if flow.alike < _USUAL else _CLEARLY_BETTER
-    if flow.best > max(flow.alike + better, _ALIKE) and abs(flow.lag) > 1:
+    if flow.best > max(flow.alike + better, _ALIKE) and (abs(flow.lag) > 1 or flow.rate != 1):
         way = "later" if flow.lag > 0 else "earlier"
-        return notice("keypoints-not-of-video", **alike, how=f": they fit {abs(flow.lag)} frames {way}")
+        how = f"{abs(flow.lag)} frames {way}"
+        if flow.rate != 1:
+            how = f"where their numbers grow {flow.rate:.3g} times as fast as the video's"
+        return notice("keypoints-not-of-video", **alike, how=f": they fit {how}")
     if flow.alike < _ALIKE:
         return notice(
             "keypoints-not-of-video", **alike, how=": they may be from another recording, or at another rate"

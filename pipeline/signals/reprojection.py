@@ -86,6 +86,15 @@ def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> R
     return Residuals(px, statures)
 
 
+def off_rays(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """(T, J, 2) how far joints are off their rays, each row placed by itself, in statures and at their depths; NaN
+    where a row has too few. Arguments as of `placed`."""
+    place, _ = placed(rays, joints, weights)
+    before = joints + place[:, None]
+    depth = np.where(before[..., 2:] > _NEAREST, before[..., 2:], np.nan)
+    return before[..., :2] - rays * depth
+
+
 def off_in_image(body: np.ndarray, seen: np.ndarray) -> np.ndarray:
     """(N,) how far points body (N, J, 2) are from those that were seen, over the spread of these, when each row's are
     moved and scaled onto them: 0 for the same pose, 1 for none; NaN where fewer than FEWEST are in both."""

@@ -15,15 +15,16 @@ from .material import Given
 
 Bases = dict[str, Given]
 CLOCK = (
-    "rate-against-movement", "rows-lost", "fps-contradicts",
+    "rate-against-movement", "rows-lost", "rows-added", "fps-contradicts",
 )  # fmt: skip
 TOGETHER = (
-    "keypoints-of-somebody-else", "keypoints-not-of-poses", "keypoints-not-of-video", "keypoints-shifted",
+    "keypoints-not-of-poses", "keypoints-not-of-video",
 )  # fmt: skip
 SHAPE = (
-    "flattened-depth", "depth-stretched", "bones", "flat", "stature", "no-quick-movement", "movement-shrunk",
+    "flattened-depth", "depth-stretched", "bones", "flat", "stature",
     "limbs-copied", "limbs-unlike", "left-and-right", "mirrored", "legs-against-arms",
 )  # fmt: skip
+GAPS = ("joints-filled", "joints-coincide", "joints-exchanged")
 SIDES = ("mirrored", "legs-against-arms", "left-and-right", "sides-doubtful", *TOGETHER)
 UP = ("nobody-upright", "upside-down", "picture-upside-down", "not-levelled")
 PEOPLE = ("leaps", "leap-between-people", "leap-after-gap", "strays-removed", "people-by-poses-alone")
@@ -197,6 +198,76 @@ def _exchanged(points: np.ndarray, layout: Layout) -> np.ndarray:
     return points[:, swapped]
 
 
+def _pair(part: str) -> Callable[..., np.ndarray]:
+    """Right and left joints of this name exchanged, as a slip of a converter makes them."""
+
+    def change(points: np.ndarray, *_: Any) -> np.ndarray:
+        layout = COCO17 if points.shape[-1] == 2 else H36M17
+        pair = layout.indices([f"r_{part}", f"l_{part}"])
+        points[:, pair] = points[:, pair[::-1]]
+        return points
+
+    return change
+
+
+def _filled(rows: int, held: bool = False) -> Callable[..., np.ndarray]:
+    """Every so often all limbs are lost for some rows; the gap is filled by straight lines, or by the last value."""
+
+    def change(points: np.ndarray, *_: Any) -> np.ndarray:
+        layout = COCO17 if points.shape[-1] == 2 else H36M17
+        limbs = [
+            i for i, name in enumerate(layout.joints) if name.endswith(("knee", "ankle", "elbow", "wrist"))
+        ]
+        for first in range(5, len(points) - rows - 1, 2 * rows + 5):
+            share = np.arange(1, rows + 1)[:, None, None] / (rows + 1) * (not held)
+            start, stop = points[first - 1, limbs], points[first + rows, limbs]
+            points[first : first + rows, limbs] = (1 - share) * start + share * stop
+        return points
+
+    return change
+
+
+def _at(rate: float, points: bool = True, poses: bool = False) -> Callable[[Given, Bases], Given]:
+    """The rows of so many times the rate, between the old ones on lines, numbered one after another."""
+
+    def made(values: np.ndarray | None, use: bool, rows: np.ndarray) -> np.ndarray | None:
+        if values is None or not use:
+            return None if values is None else values[: len(rows)]
+        flat = values.reshape(len(values), -1)
+        columns = [np.interp(rows, np.arange(len(values)), column) for column in flat.T]
+        return np.stack(columns, axis=-1).reshape(len(rows), *values.shape[1:])
+
+    def make(given: Given, _: Bases) -> Given:
+        rows = np.arange(0, len(given.frames) - 1, 1 / rate)
+        rows = rows[: len(given.frames)] if not (points and poses) else rows
+        frames = np.arange(len(rows))
+        changed = given.with_(points=made(given.points, points, rows), poses=made(given.poses, poses, rows))
+        return changed.with_(frames=frames, video=given.video if points and given.poses is None else None)
+
+    return make
+
+
+def _one_point(joint: str, other: str) -> Callable[..., np.ndarray]:
+    def change(points: np.ndarray, *_: Any) -> np.ndarray:
+        layout = COCO17 if points.shape[-1] == 2 else H36M17
+        points[:, layout.index(joint)] = points[:, layout.index(other)]
+        return points
+
+    return change
+
+
+def _again(given: Given, _: Bases) -> Given:
+    """The second half is the first once more."""
+    half = len(given.frames) // 2
+    rows = np.concatenate([np.arange(half), np.arange(half)])
+    return given.with_(
+        frames=np.arange(len(rows)),
+        points=None if given.points is None else given.points[rows],
+        poses=None if given.poses is None else given.poses[rows],
+        video=None,
+    )
+
+
 def _hole(given: Given, _: Bases) -> Given:
     words = {name: value for name, value in given.words.items() if name != "fps"}
     return given.with_(points=None, time_s=given.frames / 30 + 3600.0 * (given.frames > 40), words=words)
@@ -239,6 +310,17 @@ LIFTED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "shares of the image as pixels": (_points(lambda xy, size: xy / size), (*SHAPE, *TOGETHER)),
     "focal length told 2.2 times too long": (_focal(2.2), ("focal-against-lines",)),
     "height told in centimetres": (_told(stature=175.0), ("stature",)),
+    "ankles exchanged": (_points(_pair("ankle")), (*GAPS, *SIDES)),
+    "knees exchanged": (_points(_pair("knee")), (*GAPS, *SIDES)),
+    "wrists exchanged": (_points(_pair("wrist")), (*GAPS, *SIDES)),
+    "gaps of 15 frames filled by lines": (_points(_filled(15)), GAPS),
+    "gaps of 15 frames filled by the last value": (_points(_filled(15, held=True)), GAPS),
+    "right wrist at the nose": (_points(_one_point("r_wrist", "nose")), GAPS),
+    "left knee at the left hip": (_points(_one_point("l_knee", "l_hip")), GAPS),
+    "second half a copy of the first": (_again, ("repeats-itself", *PEOPLE)),
+    "rows put between by lines, told of 30": (_at(2.0), (*GAPS, *CLOCK)),
+    "made into 50 frames a second by lines, told of 30": (_at(50 / 30), (*GAPS, *CLOCK)),
+    "18 frames a second told of 30": (_rate(18.0), CLOCK),
     "trimmed": (lambda given, _: _rows(given, np.arange(10, len(given.frames) - 3)), ()),
     "half of the pixels": (_size(0.5, 0.5), ()),
 }
@@ -270,6 +352,13 @@ POSES: dict[str, tuple[Any, tuple[str, ...]]] = {
     "2 rows late": (_late(2), TOGETHER),
     "5 rows late": (_late(5), TOGETHER),
     "60 frames a second told of 30": (_rate(60.0), CLOCK),
+    "made at 25 frames a second, keypoints of 30": (_at(25 / 30, points=False, poses=True), TOGETHER),
+    "beside keypoints of 25 frames a second": (_at(25 / 30), TOGETHER),
+    "ankles exchanged": (_poses(_pair("ankle"), True), (*GAPS, *SIDES)),
+    "knees exchanged": (_poses(_pair("knee"), True), (*GAPS, *SIDES)),
+    "gaps of 15 frames filled by lines": (_poses(_filled(15), True), GAPS),
+    "right wrist at the nose": (_poses(_one_point("r_wrist", "nose"), True), GAPS),
+    "second half a copy of the first": (_again, ("repeats-itself", *PEOPLE)),
     "in a loop, three times": (
         lambda given, _: _rows(given.with_(points=None), np.tile(np.arange(len(given.frames)), 3)),
         ("repeats-itself", *PEOPLE),
@@ -287,6 +376,8 @@ FILMED: dict[str, tuple[Any, tuple[str, ...]]] = {
     ),
     "keypoints of the video slowed by 4": (_slowed(4.0), (*TOGETHER, *CLOCK)),
     "keypoints of the video slowed by 2": (_slowed(2.0), (*TOGETHER, *CLOCK)),
+    "keypoints made at 25 frames a second": (_at(25 / 30), TOGETHER),
+    "keypoints made at 24 frames a second": (_at(24 / 30), TOGETHER),
     "keypoints 2 rows late": (_late(2), TOGETHER),
     "keypoints 3 rows late": (_late(3), TOGETHER),
     "keypoints 5 rows early": (_late(-5), TOGETHER),

@@ -12,9 +12,10 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
-from pcnet3d.pipeline.reading.choose import misfit, same_person
+from pcnet3d.pipeline.reading.choose import same_person
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
+from pcnet3d.pipeline.signals.together import together
 
 
 def shown(poses, folder, order=lambda people, frame: people):
@@ -98,12 +99,7 @@ def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, who
     poses = {"poses": tmp_path / "poses.npz", "adapter": "arrays", "options": told}
     own_files = RunOptions(**poses, keypoints=tmp_path / "k.json", fps=30)
     take = open_take(own_files.with_(image_size=(camera.width, camera.height)))
-    said = [event.values for event in take.notices if event.code == "keypoints-of-somebody-else"]
-    assert len(said) == warned
-    assert not any(
-        event.code == "keypoints-of-somebody-else" for event in open_take(own_files).notices
-    )  # of no known image
-    assert all((values["person"], values["track"]) == ("0", "1") for values in said)
+    assert ("keypoints-not-of-poses" in {event.code for event in take.notices}) == warned
 
 
 @pytest.mark.parametrize("score", [0.1, 0.6])
@@ -120,8 +116,8 @@ def test_legs_that_are_out_of_the_picture_are_nobody_elses(cut, score):
         pixels[:, legs, 1] = camera.height - 1 if cut == "bottom" else pixels[:, legs[:1], 1] - 60
         scores[:, legs] = score
     track = PoseSequence(pixels, H36M17, IMAGE, scores, frame_index=poses.frame_index)
-    warned = misfit(poses, track, (camera.width, camera.height))
-    assert bool(warned) == (cut == "guessed" and score == 0.6)
+    fit = together(poses, track, (camera.width, camera.height))
+    assert bool(fit.notice()) == (cut == "guessed" and score == 0.6)
     if cut and score < 0.25:
         other = track.with_(
             joints=camera.project(walker(turn_deg=0, heading_deg=150).world)[:80], person="other"

@@ -62,7 +62,7 @@ def _run(inputs, place, *arguments):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("kilobytes", [64, 1500, 3000, 6500])
+@pytest.mark.parametrize("kilobytes", [64, 1500, 3000, 5000])
 def test_a_run_ends_where_its_disk_becomes_full(small_disk, inputs, kilobytes):
     place = small_disk(kilobytes)
     done = _run(

@@ -30,6 +30,17 @@ def film():
     return images, at
 
 
+def made_at(rate):
+    """Keypoints of the same seconds at a rate so many times the video's."""
+    return lambda at: np.stack(
+        [
+            np.interp(np.arange(FRAMES * rate - 1) / rate, np.arange(FRAMES), of)
+            for of in at.reshape(FRAMES, -1).T
+        ],
+        -1,
+    ).reshape(-1, 17, 2)
+
+
 def said(film, points):
     images, _ = film
     keypoints = PoseSequence(points, COCO17, IMAGE, frame_index=np.arange(len(points)))
@@ -47,6 +58,7 @@ def test_keypoints_of_the_video_move_as_it_does(film):
         lambda at: np.stack([SIDE - 1 - at[..., 0], at[..., 1]], -1),
         lambda at: np.roll(at, 3, axis=0),
         lambda at: at[np.arange(FRAMES) // 2],
+        made_at(25 / 30),
     ],
 )
 def test_those_of_another_are_told(film, change):
@@ -74,3 +86,13 @@ def test_where_there_are_key_frames_only_frames_behind_them_are_looked_at():
     assert {start // 50 for start, _ in pairs} == set(range(6))
     assert max(end % 50 for _, end in pairs) < 10
     assert len(pairs) >= len(pairs_of(0, 299, 30.0))
+
+
+def test_keypoints_made_at_another_rate_are_told_with_the_rate_that_fits(film):
+    """Keypoints of 25 frames a second beside the video of 30: a cadence of 115 for 97, and no word."""
+    for rate in (25 / 30, 24 / 30):
+        images, at = film
+        keypoints = PoseSequence(made_at(rate)(at), COCO17, IMAGE)
+        flow = flow_of(images, pairs_of(0, len(keypoints) - 1, 30.0), keypoints, SIDE)
+        assert flow.rate == pytest.approx(rate)
+        assert flow_notice(flow).code == "keypoints-not-of-video"

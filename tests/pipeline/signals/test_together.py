@@ -1,0 +1,86 @@
+"""Poses and keypoints of the same frames belong together; those of others are told, with the frames that would."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
+from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.pipeline.core.pose import PoseSequence
+from pcnet3d.pipeline.signals.together import together
+
+WALK = walker(seconds=8.0)
+FILMED = side_camera(WALK)
+SIZE = (FILMED.width, FILMED.height)
+INSIDE = FILMED.points(WALK.world)
+BODY = INSIDE - INSIDE[:, :1]
+PIXELS = FILMED.project(WALK.world) + np.random.default_rng(0).normal(0, 1.5, (len(WALK), 17, 2))
+
+
+def poses(joints=BODY) -> PoseSequence:
+    return PoseSequence(joints, H36M17, CAMERA.with_(origin="pelvis"), time_s=np.arange(len(joints)) / 30)
+
+
+def keypoints(pixels=PIXELS, rows=None) -> PoseSequence:
+    return PoseSequence(pixels, H36M17, IMAGE, np.full(pixels.shape[:2], 0.9), frame_index=rows)
+
+
+@pytest.mark.parametrize("size", [SIZE, None])
+@pytest.mark.parametrize("focal_px", [FILMED.focal_px, None])
+def test_those_of_the_same_frames_belong_together(size, focal_px):
+    fit = together(poses(), keypoints(), size, focal_px)
+    assert fit.notice() is None
+    assert fit.off < 0.06
+
+
+@pytest.mark.parametrize("late", [-5, 3, 8])
+def test_a_shift_is_told(late):
+    fit = together(poses(), keypoints(rows=np.arange(20, 20 + len(PIXELS)) + late), None)
+    fit = together(
+        poses().with_(frame_index=np.arange(20, 20 + len(BODY)), frames_known=True),
+        keypoints(rows=np.arange(20, 20 + len(PIXELS)) + late),
+        SIZE,
+    )
+    assert (fit.lag, fit.rate) == (late, 1)
+    assert fit.notice().code == "keypoints-not-of-poses"
+
+
+@pytest.mark.parametrize("rate", [25 / 30, 24 / 25, 60 / 50])
+def test_another_rate_is_told_with_the_one_that_fits(rate):
+    """Poses of the whole video, keypoints of the same seconds at so many times its rate."""
+    rows = np.arange(0, len(PIXELS) - 1, 1 / rate)
+    made = np.stack(
+        [np.interp(rows, np.arange(len(PIXELS)), of) for of in PIXELS.reshape(len(PIXELS), -1).T], -1
+    )
+    fit = together(poses(), keypoints(made.reshape(-1, 17, 2)), SIZE, FILMED.focal_px)
+    assert fit.rate == pytest.approx(rate)
+    assert abs(fit.lag) <= 1
+    assert fit.notice().code == "keypoints-not-of-poses"
+
+
+def test_another_persons_are_told():
+    other = side_camera(WALK).project(walker(seconds=8.0, heading_deg=150).world)
+    assert together(poses(), keypoints(other), SIZE).notice().code == "keypoints-not-of-poses"
+
+
+def test_poses_that_move_half_as_far_as_their_keypoints_are_told():
+    less = poses(BODY.mean(axis=0) + 0.5 * (BODY - BODY.mean(axis=0)))
+    fit = together(less, keypoints(), SIZE, FILMED.focal_px)
+    assert fit.farther == pytest.approx(2, rel=0.2)
+    assert fit.notice().code == "keypoints-not-of-poses"
+
+
+def test_what_is_missing_is_no_fault():
+    pixels = PIXELS.copy()
+    pixels[:, H36M17.index("l_ankle")] = np.nan
+    pixels[50:60] = np.nan
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert together(poses(), keypoints(pixels), SIZE, FILMED.focal_px).notice() is None
+        assert together(poses(), keypoints(np.full_like(PIXELS, np.nan)), SIZE) is None
+        assert together(poses(BODY[:10]), keypoints(PIXELS[:10]), SIZE) is None
+        apart = np.arange(1000, 1000 + len(PIXELS))
+        assert together(poses(), keypoints(rows=apart), SIZE) is None
