@@ -45,14 +45,14 @@ def cluster(site, monkeypatch):
     with no_nanny:
         yield make
     for one in made:
-        one.close(timeout=10)
+        one.close()
 
 
 def jobs(folder, **kinds) -> list[Job]:
     entries = read_entries(write_study(folder / "in", **kinds), {})
     for name in ("takes", "logs", "locks"):
         (folder / "out" / name).mkdir(parents=True, exist_ok=True)
-    return [Job(entry, folder / "out", 20.0) for entry in entries]
+    return [Job(entry, folder / "out") for entry in entries]
 
 
 def test_a_worker_that_is_killed_costs_nothing_but_time(cluster, pcnet3d, tmp_path):
@@ -103,7 +103,7 @@ def test_a_scheduler_that_goes_away_is_said(cluster, tmp_path):
     with on_cluster(workers.scheduler_address) as executor:
         coming = outcomes_of(jobs(tmp_path, good=1, hanging=1), executor)
         assert next(coming).state == "done"
-        workers.close(timeout=10)
+        workers.close()
         with pytest.raises(InputError, match="was lost"):
             next(coming)
 
