@@ -43,7 +43,7 @@ def read(
     rate_hz: float | None = None,
     maps: Literal["world_from_sensor", "sensor_from_world"] = "world_from_sensor",
 ) -> tuple[Imu]:
-    """The one sensor of the file, on a segment that the file does not know.
+    """The one sensor of the file.
 
     rate_hz: samples a second, for a file without time_s. maps: which way the quaternions turn vectors.
     Raises InputError for missing columns, cells that are no numbers, a rate that contradicts the time stamps, and
@@ -62,7 +62,6 @@ def read(
     table = _table(path, lines, names)
     return (
         imu_from_samples(
-            "",
             _times(path, table, rate_hz),
             np.stack([table[column] for column in _FORCE], axis=-1),
             _rotations(table, maps) if "qw" in table else None,

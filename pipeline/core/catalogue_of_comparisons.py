@@ -74,7 +74,4 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
     "imu-lag-ambiguous": ("warning", "clock",
         f"Another lag fits nearly as well (r {{runner_up:.2f}} against {{r:.2f}}), as in a periodic "
         f"motion; {_NARROW}."),
-    "imu-clock-differs": ("warning", "clock",
-        "The sensor's clock is {way}: {rate:.5f} of its seconds pass in one second of the video. It was corrected to "
-        "the video's rate."),
 }  # fmt: skip

@@ -30,6 +30,7 @@ _FILE = "lift with that program and give its file with --poses"
 
 REMOVED: dict[Kind, dict[str, str]] = {
     "commands": {
+        "imu": "pcnet3d compare RESULTS --imu FILE compares a run with a sensor",
         "calibrate": "pcnet3d inspect FILE shows pitch, roll and focal length of a video or an image",
         **{
             name: f"it is `pcnet3d lab {name}` now"

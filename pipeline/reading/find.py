@@ -15,7 +15,10 @@ _WORDS = {  # what it is, and how a run is given it
     "poses": ("3D poses", "give them with --poses"),
     "keypoints": ("2D keypoints", "give them with --keypoints"),
     "video": ("a video", "give it by itself, without an option's name before it"),
-    "imu": ("an inertial sensor's recording", "compare a finished run with it by pcnet3d imu"),
+    "imu": (
+        "an inertial sensor's recording",
+        "compare a finished run with it by pcnet3d compare RESULTS --imu FILE",
+    ),
 }
 Gives = Literal["poses", "keypoints", "video", "imu"]
 

@@ -55,7 +55,6 @@ _BETTER_DEG = 5.0  # inverse orientations under which it leans less by this are 
 class Imu:
     """One sensor's recording.
 
-    segment: a key of SEGMENTS, or "" when the file does not say.
     time_s: (T,) strictly increasing seconds of the sensor's own clock.
     force_mps2: (T, 3) specific force in the sensor's axes; NaN where missing.
     R_world_from_sensor: (T, 3, 3), into right-handed axes with z up and any heading; sensors that are to be
@@ -65,17 +64,12 @@ class Imu:
     Raises InputError when shapes or order do not fit.
     """
 
-    segment: str
     time_s: np.ndarray
     force_mps2: np.ndarray
     R_world_from_sensor: np.ndarray | None
     notices: tuple[Notice, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.segment and self.segment not in SEGMENTS:
-            raise InputError(
-                "bad-value", f"Expected a segment of {', '.join(SEGMENTS)}; got '{self.segment}'."
-            )
         rows = len(self.time_s)
         for name, shape in (
             ("time_s", (rows,)),
@@ -102,15 +96,12 @@ class Imu:
         if self.R_world_from_sensor is None:
             raise InputError(
                 "wrong-content",
-                f"Expected the orientation of the IMU on {self.segment or 'an unknown segment'}, its file has none; "
-                "export the quaternions too.",
+                "Expected the orientation of every IMU, one file has none; export its quaternions too.",
             )
         return _in_world(self.R_world_from_sensor, self.force_mps2) - [0.0, 0.0, GRAVITY_MPS2]
 
 
-def imu_from_samples(
-    segment: str, time_s: np.ndarray, force: np.ndarray, R_world_from_sensor: np.ndarray | None
-) -> Imu:
+def imu_from_samples(time_s: np.ndarray, force: np.ndarray, R_world_from_sensor: np.ndarray | None) -> Imu:
     """An Imu from specific force (T, 3) in a unit that the norm of its mean in the world, which is one g, tells, or
     the median of its norms where orientations are unknown.
 
@@ -131,7 +122,7 @@ def imu_from_samples(
                 f"Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, got {norm:.3g} in the "
                 "middle; export the accelerometer's own signal (not linear or free acceleration).",
             )
-        return _in_mps2(segment, time_s, force, None, unit, norm)
+        return _in_mps2(time_s, force, None, unit, norm)
     rows = is_finite(force) & is_finite(R_world_from_sensor.reshape(-1, 9))
     if not rows.any():
         raise InputError(
@@ -168,11 +159,10 @@ def imu_from_samples(
             "Expected orientations that map the sensor's axes into a world whose z points up; but with these, the mean "
             f"acceleration, which is gravity's, does not: {hint}.",
         )
-    return _in_mps2(segment, time_s, force, R_world_from_sensor, unit, float(np.linalg.norm(mean)))
+    return _in_mps2(time_s, force, R_world_from_sensor, unit, float(np.linalg.norm(mean)))
 
 
 def _in_mps2(
-    segment: str,
     time_s: np.ndarray,
     force: np.ndarray,
     R_world_from_sensor: np.ndarray | None,
@@ -180,7 +170,7 @@ def _in_mps2(
     gravity: float,
 ) -> Imu:
     said = () if unit == "m/s^2" else (notice("imu-unit", unit=unit, gravity=gravity),)
-    return Imu(segment, time_s, force * _UNITS[unit], R_world_from_sensor, said)
+    return Imu(time_s, force * _UNITS[unit], R_world_from_sensor, said)
 
 
 def point_on(segment: str, joints: np.ndarray) -> np.ndarray:

@@ -57,7 +57,7 @@ def strapped(
     turns = [faults.heading_deg, faults.lean_deg]
     R_imu_world_from_world = Rotation.from_euler("zx", turns, degrees=True).as_matrix()
     time_s = fine.time_s * faults.clock + faults.lag_s
-    return Imu(segment, time_s, force, R_imu_world_from_world @ R_world_from_sensor)
+    return Imu(time_s, force, R_imu_world_from_world @ R_world_from_sensor)
 
 
 def segment_axes(walk: Walk, segment: str) -> np.ndarray:

@@ -32,7 +32,7 @@ FOLDER = re.compile(rf"(?<![\w./<-])((?:{'|'.join(FOLDERS)})/(?:\w+/?)+)(?![\w.*
 BARE = re.compile(r"`(\w+\.py)`")
 MODULE = re.compile(r"\bpcnet3d\.((?:pipeline|adapters|models|stages|examples)(?:\.\w+)+)")
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#([^)\s]+))?\)|\]\(#([^)\s]+)\)")
-MADE = {"evaluation.md", "lifters.md", "DIR/mmfi.md", "judged.md", "mmfi.md", "imu.md"}  # by commands
+MADE = {"evaluation.md", "lifters.md", "DIR/mmfi.md", "judged.md", "mmfi.md"}  # by commands
 OTHERS = {"vis.py", "main_3dhp.py"}  # scripts of upstream repositories
 
 

@@ -21,12 +21,17 @@ from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import turn_deg, turned
 from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ....pipeline.files.digest import sha256
+from ....pipeline.files.finished import read_run
+from ....pipeline.plugins.options import pairs
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.flags import Force
 from ....pipeline.reading.settings import OnDevice
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.signals.angles import ANGLES
-from ....pipeline.signals.filters import rate
+from ....pipeline.signals.filters import CUTOFF_HZ
+from ....pipeline.signals.filters import rate as frame_rate
+from ....pipeline.signals.imu import MOST_HZ
+from ....pipeline.signals.rates import check_fps
 from ..rates import is_lifted, rates_apart
 from .accelerations import accelerations
 from .align import AMBIGUOUS, CLEARLY, UNUSUAL, WEAK, Alignment, correlated, mirrored, size_ratio, stamped
@@ -34,6 +39,8 @@ from .changes import changes, from_same_place, other_cadence
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
 from .figures import agreement, joint_agreement, view_spread
+from .imu import as_page as sensors_page
+from .imu import compared_with, read_sensors
 from .page import as_page
 from .recording import COLOURS, write_recording
 from .side import Side, load_side, named_apart, one_clock, told_apart, truth_side, unrectified, with_trunk_of
@@ -55,7 +62,24 @@ def compare(
     clip: Annotated[str | None, typer.Option(help="Which clip, if the .npz file holds several.")] = None,
     up: Annotated[Up | None, typer.Option(help="Vertical axis of the motion capture.")] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the motion capture: m, cm, mm or inch.")] = None,
-    rate: Annotated[float | None, typer.Option(help="Frames per second of the motion capture.")] = None,
+    rate: Annotated[
+        float | None,
+        typer.Option(help="Frames per second of the motion capture, or samples per second of the sensors."),
+    ] = None,
+    imu: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="File of an inertial sensor, to compare one run with its accelerations; repeatable."
+        ),
+    ] = None,
+    segment: Annotated[
+        list[str] | None,
+        typer.Option(help="Body segment of each --imu, such as r_forearm; that of pelvis is subtracted."),
+    ] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option("--option", "-O", help="Option KEY=VALUE for reading --imu; repeatable."),
+    ] = None,
     align: Annotated[
         Align,
         typer.Option(
@@ -88,7 +112,22 @@ def compare(
     device: OnDevice = "auto",
     force: Force = False,
 ) -> None:
-    """Compare runs with each other or with motion capture: angles, limits of agreement, cycles and wrist paths."""
+    """Compare runs with each other or with motion capture: angles, limits of agreement, cycles and wrist paths.
+
+    Or one run with inertial sensors: lag, correlation and error of the accelerations."""
+    if imu:
+        others = (truth, clip, up, unit, rectifier)
+        if len(folders) > 1 or align != "auto" or any(given is not None for given in others):
+            raise InputError(
+                "option-conflict",
+                "--imu compares one run with sensors; leave the other runs, --truth, --align and --rectifier out.",
+            )
+        _with_sensors(folders[0], imu, segment or [], rate, pairs(option), offset, search, output, force)
+        return
+    if segment or option:
+        raise InputError(
+            "option-conflict", "--segment and --option are for sensors; give them with --imu FILE."
+        )
     if truth is None and any(given is not None for given in (clip, up, unit, rate, rectifier)):
         raise InputError(
             "option-conflict",
@@ -137,6 +176,45 @@ def compare(
     point_to(target)
 
 
+def _with_sensors(
+    folder: Path,
+    files: list[Path],
+    segments: list[str],
+    rate_hz: float | None,
+    options: dict[str, str],
+    offset_s: float,
+    search_s: float,
+    output: Path | None,
+    force: bool,
+) -> None:
+    """A run's folder against the sensors in files."""
+    run = read_run(folder)
+    if rate_hz is not None:
+        check_fps(rate_hz, "--rate", MOST_HZ)
+    given = options | ({} if rate_hz is None else {"rate_hz": rate_hz})
+    found = compared_with(run, read_sensors(files, segments, given, offset_s), search_s)
+    content = {
+        "pcnet3d": package_version(),
+        "what": "comparison with inertial sensors",
+        "take": run.name,
+        "inputs": [{"file": file.name, "sha256": sha256(file)} for file in files],
+        "cutoff_hz": CUTOFF_HZ,
+        "offset_s": offset_s,
+        "search_s": search_s,
+        "sensors": [felt.figures() for felt in found],
+    }
+    target = folder / "compare" if output is None else output
+    with whole_folder(target, force, (folder, *files)) as partial:
+        write_json(partial / "compare.json", plain(content))
+        (partial / "compare.html").write_text(sensors_page(run.name, found), encoding="utf-8")
+    if output is None:
+        add_to_list(folder, "compare")
+    say_all("warning", [each.text for felt in found for each in felt.notices])
+    show(f"{target}: {', '.join(sorted(file.name for file in target.iterdir()))}")
+    print("\n".join(map(str, found)))
+    point_to(target)
+
+
 def compared(
     sides: list[Side],
     align: Align = "auto",
@@ -160,7 +238,9 @@ def compared(
     cutoffs = {"none" if side.cutoff_hz is None else f"{side.cutoff_hz:g} Hz" for side in sides}
     if len(cutoffs) > 1:
         notices.append(notice("cutoffs-differ", cutoffs=", ".join(sorted(cutoffs))))
-    notices += rates_apart("runs", (rate(side.time_s) for side in sides if side.run and is_lifted(side.run)))
+    notices += rates_apart(
+        "runs", (frame_rate(side.time_s) for side in sides if side.run and is_lifted(side.run))
+    )
     pairs = []
     doubts = {side.name: grave(side.run.judged) for side in sides if side.run}
     notices += [

@@ -134,7 +134,13 @@ def _npz(path: Path, name: str | None, how: How) -> PoseSequence:
 
 
 def _adapted(path: Path, how: How) -> PoseSequence:
-    people = people_in_a_world(path)
+    people = [
+        poses
+        for adapter in adapters("poses").values()
+        if recognises(adapter, path)
+        for poses in call(adapter.read, path, what=f"Adapter '{adapter.name}'", options={})
+        if poses.frame.family == "world" and poses.frame.metric
+    ]
     if len(people) != 1:
         raise InputError(
             "format-unknown",
@@ -147,17 +153,6 @@ def _adapted(path: Path, how: How) -> PoseSequence:
     if poses.time_s is None:
         raise InputError("needs-rate", "it does not say its frame rate; give it with --rate.")
     return change_frame(poses, Z_UP.with_(origin=poses.frame.origin))
-
-
-def people_in_a_world(path: Path) -> list[PoseSequence]:
-    """Those in metres and a world's axes that any adapter reads in a file."""
-    return [
-        poses
-        for adapter in adapters("poses").values()
-        if recognises(adapter, path)
-        for poses in call(adapter.read, path, what=f"Adapter '{adapter.name}'", options={})
-        if poses.frame.family == "world" and poses.frame.metric
-    ]
 
 
 def _refuse(how: How, why: str) -> None:

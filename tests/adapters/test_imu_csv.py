@@ -12,7 +12,7 @@ from golden.worlds import R_Y_UP_FROM_Z_UP
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.signals.imu import GRAVITY_MPS2, imu_from_samples
-from pcnet3d.stages.study.imu.command import read_imus
+from pcnet3d.stages.study.compare.imu import read_sensors
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def walk():
 )
 def test_units_are_told_by_the_norm_and_said(walk, unit, factor):
     imu = strapped(walk, "r_forearm", STILL)
-    found = imu_from_samples("r_forearm", imu.time_s, imu.force_mps2 * factor, imu.R_world_from_sensor)
+    found = imu_from_samples(imu.time_s, imu.force_mps2 * factor, imu.R_world_from_sensor)
     np.testing.assert_allclose(found.force_mps2, imu.force_mps2, rtol=1e-9)
     assert [each.values["unit"] for each in found.notices] == [unit] * (unit != "m/s^2")
 
@@ -43,19 +43,17 @@ def test_what_is_no_specific_force_with_its_orientation_is_refused(walk):
         (R, force * 3, "mean norm"),
     ):
         with pytest.raises(InputError, match=words):
-            imu_from_samples("r_forearm", time_s, bad_force, bad_R)
+            imu_from_samples(time_s, bad_force, bad_R)
 
 
 def test_csv_comes_back_and_has_words_for_what_is_wrong(walk, tmp_path):
     imu = strapped(walk, "r_forearm")
     path = tmp_path / "wrist.csv"
     write_csv(path, imu)
-    sensors, _ = read_imus([path], ["r_forearm"])
-    found = sensors["r_forearm"]
+    found = read_sensors([path], ["r_forearm"], {})["r_forearm"]
     np.testing.assert_allclose(found.force_mps2, imu.force_mps2, atol=1e-5)
     np.testing.assert_allclose(found.R_world_from_sensor, imu.R_world_from_sensor, atol=1e-5)
     np.testing.assert_allclose(found.time_s, imu.time_s, atol=1e-5)
-    assert found.segment == "r_forearm"
 
     text = path.read_text()
     lines = text.splitlines()
@@ -67,6 +65,7 @@ def test_csv_comes_back_and_has_words_for_what_is_wrong(walk, tmp_path):
         (text, {"maps": "sensor_from_world"}, ["r_forearm"], "inverse fits better"),
         (text.replace("time_s", "clock"), {}, ["r_forearm"], "no column time_s"),
         (text.replace("qw", "q0"), {}, ["r_forearm"], "qw"),
+        (text, {}, ["r_forearm", "r_forearm"], "one --segment for each --imu"),
         (text.replace(lines[5], "a,b"), {}, ["r_forearm"], "a,b"),
         ("\n".join([lines[0], *lines[:0:-1]]), {}, ["r_forearm"], "increase"),
         (lines[0], {}, ["r_forearm"], "got 0"),
@@ -75,7 +74,7 @@ def test_csv_comes_back_and_has_words_for_what_is_wrong(walk, tmp_path):
     ):
         path.write_text(content)
         with pytest.raises(InputError, match=words):
-            read_imus([path], segments, "imu_csv", options)
+            read_sensors([path], segments, options)
 
 
 def test_a_csv_without_a_clock_takes_the_rate_and_an_empty_cell_is_missing(walk, tmp_path):
@@ -85,8 +84,7 @@ def test_a_csv_without_a_clock_takes_the_rate_and_an_empty_cell_is_missing(walk,
     rows = [line.split(",") for line in path.read_text().replace("time_s", "t").splitlines()]
     rows[7][2] = ""
     path.write_text("# made by hand\n" + "\n".join(";".join(row) for row in rows))
-    sensors, _ = read_imus([path], ["r_forearm"], options={"rate_hz": 100})
-    found = sensors["r_forearm"]
+    found = read_sensors([path], ["r_forearm"], {"rate_hz": 100})["r_forearm"]
     np.testing.assert_allclose(found.time_s, np.arange(len(imu.time_s)) / 100)
     assert np.isnan(found.force_mps2[6, 1])
     assert np.isfinite(np.delete(found.force_mps2, 6, axis=0)).all()
@@ -100,7 +98,7 @@ def test_another_order_of_the_quaternions_is_named(walk, order):
     misread = wxyz[:, ["wxyz".index(letter) for letter in order]]
     R = Rotation.from_quat(np.roll(misread, -1, axis=-1)).as_matrix()
     with pytest.raises(InputError, match=f"numbers seem to be {' '.join(order)}, not w x y z"):
-        imu_from_samples("r_forearm", sensor.time_s, sensor.force_mps2, R)
+        imu_from_samples(sensor.time_s, sensor.force_mps2, R)
 
 
 @pytest.mark.parametrize("unit", [1.0, 1 / GRAVITY_MPS2])
@@ -108,8 +106,8 @@ def test_a_csv_without_orientations_keeps_its_norm(walk, tmp_path, unit):
     sensor = strapped(walk, "r_forearm")
     path = tmp_path / "imu.csv"
     write_csv(path, replace(sensor, force_mps2=sensor.force_mps2 * unit, R_world_from_sensor=None))
-    found = read_imus([path], ["r_forearm"])[0]["r_forearm"]
+    found = read_sensors([path], ["r_forearm"], {})["r_forearm"]
     assert found.R_world_from_sensor is None
     np.testing.assert_allclose(found.force_mps2, sensor.force_mps2, atol=1e-4)
-    with pytest.raises(InputError, match="export the quaternions too"):
+    with pytest.raises(InputError, match="export its quaternions too"):
         found.acceleration_mps2  # noqa: B018

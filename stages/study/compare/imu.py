@@ -1,0 +1,437 @@
+"""A run against inertial sensors that were strapped to the person: the 3DPCNet paper's figure 5, with its numbers.
+
+A video shows motion relative to the pelvis only; an IMU feels all of it, and in walking the pelvis makes a third or
+more of a wrist's acceleration. So the pelvis' own is taken from the IMU's: that of a pelvis IMU in the same world;
+without one, only the spans in which the pelvis stands still are compared.
+
+A sensor that does not know its orientation still tells the norm of its acceleration, gravity included. Then the norm
+of the video's is compared with it, with the pelvis' own motion where the run has its path.
+
+Both sides are low-passed alike. Lag and heading are those at which both correlate best over the three axes at once. For
+a given lag the best heading has a closed form: with the horizontal parts as complex numbers it is the angle of
+sum(conj(imu) video), and the correlation's horizontal part its length. So all lags are searched by one Fourier
+transform. Both clocks are taken to run alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from ....pipeline.core.errors import InputError, naming
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.messages import how_many
+from ....pipeline.core.notices import Notice, notice
+from ....pipeline.core.rotations import is_finite, turned
+from ....pipeline.core.take import Take
+from ....pipeline.plugins.options import call, did_you_mean
+from ....pipeline.reading.find import find_adapter
+from ....pipeline.signals.filters import (
+    CUTOFF_HZ,
+    breaks,
+    check_cutoff,
+    derivative,
+    holes,
+    lowpass,
+    rate,
+    resample,
+    runs,
+)  # fmt: skip
+from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
+from ...drawing.charts import Curve, busiest, over_time
+from ...drawing.page import Cell, answer, box, charts, figure, heading, joined, page, small, table
+from ...drawing.palette import GREEN, PURPLE, as_hex
+from ...drawing.words import spoken
+from .align import AMBIGUOUS, LEAST_SHARE, WEAK, runner_up
+from .figures import match
+from .side import LEAST_S
+
+_GRID_HZ = 120.0  # of all comparisons; lags are found between its points
+_STILL = 0.2  # leg lengths a second: when both ankles move slower against the pelvis, the pelvis stands
+_STILL_HZ = 2.0  # low-pass of that speed, so that an estimator's jitter is not taken for steps
+_STILL_EDGE_S = 0.25  # a pelvis is still when it has been, and stays so, for that long
+_LEAST_MOTION_S = 2.0  # of the video, to be compared
+_LEAST_MPS2 = 1e-6  # that an IMU's acceleration changes by; any real one's noise is more
+_SHOWN_S = 20.0  # of a long take, where most happens
+_AXES = {"x": "back", "y": "right", "z": "up", "norm": "norm"}
+
+
+@dataclass(frozen=True, eq=False)
+class Felt:
+    """One sensor against the run.
+
+    means: how the pelvis' own motion was dealt with, in words. lag_s: by how much the IMU's stamps are later than the
+    video's. heading_deg: the video's heading less the IMU's, NaN of norms. r_three_axes: the correlation over three
+    axes at that lag, runner_up: at the best lag elsewhere. compared_s: of motion known to both. metres_per_unit: of the
+    run. video, imu: accelerations (N, 3), m/s², at time_s (N,) of the video's clock, in LEVEL (back, right, up) about
+    their means, NaN where unknown; of norms the third column alone. agreement: by axis "r" and "rmse_mps2".
+    """
+
+    segment: str
+    means: str
+    lag_s: float
+    heading_deg: float
+    r_three_axes: float
+    runner_up: float
+    imu_hz: float
+    compared_s: float
+    metres_per_unit: float
+    time_s: np.ndarray
+    video: np.ndarray
+    imu: np.ndarray
+    agreement: dict[str, dict[str, float]]
+    notices: tuple[Notice, ...]
+
+    def figures(self) -> dict[str, Any]:
+        """Everything but the curves."""
+        kept = {name: value for name, value in vars(self).items() if name not in ("time_s", "video", "imu")}
+        return kept | {"notices": [each.as_dict() for each in self.notices]}
+
+    def __str__(self) -> str:
+        r, rmse = (
+            ", ".join(f"{_AXES[axis]} {of[key]:{form}}" for axis, of in self.agreement.items())
+            for key, form in (("r", ".3f"), ("rmse_mps2", ".2f"))
+        )
+        return (
+            f"{self.segment}: the sensor is {1000 * self.lag_s:.0f} ms late; {self.compared_s:.1f} s compared, "
+            f"low-passed at {CUTOFF_HZ:g} Hz; {self.means}; r {r}; RMSE (m/s²) {rmse}"
+        )
+
+
+def read_sensors(
+    files: Sequence[Path], segments: Sequence[str], options: Mapping[str, Any], offset_s: float = 0.0
+) -> dict[str, Imu]:
+    """By segment, the sensor of each file, to whose times offset_s is added. InputError when they do not fit."""
+    for name in segments:
+        if name not in SEGMENTS:
+            raise InputError("name-unknown", f"There is no segment '{name}'; {did_you_mean(name, SEGMENTS)}")
+    if len(segments) != len(files):
+        raise InputError(
+            "needs-input",
+            f"Expected one --segment for each --imu, in their order, got {len(segments)} for "
+            f"{how_many(len(files), 'file')}; segments are {', '.join(SEGMENTS)}.",
+        )
+    if len(set(segments)) < len(segments):
+        raise InputError("option-conflict", "Expected one IMU for each segment, got two for the same.")
+    if set(segments) == {"pelvis"}:
+        raise InputError(
+            "needs-input",
+            "A video shows motion relative to the pelvis, so a pelvis IMU alone cannot be compared; add one on "
+            "another segment.",
+        )
+    sensors = {}
+    for segment, file in zip(segments, files, strict=True):
+        chosen = find_adapter(file, gives="imu")
+        with naming(file):
+            (sensor,) = call(chosen.read, file, what=f"Adapter '{chosen.name}'", options=dict(options))
+        sensors[segment] = replace(sensor, time_s=sensor.time_s + offset_s)
+    return sensors
+
+
+def compared_with(run: Take, sensors: Mapping[str, Imu], search_s: float = 5.0) -> list[Felt]:
+    """Each sensor against the run, but the pelvis', which is subtracted from the others. search_s: the largest lag that
+    is searched for. InputError when there is too little to compare."""
+    return [_felt(run, name, sensors, search_s) for name in sensors if name != "pelvis"]
+
+
+def _felt(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: float) -> Felt:
+    poses, sensor = run.need("poses"), sensors[segment]
+    check_cutoff(CUTOFF_HZ, rate(poses.times))
+    check_cutoff(CUTOFF_HZ, sensor.rate_hz)
+    grid = even_times(poses.times)
+    norms = sensor.R_world_from_sensor is None
+    video, means = _of_video(run, segment, grid, norms, None if norms else sensors.get("pelvis"))
+    holes_ = holes(sensor.time_s).tolist()
+    if norms:
+        values = lowpass(beyond_gravity(sensor.force_mps2), sensor.time_s, CUTOFF_HZ, holes_)
+    else:
+        values = low_passed(sensor)
+        if pelvis := sensors.get("pelvis"):
+            values = values - resampled(low_passed(pelvis), pelvis.time_s, sensor.time_s)
+    held = sensor.time_s[is_finite(values)]  # looked at before the pelvis may be blamed
+    if not len(held) or min(grid[-1], held[-1]) - max(grid[0], held[0]) + search_s < LEAST_S:
+        raise InputError("files-apart", _no_overlap(grid, held, search_s))
+    known_s = is_finite(video).sum() / _GRID_HZ
+    if known_s < _LEAST_MOTION_S:
+        raise InputError(
+            "nothing-usable",
+            f"Expected at least {_LEAST_MOTION_S:g} s of video to compare with the IMU on {segment}, got "
+            f"{known_s:.1f} of {np.ptp(poses.times):.1f} s ({means}); give a longer take, or an IMU on the pelvis.",
+        )
+    lag_s, heading_deg, r, second = aligned(grid, video, sensor.time_s, values, search_s)
+    imu = turned(resampled(values, sensor.time_s, grid + lag_s), heading_deg)
+    both, scale = is_finite(video) & is_finite(imu), 1.0
+    notices = list(sensor.notices)
+    if not poses.frame.metric:
+        scale = float(np.sqrt(imu[both].var(axis=0).sum() / video[both].var(axis=0).sum()))
+        notices.append(notice("imu-scale-fitted", metres=scale))
+    video, imu = (np.where(both[:, None], of - of[both].mean(axis=0), np.nan) for of in (scale * video, imu))
+    return Felt(
+        segment=segment,
+        means=means,
+        lag_s=lag_s,
+        heading_deg=float("nan") if norms else heading_deg,
+        r_three_axes=r,
+        runner_up=second,
+        imu_hz=sensor.rate_hz,
+        compared_s=float(both.sum() / _GRID_HZ),
+        metres_per_unit=scale,
+        time_s=grid,
+        video=video,
+        imu=imu,
+        agreement=_agreement(video, imu, norms),
+        notices=(*notices, *_doubts(run, r, second)),
+    )
+
+
+def _of_video(
+    run: Take, segment: str, grid: np.ndarray, norms: bool, pelvis: Imu | None
+) -> tuple[np.ndarray, str]:
+    """Accelerations (N, 3) of the segment at times (N,), and how the pelvis' own motion was dealt with. norms: norms
+    with gravity, carried as vertical."""
+    poses, level = run.need("poses"), run.need("rectified").level
+    joints, times, seams = level.joints.astype(np.float64), poses.times, breaks(poses)
+    path, root = point_on(segment, joints), level.own_root if norms else None
+    if norms and not poses.frame.metric:
+        raise InputError(
+            "needs-input",
+            f"The IMU on {segment} has no orientation, so only norms with gravity can be compared, and the run has no "
+            "scale; run it again with --stature METRES, or export the IMU's quaternions.",
+        )
+    words = ["no orientation of the IMU: only the norm, gravity included, is compared"] * norms
+    rows = np.ones(len(grid), dtype=bool)
+    if pelvis is not None:
+        words.append("the pelvis IMU is subtracted from the IMU, in their common world")
+    elif root is not None and is_finite(root).any():
+        path = path + root
+        words.append("the pelvis' own motion is that of the run's path")
+    else:
+        rows = still_pelvis(joints, times, seams, grid)
+        words.append("only spans in which the pelvis stands still are compared")
+    values = path_acceleration(path, times, seams, grid)
+    if norms:
+        values = beyond_gravity(values + np.array([0.0, 0.0, GRAVITY_MPS2]))
+    return np.where(rows[:, None], values, np.nan), "; ".join(words)
+
+
+def aligned(
+    grid: np.ndarray, video: np.ndarray, time_s: np.ndarray, imu: np.ndarray, search_s: float
+) -> tuple[float, float, float, float]:
+    """The lag in seconds, the heading in degrees, the correlation over three axes and that of the best other lag, of
+    video accelerations (N, 3) at even times (N,) and an IMU's (T, 3) at times (T,) of its own clock.
+
+    InputError when less than a second of motion is known to both, or when the IMU feels none."""
+    from scipy.optimize import minimize_scalar
+    from scipy.signal import correlate
+
+    known = imu[is_finite(imu)]
+    if len(known) and float(np.ptp(known, axis=0).max()) < _LEAST_MPS2:
+        raise InputError(
+            "nothing-usable",
+            "Expected an IMU whose acceleration changes, got one that stays the same throughout: it did not move, or "
+            "its file was given for two segments, of which one is subtracted from the other.",
+        )
+    step = float(grid[1] - grid[0])
+    reach = max(1, int(search_s / step))
+    lags = np.arange(-reach, reach + 1) * step
+    stamps = grid[0] + np.arange(-reach, len(grid) + reach) * step
+    (a, a_up, a_known), (b, b_up, b_known) = _parts(video), _parts(resampled(imu, time_s, stamps))
+
+    def at_lags(of_video: np.ndarray, of_imu: np.ndarray) -> np.ndarray:
+        return correlate(of_imu, of_video, mode="valid", method="fft")
+
+    common = at_lags(a_known, b_known)
+    enough = common > max(LEAST_S / step, LEAST_SHARE * common.max()) - 0.5
+    if not enough.any():
+        raise InputError("files-apart", _no_overlap(grid, time_s[is_finite(imu)], search_s))
+    energies = (
+        at_lags(np.abs(a) ** 2 + a_up**2, b_known),
+        at_lags(a_known, np.abs(b) ** 2 + b_up**2),
+    )
+    energy = np.sqrt(np.maximum(energies[0], 1e-12) * np.maximum(energies[1], 1e-12))
+    scores = np.where(enough, (np.abs(at_lags(a, b)) + at_lags(a_up, b_up)) / energy, np.nan)
+    top = float(lags[np.nanargmax(scores)])
+    best: Any = minimize_scalar(
+        lambda lag_s: -_score(video, resampled(imu, time_s, grid + lag_s))[0],
+        bounds=(top - step, top + step),
+        method="bounded",
+        options={"xatol": 1e-4},
+    )
+    lag_s = float(best.x)
+    score, heading_deg = _score(video, resampled(imu, time_s, grid + lag_s))
+    return lag_s, heading_deg, score, runner_up(lags, scores, top)
+
+
+def _parts(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Horizontal (T,) as complex numbers, vertical (T,), both less their means and 0 where unknown, and where known."""
+    known = is_finite(values)
+    x = np.where(known[:, None], values - (values[known].mean(axis=0) if known.any() else 0.0), 0.0)
+    return x[:, 0] + 1j * x[:, 1], x[:, 2], known.astype(float)
+
+
+def _score(video: np.ndarray, imu: np.ndarray) -> tuple[float, float]:
+    """Correlation over three axes at the best heading, and that heading in degrees; -1 and NaN without overlap."""
+    both = is_finite(video) & is_finite(imu)
+    if both.sum() < 3:
+        return -1.0, float("nan")
+    (a, a_up, _), (b, b_up, _) = _parts(video[both]), _parts(imu[both])
+    turn, energies = np.vdot(b, a), [(np.abs(x) ** 2 + up**2).sum() for x, up in ((a, a_up), (b, b_up))]
+    score = (abs(turn) + (a_up * b_up).sum()) / max(float(np.sqrt(energies[0] * energies[1])), 1e-12)
+    return float(score), float(np.degrees(np.angle(turn)))
+
+
+def _no_overlap(grid: np.ndarray, imu_s: np.ndarray, search_s: float) -> str:
+    said = f"from {imu_s[0]:.6g} to {imu_s[-1]:.6g} s" if len(imu_s) else "nowhere"
+    return (
+        f"Expected at least {LEAST_S:g} s of motion in both video and IMU; the video's is from {grid[0]:.6g} to "
+        f"{grid[-1]:.6g} s, the IMU's {said}, and lags up to {search_s:g} s were tried: give what must be added to the "
+        "IMU's time with --offset S, or a wider --search S."
+    )
+
+
+def even_times(time_s: np.ndarray) -> np.ndarray:
+    """(N,) evenly spaced times from the first to the last of time_s (T,)."""
+    return time_s[0] + np.arange(int((time_s[-1] - time_s[0]) * _GRID_HZ) + 1) / _GRID_HZ
+
+
+def resampled(values: np.ndarray, time_s: np.ndarray, at_s: np.ndarray) -> np.ndarray:
+    """values (T, 3) at other times (N,), NaN in gaps, short ones too: an acceleration says little about the one 0.2 s
+    later."""
+    return resample(values, time_s, at_s, holes(time_s).tolist())
+
+
+def low_passed(imu: Imu) -> np.ndarray:
+    """(T, 3) the sensor's acceleration in its world without gravity, on its clock."""
+    return lowpass(imu.acceleration_mps2, imu.time_s, CUTOFF_HZ, holes(imu.time_s).tolist())
+
+
+def beyond_gravity(force: np.ndarray) -> np.ndarray:
+    """(T, 3) whose z is the norm of specific force (T, 3) beyond standard gravity, so that norms are compared as
+    accelerations are; to first order it is the vertical acceleration."""
+    beyond = np.linalg.norm(force, axis=-1) - GRAVITY_MPS2
+    return beyond[:, None] * [0.0, 0.0, 1.0]
+
+
+def path_acceleration(
+    path: np.ndarray, time_s: np.ndarray, seams: Sequence[int], grid: np.ndarray
+) -> np.ndarray:
+    """(N, 3) accelerations at even times grid (N,) of a path (T, 3) at time_s (T,), never across a gap or a clip
+    boundary. Half a cycle of the cut-off at each piece's ends, where the filter has only one side, is NaN."""
+    smooth, begins = _smooth_path(path, time_s, seams, grid, CUTOFF_HZ)
+    acceleration = derivative(smooth, grid, begins, order=2)
+    edge = round(0.5 / CUTOFF_HZ * _GRID_HZ)
+    return np.where(_inner(is_finite(acceleration), begins, edge)[:, None], acceleration, np.nan)
+
+
+def still_pelvis(
+    joints: np.ndarray, time_s: np.ndarray, seams: Sequence[int], grid: np.ndarray
+) -> np.ndarray:
+    """(N,) True at times grid (N,) when both ankles, and so the pelvis over them, have stood for a while.
+
+    joints: (T, 17, 3) relative to the pelvis. A leap with legs held stiff would pass for standing.
+    """
+    legs = [H36M17.indices((f"{side}_hip", f"{side}_knee", f"{side}_ankle")) for side in "lr"]
+    lengths = [np.linalg.norm(np.diff(joints[:, leg], axis=1), axis=-1).sum(axis=1) for leg in legs]
+    limit = _STILL * float(np.nanmedian(lengths))
+    speeds = []
+    for *_, ankle in legs:
+        smooth, begins = _smooth_path(joints[:, ankle], time_s, seams, grid, _STILL_HZ)
+        speeds.append(np.linalg.norm(derivative(smooth, grid, begins), axis=-1))
+    slow = np.nan_to_num(np.maximum(*speeds), nan=np.inf) < limit
+    return _inner(slow, (), round(_STILL_EDGE_S * _GRID_HZ))
+
+
+def _smooth_path(
+    path: np.ndarray, time_s: np.ndarray, seams: Sequence[int], grid: np.ndarray, cutoff_hz: float
+) -> tuple[np.ndarray, tuple[int, ...]]:
+    """The path (N, 3) at times grid (N,), by a spline of fifth order and low-passed, and the rows there at which
+    unbroken pieces begin."""
+    from scipy.interpolate import make_interp_spline
+
+    fine, begins = np.full((len(grid), 3), np.nan), []
+    for piece in runs(is_finite(path), time_s, [*seams, *holes(time_s)]):  # unfiltered, a hole is not bridged
+        if piece.stop - piece.start > 5:
+            times = time_s[piece]
+            start, stop = np.searchsorted(grid, [times[0] - 1e-9, times[-1] + 1e-9])
+            fine[start:stop] = make_interp_spline(times, path[piece], k=5)(grid[start:stop])
+            begins += [int(start)] if start else []
+    return lowpass(fine, grid, cutoff_hz, begins), tuple(begins)
+
+
+def _inner(rows: np.ndarray, begins: Sequence[int], edge: int) -> np.ndarray:
+    """rows (N,) less the first and last `edge` of every unbroken piece."""
+    inner = np.zeros(len(rows), dtype=bool)
+    for piece in runs(rows, np.arange(len(rows), dtype=float), begins):
+        inner[piece.start + edge : max(piece.stop - edge, piece.start)] = True
+    return inner
+
+
+def _curves(values: np.ndarray, norms: bool) -> dict[str, np.ndarray]:
+    """By axis (N,), of values (N, 3) about their means."""
+    if norms:
+        return {"norm": values[:, 2]}
+    return {**dict(zip("xyz", values.T, strict=True)), "norm": np.linalg.norm(values, axis=-1)}
+
+
+def _agreement(video: np.ndarray, imu: np.ndarray, norms: bool) -> dict[str, dict[str, float]]:
+    both = {
+        axis: match(of, _curves(imu, norms)[axis], _LEAST_MPS2) for axis, of in _curves(video, norms).items()
+    }
+    return {axis: {"r": of["r"], "rmse_mps2": of["rmse"]} for axis, of in both.items() if of is not None}
+
+
+def _doubts(run: Take, r: float, second: float) -> list[Notice]:
+    doubts, rectified = [], run.need("rectified")
+    if not rectified.level_ok:
+        doubts.append(notice("imu-run-not-levelled"))
+    if rectified.camera == "moving":
+        doubts.append(notice("imu-moving-camera"))
+    if r < WEAK:
+        doubts.append(notice("imu-weak", r=r))
+    elif second > AMBIGUOUS * r:
+        doubts.append(notice("imu-lag-ambiguous", r=r, runner_up=second))
+    return doubts
+
+
+def as_page(name: str, results: Sequence[Felt]) -> str:
+    """One HTML page of a run's name: a table, and back, right, up and norm over time, the sensor beside the run."""
+    rows: list[list[Cell]] = [
+        [spoken(result.segment), _AXES[axis], of["r"], of["rmse_mps2"]]
+        for result in results
+        for axis, of in result.agreement.items()
+    ]
+    words = (
+        "Axes of the run's LEVEL, to whose heading the sensor's world was turned; the means over the compared time, "
+        "which are errors of tilt or bias, are taken out on both sides."
+    )
+    said = [f"{each.text}" for result in results for each in result.notices]
+    head = answer([f"{result}." for result in results]) + box("Warnings", said, "warning")
+    shown = joined(heading(spoken(result.segment)) + _over_time(result) for result in results)
+    sections = [
+        ("Agreement", table(("segment", "axis", "r", "RMSE (m/s²)"), rows) + small(words)),
+        ("Over time", shown),
+    ]
+    return page(f"{name} against inertial sensors", head, sections)
+
+
+def _over_time(result: Felt) -> Markup:
+    norms = list(result.agreement) == ["norm"]
+    rows = busiest((result.imu**2).sum(axis=-1), result.time_s, _SHOWN_S)
+    sensor, run = (_curves(values, norms) for values in (result.imu, result.video))
+    shown = []
+    for axis, of in result.agreement.items():
+        curves = [
+            Curve(
+                "sensor", sensor[axis][rows], as_hex(GREEN), width=2.4
+            ),  # neither is the colour of a body's side
+            Curve("run", run[axis][rows], as_hex(PURPLE), width=1.6),
+        ]
+        title = f"{_AXES[axis].capitalize()} (m/s²)"
+        chart = over_time(curves, result.time_s[rows], f"{title} of both over time")
+        shown.append(figure([chart], title, f"r {of['r']:.3f}, RMSE {of['rmse_mps2']:.2f} m/s²"))
+    return charts(shown)
