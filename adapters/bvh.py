@@ -17,7 +17,7 @@ from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.markers import Up
 from ..pipeline.files.skeletons import UNITS
-from .kit.beginning import first_bytes
+from .kit.opened import first_bytes
 from .kit.world import Maker, check_upright, maker, world
 
 name = "bvh"

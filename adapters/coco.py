@@ -1,10 +1,10 @@
 """COCO-style keypoints: a results list, or the dict of an annotation file (formats.md 6).
 
-A result is {image_id, category_id, keypoints: x, y, v of every joint, score}, with COCO-17 or Halpe-26
-joints and an integer image_id; OpenPose (--write_coco_json), Detectron and MMPose's evaluation write such
-lists. A list whose entries have `idx`, or `box` or a text as image_id and no `track_id`, is AlphaPose's. An annotation
-dict is {images: [{id, file_name}], annotations: [{image_id, keypoints, ...}], ...}. `track_id` is read where it is; a
-detection without one, in a file where others have it, is nobody's and left out.
+A result is {image_id, category_id, keypoints: x, y, v of every joint, score} with an integer image_id, or MotionBERT's
+frame_id; OpenPose (--write_coco_json), Detectron and MMPose's evaluation write such lists. A list whose entries have
+`idx`, or `box` or a text as image_id and no `track_id`, is AlphaPose's. An annotation dict is {images: [{id,
+file_name}], annotations: [{image_id, keypoints, ...}], ...}; without images its annotations are results. `track_id` is
+read where it is; a detection without one, in a file where others have it, is nobody's and left out.
 
 v is a score in results. Where all of them are 0, 1 or 2 they are flags (not labelled, hidden, visible): 0
 means that the joint is missing, the others say nothing about certainty, and the confidence is NaN.
@@ -13,33 +13,37 @@ means that the joint is missing, the others say nothing about certainty, and the
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.layouts import COCO17, HALPE26
 from ..pipeline.core.pose import PoseSequence
 from .alphapose import is_alphaposes
-from .kit.json import Images, beginning, each, entries, field, first_detection, load
-from .kit.tracks import Detection, counted, sequences, triples
+from .kit.clock import Moments
+from .kit.json import beginning, entries, field, frame_number, load
+from .kit.people2d import first_person, people, points_of
+from .kit.tracks import Detection, counted, sequences
 
 name = "coco"
 gives = "keypoints"
-reads = "COCO keypoint results (list) or annotations (dict) in JSON, COCO-17 or Halpe-26"
+reads = "COCO keypoint results (list) or annotations (dict) in JSON"
 
 _FLAGS = (0, 1, 2)
-_LAYOUTS = (COCO17, HALPE26)
+_FRAMES = ("image_id", "frame_id")
 
 
 def sniff(path: Path) -> bool:
     content = beginning(path)
-    entry = first_detection(content)
-    if entry is not None:
-        return isinstance(entry["image_id"], int | str) and not is_alphaposes(entry)
-    return _has(content, "images", "id", "file_name") or _has(content, "annotations", "image_id", "keypoints")
+    if _has(content, "images", "id", "file_name"):
+        return True
+    found = first_person(path)
+    if found is None or not found[1] or "keypoints" not in found[0]:
+        return False
+    entry = found[0]
+    return any(isinstance(entry.get(key), int | str) for key in _FRAMES) and not is_alphaposes(entry)
 
 
 def _has(content: Any, key: str, *fields: str) -> bool:
@@ -58,54 +62,54 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     when an image has no number, when images with people are of several videos (one number twice, or several folders),
     and when a track has two people in one frame.
     """
-    what, where = "COCO keypoints", str(path)
-    if isinstance(beginning(path), list):
-        found = _results((entry for _, entry in each(path, what)), where)
-    else:
-        content = load(path, what)
-        found = (
-            _annotations(content, where)
-            if isinstance(content, dict)
-            else _results(entries(content, where), where)
-        )
-    detections = counted((_detection(entry, frame, track, here) for entry, frame, here in found), where)
-    flags = all(np.isin(one.points[:, 2], _FLAGS).all() for one in detections)
-    if not flags:
-        return sequences(detections, _LAYOUTS, where)
-    people = sequences([_without_flags(one) for one in detections], _LAYOUTS, where)
-    return tuple(poses.noted("scores", unknown="visibility flags") for poses in people)
+    moments, where = Moments(str(path)), str(path)
+    listed = (
+        _annotations(path, moments)
+        if isinstance(content := beginning(path), dict) and "images" in content
+        else people(path, "COCO keypoints", moments)
+    )
+    detections = counted((_detection(entry, moment, track, here) for moment, entry, here in listed), where)
+    scores = {score for one in detections for score in np.unique(one.points[:, 2])}
+    if not scores <= {*_FLAGS} or scores == {0}:
+        return sequences(detections, where, clock=moments.clock)
+    found = sequences(map(_without_flags, detections), where, clock=moments.clock)
+    return tuple(poses.noted("scores", unknown="visibility flags") for poses in found)
 
 
-def _results(listed: Iterable[Any], where: str) -> Iterator[tuple[Any, int, str]]:
-    """Each entry with its frame and its place in the file."""
-    images = Images()
-    for i, entry in enumerate(listed):
-        here = f"{where}, entry {i}"
-        yield entry, images.number(field(entry, "image_id", here), here), here
-
-
-def _annotations(content: dict[str, Any], where: str) -> Iterator[tuple[Any, int, str]]:
-    """Each annotation that has keypoints, with its frame and its place in the file."""
-    listed: dict[str, tuple[Any, str]] = {}  # name and place of each image
-    for i, image in enumerate(entries(field(content, "images", where), where)):
-        here = f"{where}, image {i}"
-        listed[str(field(image, "id", here))] = field(image, "file_name", here), here
-    images = Images()
-    for i, entry in enumerate(entries(field(content, "annotations", where), where)):
-        here = f"{where}, annotation {i}"
+def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]:
+    """Moment, annotation and place in the file of each that has keypoints."""
+    listed: dict[str, str] = {}  # names of images by their numbers
+    images: dict[str, str] = {}  # and numbers by names, of those with people
+    content = load(path, "COCO keypoints")
+    for i, image in enumerate(entries(field(content, "images", str(path)), str(path))):
+        here = f"{path}, image {i}"
+        listed[str(field(image, "id", here))] = str(field(image, "file_name", here))
+    for i, entry in enumerate(entries(field(content, "annotations", str(path)), str(path))):
+        here = f"{path}, annotation {i}"
         image = field(entry, "image_id", here)
         if str(image) not in listed:
             raise InputError(
                 "wrong-content", f"{here}: expected an image that the file lists, got {reprlib.repr(image)}."
             )
-        if "keypoints" in entry:
-            yield entry, images.number(*listed[str(image)], identity=str(image)), here
+        if "keypoints" not in entry:
+            continue
+        name = listed[str(image)]
+        if images.setdefault(name, str(image)) != str(image):
+            raise InputError(
+                "files-apart",
+                f"{here}: expected the images of one video, each with a name of its own, got {name} beside {name} of "
+                "another image; keep each video's keypoints in a file of their own.",
+            )
+        if (moment := moments.of({"file_name": name}, here)) is not None:
+            yield moment, entry, here
 
 
-def _detection(entry: Any, frame: int, track: bool, where: str) -> Detection:
+def _detection(entry: Any, moment: int, track: bool, where: str) -> Detection:
+    if "frame_id" not in entry:
+        frame_number(field(entry, "image_id", where), where)
+    points = points_of(entry, where)
     person = None if track else entry.get("track_id")
-    points = triples(field(entry, "keypoints", where), where)
-    return Detection(frame, points, None if person is None else str(person))
+    return Detection(moment, points, None if person is None else str(person))
 
 
 def _without_flags(detection: Detection) -> Detection:

@@ -49,7 +49,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         if len(classes[1]):
             people = shaped(classes[1], where, ("people", 4, len(COCO17))).astype(np.float64)
             detections += [Detection(frame, person[[_X, _Y, _PROBABILITY]].T) for person in people]
-    return sequences(detections, (COCO17,), str(path))
+    return sequences(detections, str(path), (COCO17,))
 
 
 def _list(value: Any, where: str) -> list[Any]:

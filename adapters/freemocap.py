@@ -14,8 +14,6 @@ aligned: a person who does not stand along z is refused, a slight tilt is not no
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -25,12 +23,11 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Z_UP
 from ..pipeline.core.layouts import BLAZEPOSE33, COCO23, Layout, remap
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from ..pipeline.files.arrays import load
-from .kit.beginning import first_bytes
-from .kit.landmarks import spelled
-from .kit.numpy import peek
-from .kit.tables import opened_table
+from .kit.numpy import peek, plain_array
+from .kit.people import Bodies
+from .kit.tables import header_of, read_points
 from .kit.world import check_upright
+from .mediapipe import spelled
 
 name = "freemocap"
 gives = "poses"
@@ -44,7 +41,6 @@ _SHAPES = (
 )
 _COLUMNS = ("frame", "keypoint", "x", "y", "z")
 _BODY_MODELS = ("rtmpose.body", "mediapipe.body", "mediapipe_body")
-_MOST_FRAMES = 10_000_000  # more than a recording has, and as many as fit the memory
 _STATURE_MM = (800.0, 2600.0)
 _JOINTS = {
     spelled(joint): joint for layout in (COCO23, BLAZEPOSE33) for joint in layout.joints
@@ -64,7 +60,7 @@ def read(path: Path) -> tuple[PoseSequence]:
     InputError when the file is no such array or table, is flat, is not in millimetres, or the person does not stand
     along z.
     """
-    poses = _of_table(path) if _is_table(path) else _poses(load(path, *_SHAPES))
+    poses = _of_table(path) if _is_table(path) else _poses(plain_array(path, *_SHAPES))
     found = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))]
     if len(found) and (np.ptp(found, axis=1).max(axis=0) == 0).any():
         raise InputError(
@@ -95,62 +91,29 @@ def _poses(joints: np.ndarray) -> PoseSequence:
 
 
 def _is_table(path: Path) -> bool:
-    """Whether a text's first two lines are a table of points and one of a body's points, or of any that names its
-    model."""
-    lines = first_bytes(path, 4096).decode("utf-8-sig", errors="replace").splitlines()
-    if len(lines) < 2:
+    """Whether a text is a table of a body's points, or of any that name their model."""
+    header = header_of(path)
+    if header is None or header.dims != 3 or not set(_COLUMNS) <= set(header.names):
         return False
-    columns, first = lines[0].split(","), lines[1].split(",")
-    if not set(_COLUMNS) <= set(columns) or len(first) != len(columns):
-        return False
-    return "model" in columns or first[columns.index("keypoint")] in _JOINTS
+    return "model" in header.names or bool(header.points & {*_JOINTS})
 
 
 def _of_table(path: Path) -> PoseSequence:
-    points: dict[str, dict[int, tuple[float, ...]]] = {}
-    for frame, joint, place in _rows(path):
-        points.setdefault(joint, {})[frame] = place
-    layout = _layout(set(points), path)
-    numbers = sorted({frame for places in points.values() for frame in places})
-    rows = {frame: row for row, frame in enumerate(numbers)}
-    joints = np.full((len(numbers), len(layout), 3), np.nan)
-    for i, joint in enumerate(layout.joints):
-        for frame, place in points[joint].items():
-            joints[rows[frame], i] = place
-    return PoseSequence(
-        joints=joints, layout=layout, frame=Z_UP.with_(unit="mm"), frame_index=np.array(numbers)
-    )
-
-
-def _layout(joints: set[str], path: Path) -> Layout:
-    fits = (layout for layout in (COCO23, BLAZEPOSE33) if set(layout.joints) <= joints)
-    if (layout := next(fits, None)) is None:
+    found = read_points(path, "FreeMoCap's table", only={"model": _BODY_MODELS, "trajectory": ("3d_xyz",)})
+    names = {_JOINTS[point]: i for i, point in enumerate(found.names) if point in _JOINTS}
+    layout = next((layout for layout in (COCO23, BLAZEPOSE33) if set(layout.joints) <= names.keys()), None)
+    if layout is None:
         raise InputError(
             "wrong-content",
             f"{path}: expected the points of a body, RTMPose's {len(COCO23)} or MediaPipe's {len(BLAZEPOSE33)}, got "
-            f"{', '.join(sorted(joints)) or 'none of them'}.",
+            f"{', '.join(sorted(found.names)) or 'none of them'}.",
         )
-    return layout
-
-
-def _rows(path: Path) -> Iterator[tuple[int, str, tuple[float, ...]]]:
-    """Frame, joint and place of each row of a body's own trajectory; an empty cell is NaN."""
-    with opened_table(path, "FreeMoCap's table") as file:
-        for line, row in enumerate(csv.DictReader(file), 2):
-            wanted = row.get("model") in (None, *_BODY_MODELS) and row.get("trajectory") in (None, "3d_xyz")
-            joint = _JOINTS.get(row["keypoint"] or "") if wanted else None
-            if joint is None:
-                continue
-            try:
-                frame, place = int(row["frame"]), tuple(float(row[axis] or "nan") for axis in "xyz")
-            except (TypeError, ValueError):
-                frame, place = -1, ()
-            if not 0 <= frame < _MOST_FRAMES or np.isinf(place).any():
-                raise InputError(
-                    "wrong-content",
-                    f"{path}, line {line}: expected a frame's number and x, y, z, got {row!r:.100}.",
-                )
-            yield frame, joint, place
+    bodies = Bodies(layout)
+    columns = [names[joint] for joint in layout.joints]
+    for moment, values in zip(found.moments.tolist(), found.values[:, columns, :3], strict=True):
+        bodies.add(moment, values, person="0")
+    (poses,) = bodies.sequences(Z_UP.with_(unit="mm"), str(path), clock=found.clock)
+    return poses
 
 
 def _in_millimetres(poses: PoseSequence) -> bool:

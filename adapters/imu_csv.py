@@ -19,9 +19,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.rotations import transpose
 from ..pipeline.signals.imu import MOST_HZ, Imu, imu_from_samples
 from ..pipeline.signals.rates import check_fps
-from .kit.beginning import first_bytes
+from .kit.opened import filled_lines, first_bytes
 from .kit.quaternions import rotations
-from .kit.tables import filled_lines
 
 name = "imu_csv"
 gives = "imu"

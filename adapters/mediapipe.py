@@ -1,8 +1,8 @@
-"""MediaPipe Pose's world landmarks, as people save them: CSV or JSON, for there is no official writer (formats.md 5).
+"""MediaPipe Pose's world landmarks, as people save them, for there is no official writer (formats.md 5).
 
 A table has x, y, z (and visibility) of 33 landmarks in one row a frame, with or without a header, or one row a
-landmark. JSON is a list of frames, or an object that holds one, and a frame has `pose_world_landmarks` (or
-`world_landmarks`, `pose_world`, `poseWorldLandmarks`) of one person or of several, or is the 33 landmarks itself.
+landmark. JSON is a list of frames, or an object that holds one, and a frame has `pose_world_landmarks` (under a name of
+`_WORLD`) of one person or of several, or is the 33 landmarks itself. An array is (frames, 33, 3 or 4).
 
 World landmarks are metres in camera axes (z negative towards the camera), the middle of the hips at the origin of
 every frame, so that the body does not move through space. Image landmarks are shares of the image's width and
@@ -13,7 +13,8 @@ exchanged in a way that nothing in the file shows.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,19 +24,29 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BLAZEPOSE33
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.json import beginning, each, frame_number, numbers
-from .kit.landmarks import COUNT, Body, is_table, seconds, table
+from .kit.clock import Clock, Moments, plain
+from .kit.json import beginning, each, numbers
+from .kit.numpy import peek, plain_array
 from .kit.people import Bodies
+from .kit.tables import header_of, read_points
 
 name = "mediapipe"
 gives = "poses"
 made_by = MadeBy("estimated", "MediaPipe")
-reads = "MediaPipe Pose world landmarks in CSV or JSON, metres; image landmarks are refused"
+reads = "MediaPipe Pose world landmarks in CSV, JSON or .npy, metres; image landmarks are refused"
 
-_WORLD = ("pose_world_landmarks", "world_landmarks", "pose_world", "poseWorldLandmarks", "worldLandmarks")
-_IMAGE = ("pose_landmarks", "poseLandmarks", "landmarks")
-_FRAMES = ("frame", "frame_id", "frame_index", "frame_idx", "frame_number")
+COUNT = len(BLAZEPOSE33)
+_WORLD = (
+    "pose_world_landmarks",
+    "world_landmarks",
+    "pose_world",
+    "landmarks_world",
+    "keypoints3_d",
+    "keypoints_3d",
+)
+_IMAGE = ("pose_landmarks", "landmarks")
 _AXES = ("x", "y", "z", "visibility")
+_SHAPES = (("frames", COUNT, 3), ("frames", COUNT, 4))
 _ROOT_M = 0.1  # the hips' middle is at the origin but for rounding
 _HIPS = BLAZEPOSE33.indices(["l_hip", "r_hip"])
 _IMAGE_REASON = (
@@ -44,134 +55,163 @@ _IMAGE_REASON = (
 )
 
 
+def spelled(joint: str) -> str:
+    """MediaPipe's own name of a joint in small letters, such as left_eye_inner and mouth_left."""
+    side = {"l_": "left", "r_": "right"}.get(joint[:2])
+    if side is None:
+        return joint
+    return f"mouth_{side}" if joint[2:] == "mouth" else f"{side}_{joint[2:]}"
+
+
+_NAMES = [spelled(joint) for joint in BLAZEPOSE33.joints]
+
+
 def sniff(path: Path) -> bool:
     """Whether the file has MediaPipe's landmarks, of the world or of the image, which `read` refuses."""
+    if (array := peek(path, *_SHAPES)) is not None:
+        return _off_origin(array[..., :3]) < _ROOT_M
     content = beginning(path)
     if content is None:
-        return is_table(path)
+        header = header_of(path, _headerless)
+        if header is None or header.dims != 3:
+            return False
+        landmarks = header.label is None or plain(header.names[header.label]).startswith("landmark")
+        return landmarks and _order(header.points) is not None
     if isinstance(content, dict):
         if _key(content, _WORLD):
             return True
         content = next((value for value in content.values() if isinstance(value, list) and value), None)
     for frame in content if isinstance(content, list) else ():
         if isinstance(frame, dict):
-            return bool(_key(frame, (*_WORLD, *_IMAGE[:2])))
+            landmarks = frame.get(_key(frame, _IMAGE[1:]) or "")
+            return bool(_key(frame, (*_WORLD, *_IMAGE[:1]))) or _are_landmarks(landmarks)
         if frame:
-            return isinstance(frame, list) and len(frame) == COUNT and all(map(_is_named_point, frame))
+            return _are_landmarks(frame)
     return False
 
 
-def read(path: Path) -> tuple[PoseSequence, ...]:
+def read(path: Path, recording: str | None = None) -> tuple[PoseSequence, ...]:
     """One sequence a person, joined from frame to frame: BLAZEPOSE33 in camera axes, metres.
 
-    Frame numbers and times are those of the file, if it has them; with times alone the numbers are counted by these, so
-    that frames which were dropped leave a gap. A column whose unit its name does not say, such as
-    `timestamp`, is not taken for a time. A frame whose numbers are all -1, as some write for nobody, or all missing
-    has no row, but counts. Raises InputError for image landmarks and for files of another form.
+    recording: of several in one table the one to read, by the name that it has there. Frame numbers and times are those
+    of the file (kit/clock.py); with times alone the numbers are counted by these, so that frames which were dropped
+    leave a gap. A frame whose numbers are all -1, as some write for nobody, or all missing has no row, but counts.
+    Raises InputError for image landmarks and for files of another form.
     """
-    found, frames_known, times = Bodies(BLAZEPOSE33), True, {}
-    at, last = -1, None
-    for body in _json(path) if beginning(path) is not None else table(path):
-        when = (body.frame, body.time_s)
-        at += when != last or when == (None, None)
-        last = when
-        frames_known &= body.frame is not None
-        joints = body.values[:, :3]
-        frame = at if body.frame is None else body.frame
-        if body.time_s is not None:
-            times[frame] = body.time_s
-        if (joints == -1).all() or np.isnan(joints).all():
-            continue
-        found.add(frame, joints, body.values[:, 3], body.box)
-    _check_world(found.joints, path)
-    people = found.sequences(CAMERA.with_(origin="camera"), str(path))
-    numbers = {} if frames_known or len(times) != at + 1 else _numbers(times)
-    return tuple(_timed(poses.with_(frames_known=frames_known), times, numbers) for poses in people)
-
-
-def _numbers(times: dict[int, float]) -> dict[int, int]:
-    """Frame numbers, counted from 0, of frames that were counted, by their times: a step of about n usual ones is n
-    frames. {} for times that do not increase."""
-    steps = np.diff(list(times.values()))
-    if len(steps) == 0 or not (steps > 0).all():
-        return {}
-    # The median is of rounded times (33, 33, 34 ms), which over a long gap would miss frames; the mean is not.
-    median = np.percentile(steps, 50, method="lower")  # one of the steps, where two kinds of them alternate
-    usual = steps[np.rint(steps / median) == 1].mean()
-    counted = np.cumsum([0, *np.fmax(np.rint(steps / usual), 1)])
-    return dict(zip(times, counted.astype(int).tolist(), strict=True))
-
-
-def _timed(poses: PoseSequence, times: dict[int, float], numbers: dict[int, int]) -> PoseSequence:
-    """The poses with the times of their frames, and with other numbers of these where there are any."""
-    frames = poses.frame_index.tolist()
-    stamps = [times.get(frame) for frame in frames]
-    if None in stamps:
-        return poses
-    return poses.with_(
-        time_s=np.array(stamps, dtype=np.float64),
-        frame_index=np.array([numbers.get(frame, frame) for frame in frames]),
-        frames_known=poses.frames_known,
-    )
-
-
-def _check_world(joints: np.ndarray, path: Path) -> None:
-    hips = joints[:, _HIPS].mean(axis=1)
-    hips = hips[np.isfinite(hips).all(axis=1)]
-    if len(hips) and np.median(np.linalg.norm(hips, axis=1)) > _ROOT_M:
-        place = ", ".join(f"{value:.2g}" for value in np.median(hips, axis=0))
+    bodies = Bodies(BLAZEPOSE33)
+    if beginning(path) is not None:
+        clock = _json(path, bodies, recording)
+    elif peek(path, *_SHAPES) is not None:
+        clock = None
+        for frame, values in enumerate(plain_array(path, *_SHAPES)):
+            _add(bodies, frame, values)
+    else:
+        clock = _table(path, bodies, recording)
+    if (off := _off_origin(bodies.joints)) > _ROOT_M:
         raise InputError(
             "wrong-axes",
-            f"{path}: expected world landmarks with the middle of the hips at the origin, got it at ({place}); these "
+            f"{path}: expected world landmarks with the middle of the hips at the origin, got it {off:.2g} away; these "
             f"look like {_IMAGE_REASON}.",
         )
+    people = bodies.sequences(CAMERA.with_(origin="camera"), str(path), clock=clock)
+    return tuple(poses.with_(frames_known=poses.frames_known and clock is not None) for poses in people)
 
 
-def _json(path: Path) -> Iterator[Body]:
-    """Everybody in the file, and one of NaN for a frame without anybody; several people of a frame share its number,
-    which is counted where none is said."""
-    count = 0
+def _add(
+    bodies: Bodies, frame: int, values: np.ndarray, box: np.ndarray | None = None, person: str | None = None
+) -> None:
+    """values: (33, 3 or 4) of a person, who may be nobody."""
+    joints, scores = values[:, :3], values[:, 3] if values.shape[1] == 4 else None
+    if not ((joints == -1).all() or np.isnan(joints).all()):
+        bodies.add(frame, joints, scores, box, person)
+
+
+def _off_origin(joints: np.ndarray) -> float:
+    """How far the middle of the hips is from the origin, the median over the frames (N, 33, 3) that have it."""
+    hips = joints[:, _HIPS].mean(axis=1)
+    hips = hips[np.isfinite(hips).all(axis=1)]
+    return float(np.median(np.linalg.norm(hips, axis=1))) if len(hips) else 0.0
+
+
+def _headerless(width: int) -> list[str] | None:
+    """Names of the columns of a table without a header; some write a clock before the landmarks."""
+    for clocks in range(3):
+        each_, odd = divmod(width - clocks, COUNT)
+        if each_ in (3, 4, 5) and not odd:
+            axes = [*_AXES, "presence"][:each_]
+            return [f"unnamed_{i}" for i in range(clocks)] + [
+                f"{axis}_{i}" for i in range(COUNT) for axis in axes
+            ]
+    return None
+
+
+def _order(points: set[str] | tuple[str, ...]) -> list[str] | None:
+    """The landmarks of a table in their order, by MediaPipe's names or by their numbers; None where one lacks."""
+    return next((order for order in (_NAMES, [*map(str, range(COUNT))]) if {*order} <= {*points}), None)
+
+
+def _table(path: Path, bodies: Bodies, recording: str | None) -> Clock:
+    found = read_points(path, "a table of MediaPipe's 33 landmarks", _headerless, recording)
+    order = _order(found.names)
+    if order is None:
+        raise InputError(
+            "wrong-content",
+            f"{path}: expected MediaPipe's 33 landmarks, with columns x, y, z (and visibility) of each in one row, or a "
+            f"row a landmark with frame, landmark, x, y, z; got {', '.join(found.names[:8])}.",
+        )
+    values = found.values[:, [found.names.index(point) for point in order]]
+    for moment, person, row in zip(found.moments.tolist(), found.people, values, strict=True):
+        _add(bodies, moment, row, person=person)
+    return found.clock
+
+
+def _json(path: Path, bodies: Bodies, recording: str | None) -> Clock:
+    """Everybody in the file; a frame without anybody counts."""
+    moments, listed = Moments(str(path), recording), None
     for i, (key, entry) in enumerate(each(path, "MediaPipe's landmarks")):
-        where = f"{path}, entry {i}"
-        if key in _IMAGE[:2]:
-            raise InputError("wrong-axes", f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
-        if key in _WORLD or isinstance(entry, list):
-            landmarks, frame, time_s, boxes = entry, None, None, []
-        elif isinstance(entry, dict) and (found := _key(entry, (*_WORLD, *_IMAGE))):
-            if found in _IMAGE[:2]:
-                raise InputError("wrong-axes", f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
-            landmarks = entry[found]
-            number = next((entry[name] for name in _FRAMES if name in entry), None)
-            frame = None if number is None else frame_number(number, where)
-            stamps = (seconds(name, value) for name, value in entry.items() if isinstance(value, int | float))
-            time_s = next((stamp for stamp in stamps if stamp is not None), None)
-            image = _key(entry, _IMAGE[:2])
-            boxes = [_box(values) for values in _people(entry[image], where)] if image else []
-        elif key and not isinstance(entry, dict):
-            continue  # what else an object tells beside its list of frames
+        where, said = f"{path}, entry {i}", entry if isinstance(entry, dict) else {}
+        if key and (found := _key({key: None}, (*_WORLD, *_IMAGE[:1]))):
+            landmarks, said = entry, {}
+        elif found := _key(said, (*_WORLD, *_IMAGE)):
+            landmarks = said[found]
+        elif isinstance(entry, list) and key in ("", listed):
+            landmarks = entry
+        elif key and key != listed:
+            moments.state(key, entry)  # what an object tells beside its list of frames
+            continue
         else:
             raise InputError("wrong-content", f"{where}: expected a frame with {' or '.join(_WORLD[:2])}.")
+        if found and plain(found) in _IMAGE[:1]:
+            raise InputError("wrong-axes", f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
+        listed = key
+        numbered = (
+            {"frame_name": key} if re.search(r"\d", key) else {}
+        )  # an object of frames by their numbers
+        if (moment := moments.of(said | numbered, where)) is None:
+            continue
+        shown = _key(said, _IMAGE[:1])
+        boxes = [_box(values) for values in _people(said[shown], where)] if shown else []
         people = _people(landmarks, where)
-        if frame is None and len(people) > 1:
-            raise InputError(
-                "wrong-content",
-                f"{where}: expected frames with a number ('frame') if there are several people.",
-            )
-        if not people:  # counts as a table's empty row does, so that later frames keep their places and times
-            yield Body(np.full((COUNT, 4), np.nan), frame, time_s)
         for place, values in enumerate(people):
-            yield Body(values, frame, time_s, boxes[place] if len(boxes) == len(people) else None)
-        count += 1
-    if not count:
+            _add(bodies, moment, values, boxes[place] if len(boxes) == len(people) else None)
+    if listed is None:
         raise InputError("nothing-usable", f"{path}: expected frames of MediaPipe's landmarks, found none.")
+    return moments.clock()
 
 
-def _key(entry: dict[str, Any], names: tuple[str, ...]) -> str | None:
-    return next((name for name in names if name in entry), None)
+def _key(entry: Mapping[str, Any], names: tuple[str, ...]) -> str | None:
+    """The first of the entry's keys that has one of these plain names."""
+    by_name = {plain(key): key for key in entry}
+    return next((by_name[name] for name in names if name in by_name), None)
 
 
-def _is_named_point(point: Any) -> bool:
-    return isinstance(point, dict) and point.keys() >= set(_AXES[:3])
+def _are_landmarks(values: Any) -> bool:
+    """Whether they are 33 points with x, y and z by name."""
+    return (
+        isinstance(values, list)
+        and len(values) == COUNT
+        and all(isinstance(point, dict) and point.keys() >= set(_AXES[:3]) for point in values)
+    )
 
 
 def _people(landmarks: Any, where: str) -> list[np.ndarray]:
@@ -191,15 +231,18 @@ def _values(person: Any, where: str) -> np.ndarray:
     if not isinstance(person, list) or len(person) != COUNT:
         count = len(person) if isinstance(person, list) else "none"
         raise InputError("wrong-content", f"{where}: expected {COUNT} landmarks, got {count}.")
-    rows = [[point.get(axis) for axis in _AXES] if isinstance(point, dict) else point for point in person]
+    rows = [
+        [point.get(axis, point.get("score") if axis == "visibility" else None) for axis in _AXES]
+        if isinstance(point, dict)
+        else point
+        for point in person
+    ]
     values = numbers(rows, where)
     if values.ndim != 2 or values.shape[1] < 3:
         raise InputError(
             "wrong-content", f"{where}: expected x, y and z of each landmark, got shape {values.shape}."
         )
-    filled = np.full((COUNT, 4), np.nan)
-    filled[:, : min(4, values.shape[1])] = values[:, :4]
-    return filled
+    return values[:, :4]
 
 
 def _box(values: np.ndarray) -> np.ndarray:

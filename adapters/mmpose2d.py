@@ -3,7 +3,7 @@
 The inferencer writes a list of {frame_id, instances}, frames from 0; the demos write {meta_info,
 instance_info: [{frame_id, instances}]}, frames from 1 (demo/topdown_demo_with_mmdet.py counts before it
 looks). Of images, the inferencer writes a folder with a list of instances each. An instance is {keypoints:
-[[x, y], ...], keypoint_scores, bbox, bbox_score}, of COCO-17 or Halpe-26.
+[[x, y], ...], keypoint_scores, bbox, bbox_score}, of COCO-17, Halpe-26 or a whole-body model.
 Track numbers are not written: people are joined frame by frame. A keypoint of three numbers is 3D output,
 whose axes are mirrored, and is refused. Scores are the maxima of heatmaps or SimCC bins, no probabilities.
 """
@@ -16,15 +16,18 @@ from typing import Any
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.layouts import COCO17, HALPE26
+from ..pipeline.core.layouts import COCO17
 from ..pipeline.core.pose import PoseSequence
-from .kit.json import field, numbers
+from .kit.json import field
 from .kit.mmpose import first_keypoints, frames
+from .kit.people2d import points_of
 from .kit.tracks import Detection, sequences
 
 name = "mmpose2d"
 gives = "keypoints"
-reads = "2D JSON of MMPose 1.x, inferencer (of a video or a folder of images) or demo, COCO-17 or Halpe-26"
+reads = (
+    "2D JSON of MMPose 1.x, inferencer (of a video or a folder of images) or demo, of 17, 26 or 133 joints"
+)
 
 
 def sniff(path: Path) -> bool:
@@ -51,25 +54,12 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         for frame, people, here in frames(path, "MMPose's 2D results", _check_names)
         for person in people
     )
-    return sequences(found, (COCO17, HALPE26), str(path))
+    return sequences(found, str(path))
 
 
 def _points(person: Any, where: str) -> np.ndarray:
-    keypoints = numbers(field(person, "keypoints", where), where)
-    scores = numbers(field(person, "keypoint_scores", where), where)
-    if keypoints.ndim == 2 and keypoints.shape[1] == 3:
-        raise InputError(
-            "format-unknown",
-            f"{where}: expected 2D keypoints, got three coordinates each; this is MMPose's 3D output, "
-            "which adapter mmpose3d reads.",
-        )
-    if keypoints.shape != (*scores.shape, 2):
-        raise InputError(
-            "wrong-content",
-            f"{where}: expected x, y and one score of each joint, got keypoints of shape {keypoints.shape} and "
-            f"scores of shape {scores.shape}.",
-        )
-    return np.column_stack([keypoints, scores])
+    field(person, "keypoint_scores", where)
+    return points_of(person, where)
 
 
 def _check_names(meta: Any, where: str) -> None:

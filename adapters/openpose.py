@@ -1,7 +1,8 @@
 """A folder of OpenPose's --write_json: one `<video>_<number>_keypoints.json` a frame (formats.md 6).
 
-Each file holds {version, people: [{pose_keypoints_2d: x, y, score of every joint, ...}]}, BODY_25, BODY_25B or the 18
-joints of the COCO model; the first two have as many joints and are told apart by the lengths of the bones.
+Each file holds {version, people: [{pose_keypoints_2d: x, y, score of every joint, ...}]}, of BODY_25, BODY_25B or the 18
+joints of the COCO model; the first two have as many joints and are told apart by the lengths of the bones. OpenPose 1.0
+calls the field pose_keypoints. Pose2Sim and Sports2D write such folders of 17, 26 and 133 joints.
 Frames count from 0; a frame without people has a file with an empty list. OpenPose writes 0, 0, 0 for a joint that it
 did not find, and does not follow people: they are joined frame by frame. Scores are in [0, 1] (doc/02_output.md of
 OpenPose).
@@ -11,15 +12,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..pipeline.core.layouts import BODY_25, BODY_25B, OPENPOSE18
 from ..pipeline.core.pose import PoseSequence
-from .kit.json import beginning, field
+from .kit.json import beginning
 from .kit.openpose import frame_files, people
-from .kit.tracks import Detection, sequences, triples
+from .kit.people2d import points_of
+from .kit.tracks import Detection, sequences
 
 name = "openpose"
 gives = "keypoints"
-reads = "folder of OpenPose's --write_json, one numbered file a frame: BODY_25, BODY_25B or COCO-18"
+reads = "folder of OpenPose's --write_json, Pose2Sim's or Sports2D's: one numbered file a frame, of 17 to 133 joints"
 
 
 def sniff(path: Path) -> bool:
@@ -34,8 +35,5 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     A frame without a person has no row. Raises InputError when the folder holds no such files or those of
     several videos, and when a file is not OpenPose's.
     """
-    found = (
-        Detection(frame, triples(field(person, "pose_keypoints_2d", where), where))
-        for frame, person, where in people(path)
-    )
-    return sequences(found, (BODY_25, BODY_25B, OPENPOSE18), str(path))
+    found = (Detection(frame, points_of(person, where)) for frame, person, where in people(path))
+    return sequences(found, str(path))

@@ -18,10 +18,10 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BODY_25, BODY_25B, OPENPOSE18
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.signals.joint_order import likely_layout
 from .kit.json import beginning, numbers
 from .kit.openpose import frame_files, people
 from .kit.people import Bodies
-from .kit.tracks import likely_layout
 
 name = "openpose3d"
 gives = "poses"

@@ -18,7 +18,7 @@ import numpy as np
 from ..pipeline.core.errors import InputError, naming
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.markers import Markers, Up, read_trc
-from .kit.beginning import first_bytes
+from .kit.opened import first_bytes
 from .kit.world import Maker, maker, people_of
 
 name = "trc"

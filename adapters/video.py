@@ -18,7 +18,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.take import Video
 from ..pipeline.files.video_frames import opened
-from .kit.beginning import first_bytes
+from .kit.opened import first_bytes
 
 if TYPE_CHECKING:
     from av import VideoStream

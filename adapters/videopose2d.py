@@ -62,7 +62,7 @@ def read(
         Detection(frame, np.hstack([row.astype(np.float64), scores]), video)
         for frame, row in enumerate(points)
     ]
-    (poses,) = sequences(detections, (layout,), where)
+    (poses,) = sequences(detections, where, (layout,))
     return (
         poses.noted("gaps", filled="by the file's writer, where nobody was found; not marked in the file"),
     )

@@ -45,7 +45,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         for person, rows in enumerate(points)
         for frame, row in enumerate(rows)
     ]
-    return sequences(detections, (H36M17,), str(file))
+    return sequences(detections, str(file), (H36M17,))
 
 
 def _file(path: Path) -> Path:

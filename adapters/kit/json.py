@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import re
 import reprlib
@@ -12,8 +13,8 @@ from typing import IO, Any
 
 import numpy as np
 
-from ...pipeline.core.errors import InputError, readable
-from .beginning import first_bytes
+from ...pipeline.core.errors import InputError
+from .opened import first_bytes, opened_text, whole_text
 
 _PEEK_BYTES = 1 << 16  # more than the metadata that MMPose's demos write before the first frame
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"?|[\[\]{},]', re.DOTALL)
@@ -28,11 +29,22 @@ _MAX_FRAME = 1 << 53  # larger numbers are no video frames, and would not fit an
 
 
 def beginning(path: Path) -> Any:
-    """The first 64 KB of a JSON file as Python values, cut at a comma; None for anything else. Never raises."""
+    """The first 64 KB of a JSON file as Python values, cut at a comma, of JSON Lines as a list of the first ones; None
+    for anything else. Never raises."""
+    start = first_bytes(path, _PEEK_BYTES)
     try:
-        return json.loads(_whole(first_bytes(path, _PEEK_BYTES)))
+        return [*map(json.loads, _lines(start))] or json.loads(_whole(start))
     except (ValueError, RecursionError):
         return None
+
+
+def _lines(start: bytes) -> list[bytes]:
+    """The whole lines of JSON Lines, one object or list each; none of other JSON."""
+    lines = start.removeprefix(codecs.BOM_UTF8).strip().splitlines()
+    wholes = [line.strip() for line in lines[: -1 if len(start) == _PEEK_BYTES else None]]
+    ends = {b"{": b"}", b"[": b"]"}
+    several = len(lines) > 1 and all(line and ends.get(line[:1]) == line[-1:] for line in wholes)
+    return wholes if several else []
 
 
 def first_detection(content: Any) -> dict[str, Any] | None:
@@ -72,12 +84,11 @@ def _scanned(text: str) -> tuple[str, int]:
 
 def load(path: Path, what: str) -> Any:
     """The values of a whole JSON file. InputError, saying that `what` was expected, when it cannot be read."""
-    with readable(path, what):
-        text = path.read_bytes().decode("utf-8-sig")
-    if not text.strip():
-        raise InputError("file-damaged", f"Expected {what} in {path}, but the file is empty.")
+    text = whole_text(path, what)
     try:
-        return json.loads(text)
+        return (
+            [*map(json.loads, text.splitlines())] if _lines(text[:_PEEK_BYTES].encode()) else json.loads(text)
+        )
     except json.JSONDecodeError as error:
         raise InputError(
             "file-damaged",
@@ -93,12 +104,13 @@ def load(path: Path, what: str) -> Any:
 def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
     """The elements of a long JSON file one after the other, so that it is never in memory as a whole.
 
-    A list gives ("", element) of each; an object gives (key, element) of each value that is a list,
-    and (key, value) of any other. InputError, saying that `what` was expected, when the file cannot be read.
+    A list gives ("", element) of each, and so do JSON Lines; an object gives (key, element) of each value that is a
+    list, and (key, value) of any other. InputError, saying that `what` was expected, when the file cannot be read.
     """
     try:
-        with readable(path, what), path.open(encoding="utf-8-sig") as file:
-            yield from _elements(_Text(file))
+        lines = bool(_lines(first_bytes(path, _PEEK_BYTES)))
+        with opened_text(path, what) as file:
+            yield from _one_by_one(_Text(file)) if lines else _elements(_Text(file))
     except InputError:
         raise
     except (RecursionError, ValueError):
@@ -168,6 +180,11 @@ def _elements(text: _Text) -> Iterator[tuple[str, Any]]:
                 break
     if text.peek():
         raise ValueError("expected the end")
+
+
+def _one_by_one(text: _Text) -> Iterator[tuple[str, Any]]:
+    while text.peek():
+        yield "", text.value()
 
 
 def _listed(key: str, text: _Text) -> Iterator[tuple[str, Any]]:

@@ -5,6 +5,7 @@ Where a format stores Python objects, a reader that runs nothing takes them apar
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -48,8 +49,8 @@ def load_objects(path: Path, key: str) -> Any:
     return loads(content, where)
 
 
-def begins(path: Path, key: str) -> tuple[tuple[int, ...], bytes]:
-    """Of an .npz's array `key` the shape that its header says, and of Python objects the first 64 KB of their pickle;
+def begins(path: Path, key: str | None) -> tuple[tuple[int, ...], bytes]:
+    """Of an .npz's array `key`, or an .npy's without one, the shape that its header says, and of Python objects the first 64 KB of their pickle;
     () and none where it cannot be read. Never raises."""
     try:
         with damage_reported(path), opened(path, key) as (stream, _):
@@ -64,10 +65,20 @@ def has_objects(path: Path, *wanted: str) -> bool:
     return arrays_in(path) >= set(wanted) and all(begins(path, key)[1] for key in wanted)
 
 
+def plain_array(path: Path, *shapes: Shape, key: str | None = None, limit: int | None = None) -> np.ndarray:
+    """As `load`, of an array that may have more axes, of length 1, than the shapes: a batch of one, or one person."""
+    shape = begins(path, key)[0]
+    for drop in ((), *((axis,) for axis in range(len(shape))), *combinations(range(len(shape)), 2)):
+        cut = tuple(length for axis, length in enumerate(shape) if axis not in drop)
+        if all(shape[axis] == 1 for axis in drop) and any(fits(cut, wanted) for wanted in shapes):
+            return load(path, shape, key=key, limit=limit).squeeze(drop)
+    return load(path, *shapes, key=key, limit=limit)  # says what was expected
+
+
 def peek(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray | None:
     """The first rows of what `load` gives, (...,) of one of the shapes, or None where it would raise: for sniffing. At
     most 4 MB are read, which are 20,000 rows of 17 joints; data of a wrong shape are never read."""
     try:
-        return load(path, *shapes, key=key, limit=_PEEK_BYTES)
+        return plain_array(path, *shapes, key=key, limit=_PEEK_BYTES)
     except InputError:
         return None

@@ -12,6 +12,7 @@ from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import Layout
 from ...pipeline.core.notices import notice
 from ...pipeline.core.pose import PoseSequence
+from .clock import Clock
 from .tracks import Crowd, confidences, followed, leap, once_a_frame, saying_nothing
 
 
@@ -50,10 +51,16 @@ class Bodies:
         return np.frombuffer(self._joints, np.float32).reshape(-1, len(self.layout), 3)
 
     def sequences(
-        self, frame: Frame, where: str, plane: tuple[int, int] = (0, 1), placed: bool = False
+        self,
+        frame: Frame,
+        where: str,
+        plane: tuple[int, int] = (0, 1),
+        placed: bool = False,
+        clock: Clock | None = None,
     ) -> tuple[PoseSequence, ...]:
         """One sequence a person in `frame`, rows in order of time, people in the order in which they appear.
 
+        clock: of which the frames of the bodies are moments; without it they are the video's frames.
         plane: the two coordinates that the image shows, by which people without boxes are told apart.
         placed: the joints say where in space the person is, not only the pose.
         People without names are joined from frame to frame by a `Tracker`; the history says by what. Scores are taken
@@ -62,6 +69,7 @@ class Bodies:
         if not self._frames:
             raise InputError("nothing-usable", f"{where}: no person was found in any frame.")
         frames = np.frombuffer(self._frames, np.int64)
+        frames = frames if clock is None else clock.index[frames]
         scores = np.frombuffer(self._scores, np.float32).reshape(len(frames), -1)
         unknown = saying_nothing(scores)
         boxes = np.frombuffer(self._boxes, np.float32).reshape(-1, 4)
@@ -73,6 +81,8 @@ class Bodies:
         elif not groups:
             method = "nearest box" if boxed else "nearest position" if placed else "nearest pose"
             groups = followed(frames, points)
+        unnamed = len(frames) - sum(map(len, self._rows_of.values())) if self._rows_of else 0
+        nobody = [notice("no-track-number", unnamed=unnamed, detections=len(frames))] if unnamed else []
         people = []
         for person, rows in groups.items():
             rows = _in_order(rows, frames)
@@ -92,8 +102,9 @@ class Bodies:
                 poses = poses if boxed or placed else poses.saying(notice("people-by-poses-alone"))
             elif boxed or placed:
                 poses = poses.saying(*leap(frames[rows], points[rows]))
+            poses = poses.saying(*nobody)
             people.append(poses.noted("scores", **said) if said else poses)
-        return tuple(people)
+        return tuple(people if clock is None else map(clock.on, people))
 
 
 def _in_order(rows: array | slice, frames: np.ndarray) -> np.ndarray | slice:

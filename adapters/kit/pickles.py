@@ -21,7 +21,7 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.messages import how_many
 from ...pipeline.files.unpacked import unpacked
-from .beginning import first_bytes
+from .opened import first_bytes
 
 _ZLIB = b"\x78"
 _PEEK_BYTES = 1 << 16

@@ -1,32 +1,343 @@
-"""Tables of text, as programs save them for spreadsheets."""
+"""Tables of points over time, as programs and people save them for spreadsheets: a column or a row for each point.
+
+A column says by its name which coordinate of which point it holds ("left_knee_x", "x12", "LKnee.likelihood"), or when a
+row was seen (kit/clock.py); DeepLabCut's tables say it in three lines or four. Cells are separated by semicolons, tabs,
+commas or blanks; where it is no comma, numbers may have decimal commas. What is missing is empty, NaN, NA, None, null.
+"""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator
-from contextlib import contextmanager
+import re
+from array import array
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TextIO
 
-from ...pipeline.core.errors import InputError, readable
+import numpy as np
+
+from ...pipeline.core.errors import InputError
+from .clock import Clock, Moments, first_of, kind_of, plain
+from .opened import first_lines, opened_text
+
+_AXIS = {
+    **{name: i for i, axis in enumerate("xyz") for name in (axis, f"3d{axis}", f"2d{axis}")},
+    **dict.fromkeys(("score", "scores", "visibility", "vis", "v", "conf", "confidence", "likelihood", "prob", "c", "s"), 3),
+}  # fmt: skip
+_SCORE = 3
+_LEFT_OUT = ("world", "pose", "m", "px")  # of a column's name, beside point and axis
+_NUMBERED = re.compile(r"([a-z]+)_?0*(\d{1,3})|0*(\d{1,3})_([a-z]+)")
+_POINT = re.compile(r"(?:landmark|lm|kp|kpt|keypoint|joint|point|p)?_?0*(\d{1,3})")
+_LABELS = {
+    f"{thing}{which}"
+    for thing in (
+        "landmark",
+        "keypoint",
+        "joint",
+        "bodypart",
+        "body_part",
+        "part",
+        "point",
+        "marker",
+        "kp",
+        "kpt",
+    )
+    for which in ("", "_id", "_index", "_idx", "_name", "_number")
+}
+_STACKED = ("scorer", "individuals", "bodyparts", "coords")  # what lines of DeepLabCut's header begin with
+_MISSING = {"", "nan", "na", "n/a", "#n/a", "none", "null", "nil", "-"}
+_PEEK_BYTES = 1 << 16
+_LOOKED_AT = 20  # columns of which nothing is known that may be clocks
+
+Names = Callable[[int], Sequence[str] | None]  # of the columns of a table without a header, by their number
 
 
-def filled_lines(path: Path, what: str) -> list[str]:
-    """The lines of a text that hold anything, one at least; InputError, saying that `what` was expected."""
-    with opened_table(path, what) as file:
-        lines = [line for line in file.read().splitlines() if line.strip()]
-    if not lines:
-        raise InputError("file-damaged", f"Expected {what} in {path}, but it is empty; copy it again.")
-    return lines
+@dataclass(frozen=True, eq=False)
+class Points:
+    """What a table holds of points. names (P,): plain, a number for one that is numbered, from 0. values: (N, P, 4) x,
+    y, z and score of each sighting, NaN where there is none. moments (N,): of `clock`. people (N,): each sighting's
+    person, None where the file names nobody."""
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    moments: np.ndarray
+    people: tuple[str | None, ...]
+    clock: Clock
 
 
-@contextmanager
-def opened_table(path: Path, what: str) -> Iterator[TextIO]:
-    """The file, opened for the csv module. what: in words, for InputError when it cannot be read, or is no table."""
+@dataclass(frozen=True)
+class _Column:
+    point: str
+    axis: int
+    person: str | None = None
+
+
+@dataclass(frozen=True)
+class Header:
+    """Where a table has what. names: of all columns, as they are written; values: those of coordinates; label: the one
+    that names the point of a row, None where a row has all points; person, clocks: those that say whose and when."""
+
+    names: tuple[str, ...]
+    values: dict[int, _Column]
+    label: int | None
+    person: int | None
+    clocks: tuple[int, ...]
+    delimiter: str
+    lines: int
+    labels: frozenset[str] = frozenset()
+
+    @property
+    def points(self) -> set[str]:
+        """The points of which the columns are, or the first rows."""
+        return {column.point for column in self.values.values()} if self.label is None else {*self.labels}
+
+    @property
+    def dims(self) -> int:
+        """How many coordinates a point has: 2 or 3; 0 where not all points have x and y."""
+        by_point: dict[str, set[int]] = {}
+        for column in self.values.values():
+            by_point.setdefault(column.point, set()).add(column.axis)
+        axes = set.intersection(*by_point.values()) if by_point else set()
+        return 3 if {0, 1, 2} <= axes else 2 if {0, 1} <= axes else 0
+
+
+def header_of(path: Path, names: Names = lambda width: None) -> Header | None:
+    """What the first lines of a text say of a table of points; None for anything else. Never raises."""
     try:
-        with readable(path, what), path.open(encoding="utf-8-sig", newline="") as file:
-            yield file
+        lines = first_lines(path, _PEEK_BYTES)
+        header = _header(lines, names)
+        if header is None or header.label is None:
+            return header
+        rows = (_cells(line, header.delimiter) for line in lines[header.lines : -1] if line.strip())
+        return replace(header, labels=frozenset(_row_label(row, header) for row in rows))
+    except csv.Error:
+        return None
+
+
+def read_points(
+    path: Path,
+    what: str,
+    names: Names = lambda width: None,
+    recording: str | None = None,
+    only: Mapping[str, tuple[str, ...]] | None = None,
+) -> Points:
+    """Everybody in a table. names: of columns, where it has no header. recording: of several in it the one to read.
+    only: cells of columns by their names, where they are there; rows with other cells are left out.
+
+    InputError, saying that `what` was expected, for what is no table of points, for a cell that is no number, and as
+    for `Moments`.
+    """
+    try:
+        with opened_text(path, what) as file:
+            header = _header([file.readline(_PEEK_BYTES) for _ in range(len(_STACKED) + 1)], names)
+            if header is None:
+                raise InputError(
+                    "wrong-content", f"Expected {what} in {path}, got no table with columns of points."
+                )
+            file.seek(0)
+            rows = csv.reader(file, delimiter=header.delimiter, skipinitialspace=True)
+            filled = (
+                (line, row)
+                for line, row in enumerate(rows, 1)
+                if line > header.lines and any(map(str.strip, row))
+            )
+            wanted = [
+                (header.names.index(column), cells)
+                for column, cells in (only or {}).items()
+                if column in header.names
+            ]
+            kept = (
+                (line, row)
+                for line, row in filled
+                if all(_cell(row, column) in cells for column, cells in wanted)
+            )
+            return _read(kept, header, path, recording)
     except csv.Error:
         raise InputError(
             "format-unknown", f"Expected {what} in {path}, got a file that is not a text table."
+        ) from None
+
+
+def _header(lines: Sequence[str], names: Names) -> Header | None:
+    lines = [line.strip("\r\n") for line in lines if line.strip()]
+    if not lines:
+        return None
+    delimiter = next((mark for mark in ";\t," if mark in lines[0]), " ")
+    rows = [_cells(line, delimiter) for line in lines[: len(_STACKED) + 1]]
+    stacked = [row for row in rows if row and row[0].lower() in _STACKED]
+    if stacked:
+        return _stacked(stacked, delimiter)
+    cells = rows[0]
+    if not all(map(_is_number, cells)):
+        return _named([cells[0].lstrip("# "), *cells[1:]], delimiter, 1)
+    own = names(len(cells))
+    return None if own is None else _named(own, delimiter, 0)
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace(",", ".") or "nan")
+    except ValueError:
+        return False
+    return True
+
+
+def _stacked(rows: list[list[str]], delimiter: str) -> Header | None:
+    """Of DeepLabCut: lines of scorers, maybe of individuals, of points and of axes."""
+    by = {row[0].lower(): row[1:] for row in rows}
+    if not {"bodyparts", "coords"} <= by.keys() or len(by["bodyparts"]) != len(by["coords"]):
+        return None
+    people = by.get("individuals", [])
+    values = {
+        i + 1: _Column(_label(point), _AXIS[axis], people[i] if i < len(people) else None)
+        for i, (point, axis) in enumerate(zip(by["bodyparts"], map(str.lower, by["coords"]), strict=True))
+        if axis in _AXIS
+    }
+    names = ("frame", *(f"{point}_{axis}" for point, axis in zip(by["bodyparts"], by["coords"], strict=True)))
+    return Header(names, values, None, None, (0,), delimiter, len(rows))
+
+
+def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
+    words = [plain(name) for name in names]
+    label = next((i for i, name in enumerate(words) if name in _LABELS), None)
+    person = first_of("person", names)
+    short = ["_".join(part for part in name.split("_") if part not in _LEFT_OUT) for name in words]
+    if any("world" in name for name in words):  # the image's coordinates may stand beside these
+        short = [
+            part if "world" in name or _AXIS.get(name.rpartition("_")[2]) == _SCORE else ""
+            for name, part in zip(words, short, strict=True)
+        ]
+    coordinates = [i for i, name in enumerate(words) if kind_of(name) in ("", "like") and _column(name)]
+    columns = {i: column for i in coordinates if (column := _column(short[i])) is not None}
+    values = {i: column for i, column in columns.items() if bool(column.point) == (label is None)}
+    numbers = [int(column.point) for column in values.values() if column.point.isdecimal()]
+    if numbers and min(numbers) == 1:  # x1 to x33
+        values = {
+            i: _Column(str(int(c.point) - 1), c.axis) if c.point.isdecimal() else c for i, c in values.items()
+        }
+    rest = [i for i in range(len(names)) if i not in coordinates and i not in (label, person)]
+    known = [i for i in rest if kind_of(names[i])]
+    clocks = (*known, *[i for i in rest if i not in known][:_LOOKED_AT])
+    if not values or (label is not None and not known):
+        return None
+    return Header(tuple(names), values, label, person, clocks, delimiter, lines)
+
+
+def _column(name: str) -> _Column | None:
+    """The coordinate that a column holds, of no point ("") where a row has one; None for any other column."""
+    first, _, after = name.partition("_")
+    before, _, last = name.rpartition("_")
+    if last in _AXIS:
+        return _Column(_label(before), _AXIS[last])
+    if first in _AXIS and after:
+        return _Column(_label(after), _AXIS[first])
+    if (match := _NUMBERED.fullmatch(name)) and (axis := match[1] or match[4]) in _AXIS:
+        return _Column(str(int(match[2] or match[3])), _AXIS[axis])
+    return None
+
+
+def _label(name: str) -> str:
+    """A point's plain name, or the number that it consists of."""
+    word = plain(name)
+    match = _POINT.fullmatch(word)
+    return str(int(match[1])) if match else word
+
+
+def _read(rows: Iterator[tuple[int, list[str]]], header: Header, path: Path, recording: str | None) -> Points:
+    moments = Moments(str(path), recording)
+    at, people, data = array("q"), [], array("f")  # of each row
+    label_of, labels = array("q"), {}  # of each row, where a row is a point; and their numbers
+    columns = list(header.values)
+    for line, row in rows:
+        where = f"{path}, line {line}"
+        said = {header.names[i]: _decimal(row[i], header) for i in header.clocks if i < len(row)}
+        person = None if header.person is None else _cell(row, header.person)
+        person = None if person is None or person.lower() in (*_MISSING, "-1") else person
+        moment = moments.of(said, where, person)
+        if moment is None:
+            continue
+        try:
+            data.extend([float(row[i]) for i in columns])
+        except (ValueError, IndexError):
+            data.extend([_number(row, i, header, where) for i in columns])
+        at.append(moment)
+        people.append(person)
+        if header.label is not None:
+            label_of.append(labels.setdefault(_row_label(row, header), len(labels)))
+    clock = moments.clock()
+    values = np.frombuffer(data, np.float32).reshape(len(at), len(columns))
+    if len(set(people)) == len(people) > 2:  # numbers of rows
+        people = [None] * len(people)
+    if header.label is None:
+        return _wide(values, header, np.array(at), people, clock)
+    return _long(values, header, np.array(at), people, clock, np.array(label_of), tuple(labels))
+
+
+def _wide(
+    values: np.ndarray, header: Header, at: np.ndarray, people: list[str | None], clock: Clock
+) -> Points:
+    """Of rows that have all points, maybe of several people in columns of their own."""
+    points = tuple(dict.fromkeys(column.point for column in header.values.values()))
+    everybody = list(dict.fromkeys(column.person for column in header.values.values()))
+    found = np.full((len(everybody), len(at), len(points), 4), np.nan, np.float32)
+    for i, column in enumerate(header.values.values()):
+        found[everybody.index(column.person), :, points.index(column.point), column.axis] = values[:, i]
+    if everybody != [None]:
+        people = [person for person in everybody for _ in at]
+        at = np.tile(at, len(everybody))
+    return Points(points, found.reshape(len(at), len(points), 4), at, tuple(people), clock)
+
+
+def _long(
+    values: np.ndarray,
+    header: Header,
+    at: np.ndarray,
+    people: list[str | None],
+    clock: Clock,
+    label_of: np.ndarray,
+    points: tuple[str, ...],
+) -> Points:
+    """Of a row a point: a point that comes again in a moment is the next person's."""
+    sighting, first, taken = np.zeros(len(at), dtype=np.int64), [], set()
+    for row, label in enumerate(label_of.tolist()):
+        if not row or at[row] != at[row - 1] or people[row] != people[row - 1] or label in taken:
+            first.append(row)
+            taken = set()
+        taken.add(label)
+        sighting[row] = len(first) - 1
+    found = np.full((len(first), len(points), 4), np.nan, np.float32)
+    for i, column in enumerate(header.values.values()):
+        found[sighting, label_of, column.axis] = values[:, i]
+    return Points(points, found, at[first], tuple(people[row] for row in first), clock)
+
+
+def _row_label(row: list[str], header: Header) -> str:
+    """The point of a row of its own."""
+    return (
+        "" if header.label is None else _label(_cell(row, header.label).lower().removeprefix("poselandmark."))
+    )
+
+
+def _cell(row: list[str], column: int) -> str:
+    return row[column].strip() if column < len(row) else ""
+
+
+def _decimal(cell: str, header: Header) -> str:
+    return cell.strip() if header.delimiter == "," else cell.strip().replace(",", ".")
+
+
+def _number(row: list[str], column: int, header: Header, where: str) -> float:
+    cell = _decimal(row[column], header) if column < len(row) else "the end of the line"
+    if cell.lower() in _MISSING:
+        return float("nan")
+    try:
+        return float(cell)
+    except ValueError:
+        name = f" ('{header.names[column]}')" * bool(header.names[column])
+        raise InputError(
+            "wrong-content", f"{where}, column {column + 1}{name}: expected a number, got {cell!r:.60}."
         ) from None

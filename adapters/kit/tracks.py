@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from array import array
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any
 
@@ -13,19 +13,34 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import IMAGE
-from ...pipeline.core.layouts import Layout
-from ...pipeline.core.messages import how_many
+from ...pipeline.core.layouts import (
+    BLAZEPOSE33,
+    BODY_25,
+    BODY_25B,
+    COCO17,
+    COCO18,
+    COCO23,
+    HALPE26,
+    MHR70,
+    OPENPOSE18,
+    Layout,
+)
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
+from ...pipeline.signals.joint_order import likely_layout
 from ...pipeline.signals.tracker import REACH, Tracker, sighted, steps
-from .json import numbers
+from .clock import Clock
 
-# Joints of one side that lie near each other in every pose: the bones of limbs, trunk, feet and face.
-_NEIGHBOURS = (
-    ("hip", "knee"), ("knee", "ankle"), ("ankle", "heel"), ("shoulder", "elbow"), ("elbow", "wrist"),
-    ("shoulder", "hip"), ("eye", "ear"),
-)  # fmt: skip
+# The orders of joints in 2D, by their number; of one number the more usual first.
+LAYOUTS = (COCO17, OPENPOSE18, COCO18, COCO23, BODY_25, BODY_25B, HALPE26, BLAZEPOSE33, MHR70)
+_BODIES = {
+    133: COCO23,
+    136: HALPE26,
+    94: HALPE26,
+    68: HALPE26,
+    135: BODY_25B,
+}  # with face and hands: the first ones
 _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
 _PIECE = 10_000  # frames whose steps are looked at together
@@ -88,23 +103,16 @@ def counted(detections: Iterable[Detection], where: str) -> list[Detection]:
     return kept
 
 
-def triples(flat: Any, where: str) -> np.ndarray:
-    """A list x, y, score, x, y, score, ... as points (J, 3); InputError for any other number of values."""
-    values = numbers(flat, where)
-    if values.ndim != 1 or len(values) % 3 or len(values) == 0:
-        raise InputError(
-            "wrong-content",
-            f"{where}: expected x, y and score of each joint in one list, got shape {values.shape}.",
-        )
-    return values.reshape(-1, 3).astype(np.float32)
-
-
 def sequences(
-    detections: Iterable[Detection], layouts: Iterable[Layout], where: str
+    detections: Iterable[Detection],
+    where: str,
+    layouts: Sequence[Layout] = LAYOUTS,
+    clock: Callable[[], Clock] | None = None,
 ) -> tuple[PoseSequence, ...]:
     """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
 
-    layouts: those that the format can hold, told apart by their number of joints.
+    layouts: those that the format can hold, told apart by their number of joints, and those of one number by their
+    bones. clock: called once all detections are read; then their frames are moments of it.
     People without names are told apart by `_linked`; the history says so. Where some detections have a name, those
     without are left out, for trackers name nobody where they are not sure; the history warns with their number. It
     warns of a `leap` too, of somebody who is alone and of each whom a tracker names, for trackers exchange people. A
@@ -113,6 +121,9 @@ def sequences(
     coordinates that are no pixels, and a person who is in a frame twice.
     """
     detections = counted(detections, where)
+    ticks = None if clock is None else clock()
+    if ticks is not None:
+        detections = [replace(one, frame=int(ticks.index[one.frame])) for one in detections]
     named = [detection for detection in detections if detection.person is not None]
     unnamed = len(detections) - len(named) if named else 0
     detections = sorted(named or detections, key=lambda one: one.frame)
@@ -120,7 +131,7 @@ def sequences(
         raise InputError("nothing-usable", f"{where}: no person was found in any frame.")
     likely = _layouts_of(detections, layouts, where)
     frames = np.array([detection.frame for detection in detections])
-    points = np.stack([detection.points for detection in detections])
+    points = np.stack([detection.points[: len(likely[0])] for detection in detections])
     there = found_in(points)
     points[~there] = np.nan
     layout = likely_layout(points[..., :2], likely)
@@ -131,56 +142,41 @@ def sequences(
             "(OpenPose: --keypoint_scale 0).",
         )
     unknown = saying_nothing(points[there][:, 2])
+    said = [notice("scores-all-zero")] if unknown == "all are 0" else []
     people = _by_name(detections) if named else _linked(frames, points[..., :2])
-    tracks = tuple(
+    tracks = [
         _sequence(person, frames[rows], points[rows], layout, unknown, where)
         for person, rows in people.items()
-    )
-    if not named:
-        doubts = _sure_leap(tracks[0]) if len(tracks) == 1 else []
-        tracks = tuple(poses.with_(linked=True).noted("link people", method="nearest") for poses in tracks)
-        return tuple(poses.saying(*doubts) for poses in tracks)
-    tracks = tuple(poses.saying(*_sure_leap(poses)) for poses in tracks)
-    if not unnamed:
-        return tracks
-    left_out = notice("no-track-number", unnamed=unnamed, detections=unnamed + len(named))
-    return tuple(poses.noted("track numbers", left_out=unnamed).saying(left_out) for poses in tracks)
-
-
-def _layouts_of(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> Sequence[Layout]:
-    """Those of the layouts that have as many joints as every detection; InputError when there is none."""
-    known: dict[int, list[Layout]] = defaultdict(list)
-    for layout in layouts:
-        known[len(layout)].append(layout)
-    counts = {len(detection.points) for detection in detections}
-    if len(counts) != 1 or not counts <= known.keys():
-        expected = " or ".join(
-            f"{count} joints ({', '.join(one.name for one in same)})" for count, same in known.items()
-        )
-        *fewer, most = sorted(counts)
-        got = ", ".join([*map(str, fewer), how_many(most, "joint")])
-        raise InputError("wrong-content", f"{where}: expected people of {expected}, got {got}.")
-    return known[counts.pop()]
-
-
-def likely_layout(points: np.ndarray, layouts: Sequence[Layout]) -> Layout:
-    """The layout in which the bones of bodies (N, J, 2 or 3) are shortest; in any other they join strange joints.
-
-    layouts: of J joints each, the usual one first. A joint that was not found is NaN.
-    """
-    if len(layouts) == 1:
-        return layouts[0]
-    lengths = []
-    for layout in layouts:
-        starts, ends = (
-            layout.indices([f"{side}_{pair[end]}" for side in "lr" for pair in _NEIGHBOURS]) for end in (0, 1)
-        )
-        bones = points[:, ends] - points[:, starts]
-        lengths.append(np.linalg.norm(bones, axis=-1))
-    means = [
-        length[np.isfinite(length)].mean() if np.isfinite(length).any() else np.inf for length in lengths
     ]
-    return layouts[int(np.argmin(means))]
+    if ticks is not None:
+        tracks = [ticks.on(poses) for poses in tracks]
+    if named or len(tracks) == 1:
+        tracks = [poses.saying(*_sure_leap(poses)) for poses in tracks]
+    if not named:
+        tracks = [poses.with_(linked=True).noted("link people", method="nearest") for poses in tracks]
+    if unnamed:
+        said.append(notice("no-track-number", unnamed=unnamed, detections=unnamed + len(named)))
+        tracks = [poses.noted("track numbers", left_out=unnamed) for poses in tracks]
+    return tuple(poses.saying(*said) for poses in tracks)
+
+
+def _layouts_of(detections: Sequence[Detection], layouts: Sequence[Layout], where: str) -> Sequence[Layout]:
+    """Those of the layouts that have as many joints as every detection, or as their body alone; InputError when there
+    is none."""
+    counts = {len(detection.points) for detection in detections}
+    (count,) = counts if len(counts) == 1 else (0,)
+    known = [layout for layout in layouts if len(layout) == count] or [
+        layout for layout in layouts if layout is _BODIES.get(count)
+    ]
+    if known:
+        return known
+    numbers, more = (sorted({*map(len, layouts)}), [n for n, layout in _BODIES.items() if layout in layouts])
+    with_hands = f", or with hands and face {', '.join(map(str, sorted(more)))}" * bool(more)
+    got = ", ".join(map(str, sorted(counts)))
+    raise InputError(
+        "wrong-content",
+        f"{where}: expected people of {', '.join(map(str, numbers))} joints{with_hands}, got {got}.",
+    )
 
 
 def once_a_frame(frames: np.ndarray, person: str, where: str, option: str) -> None:

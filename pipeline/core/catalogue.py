@@ -62,6 +62,11 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "leap-after-gap": ("warning", "files",
         "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} unseen: it may be "
         "another person from then on."),
+    "clock-not-used": ("warning", "clock",
+        "'{column}' increases from row to row like a clock or a frame number, but was not used. If it is one, call it "
+        "frame_index, time_s or time_ms."),
+    "scores-all-zero": ("warning", "files",
+        "All scores of the keypoints are 0, so they say nothing: a joint that the detector only guessed counts as seen."),
     "no-joint-centres": ("warning", "files",
         "People left out, because their points are not joint centres: {people}."),
     "no-track-number": ("warning", "files",

@@ -119,6 +119,7 @@ H36M17_B = Layout("H36M17_B", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_L_ARM, *_R
 # 3DPCNet's printed names.
 H36M17_C = Layout("H36M17_C", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_R_ARM, *_L_ARM))
 COCO17 = Layout("COCO17", _COCO)
+COCO18 = Layout("COCO18", (*_COCO, "neck"))  # of trt_pose and others
 HALPE26 = Layout(
     "HALPE26",
     (
@@ -205,7 +206,7 @@ SOMA30 = Layout(
 LAYOUTS = {
     layout.name: layout
     for layout in (
-        H36M17, H36M17_B, H36M17_C, COCO17, COCO23, HALPE26, OPENPOSE18, BODY_25, BODY_25B, BLAZEPOSE33,
+        H36M17, H36M17_B, H36M17_C, COCO17, COCO18, COCO23, HALPE26, OPENPOSE18, BODY_25, BODY_25B, BLAZEPOSE33,
         MPI3DHP17, MHR70, SOMA30, SOMA77,
     )
 }  # fmt: skip

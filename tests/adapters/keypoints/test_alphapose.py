@@ -93,10 +93,17 @@ def test_equal_scores_are_unknown(results):
     assert "all are 1" in poses.history[-1].options["unknown"]
 
 
-@pytest.mark.parametrize("joints", [1, 16, 18, 136])
+@pytest.mark.parametrize("joints", [1, 16, 19, 200])
 def test_other_numbers_of_joints(results, joints):
-    with pytest.raises(InputError, match=rf"17 joints \(COCO17\) or 26 joints \(HALPE26\), got {joints} "):
+    with pytest.raises(InputError, match=rf"expected people of 17, .* joints.* 136, got {joints}\."):
         read(results(("0.jpg", 1, 100, 0.5), joints=joints))
+
+
+@pytest.mark.parametrize(("joints", "layout"), [(136, "HALPE26"), (133, "COCO23"), (94, "HALPE26")])
+def test_of_whole_body_models_the_body_is_read(results, joints, layout):
+    poses = read(results(("0.jpg", 1, 100, 0.5), joints=joints))
+    assert poses.layout.name == layout
+    np.testing.assert_allclose(poses.joints[0, :, 1], 10.0 * np.arange(len(poses.layout)))
 
 
 def test_mixed_numbers_of_joints(tmp_path):
@@ -105,7 +112,7 @@ def test_mixed_numbers_of_joints(tmp_path):
         for i, n in enumerate((17, 26))
     ]
     (tmp_path / "mixed.json").write_text(json.dumps(people))
-    with pytest.raises(InputError, match="got 17, 26 joints"):
+    with pytest.raises(InputError, match="got 17, 26"):
         read(tmp_path / "mixed.json")
 
 

