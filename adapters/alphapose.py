@@ -11,7 +11,7 @@ joints of OpenPose's COCO model, without `idx`. Joint scores are heatmap maxima.
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +21,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import OPENPOSE18
 from ..pipeline.core.pose import PoseSequence
 from .kit.clock import Moments
+from .kit.frames import first_person, keypoints_of, people
 from .kit.json import beginning, field, frame_number, numbers
-from .kit.people2d import first_person, people, points_of
-from .kit.tracks import Detection, sequences
+from .kit.people import People
 
 name = "alphapose"
 gives = "keypoints"
@@ -56,24 +56,21 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     when an image has no number, when images are of several videos (one number twice, or several folders), and when a
     person is in a frame twice because nobody was tracked.
     """
-    moments, by_image = Moments(str(path)), _by_image(beginning(path))
-    return sequences(_detections(path, moments, track, by_image), str(path), clock=moments.clock)
-
-
-def _detections(path: Path, moments: Moments, track: bool, by_image: bool) -> Iterator[Detection]:
+    moments, found, by_image = Moments(str(path)), People(str(path)), _by_image(beginning(path))
     for moment, person, where in people(path, "AlphaPose results", moments):
-        points = points_of(person, where)
+        points, scores = keypoints_of(person, where)
         if "track_id" in person and "idx" not in person:
             raise InputError(
                 "format-unknown",
                 f"{where}: expected a person's idx, as AlphaPose calls it, got a track_id, which adapter coco reads "
                 "(--set read.keypoints_adapter=coco).",
             )
-        if not by_image:
-            frame_number(field(person, "image_id", where), where)
-        else:
+        if by_image:
             _refuse_head_as_neck(points, where)
-        yield Detection(moment, points, None if track else track_named(person.get("idx", 0), where))
+        else:
+            frame_number(field(person, "image_id", where), where)
+        found.add(moment, points, scores, None if track else track_named(person.get("idx", 0), where))
+    return found.keypoints(moments.clock())
 
 
 def track_named(idx: Any, where: str) -> str:
@@ -102,8 +99,8 @@ def _refuse_head_as_neck(points: np.ndarray, where: str) -> None:
     """
     if len(points) != len(OPENPOSE18):
         return
-    shoulders = points[OPENPOSE18.indices(["l_shoulder", "r_shoulder"]), :2].mean(axis=0)
-    if np.abs(points[OPENPOSE18.index("neck"), :2] - shoulders).max() > _PIXEL:
+    shoulders = points[OPENPOSE18.indices(["l_shoulder", "r_shoulder"])].mean(axis=0)
+    if np.abs(points[OPENPOSE18.index("neck")] - shoulders).max() > _PIXEL:
         raise InputError(
             "wrong-content",
             f"{where}: expected the neck between the shoulders, where AlphaPose puts it with COCO models; with Halpe "

@@ -7,7 +7,6 @@ are made of the shoulders and the neck, for SMPL's joints end at the skull. The 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +19,10 @@ from ..pipeline.core.layouts import H36M17, Layout
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.skeletons import SMPL, h36m17_named
 from .alphapose import track_named
-from .kit.json import beginning, each, field, first_detection, frame_number, numbers
-from .kit.people import Bodies
+from .kit.clock import Moments
+from .kit.frames import first_person, people
+from .kit.json import field, frame_number, numbers
+from .kit.people import People
 
 name = "alphapose3d"
 gives = "poses"
@@ -35,8 +36,8 @@ _STATURE_M = (0.9, 2.6)
 
 
 def sniff(path: Path) -> bool:
-    entry = first_detection(beginning(path))
-    return entry is not None and _KEY in entry
+    found = first_person(path)
+    return found is not None and found[1] and _KEY in found[0]
 
 
 def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequence, ...]:
@@ -47,11 +48,18 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
     InputError when the file is not of this form, when a body is no human's in that unit, and when a person is in a
     frame twice because nobody was tracked.
     """
-    bodies = Bodies(_SMPL)
-    for frame, person, joints, box in _entries(path):
-        bodies.add(frame, unit_m * joints, box=box, person=None if track else person)
-    people = bodies.sequences(CAMERA.with_(origin="body model"), str(path))
-    return tuple(_of_smpl(poses, path) for poses in people)
+    moments, found = Moments(str(path)), People(str(path))
+    for moment, entry, where in people(path, "AlphaPose's results", moments):
+        frame_number(field(entry, "image_id", where), where)
+        joints = numbers(field(entry, _KEY, where), f"{where}, {_KEY}")
+        if joints.shape != _SHAPE:
+            raise InputError(
+                "wrong-content", f"{where}: expected {_KEY} of shape {_SHAPE}, got {joints.shape}."
+            )
+        person = None if track else track_named(entry.get("idx", 0), where)
+        found.add(moment, unit_m * joints, person=person, box=_box(entry.get("box"), where))
+    everybody = found.poses(_SMPL, CAMERA.with_(origin="body model"), moments.clock())
+    return tuple(_of_smpl(poses, path) for poses in everybody)
 
 
 def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:
@@ -66,19 +74,6 @@ def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:
     made = poses.with_(joints=joints, layout=H36M17, confidence=None)
     derived = {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
     return made.deriving("smpl", derived)
-
-
-def _entries(path: Path) -> Iterator[tuple[int, str, np.ndarray, np.ndarray | None]]:
-    """Frame, track, joints (24, 3) and box (4,) x1, y1, x2, y2, of each entry."""
-    for i, (_, entry) in enumerate(each(path, "AlphaPose's results")):
-        where = f"{path}, entry {i}"
-        joints = numbers(field(entry, _KEY, where), f"{where}, {_KEY}")
-        if joints.shape != _SHAPE:
-            raise InputError(
-                "wrong-content", f"{where}: expected {_KEY} of shape {_SHAPE}, got {joints.shape}."
-            )
-        frame = frame_number(field(entry, "image_id", where), where)
-        yield frame, track_named(entry.get("idx", 0), where), joints, _box(entry.get("box"), where)
 
 
 def _box(box: Any, where: str) -> np.ndarray | None:

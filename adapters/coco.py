@@ -17,21 +17,18 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.pose import PoseSequence
 from .alphapose import is_alphaposes
 from .kit.clock import Moments
+from .kit.frames import first_person, keypoints_of, people
 from .kit.json import beginning, entries, field, frame_number, load
-from .kit.people2d import first_person, people, points_of
-from .kit.tracks import Detection, counted, sequences
+from .kit.people import People
 
 name = "coco"
 gives = "keypoints"
 reads = "COCO keypoint results (list) or annotations (dict) in JSON"
 
-_FLAGS = (0, 1, 2)
 _FRAMES = ("image_id", "frame_id")
 
 
@@ -62,18 +59,22 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     when an image has no number, when images with people are of several videos (one number twice, or several folders),
     and when a track has two people in one frame.
     """
-    moments, where = Moments(str(path)), str(path)
-    listed = (
-        _annotations(path, moments)
-        if isinstance(content := beginning(path), dict) and "images" in content
-        else people(path, "COCO keypoints", moments)
-    )
-    detections = counted((_detection(entry, moment, track, here) for moment, entry, here in listed), where)
-    scores = {score for one in detections for score in np.unique(one.points[:, 2])}
-    if not scores <= {*_FLAGS} or scores == {0}:
-        return sequences(detections, where, clock=moments.clock)
-    found = sequences(map(_without_flags, detections), where, clock=moments.clock)
-    return tuple(poses.noted("scores", unknown="visibility flags") for poses in found)
+    moments, found = Moments(str(path)), People(str(path))
+    content = beginning(path)
+    listed = _annotations if isinstance(content, dict) and "images" in content else _results
+    for moment, entry, where in listed(path, moments):
+        person = None if track else entry.get("track_id")
+        found.add(moment, *keypoints_of(entry, where), None if person is None else str(person))
+    flags = found.without_flags()
+    everybody = found.keypoints(moments.clock())
+    return tuple(poses.noted("scores", unknown="visibility flags") if flags else poses for poses in everybody)
+
+
+def _results(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]:
+    for moment, entry, where in people(path, "COCO keypoints", moments):
+        if "frame_id" not in entry:
+            frame_number(field(entry, "image_id", where), where)
+        yield moment, entry, where
 
 
 def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]:
@@ -102,18 +103,3 @@ def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]
             )
         if (moment := moments.of({"file_name": name}, here)) is not None:
             yield moment, entry, here
-
-
-def _detection(entry: Any, moment: int, track: bool, where: str) -> Detection:
-    if "frame_id" not in entry:
-        frame_number(field(entry, "image_id", where), where)
-    points = points_of(entry, where)
-    person = None if track else entry.get("track_id")
-    return Detection(moment, points, None if person is None else str(person))
-
-
-def _without_flags(detection: Detection) -> Detection:
-    labelled = detection.points[:, 2:] > 0
-    points = np.where(labelled, detection.points, np.nan)
-    points[:, 2] = np.nan
-    return Detection(detection.frame, points, detection.person)

@@ -11,14 +11,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import PoseSequence
 from .kit.numpy import has_objects, load_objects, shaped
-from .kit.tracks import Detection, sequences
+from .kit.people import People
 
 name = "detectron"
 gives = "keypoints"
@@ -37,7 +35,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     A frame without people has no row. Raises InputError when the file is not of this form, or holds anything but
     arrays and plain containers.
     """
-    detections = []
+    found = People(str(path))
     for frame, entry in enumerate(_list(load_objects(path, "keypoints"), str(path))):
         where = f"{path}, frame {frame}"
         classes = _list(entry, where)
@@ -47,9 +45,9 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
                 f"{where}: expected [[], keypoints], got {how_many(len(classes), 'entry', 'entries')}.",
             )
         if len(classes[1]):
-            people = shaped(classes[1], where, ("people", 4, len(COCO17))).astype(np.float64)
-            detections += [Detection(frame, person[[_X, _Y, _PROBABILITY]].T) for person in people]
-    return sequences(detections, str(path), (COCO17,))
+            for person in shaped(classes[1], where, ("people", 4, len(COCO17))):
+                found.add(frame, person[[_X, _Y]].T, person[_PROBABILITY])
+    return found.keypoints()
 
 
 def _list(value: Any, where: str) -> list[Any]:

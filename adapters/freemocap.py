@@ -24,7 +24,7 @@ from ..pipeline.core.frames import Z_UP
 from ..pipeline.core.layouts import BLAZEPOSE33, COCO23, remap
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.numpy import peek, plain_array
-from .kit.people import Bodies
+from .kit.people import People
 from .kit.tables import header_of, read_points
 from .kit.world import check_upright
 from .mediapipe import spelled
@@ -108,11 +108,11 @@ def _of_table(path: Path) -> PoseSequence:
             f"{path}: expected the points of a body, RTMPose's {len(COCO23)} or MediaPipe's {len(BLAZEPOSE33)}, got "
             f"{', '.join(sorted(found.names)) or 'none of them'}.",
         )
-    bodies = Bodies(layout)
+    people = People(str(path))
     columns = [names[joint] for joint in layout.joints]
     for moment, values in zip(found.moments.tolist(), found.values[:, columns, :3], strict=True):
-        bodies.add(moment, values, person="0")
-    (poses,) = bodies.sequences(Z_UP.with_(unit="mm"), str(path), clock=found.clock)
+        people.add(moment, values, person="0")
+    (poses,) = people.poses(layout, Z_UP.with_(unit="mm"), found.clock)
     return poses
 
 

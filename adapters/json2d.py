@@ -17,8 +17,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.pose import PoseSequence
 from . import alphapose, coco, mmpose2d, ultralytics
 from .kit.clock import Moments, first_of
-from .kit.people2d import first_person, people, points_of
-from .kit.tracks import Detection, found_in, sequences
+from .kit.frames import first_person, keypoints_of, people
+from .kit.people import People
 
 name = "json2d"
 gives = "keypoints"
@@ -30,14 +30,18 @@ _MOST_SCORE = 2.0  # and no third coordinate
 
 def sniff(path: Path) -> bool:
     found = first_person(path)
-    if found is None or any(one.sniff(path) for one in (alphapose, coco, mmpose2d, ultralytics)):
+    if (
+        found is None
+        or path.is_dir()
+        or any(one.sniff(path) for one in (alphapose, coco, mmpose2d, ultralytics))
+    ):
         return False
     try:
-        points = points_of(found[0], "")
+        points, scores = keypoints_of(found[0], "")
     except InputError:
         return False
-    places, scores = points[found_in(points), :2], points[np.isfinite(points[:, 2]), 2]
-    return len(places) > 1 and bool(np.ptp(places) > _PIXELS and (np.abs(scores) <= _MOST_SCORE).all())
+    places = points[(points != 0).any(axis=1)]
+    return len(places) > 1 and bool(np.ptp(places) > _PIXELS and not (np.abs(scores) > _MOST_SCORE).any())
 
 
 def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
@@ -46,12 +50,10 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     track: ignore the numbers and join people by nearness all the same. Raises InputError when the file is of another
     form, or in shares of the image.
     """
-    moments = Moments(str(path))
-    found = (
-        Detection(moment, points_of(person, where), None if track else _name(person))
-        for moment, person, where in people(path, "2D keypoints in JSON", moments)
-    )
-    return sequences(found, str(path), clock=moments.clock)
+    moments, found = Moments(str(path)), People(str(path))
+    for moment, person, where in people(path, "2D keypoints in JSON", moments):
+        found.add(moment, *keypoints_of(person, where), None if track else _name(person))
+    return found.keypoints(moments.clock())
 
 
 def _name(person: Mapping[str, Any]) -> str | None:

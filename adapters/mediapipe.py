@@ -13,7 +13,6 @@ exchanged in a way that nothing in the file shows.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -25,9 +24,10 @@ from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BLAZEPOSE33
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.clock import Clock, Moments, plain
-from .kit.json import beginning, each, numbers
+from .kit.frames import frames
+from .kit.json import beginning, numbers
 from .kit.numpy import peek, plain_array
-from .kit.people import Bodies
+from .kit.people import People
 from .kit.tables import header_of, read_points
 
 name = "mediapipe"
@@ -98,32 +98,34 @@ def read(path: Path, recording: str | None = None) -> tuple[PoseSequence, ...]:
     leave a gap. A frame whose numbers are all -1, as some write for nobody, or all missing has no row, but counts.
     Raises InputError for image landmarks and for files of another form.
     """
-    bodies = Bodies(BLAZEPOSE33)
-    if beginning(path) is not None:
-        clock = _json(path, bodies, recording)
+    found, clock = People(str(path)), None
+    content = beginning(path)
+    if isinstance(content, dict) and _key(content, _IMAGE[:1]) and not _key(content, _WORLD):
+        raise InputError("wrong-axes", f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
+    if content is not None:
+        clock = _json(path, found, recording)
     elif peek(path, *_SHAPES) is not None:
-        clock = None
         for frame, values in enumerate(plain_array(path, *_SHAPES)):
-            _add(bodies, frame, values)
+            _add(found, frame, values)
     else:
-        clock = _table(path, bodies, recording)
-    if (off := _off_origin(bodies.joints)) > _ROOT_M:
+        clock = _table(path, found, recording)
+    if len(found) and (off := _off_origin(found.points)) > _ROOT_M:
         raise InputError(
             "wrong-axes",
             f"{path}: expected world landmarks with the middle of the hips at the origin, got it {off:.2g} away; these "
             f"look like {_IMAGE_REASON}.",
         )
-    people = bodies.sequences(CAMERA.with_(origin="camera"), str(path), clock=clock)
+    people = found.poses(BLAZEPOSE33, CAMERA.with_(origin="camera"), clock)
     return tuple(poses.with_(frames_known=poses.frames_known and clock is not None) for poses in people)
 
 
 def _add(
-    bodies: Bodies, frame: int, values: np.ndarray, box: np.ndarray | None = None, person: str | None = None
+    found: People, moment: int, values: np.ndarray, person: str | None = None, box: np.ndarray | None = None
 ) -> None:
     """values: (33, 3 or 4) of a person, who may be nobody."""
     joints, scores = values[:, :3], values[:, 3] if values.shape[1] == 4 else None
     if not ((joints == -1).all() or np.isnan(joints).all()):
-        bodies.add(frame, joints, scores, box, person)
+        found.add(moment, joints, scores, person, box)
 
 
 def _off_origin(joints: np.ndarray) -> float:
@@ -150,53 +152,41 @@ def _order(points: set[str] | tuple[str, ...]) -> list[str] | None:
     return next((order for order in (_NAMES, [*map(str, range(COUNT))]) if {*order} <= {*points}), None)
 
 
-def _table(path: Path, bodies: Bodies, recording: str | None) -> Clock:
-    found = read_points(path, "a table of MediaPipe's 33 landmarks", _headerless, recording)
-    order = _order(found.names)
+def _table(path: Path, found: People, recording: str | None) -> Clock:
+    held = read_points(path, "a table of MediaPipe's 33 landmarks", _headerless, recording)
+    order = _order(held.names)
     if order is None:
         raise InputError(
             "wrong-content",
-            f"{path}: expected MediaPipe's 33 landmarks, with columns x, y, z (and visibility) of each in one row, or a "
-            f"row a landmark with frame, landmark, x, y, z; got {', '.join(found.names[:8])}.",
+            f"{path}: expected MediaPipe's 33 landmarks, with columns x, y, z (and visibility) of each in one row, or "
+            f"a row a landmark with frame, landmark, x, y, z; got {', '.join(held.names[:8])}.",
         )
-    values = found.values[:, [found.names.index(point) for point in order]]
-    for moment, person, row in zip(found.moments.tolist(), found.people, values, strict=True):
-        _add(bodies, moment, row, person=person)
-    return found.clock
+    values = held.values[:, [held.names.index(point) for point in order]]
+    for moment, person, row in zip(held.moments.tolist(), held.people, values, strict=True):
+        _add(found, moment, row, person)
+    return held.clock
 
 
-def _json(path: Path, bodies: Bodies, recording: str | None) -> Clock:
+def _json(path: Path, found: People, recording: str | None) -> Clock:
     """Everybody in the file; a frame without anybody counts."""
-    moments, listed = Moments(str(path), recording), None
-    for i, (key, entry) in enumerate(each(path, "MediaPipe's landmarks")):
-        where, said = f"{path}, entry {i}", entry if isinstance(entry, dict) else {}
-        if key and (found := _key({key: None}, (*_WORLD, *_IMAGE[:1]))):
-            landmarks, said = entry, {}
-        elif found := _key(said, (*_WORLD, *_IMAGE)):
-            landmarks = said[found]
-        elif isinstance(entry, list) and key in ("", listed):
-            landmarks = entry
-        elif key and key != listed:
-            moments.state(key, entry)  # what an object tells beside its list of frames
-            continue
-        else:
-            raise InputError("wrong-content", f"{where}: expected a frame with {' or '.join(_WORLD[:2])}.")
-        if found and plain(found) in _IMAGE[:1]:
+    moments, expected = Moments(str(path), recording), f"a frame with {' or '.join(_WORLD[:2])}"
+    for moment, entry, where in frames(path, "MediaPipe's landmarks", expected, moments, _is_frame):
+        said = entry if isinstance(entry, dict) else {}
+        key, shown = _key(said, (*_WORLD, *_IMAGE)), _key(said, _IMAGE[:1])
+        if key is not None and key == shown:
             raise InputError("wrong-axes", f"{path}: expected world landmarks, got {_IMAGE_REASON}.")
-        listed = key
-        numbered = (
-            {"frame_name": key} if re.search(r"\d", key) else {}
-        )  # an object of frames by their numbers
-        if (moment := moments.of(said | numbered, where)) is None:
-            continue
-        shown = _key(said, _IMAGE[:1])
         boxes = [_box(values) for values in _people(said[shown], where)] if shown else []
-        people = _people(landmarks, where)
+        people = _people(said[key] if key else entry, where)
         for place, values in enumerate(people):
-            _add(bodies, moment, values, boxes[place] if len(boxes) == len(people) else None)
-    if listed is None:
-        raise InputError("nothing-usable", f"{path}: expected frames of MediaPipe's landmarks, found none.")
+            _add(found, moment, values, box=boxes[place] if len(boxes) == len(people) else None)
     return moments.clock()
+
+
+def _is_frame(key: str, entry: Any) -> bool:
+    """Whether an entry of JSON, or what an object holds under its key, is a frame with landmarks or the landmarks."""
+    if isinstance(entry, dict):
+        return _key(entry, (*_WORLD, *_IMAGE)) is not None
+    return isinstance(entry, list) or plain(key) in _WORLD
 
 
 def _key(entry: Mapping[str, Any], names: tuple[str, ...]) -> str | None:

@@ -25,7 +25,7 @@ from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.arrays import arrays_in, keys, load
 from .kit.json import beginning, each, frame_number, numbers
 from .kit.numpy import begins, load_objects
-from .kit.people import Bodies
+from .kit.people import People
 
 name = "mhr70"
 gives = "poses"
@@ -63,7 +63,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     `frame_indices` leave it unknown. A person of NaN was not found. The focal length that the program used is in
     the history. InputError when the file is not of this form, or has the translations of some people only.
     """
-    found, placed, focal_px = Bodies(MHR70), [], []
+    found, placed, focal_px = People(str(path)), [], []
     for frame, person, where in _people(path):
         key = _key(person) or ""
         keypoints = _array(person, key, _SHAPE, where)
@@ -80,7 +80,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
             f"got {sum(placed)} of {len(placed)}; save them all again.",
         )
     frame = CAMERA.with_(origin="camera" if any(placed) else "body model")
-    people = found.sequences(frame, str(path), placed=any(placed))
+    people = found.poses(MHR70, frame, placed=any(placed))
     people = tuple(poses.with_(frames_known=_says_frames(path)) for poses in people)
     if np.isfinite(focal_px).any():
         people = tuple(poses.noted("estimator", focal_px=float(np.nanmedian(focal_px))) for poses in people)

@@ -13,15 +13,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17
 from ..pipeline.core.pose import PoseSequence
-from .kit.json import field
-from .kit.mmpose import first_keypoints, frames
-from .kit.people2d import points_of
-from .kit.tracks import Detection, sequences
+from .kit.clock import Moments
+from .kit.frames import first_person, keypoints_of, people
+from .kit.json import beginning, field
+from .kit.people import People
 
 name = "mmpose2d"
 gives = "keypoints"
@@ -31,14 +29,13 @@ reads = (
 
 
 def sniff(path: Path) -> bool:
-    keypoints = first_keypoints(path)
+    found = first_person(path)
+    if found is None or found[1] or "image_id" in found[0]:
+        return False
+    keypoints = found[0].get("keypoints")
     # The beginning of a file may have cut the last keypoint short.
-    return (
-        isinstance(keypoints, list)
-        and len(keypoints) > 1
-        and isinstance(keypoints[0], list)
-        and len(keypoints[0]) == 2
-    )
+    pairs = isinstance(keypoints, list) and len(keypoints) > 1 and isinstance(keypoints[0], list)
+    return pairs and len(keypoints[0]) == 2
 
 
 def read(path: Path) -> tuple[PoseSequence, ...]:
@@ -49,17 +46,14 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     are all alike, as some decoders write them, are unknown. Raises InputError when the file is not of this
     form, is 3D, or names joints of another order.
     """
-    found = (
-        Detection(frame, _points(person, here))
-        for frame, people, here in frames(path, "MMPose's 2D results", _check_names)
-        for person in people
-    )
-    return sequences(found, str(path))
-
-
-def _points(person: Any, where: str) -> np.ndarray:
-    field(person, "keypoint_scores", where)
-    return points_of(person, where)
+    content = beginning(path)
+    if isinstance(content, dict):
+        _check_names(content.get("meta_info"), str(path))
+    moments, found = Moments(str(path)), People(str(path))
+    for moment, person, where in people(path, "MMPose's 2D results", moments):
+        field(person, "keypoint_scores", where)
+        found.add(moment, *keypoints_of(person, where))
+    return found.keypoints(moments.clock())
 
 
 def _check_names(meta: Any, where: str) -> None:

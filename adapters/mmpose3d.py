@@ -12,7 +12,7 @@ from pathlib import Path
 from ..pipeline.core.frames import Frame
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.mmpose import bodies, rebase_said, recognised
+from .kit.mmpose import read_poses, recognised
 
 name = "mmpose3d"
 gives = "poses"
@@ -20,7 +20,6 @@ made_by = MadeBy("estimated", "MMPose")
 reads = "3D JSON of MMPose 1.x lifters, inferencer or demo, no known scale (with option metric: metres)"
 
 _AXES = Frame("MMPOSE3D", "camera", ("left", "away", "up"), origin="lowest joint")
-_IMAGE_AXES = (0, 2)  # left and up
 
 
 def sniff(path: Path) -> bool:
@@ -36,5 +35,4 @@ def read(path: Path, metric: bool = False) -> tuple[PoseSequence, ...]:
     is 2D.
     """
     axes = _AXES.with_(unit="m" if metric else "arbitrary")
-    people = bodies(path, "MMPose's 3D results", len(H36M17), H36M17).sequences(axes, str(path), _IMAGE_AXES)
-    return tuple(rebase_said(poses) for poses in people)
+    return read_poses(path, "MMPose's 3D results", len(H36M17), H36M17, axes)

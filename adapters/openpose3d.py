@@ -19,9 +19,10 @@ from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BODY_25, BODY_25B, OPENPOSE18
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.signals.joint_order import likely_layout
+from .kit.clock import Moments
+from .kit.frames import frame_files, people, people_of
 from .kit.json import beginning, numbers
-from .kit.openpose import frame_files, people
-from .kit.people import Bodies
+from .kit.people import People
 
 name = "openpose3d"
 gives = "poses"
@@ -34,10 +35,9 @@ _PEEKED = 100  # files; nobody may be there in the first ones
 
 
 def sniff(path: Path) -> bool:
-    for file, _ in zip(frame_files(path), range(_PEEKED), strict=False):
-        content = beginning(file)
-        listed = content.get("people") if isinstance(content, dict) else None
-        if not isinstance(listed, list):
+    for file in frame_files(path)[:_PEEKED] if path.is_dir() else ():
+        listed = people_of(beginning(file))
+        if listed is None:
             return False
         if any(isinstance(person, dict) and _flat(person) for person in listed):
             return True
@@ -53,28 +53,24 @@ def read(path: Path, unit: str = "m") -> tuple[PoseSequence, ...]:
     frame_index = number in the file's name; a frame without a person has no row; a joint that was not found is NaN.
     Raises InputError when the folder holds no such files, those of several videos, or 2D results only.
     """
-    found: Bodies | None = None
-    for frame, person, where in people(path):
+    moments, found = Moments(str(path)), People(str(path))
+    for moment, person, where in people(path, "OpenPose's people of one frame", moments):
         points = _points(person, where)
         if points is None:
             continue
         joints = np.where(points[:, 3:] > 0, points[:, :3], np.nan)
-        if len(points) not in _LAYOUTS or (found and len(points) != len(found.layout)):
-            raise InputError(
-                "wrong-content", f"{where}: expected 25 or 18 joints, in all frames alike, got {len(points)}."
-            )
+        if len(points) not in _LAYOUTS:
+            raise InputError("wrong-content", f"{where}: expected 25 or 18 joints, got {len(points)}.")
         if np.isfinite(joints).any():
-            found = found or Bodies(_LAYOUTS[len(points)][0])
-            found.add(frame, joints, np.where(points[:, 3] > 0, points[:, 3], np.nan))
-    if found is None:
+            found.add(moment, joints, np.where(points[:, 3] > 0, points[:, 3], np.nan))
+    if not len(found):
         raise InputError(
             "format-unknown",
             f"{path}: expected OpenPose's 3D results ({_FIELDS[0]}), found none; adapter openpose "
             f"reads its 2D results.",
         )
-    # The first body may be half in view.
-    found.layout = likely_layout(found.joints, _LAYOUTS[len(found.layout)])
-    return found.sequences(CAMERA.with_(origin="camera", unit=unit), str(path), placed=True)
+    layout = likely_layout(found.points, _LAYOUTS[found.points.shape[1]])
+    return found.poses(layout, CAMERA.with_(origin="camera", unit=unit), moments.clock(), placed=True)
 
 
 def _flat(person: dict[str, Any]) -> Any:

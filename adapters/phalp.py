@@ -25,7 +25,7 @@ from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BODY_25
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.numpy import shaped
-from .kit.people import Bodies
+from .kit.people import People
 from .kit.pickles import beginning, load
 
 name = "phalp"
@@ -68,13 +68,13 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         raise InputError(
             "format-unknown", f"{path}: expected a dict of frames, as PHALP writes it, got another pickle."
         )
-    tracks = Bodies(BODY_25)
+    tracks = People(str(path))
     numbered = all("time" in frame for frame in frames.values())
     for row, (image, frame) in enumerate(frames.items()):
         number = int(frame["time"]) if numbered else row
         for person, joints in _visible(frame, f"{path}, frame {image}"):
             tracks.add(number, joints, person=person)
-    people = tracks.sequences(CAMERA.with_(origin="body model"), str(path))
+    people = tracks.poses(BODY_25, CAMERA.with_(origin="body model"))
     return tuple(poses.with_(frames_known=numbered) for poses in people)
 
 

@@ -17,7 +17,7 @@ from ..pipeline.core.frames import Frame
 from ..pipeline.core.layouts import COCO23, remap
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.mmpose import bodies, rebase_said, recognised
+from .kit.mmpose import read_poses, recognised
 
 name = "rtmw3d"
 gives = "poses"
@@ -25,7 +25,6 @@ made_by = MadeBy("estimated", "RTMW3D")
 reads = "JSON of RTMW3D's demo in MMPose, 133 joints, metres by a stature that is assumed (option stature_m)"
 
 _AXES = Frame("RTMW3D", "camera", ("left", "toward", "up"), origin="crop")
-_IMAGE_AXES = (0, 2)  # left and up
 _COUNT = 133
 _BIN_M = 2.1744869 / 144
 
@@ -45,8 +44,8 @@ def read(path: Path, stature_m: float = 1.7) -> tuple[PoseSequence, ...]:
         raise InputError(
             "bad-value", f"Expected stature_m of {STATURES_M[0]} to {STATURES_M[1]} m, got {stature_m:g}."
         )
-    people = bodies(path, "RTMW3D's results", _COUNT, COCO23).sequences(_AXES, str(path), _IMAGE_AXES)
-    return tuple(_metric(rebase_said(poses), stature_m, path) for poses in people)
+    people = read_poses(path, "RTMW3D's results", _COUNT, COCO23, _AXES)
+    return tuple(_metric(poses, stature_m, path) for poses in people)
 
 
 def _metric(poses: PoseSequence, stature_m: float, path: Path) -> PoseSequence:

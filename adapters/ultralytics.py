@@ -1,9 +1,9 @@
-"""Ultralytics' pose results: JSON of `Results.to_json`, or the folder of text files that `save_txt` fills (formats.md 6).
+"""Ultralytics' pose results: JSON of `Results.to_json`, or the folder of texts that `save_txt` fills (formats.md 6).
 
 JSON is a list with the list of people of each frame, or of {frame, detections}: a person is {name, class, confidence,
-box, track_id, keypoints: {x: [...], y: [...], visible: [...]}}, of COCO-17, in pixels. A folder holds `<video>_<frame>.txt`,
-frames from 1, a line a person: class, box (4), then x, y and score of each joint, and maybe the track; shares of the
-image's width and height, so that the size has to be known. Joints below the score that was asked for are at 0, 0.
+box, track_id, keypoints: {x: [...], y: [...], visible: [...]}}, of COCO-17, in pixels. A folder holds
+`<video>_<frame>.txt`, frames from 1, a line a person: class, box (4), then x, y and score of each joint, and maybe the
+track; shares of the image's width and height, so that the size has to be known. Joints hardly seen are at 0, 0.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17
 from ..pipeline.core.pose import PoseSequence
 from .kit.clock import Moments
+from .kit.frames import first_person, keypoints_of, people
 from .kit.opened import filled_lines, first_lines
-from .kit.people2d import first_person, people, points_of
-from .kit.tracks import Detection, sequences
+from .kit.people import People
 
 name = "ultralytics"
 gives = "keypoints"
@@ -50,18 +50,16 @@ def read(
     folder of text files needs; a run takes those of its video, or of read.image_size. Raises InputError when the files
     are of another form.
     """
+    found = People(str(path))
     if path.is_dir():
-        return sequences(_folder(path, track, image_size), str(path))
+        for frame, values, person in _folder(path, image_size):
+            found.add(frame, values[:, :2] * image_size, values[:, 2], None if track else person)
+        return found.keypoints()
     moments = Moments(str(path))
-    found = (
-        Detection(moment, points_of(person, where), None if track else _track(person.get("track_id")))
-        for moment, person, where in people(path, "Ultralytics' results", moments)
-    )
-    return sequences(found, str(path), clock=moments.clock)
-
-
-def _track(track: object) -> str | None:
-    return None if track is None else str(track)
+    for moment, person, where in people(path, "Ultralytics' results", moments):
+        name = None if track else person.get("track_id")
+        found.add(moment, *keypoints_of(person, where), None if name is None else str(name))
+    return found.keypoints(moments.clock())
 
 
 def _files(path: Path) -> dict[str, int]:
@@ -71,13 +69,14 @@ def _files(path: Path) -> dict[str, int]:
     return dict(sorted(found.items(), key=lambda item: item[1]))
 
 
-def _folder(path: Path, track: bool, image_size: tuple[int, int] | None) -> Iterator[Detection]:
+def _folder(path: Path, image_size: tuple[int, int] | None) -> Iterator[tuple[int, np.ndarray, str | None]]:
+    """Frame, points (17, 3) in shares of the image with scores, and track of everybody."""
     files = _files(path)
     videos = sorted({_NUMBER.sub("", Path(name).stem) for name in files})
     if len(videos) != 1:
         raise InputError(
             "files-apart" if videos else "format-unknown",
-            f"Expected the numbered text files of one video in {path}, found those of {', '.join(videos[:3]) or 'none'}.",
+            f"Expected the numbered texts of one video in {path}, found those of {', '.join(videos[:3]) or 'none'}.",
         )
     if image_size is None:
         raise InputError(
@@ -95,10 +94,9 @@ def _folder(path: Path, track: bool, image_size: tuple[int, int] | None) -> Iter
             if len(values) not in _COUNTS or not np.isfinite(values).all():
                 raise InputError(
                     "wrong-content",
-                    f"{where}: expected class, box and x, y (and score) of {_JOINTS} joints in numbers, got {text!r:.60}.",
+                    f"{where}: expected class, box and x, y (and score) of {_JOINTS} joints, got {text!r:.60}.",
                 )
-            scored = len(values) > _COUNTS[0]
-            points = values[_BEFORE : _BEFORE + (2 + scored) * _JOINTS].reshape(_JOINTS, -1)
-            points = points if scored else np.column_stack([points, np.full(_JOINTS, np.nan)])
-            tracked = len(values) == _COUNTS[2] and not track
-            yield Detection(frame, points * [*image_size, 1], f"{values[-1]:.0f}" if tracked else None)
+            columns = 2 if len(values) == _COUNTS[0] else 3
+            points = np.full((_JOINTS, 3), np.nan)
+            points[:, :columns] = values[_BEFORE : _BEFORE + columns * _JOINTS].reshape(_JOINTS, columns)
+            yield frame, points, f"{values[-1]:.0f}" if len(values) == _COUNTS[2] else None

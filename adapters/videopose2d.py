@@ -11,14 +11,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17, H36M17
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import PoseSequence
 from .kit.numpy import has_objects, load_objects, shaped
-from .kit.tracks import Detection, sequences
+from .kit.people import People
 
 name = "videopose2d"
 gives = "keypoints"
@@ -57,12 +55,10 @@ def read(
         )
     layout = _LAYOUTS[said]
     points = shaped(cameras[camera], f"{where}, video '{video}'", ("frames", len(layout), 2))
-    scores = np.full((len(layout), 1), np.nan)
-    detections = [
-        Detection(frame, np.hstack([row.astype(np.float64), scores]), video)
-        for frame, row in enumerate(points)
-    ]
-    (poses,) = sequences(detections, where, (layout,))
+    found = People(where)
+    for frame, row in enumerate(points):
+        found.add(frame, row, person=video)
+    (poses,) = found.keypoints(layouts=(layout,))
     return (
         poses.noted("gaps", filled="by the file's writer, where nobody was found; not marked in the file"),
     )

@@ -9,13 +9,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.arrays import load
 from .kit.numpy import peek
-from .kit.tracks import Detection, sequences
+from .kit.people import People
 
 name = "vis2d"
 gives = "keypoints"
@@ -37,15 +35,11 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     the file has another form, nobody in it, or coordinates that are no pixels.
     """
     file = _file(path)
-    points = load(file, *_SHAPES, key=_KEY).astype(np.float64)
-    if points.shape[-1] == 2:
-        points = np.concatenate([points, np.full_like(points[..., :1], np.nan)], axis=-1)
-    detections = [
-        Detection(frame, row, str(person))
-        for person, rows in enumerate(points)
-        for frame, row in enumerate(rows)
-    ]
-    return sequences(detections, str(file), (H36M17,))
+    found = People(str(file))
+    for person, rows in enumerate(load(file, *_SHAPES, key=_KEY)):
+        for frame, row in enumerate(rows):
+            found.add(frame, row[:, :2], row[:, 2] if row.shape[1] == 3 else None, str(person))
+    return found.keypoints(layouts=(H36M17,))
 
 
 def _file(path: Path) -> Path:

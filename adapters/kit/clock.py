@@ -1,8 +1,8 @@
 """Which video frame a row of a table or an entry of JSON is, and at which second: one table of the names under which
 files say it, for all readers.
 
-What a name leaves open shows itself by the values: the unit of a bare "timestamp", whether "image" holds numbered images
-or the name of one video. What looks like a clock and is not used is named in a notice.
+What a name leaves open shows itself by the values: the unit of a bare "timestamp", whether "image" holds numbered
+images or the name of one video. What looks like a clock and is not used is named in a notice.
 """
 
 from __future__ import annotations
@@ -107,11 +107,11 @@ class Moments:
 
     def __init__(self, where: str, recording: str | None = None) -> None:
         self._where, self._wanted = where, recording
-        self._numbers: dict[tuple[Any, ...], int] = {}
-        self._places: list[str] = []  # of each moment, for errors
+        self._count = 0
+        self._numbers: dict[tuple[Any, ...], int] = {}  # of the moments that say when they were
+        self._silent: dict[str | None, int] = {}  # the last moment of each person that does not
         self._said: dict[str, list[Any]] = {}  # values of each field, by moment
         self._recordings: dict[str, None] = {}
-        self._silent: dict[str | None, int] = {}
         self._rate: float | None = None
 
     def of(self, said: Mapping[str, Any], where: str, person: str | None = None) -> int | None:
@@ -119,35 +119,40 @@ class Moments:
         themselves. None for a row of another recording.
 
         said: what the row says under any names; what is no clock's does not matter. where: the row, for errors.
+        InputError for a frame that is no whole number.
         """
-        fields = {
-            name: value
-            for name, value in said.items()
-            if kind_of(name) not in ("", "person") and isinstance(value, str | int | float | None)
+        fields: dict[str, dict[str, Any]] = {}  # by kind
+        for name, value in said.items():
+            kind = kind_of(name)
+            if kind not in ("", "person") and isinstance(value, str | int | float | None):
+                fields.setdefault(kind, {})[name] = _whole(value, name, where) if kind == "frame" else value
+        for name, rate in fields.pop("rate", {}).items():
+            self.state(name, rate)
+        recordings = {
+            str(value) for kind in ("recording", "image") for value in fields.get(kind, {}).values()
         }
-        if (rate := next((v for n, v in fields.items() if kind_of(n) == "rate"), None)) is not None:
-            self.state("fps", rate)
-        named = [str(v) for n, v in fields.items() if kind_of(n) in ("recording", "image")]
-        if self._wanted is not None and named and self._wanted not in named:
-            self._recordings |= dict.fromkeys(named)
+        if self._wanted is not None and recordings and self._wanted not in recordings:
+            self._recordings |= dict.fromkeys(sorted(recordings))
             return None
-        kinds = {name: kind_of(name) for name in fields}
-        numbering = {"frame", "image"} & set(
-            kinds.values()
-        )  # then times may differ from row to row of a frame
-        wanted = ("frame", "image", "recording") if numbering else ("time", "unnamed", "recording")
-        key: tuple[Any, ...] = tuple(value for name, value in fields.items() if kinds[name] in wanted)
-        if not key:
-            self._silent[person] = self._silent.get(person, -1) + 1
-            key = (None, self._silent[person])
-        number = self._numbers.setdefault(key, len(self._numbers))
-        if number == len(self._places):
-            self._places.append(where)
-            for name, value in fields.items():
+        # Of a frame the times may differ from row to row.
+        kinds = ("frame", "image") if "frame" in fields or "image" in fields else ("time", "unnamed")
+        key = tuple(value for kind in (*kinds, "recording") for value in fields.get(kind, {}).values())
+        if key:
+            number = self._numbers.setdefault(key, self._count)
+        else:
+            number = self._silent[person] = self._silent.get(person, -1) + 1
+        if number == self._count:
+            self._count += 1
+            for name, value in ((n, v) for held in fields.values() for n, v in held.items()):
                 self._said.setdefault(name, [None] * number).append(value)
             for values in self._said.values():
-                values.extend([None] * (number + 1 - len(values)))
+                values.extend([None] * (self._count - len(values)))
         return number
+
+    @staticmethod
+    def tells(said: Mapping[str, Any]) -> bool:
+        """Whether a row says when it was seen."""
+        return any(kind_of(name) in ("frame", "image", "time") for name in said)
 
     def state(self, key: str, value: Any) -> None:
         """What a file says of itself beside its rows: its frame rate, maybe among other things in an object."""
@@ -161,23 +166,26 @@ class Moments:
     def clock(self) -> Clock:
         """InputError for frames that are no whole numbers, for times that do not increase with them, and for several
         recordings of which none was chosen."""
-        count = len(self._places)
-        if self._wanted is not None and not count:
+        if self._wanted is not None and not self._count:
             raise InputError(
                 "name-unknown",
                 f"{self._where} has no recording '{self._wanted}'; it holds {', '.join(self._recordings)}.",
             )
         self._check_one_recording()
-        used, frames = self._frames()
+        frame_name, frames = self._frames()
         time_name, time_s = self._times()
-        unused = [name for name in self._said if name not in (used, time_name) and self._like(name, frames)]
-        notices = [notice("clock-not-used", column=name or "(the column without a name)") for name in unused]
-        index = np.arange(count)
+        unused = [name for name in self._said if name not in (frame_name, time_name)]
+        notices = [
+            notice("clock-not-used", column=name or "(the column without a name)")
+            for name in unused
+            if self._like(name, frames) and not (time_name and kind_of(name) == "time")
+        ]
+        index = np.arange(self._count)
         if frames is not None:
             index = frames
             self._check_increase(index, time_s, time_name)
         elif time_s is not None:
-            index = self._counted(time_s, time_name)
+            index = self._counted(time_s)
         if time_s is None and self._rate is not None:
             time_s = index / self._rate
         return Clock(index, time_s, frames is not None, tuple(notices))
@@ -203,45 +211,34 @@ class Moments:
     def _frames(self) -> tuple[str | None, np.ndarray | None]:
         """The field that numbers the frames, and the numbers (M,)."""
         for name in self._of_kind("frame"):
-            values = self._said[name]
-            return name, np.array(
-                [self._whole(value, name, place) for value, place in zip(values, self._places, strict=True)]
-            )
+            if (numbers := _numbers(self._said[name])) is not None:
+                return name, numbers.astype(np.int64)
         for name in self._of_kind("image"):
             values = self._said[name]
-            distinct = len(set(values)) == len(values) and (
-                len(values) > 1 or re.search(r"\d", str(values[0]))
-            )
-            if distinct or all(isinstance(value, int | float) for value in values):
-                return name, self._numbered(values, name)
+            numbered = len(values) > 1 or re.search(r"\d", str(values[0]))
+            if numbered and len(set(values)) == len(values):
+                return name, self._numbered(values)
         for name in self._of_kind("unnamed"):
-            values = _numbers(self._said[name])
-            if values is not None and _shows(values) == "frames" and not _counts_rows(values):
-                return name, values.astype(np.int64)
+            numbers = _numbers(self._said[name])
+            if numbers is not None and _shows(numbers) == "frames" and not _counts_rows(numbers):
+                return name, numbers.astype(np.int64)
         return None, None
 
-    def _whole(self, value: Any, name: str, place: str) -> int:
-        number = _number(value)
-        if number is None or not 0 <= number < 1 << 53 or number % 1:
-            raise InputError(
-                "wrong-content", f"{place}: expected a frame's number as '{name}', got {value!r:.60}."
-            )
-        return int(number)
-
-    def _numbered(self, values: Sequence[Any], name: str) -> np.ndarray:
+    def _numbered(self, values: Sequence[Any]) -> np.ndarray:
         """Numbers of images by their names. InputError for one that has none, and for two images of one number."""
         found: dict[int, str] = {}
-        folders: dict[str, str] = {}
-        for value, place in zip(values, self._places, strict=True):
-            number, text = frame_number(value, place), str(value)
-            folders.setdefault(text.replace("\\", "/").rpartition("/")[0], text)
+        folder: str | None = None
+        for value in values:
+            number, text = frame_number(value, self._where), str(value)
+            own = text.replace("\\", "/").rpartition("/")[0]
+            folder = own if folder is None else folder
             other = found.setdefault(number, text)
-            if other != text or len(folders) > 1:
-                beside = other if other != text else next(iter(folders.values()))
+            if other != text or own != folder:
+                beside = other if other != text else next(iter(found.values()))
                 raise InputError(
                     "files-apart",
-                    f"{place}: expected the images of one video, in one folder and each with a number of its own, got "
-                    f"{text} beside {beside}; keep each video's keypoints in a file of their own.",
+                    f"{self._where}: expected the images of one video, in one folder, each with a number of its own, "
+                    f"got {text} beside {beside}; keep each video's keypoints in a file of their own.",
                 )
         return np.array(list(found), dtype=np.int64)
 
@@ -266,11 +263,12 @@ class Moments:
             row = int(order[np.argmax(np.diff(time_s[order]) <= 0) + 1])
             raise InputError(
                 "times-broken",
-                f"{self._places[row]}: expected '{name}' to increase from frame to frame, got {time_s[row]:.6g} s at "
+                f"{self._where}: expected '{name}' to increase from frame to frame, got {time_s[row]:.6g} s at "
                 f"frame {index[row]}; correct it, or leave it out and give the frame rate (--fps).",
             )
 
-    def _counted(self, time_s: np.ndarray, name: str | None) -> np.ndarray:
+    @staticmethod
+    def _counted(time_s: np.ndarray) -> np.ndarray:
         """Frame numbers from 0 by the times: a step of about n usual ones is n frames."""
         order = np.argsort(time_s, kind="stable")
         steps = np.diff(time_s[order])
@@ -286,12 +284,19 @@ class Moments:
     def _like(self, name: str, frames: np.ndarray | None) -> bool:
         """Whether a field that is not used may well be a clock: it increases, and says more than how many rows there
         are, or which frame a row is."""
-        if kind_of(name) not in ("like", "time", "unnamed", "image"):
-            return False
         values = _numbers(self._said[name])
         if values is None or len(values) < 3 or not (np.diff(values) > 0).all():
-            return False
+            return kind_of(name) == "time" and len(set(self._said[name])) > 1
         return not _counts_rows(values) and not (frames is not None and len(set(values - frames)) == 1)
+
+
+def _whole(value: Any, name: str, where: str) -> int:
+    number = _number(value)
+    if number is None or not 0 <= number < 1 << 53 or number % 1:
+        raise InputError(
+            "wrong-content", f"{where}: expected a frame's number as '{name}', got {value!r:.60}."
+        )
+    return int(number)
 
 
 def _number(value: Any) -> float | None:
@@ -324,7 +329,7 @@ def _counts_rows(values: np.ndarray) -> bool:
 
 
 def _shows(values: np.ndarray) -> str | float | None:
-    """What increasing values without a unit are: "frames", or the seconds of their unit; None where they do not tell."""
+    """What increasing values without a unit are: "frames", or the seconds of their unit; None where neither shows."""
     steps = np.diff(values)
     if not len(steps) or not (steps > 0).all():
         return None

@@ -50,8 +50,8 @@ def load_objects(path: Path, key: str) -> Any:
 
 
 def begins(path: Path, key: str | None) -> tuple[tuple[int, ...], bytes]:
-    """Of an .npz's array `key`, or an .npy's without one, the shape that its header says, and of Python objects the first 64 KB of their pickle;
-    () and none where it cannot be read. Never raises."""
+    """Of an .npz's array `key`, or an .npy's without one, the shape that its header says, and of Python objects the
+    first 64 KB of their pickle; () and none where it cannot be read. Never raises."""
     try:
         with damage_reported(path), opened(path, key) as (stream, _):
             shape, _, dtype = header(stream, str(path))

@@ -1,115 +1,347 @@
-"""3D bodies, one person in one frame each, become one pose sequence a person; compact enough for hours of video."""
+"""Sightings, one person in one moment each, become one pose sequence a person; compact enough for hours of video."""
 
 from __future__ import annotations
 
 from array import array
-from collections import defaultdict
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from itertools import groupby
+from typing import Any
 
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.frames import Frame
-from ...pipeline.core.layouts import Layout
-from ...pipeline.core.notices import notice
+from ...pipeline.core.frames import IMAGE, Frame
+from ...pipeline.core.layouts import (
+    BLAZEPOSE33,
+    BODY_25,
+    BODY_25B,
+    COCO17,
+    COCO18,
+    COCO23,
+    HALPE26,
+    MHR70,
+    OPENPOSE18,
+    Layout,
+)
+from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.signals.joint_order import likely_layout
+from ...pipeline.signals.tracker import REACH, Tracker, sighted, steps
 from .clock import Clock
-from .tracks import Crowd, confidences, followed, leap, once_a_frame, saying_nothing
+
+# The orders of joints in 2D, by their number; of one number the more usual first.
+LAYOUTS = (COCO17, OPENPOSE18, COCO18, COCO23, BODY_25, BODY_25B, HALPE26, BLAZEPOSE33, MHR70)
+_BODIES = {
+    133: COCO23,
+    136: HALPE26,
+    94: HALPE26,
+    68: HALPE26,
+    135: BODY_25B,
+}  # with face and hands: the first ones
+_FLAGS = (0, 1, 2)  # COCO's, in place of scores: not labelled, hidden, visible
+_MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
+_WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
+_PIECE = 10_000  # frames whose steps are looked at together
+_SURE = 0.5  # of a joint's usual score
 
 
-class Bodies:
-    """Bodies of one layout in the order of a file, collected in flat buffers while it is read."""
+class People:
+    """Everybody in a file, in its order, collected in flat buffers while it is read."""
 
-    def __init__(self, layout: Layout) -> None:
-        self.layout = layout
-        self._crowd = Crowd("The file of poses")
-        self._frames, self._joints, self._scores, self._boxes = array("q"), array("f"), array("f"), array("f")
+    def __init__(self, where: str) -> None:
+        """where: the file, for errors."""
+        self._where = where
+        self._joints, self._dims = 0, 0
+        self._moments, self._points, self._scores, self._boxes = (
+            array("q"),
+            array("f"),
+            array("f"),
+            array("f"),
+        )
         self._rows_of: dict[str, array] = defaultdict(lambda: array("q"))  # of people whom the file names
+        self._in_moment: Counter[int] = Counter()
 
     def add(
         self,
-        frame: int,
-        joints: np.ndarray,
+        moment: int,
+        points: np.ndarray,
         scores: np.ndarray | None = None,
-        box: np.ndarray | None = None,
         person: str | None = None,
+        box: np.ndarray | None = None,
     ) -> None:
-        """joints (J, 3); scores (J,), None when unknown; box (4,) in the image, x1, y1, x2, y2, None when unknown;
-        person: as the file names everybody, None where it names nobody. InputError for too many people (`Crowd`)."""
-        self._crowd.add(frame, person)
+        """One person in one moment of a clock, or in one video frame.
+
+        points: (J, 2) pixels, or (J, 3), NaN where missing. scores: (J,), None when unknown. person: as the file names
+        everybody, None where it names nobody. box: (4,) in the image, left, top, right, bottom, None when unknown.
+        InputError for another number of joints than before, and, before the memory is full, for a crowd: from 500
+        people in a frame, or 5,000 by name, on.
+        """
+        if not self._joints:
+            self._joints, self._dims = points.shape
+        if points.shape != (self._joints, self._dims):
+            raise InputError(
+                "wrong-content",
+                f"{self._where}: expected people of as many joints throughout, got {self._joints} and {len(points)}.",
+            )
         if person is not None:
-            self._rows_of[person].append(len(self._frames))
-        count = len(self.layout)
-        scores = np.full(count, np.nan) if scores is None else scores
+            self._rows_of[person].append(len(self._moments))
+        self._in_moment[moment] += 1
+        if self._in_moment[moment] > _MOST_IN_FRAME or len(self._rows_of) > _MOST_NAMES:
+            named = len(self._rows_of) > _MOST_NAMES
+            raise InputError(
+                "unsafe",
+                f"{self._where}: expected at most {_MOST_NAMES if named else _MOST_IN_FRAME} people"
+                f"{' in a frame' * (not named)}, got more by frame {moment}, where reading stopped; keep only the "
+                "people that you need in the file, or raise the detector's threshold.",
+            )
+        self._moments.append(moment)
+        scores = np.full(self._joints, np.nan) if scores is None else scores
         box = np.full(4, np.nan) if box is None else box
-        self._frames.append(frame)
-        for buffer, values in ((self._joints, joints), (self._scores, scores), (self._boxes, box)):
+        for buffer, values in ((self._points, points), (self._scores, scores), (self._boxes, box)):
             buffer.frombytes(np.ascontiguousarray(values, dtype=np.float32).tobytes())
 
-    @property
-    def joints(self) -> np.ndarray:
-        """(bodies, J, 3) float32."""
-        return np.frombuffer(self._joints, np.float32).reshape(-1, len(self.layout), 3)
+    def __len__(self) -> int:
+        return len(self._moments)
 
-    def sequences(
+    @property
+    def points(self) -> np.ndarray:
+        """(N, J, D) float32 of all sightings; writable."""
+        return np.frombuffer(self._points, np.float32).reshape(len(self), self._joints, self._dims)
+
+    @property
+    def scores(self) -> np.ndarray:
+        """(N, J) float32."""
+        return np.frombuffer(self._scores, np.float32).reshape(len(self), self._joints)
+
+    def keypoints(
+        self, clock: Clock | None = None, layouts: Sequence[Layout] = LAYOUTS
+    ) -> tuple[PoseSequence, ...]:
+        """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
+
+        clock: of which the frames are moments. layouts: those that the format can hold, told apart by their number of
+        joints, and those of one number by their bones. People without names are told apart by nearness; where some have
+        a name, those without are left out, for trackers name nobody where they are not sure. Somebody who is alone, or
+        whom a tracker names, is doubted at a `leap`. A joint at 0, 0 was not found: detectors write it for none, some
+        of them with a score above 0 (Ultralytics' YOLO). InputError for nobody at all, for another layout, for
+        coordinates that are no pixels, and for a person who is in a frame twice.
+        """
+        if not len(self):
+            raise InputError("nothing-usable", f"{self._where}: no person was found in any frame.")
+        likely = self._layouts(layouts)
+        points, scores = self.points[:, : len(likely[0])], self.scores[:, : len(likely[0])]
+        gone = np.isnan(points).any(axis=-1) | (points == 0).all(axis=-1)
+        points[gone], scores[gone] = np.nan, np.nan
+        if gone.all():
+            raise InputError("nothing-usable", f"{self._where}: no person was found in any frame.")
+        if np.nanmax(np.abs(points)) <= 1:
+            raise InputError(
+                "wrong-axes",
+                f"{self._where}: expected pixels, got coordinates between -1 and 1; write them in pixels of the video "
+                "(OpenPose: --keypoint_scale 0).",
+            )
+        unknown = saying_nothing(scores)
+        frames, rows_of = self._frames(clock), self._named()
+        single = len(np.unique(frames[~gone.all(axis=1)])) == (~gone.all(axis=1)).sum()
+        if not rows_of:
+            alone = np.flatnonzero(~gone.all(axis=1))
+            rows_of = {"0": alone} if single else followed(frames, points)
+        layout, linked = likely_layout(points, likely), not self._rows_of
+        people = []
+        for person, rows in rows_of.items():
+            poses = self._sequence(
+                person, rows, frames, points, scores, unknown, layout, IMAGE, "--set keypoints."
+            )
+            if linked:
+                poses = poses.with_(linked=True).noted("link people", method="nearest")
+            people.append(poses.saying(*_sure_leap(poses)) if not linked or len(rows_of) == 1 else poses)
+        if unknown == "all are 0":
+            people = [poses.saying(notice("scores-all-zero")) for poses in people]
+        return self._finished(people, clock)
+
+    def poses(
         self,
+        layout: Layout,
         frame: Frame,
-        where: str,
+        clock: Clock | None = None,
         plane: tuple[int, int] = (0, 1),
         placed: bool = False,
-        clock: Clock | None = None,
     ) -> tuple[PoseSequence, ...]:
-        """One sequence a person in `frame`, rows in order of time, people in the order in which they appear.
+        """One sequence a person in a 3D frame, rows in order of time, people in the order in which they appear.
 
-        clock: of which the frames of the bodies are moments; without it they are the video's frames.
-        plane: the two coordinates that the image shows, by which people without boxes are told apart.
-        placed: the joints say where in space the person is, not only the pose.
-        People without names are joined from frame to frame by a `Tracker`; the history says by what. Scores are taken
-        for `confidences`. InputError when nobody is there, and when somebody is in a frame twice.
+        layout: of the joints, or of the first ones. plane: the two coordinates that the image shows, by which people
+        without boxes are told apart. placed: the joints say where in space the person is, not only the pose. Others and
+        errors as for `keypoints`; the history says by what people without names were told apart.
         """
-        if not self._frames:
-            raise InputError("nothing-usable", f"{where}: no person was found in any frame.")
-        frames = np.frombuffer(self._frames, np.int64)
-        frames = frames if clock is None else clock.index[frames]
-        scores = np.frombuffer(self._scores, np.float32).reshape(len(frames), -1)
+        if not len(self):
+            raise InputError("nothing-usable", f"{self._where}: no person was found in any frame.")
+        points, scores = self.points[:, : len(layout)], self.scores[:, : len(layout)]
         unknown = saying_nothing(scores)
         boxes = np.frombuffer(self._boxes, np.float32).reshape(-1, 4)
         boxed = bool(np.isfinite(boxes).all() and np.ptp(boxes, axis=0).any())
-        points = boxes.reshape(-1, 2, 2) if boxed else self.joints[..., plane]
-        method, groups = "", dict(self._rows_of)
-        if not groups and len(np.unique(frames)) == len(frames):
-            groups = {"0": slice(None)}
-        elif not groups:
+        shown = boxes.reshape(-1, 2, 2) if boxed else points[..., plane]
+        frames, rows_of, method = self._frames(clock), self._named(), ""
+        if not rows_of and len(np.unique(frames)) == len(frames):
+            rows_of = {"0": slice(None)}
+        elif not rows_of:
             method = "nearest box" if boxed else "nearest position" if placed else "nearest pose"
-            groups = followed(frames, points)
-        unnamed = len(frames) - sum(map(len, self._rows_of.values())) if self._rows_of else 0
-        nobody = [notice("no-track-number", unnamed=unnamed, detections=len(frames))] if unnamed else []
+            rows_of = followed(frames, shown)
         people = []
-        for person, rows in groups.items():
-            rows = _in_order(rows, frames)
-            once_a_frame(frames[rows], person, where, "-O track=true")
-            confidence, said = confidences(scores[rows], unknown)
-            poses = PoseSequence(
-                joints=self.joints[rows],
-                layout=self.layout,
-                frame=frame,
-                confidence=confidence,
-                frame_index=frames[rows],
-                person=person,
-                linked=bool(method),
-            )
+        for person, rows in rows_of.items():
+            poses = self._sequence(person, rows, frames, points, scores, unknown, layout, frame, "-O ")
             if method:
-                poses = poses.noted("link people", method=method)
+                poses = poses.with_(linked=True).noted("link people", method=method)
                 poses = poses if boxed or placed else poses.saying(notice("people-by-poses-alone"))
             elif boxed or placed:
-                poses = poses.saying(*leap(frames[rows], points[rows]))
-            poses = poses.saying(*nobody)
-            people.append(poses.noted("scores", **said) if said else poses)
+                order = _in_order(rows, frames)
+                poses = poses.saying(*leap(frames[order], shown[order]))
+            people.append(poses)
+        return self._finished(people, clock)
+
+    def without_flags(self) -> bool:
+        """Whether all scores are COCO's flags of visibility; if so, joints that are not labelled become missing, and
+        nothing is known of the others' certainty."""
+        if not (np.isin(self.scores, _FLAGS).all() and self.scores.any()):
+            return False
+        self.points[self.scores == 0] = np.nan
+        self.scores[:] = np.nan
+        return True
+
+    def _layouts(self, layouts: Sequence[Layout]) -> Sequence[Layout]:
+        """Those of the layouts that have as many joints as everybody, or as their body alone."""
+        if known := [layout for layout in layouts if len(layout) == self._joints]:
+            return known
+        if (body := _BODIES.get(self._joints)) in layouts:
+            return [body]
+        numbers = ", ".join(map(str, sorted({*map(len, layouts)})))
+        more = ", ".join(str(n) for n, layout in sorted(_BODIES.items()) if layout in layouts)
+        raise InputError(
+            "wrong-content",
+            f"{self._where}: expected people of {numbers} joints{f', or with hands and face {more}' * bool(more)}, got "
+            f"{self._joints}.",
+        )
+
+    def _frames(self, clock: Clock | None) -> np.ndarray:
+        moments = np.frombuffer(self._moments, np.int64)
+        return moments if clock is None else clock.index[moments]
+
+    def _named(self) -> dict[str, Any]:
+        """The rows of everybody whom the file names, by name, in order of appearance."""
+        moments = np.frombuffer(self._moments, np.int64)
+        return dict(
+            sorted(self._rows_of.items(), key=lambda item: moments[np.frombuffer(item[1], np.int64)].min())
+        )
+
+    def _sequence(
+        self,
+        person: str,
+        rows: Any,
+        frames: np.ndarray,
+        points: np.ndarray,
+        scores: np.ndarray,
+        unknown: str,
+        layout: Layout,
+        frame: Frame,
+        flag: str,
+    ) -> PoseSequence:
+        """flag: how an option of the adapter is given. InputError when the person is in a frame twice."""
+        rows = _in_order(rows, frames)
+        twice = frames[rows][1:][np.diff(frames[rows]) == 0]
+        if len(twice):
+            raise InputError(
+                "people-mixed",
+                f"{self._where}: expected each person once a frame, got person {person} more than once in frame "
+                f"{twice[0]}, so people are not tracked in this file; track them in the program that wrote it, or pass "
+                f"track=true ({flag}track=true), where its adapter has that, to join each one to the nearest of the "
+                "frames before.",
+            )
+        confidence, said = _confidences(scores[rows], unknown)
+        poses = PoseSequence(points[rows], layout, frame, confidence, frame_index=frames[rows], person=person)
+        return poses.noted("scores", **said) if said else poses
+
+    def _finished(self, people: list[PoseSequence], clock: Clock | None) -> tuple[PoseSequence, ...]:
+        """With the clock's times, and the notice that sightings without a name were left out."""
+        unnamed = len(self) - sum(map(len, self._rows_of.values())) if self._rows_of else 0
+        if unnamed:
+            said = notice("no-track-number", unnamed=unnamed, detections=len(self))
+            people = [poses.noted("track numbers", left_out=unnamed).saying(said) for poses in people]
         return tuple(people if clock is None else map(clock.on, people))
 
 
-def _in_order(rows: array | slice, frames: np.ndarray) -> np.ndarray | slice:
+def _in_order(rows: Any, frames: np.ndarray) -> Any:
     """The rows in order of time: a view where all are so already, for an index would copy hours of video."""
     if isinstance(rows, slice):
         return rows if (np.diff(frames) > 0).all() else np.argsort(frames)
-    numbers = np.frombuffer(rows, np.int64)
+    numbers = np.frombuffer(rows, np.int64) if isinstance(rows, array) else rows
     return numbers[np.argsort(frames[numbers], kind="stable")]
+
+
+def _confidences(scores: np.ndarray, unknown: str) -> tuple[np.ndarray, dict[str, Any]]:
+    """Scores (T, J) as confidences, those outside [0, 1] clipped, NaN where they are `unknown` (`saying_nothing`); and
+    what the history says of that."""
+    if unknown:
+        return np.full_like(scores, np.nan), {"unknown": unknown}
+    outside = (scores < 0) | (scores > 1)
+    said = {"clipped": int(outside.sum()), "highest": float(np.nanmax(scores))} if outside.any() else {}
+    return np.clip(scores, 0, 1), said
+
+
+def saying_nothing(scores: np.ndarray) -> str:
+    """Why the scores (...,) of all joints of a file say nothing about any, such as "all are 1"; "" when they say
+    something.
+
+    They say nothing when they are one number within [0, 1], the range of confidences, to which others are clipped.
+    """
+    known = scores[np.isfinite(scores)]
+    if len(known) < 2:
+        return ""
+    low, high = known.min(), known.max()
+    if np.clip(low, 0, 1) != np.clip(high, 0, 1):
+        return ""
+    return f"all are {low:g}" if low == high else f"all are {low:g} to {high:g}"
+
+
+def followed(frames: np.ndarray, points: np.ndarray) -> dict[str, array[int]]:
+    """Rows of each person in order of time, by what they show in the image plane: frames (N,) and points (N, J, 2)
+    of all sightings, NaN where missing. A `Tracker` joins each to the nearest of the frames before; a row without
+    a point is nobody."""
+    people: dict[str, array[int]] = defaultdict(lambda: array("q"))
+    tracker, there = Tracker(), is_finite(points)
+    ordered = np.argsort(frames, kind="stable").tolist()
+    for frame, everybody in groupby(ordered, key=frames.__getitem__):
+        rows = [row for row in everybody if there[row].any()]
+        names = tracker.names([sighted(int(frame), points[row], there[row]) for row in rows])
+        for row, name in zip(rows, names, strict=True):
+            people[str(name)].append(row)
+    return people
+
+
+def _sure_leap(poses: PoseSequence) -> list[Notice]:
+    """`leap` among the rows whose joints score half as much as usual, or are not scored: a detector that is lost for a
+    frame puts a body anywhere."""
+    score = np.nan_to_num(poses.confidence)
+    sure = score.sum(axis=1) >= _SURE * (np.isfinite(poses.confidence) @ np.median(score, axis=0))
+    return leap(poses.frame_index[sure], poses.joints[sure])
+
+
+def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
+    """A notice where one track leaps so far that it may be somebody else; none where not.
+
+    frames: (T,) increasing; points: (T, J, 2) in the image or in any plane, NaN where missing. The distance is that of
+    a `Tracker`, which may be half the body's size, and more after frames in which nobody was seen. Who leaps stays one
+    person all the same, for a cut or a camera that turns fast does that too.
+    """
+    if len(frames) < 2:
+        return []
+    starts = range(0, len(frames) - 1, _PIECE)  # hours of video at once would double the memory
+    far = np.concatenate([steps(points[start : start + _PIECE + 1]) for start in starts])
+    unseen = np.diff(frames) - 1
+    far = np.where(far < REACH + _WANDER * unseen, 0, far)
+    row = int(far.argmax())
+    if far[row] == 0:
+        return []
+    where: dict[str, Any] = {"sizes": float(far[row]), "frame": int(frames[row + 1])}
+    if unseen[row]:
+        return [notice("leap-after-gap", **where, unseen=int(unseen[row]))]
+    return [notice("leap-between-people", **where)]

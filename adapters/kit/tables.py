@@ -22,8 +22,10 @@ from .opened import first_lines, opened_text
 
 _AXIS = {
     **{name: i for i, axis in enumerate("xyz") for name in (axis, f"3d{axis}", f"2d{axis}")},
-    **dict.fromkeys(("score", "scores", "visibility", "vis", "v", "conf", "confidence", "likelihood", "prob", "c", "s"), 3),
-}  # fmt: skip
+    **dict.fromkeys(
+        ("score", "visibility", "vis", "v", "conf", "confidence", "likelihood", "prob", "c", "s"), 3
+    ),
+}
 _SCORE = 3
 _LEFT_OUT = ("world", "pose", "m", "px")  # of a column's name, beside point and axis
 _NUMBERED = re.compile(r"([a-z]+)_?0*(\d{1,3})|0*(\d{1,3})_([a-z]+)")

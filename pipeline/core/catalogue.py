@@ -66,7 +66,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "'{column}' increases from row to row like a clock or a frame number, but was not used. If it is one, call it "
         "frame_index, time_s or time_ms."),
     "scores-all-zero": ("warning", "files",
-        "All scores of the keypoints are 0, so they say nothing: a joint that the detector only guessed counts as seen."),
+        "All scores of the keypoints are 0, so they say nothing: a joint that the detector guessed counts as seen."),
     "no-joint-centres": ("warning", "files",
         "People left out, because their points are not joint centres: {people}."),
     "no-track-number": ("warning", "files",

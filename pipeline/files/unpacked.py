@@ -22,8 +22,8 @@ def check_size(size: int, packed: int, what: str) -> None:
 
 
 def unpacked(packed: bytes, what: str, kind: int = ZLIB) -> bytes:
-    """Of one zlib or gzip stream. InputError when it is longer than check_size allows, before it is unpacked to more; zlib.error
-    for damaged ones, EOFError for those that were cut short."""
+    """Of one zlib or gzip stream. InputError when it is longer than check_size allows, before it is unpacked to more;
+    zlib.error for damaged ones, EOFError for those that were cut short."""
     unpacking = zlib.decompressobj(kind)
     most = max(_ROOM, _TIMES * len(packed))
     content = unpacking.decompress(packed, most)

@@ -46,8 +46,8 @@ def misfit(points: np.ndarray, layout: Layout) -> float:
 
 
 def likely_layout(points: np.ndarray, layouts: Sequence[Layout]) -> Layout:
-    """The first of layouts of as many joints, unless the bones of bodies (N, J, 2 or 3) are those of a person in another
-    of them only."""
+    """The first of layouts of as many joints, unless the bones of bodies (N, J, 2 or 3) are those of a person in
+    another of them only."""
     return other_order(points, layouts[0], layouts[1:]) or layouts[0]
 
 

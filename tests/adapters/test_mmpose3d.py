@@ -91,8 +91,8 @@ def test_scores_that_are_all_above_1_say_nothing(save, alone):
 
 BAD = {
     "two": (lambda person: person | {"keypoints": [p[:2] for p in person["keypoints"]]}, "adapter mmpose2d"),
-    "joints": (lambda person: person | {"keypoints": person["keypoints"][:16]}, r"got shape \(16, 3\)"),
-    "scores": (lambda person: person | {"keypoint_scores": [1.0]}, "a score of each of 17 joints"),
+    "joints": (lambda person: person | {"keypoints": person["keypoints"][:16]}, r"got shapes \(16, 3\)"),
+    "scores": (lambda person: person | {"keypoint_scores": [1.0]}, "x, y, z and score of 17 joints"),
     "text": (lambda person: person | {"keypoints": "none"}, "finite numbers"),
     "no keypoints": (lambda person: {"bbox": person["bbox"]}, "object with 'keypoints'"),
 }

@@ -39,8 +39,8 @@ def test_3d(tmp_path, facing_camera):
 def test_names_without_a_number_or_of_two_videos(folder):
     first = min((folder / "predictions").iterdir())
     for name, words in (
-        ("run_000003.json", r"run_000003\.json and walk2_000003\.json"),
-        ("walk.json", "numbered by its video frame"),
+        ("run_000003.json", r"those of 2: run_\*, walk2_\*"),
+        ("walk.json", "those of 2|a frame's number in the name"),
     ):
         first.with_name(name).write_bytes(first.read_bytes())
         with pytest.raises(InputError, match=words):

@@ -72,7 +72,7 @@ def test_values_that_are_no_triples(write, moving):
     folder = write("openpose", {"0": moving(25)})
     content = {"version": 1.3, "people": [{"pose_keypoints_2d": [1.0] * 74}]}
     (folder / "walk.v2_000000000004_keypoints.json").write_text(json.dumps(content))
-    with pytest.raises(InputError, match=r"000000000004_keypoints.json: expected x, y and score"):
+    with pytest.raises(InputError, match=r"000000000004_keypoints.json: expected x, y and one score"):
         read(folder)
 
 

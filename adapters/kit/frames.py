@@ -1,0 +1,230 @@
+"""JSON of frames and the people in them, whoever wrote it: detections in a flat list, frames with a list of people,
+people by image, one such object a line, or a folder with a file a frame; and keypoints in the spellings in use.
+
+MMPose's demos write {meta_info, instance_info: [{frame_id from 1, instances}]}, its inferencer a list of {frame_id from
+0, instances}, and of images a folder with a list of instances each, which may be in `predictions`. OpenPose fills a
+folder with `<video>_<number>_keypoints.json`; others name the files otherwise (Pose2Sim: cam01.0000.json).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...pipeline.core.errors import InputError
+from .clock import Moments, plain
+from .json import beginning, each, frame_number, load, numbers
+
+_PEOPLE = (
+    "instances",
+    "detections",
+    "people",
+    "persons",
+    "predictions",
+    "poses",
+    "objects",
+    "bodies",
+    "annotations",
+)
+_KEYPOINTS = (
+    "keypoints",
+    "pose_keypoints_2d",
+    "pose_keypoints",
+    "joints",
+    "keypoints_2d",
+    "kpts",
+    "pred_xyz_jts",
+)
+_SCORES = ("keypoint_scores", "keypoints_scores", "keypoints_score", "keypoints_conf", "scores", "kpt_scores")
+_SCORE = ("score", "visible", "conf", "confidence", "visibility", "c", "v")  # of one point
+_FROM_1 = "instance_info"
+_ENDING = "_keypoints.json"
+_NUMBER = re.compile(r"([0-9]+)")
+_PEEKED = 100  # files of a folder; nobody may be there in the first ones
+
+
+def first_person(path: Path) -> tuple[Mapping[str, Any], bool] | None:
+    """The first person in the beginning of such a file or folder, and whether a list of detections has them, not a
+    frame; None for anything else. Never raises."""
+    if path.is_dir():
+        entries: list[Any] = [beginning(file) for file in frame_files(path)[:_PEEKED]]
+    elif isinstance(content := beginning(path), dict):
+        entries = next((value for value in content.values() if isinstance(value, list)), [*content.values()])
+    else:
+        entries = content if isinstance(content, list) else []
+    for entry in entries:
+        people = people_of(entry)
+        if people is None or not all(isinstance(person, dict) for person in people):
+            return None
+        if people:
+            return people[0], people[0] is entry
+    return None
+
+
+def people_of(entry: Any) -> list[Any] | None:
+    """Everybody of one entry: of a frame the people, of a detection itself; None for anything else."""
+    if isinstance(entry, list):
+        return entry
+    if not isinstance(entry, dict):
+        return None
+    if any(key in entry for key in _KEYPOINTS):
+        return [entry]
+    listed = next((entry[key] for key in _PEOPLE if key in entry), ())
+    return [] if listed is None else listed if isinstance(listed, list) else None
+
+
+def people(path: Path, what: str, moments: Moments) -> Iterator[tuple[int, Any, str]]:
+    """Moment, person and place of everybody in the file or folder; frames without anybody count. what: in words.
+
+    InputError when it cannot be read, for an entry that holds no people, and for a folder whose files are not those of
+    one video, each with a number.
+    """
+    expected = f"an object with '{_KEYPOINTS[0]}', or a frame with a list of people"
+    for moment, entry, where in frames(
+        path, what, expected, moments, lambda key, entry: people_of(entry) is not None
+    ):
+        yield from ((moment, person, where) for person in people_of(entry) or ())
+
+
+def frames(
+    path: Path, what: str, expected: str, moments: Moments, is_frame: Callable[[str, Any], bool]
+) -> Iterator[tuple[int, Any, str]]:
+    """Moment, entry and place of each frame. what, expected: the file, and an entry of it, in words. is_frame: whether
+    an entry is one, by its key and itself; what stands beside frames in an object is told to the moments."""
+    if path.is_dir():
+        for number, file in _numbered(path, what):
+            entry = load(file, what)
+            if not is_frame("", entry):
+                raise InputError("wrong-content", f"{file}: expected {expected}, got {entry!r:.60}.")
+            if (moment := moments.of({"frame": number}, str(file))) is not None:
+                yield moment, entry, str(file)
+        return
+    listed, count = None, 0
+    for key, entry in each(path, what):
+        where = f"{path}, entry {count}"
+        if isinstance(entry, str) and entry[:1] in ("[", "{"):  # who dumps what was JSON already
+            entry = _decoded(entry, where)
+        if not is_frame(key, entry):
+            if key in ("", listed):
+                raise InputError("wrong-content", f"{where}: expected {expected}, got {entry!r:.60}.")
+            moments.state(key, entry)
+            continue
+        listed, count = key, count + 1
+        said = entry if isinstance(entry, dict) else {}
+        if key == _FROM_1:
+            said = said | {"frame_id": _from_1(said, where)}
+        elif plain(key) in _PEOPLE and not moments.tells(said):  # everybody of one image
+            said = {"frame": 0}
+        elif re.search(r"[\d.]", key):  # an object of images by their names
+            said = said | {"frame_name": key}
+        if (moment := moments.of(said, where)) is not None:
+            yield moment, entry, where
+    if listed is None:
+        raise InputError(
+            "format-unknown", f"{path}: expected {what} in a list of people or of frames, found none."
+        )
+
+
+def _decoded(text: str, where: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        raise InputError("file-damaged", f"{where}: expected JSON in a text, got {text!r:.60}.") from None
+
+
+def _from_1(said: Mapping[str, Any], where: str) -> int:
+    frame = frame_number(said.get("frame_id"), where)
+    if frame < 1:
+        raise InputError(
+            "times-broken", f"{where}: expected frames from 1, as MMPose's demos count, got frame 0."
+        )
+    return frame - 1
+
+
+def frame_files(path: Path) -> list[Path]:
+    """A folder's files of frames, sorted by name; none for anything else."""
+    folder = path / "predictions" if (path / "predictions").is_dir() else path
+    files = sorted(file for file in folder.glob("*.json") if not file.name.startswith("."))
+    return [file for file in files if file.name.endswith(_ENDING)] or [
+        file for file in files if _NUMBER.search(file.stem)
+    ]
+
+
+def _numbered(path: Path, what: str) -> list[tuple[int, Path]]:
+    """Frame and file in order of names: the last number in a name that is not the same in all of them counts.
+    InputError for a file without it."""
+    files = frame_files(path)
+    if not files:
+        raise InputError(
+            "format-unknown",
+            f"Expected {what} in a folder of files numbered by frame (walk_0000{_ENDING}, cam01.0000.json) at {path}, "
+            "found none there.",
+        )
+    names = [_NUMBER.split(file.name.removesuffix(".json").removesuffix("_keypoints")) for file in files]
+    places = range(2, max(map(len, names)) + 1, 2)  # of the numbers, from the end
+    place = next((p for p in places if len({name[-p] for name in names if len(name) > p}) > 1), 2)
+    short = next((file for file, name in zip(files, names, strict=True) if len(name) <= place), None)
+    if short is not None:
+        raise InputError(
+            "wrong-content",
+            f"Expected a frame's number in the name of each file in {path}, in the same place, got {short.name}; take "
+            "it out of the folder, or number it.",
+        )
+    videos = sorted({"".join((*name[:-place], "*", *name[len(name) - place + 1 :])) for name in names})
+    if len(videos) > 1:
+        raise InputError(
+            "files-apart",
+            f"Expected the frames of one video in {path}, got those of {len(videos)}: {videos[0]}, {videos[1]}; "
+            "give each video a folder of its own.",
+        )
+    return [(frame_number(name[-place], str(file)), file) for name, file in zip(names, files, strict=True)]
+
+
+def keypoints_of(person: Any, where: str) -> tuple[np.ndarray, np.ndarray]:
+    """(J, 2) x and y of a person's joints, and (J,) their scores, NaN where missing. InputError for a person without
+    keypoints, for those of another form, and for three coordinates each."""
+    key = next((key for key in _KEYPOINTS if key in person), None) if isinstance(person, dict) else None
+    if key is None:
+        raise InputError(
+            "wrong-content", f"{where}: expected an object with '{_KEYPOINTS[0]}', got {person!r:.80}."
+        )
+    held, scores = person[key], _first(person, _SCORES)
+    if isinstance(held, dict):  # Ultralytics
+        score = _first(held, _SCORE)
+        held = [held.get("x"), held.get("y"), *([] if score is None else [score])]
+        values = numbers(held, where).T
+    elif isinstance(held, list) and held and isinstance(held[0], dict):  # TF.js
+        values = numbers([[point.get("x"), point.get("y"), _first(point, _SCORE)] for point in held], where)
+    else:
+        values = numbers(held, where)
+        if values.ndim == 1 and len(values) and not len(values) % 3:
+            values = values.reshape(-1, 3)
+    if isinstance(scores, list):
+        own = numbers(scores, where)
+        if values.ndim == 2 and values.shape[1] == 3:
+            raise InputError(
+                "format-unknown",
+                f"{where}: expected 2D keypoints, got three coordinates each: a 3D output; give it with --poses.",
+            )
+        if values.shape != (*own.shape, 2):
+            raise InputError(
+                "wrong-content",
+                f"{where}: expected x, y and one score of each joint, got keypoints of shape {values.shape} and scores "
+                f"of shape {own.shape}.",
+            )
+        values = np.column_stack([values, own])
+    if values.ndim != 2 or values.shape[1] not in (2, 3) or not len(values):
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected x, y and one score of each joint, got keypoints of shape {values.shape}.",
+        )
+    return values[:, :2], values[:, 2] if values.shape[1] == 3 else np.full(len(values), np.nan)
+
+
+def _first(held: Mapping[str, Any], keys: tuple[str, ...]) -> Any:
+    return next((held[key] for key in keys if key in held), None)
