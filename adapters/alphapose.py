@@ -28,6 +28,7 @@ from .kit.people import People
 name = "alphapose"
 gives = "keypoints"
 reads = "alphapose-results.json of AlphaPose: list of 17, 26 or 136 joints, or --format cmu / open"
+marks = ("image_id", "keypoints", "box", "idx")
 
 _BODIES = {"bodies", "people"}  # --format cmu, --format open
 _PIXEL = 1.0

@@ -24,6 +24,7 @@ from .kit.world import Maker, maker, people_of
 name = "amass"
 gives = "poses"
 reads = ".npz of AMASS with joints beside the parameters: metres, z up, SMPL's order or named"
+marks = ("joints", "mocap_framerate", "poses", "trans", "betas")
 
 _MOCAP_RATES = ("mocap_framerate", "mocap_frame_rate")
 _RATES = (*_MOCAP_RATES, "fps")

@@ -28,6 +28,7 @@ from .kit.people import People
 name = "coco"
 gives = "keypoints"
 reads = "COCO keypoint results (list) or annotations (dict) in JSON"
+marks = ("image_id", "keypoints", "category_id")
 
 _FRAMES = ("image_id", "frame_id")
 

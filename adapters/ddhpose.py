@@ -7,8 +7,8 @@
 
 The last sampling step is taken, and the mean over the proposals (P-Agg), which is the one aggregation that needs no
 ground truth. The last clip overlaps the one before it or was filled up, and neither shows in the array: the number of
-frames has to be given with every array of clips. A (frames, 17, 3) file is only read when this adapter is named: it
-looks and means the same as VideoPose3D's, but for the seams between clips, which are marked here.
+frames has to be given with every array of clips. A (frames, 17, 3) file has to be named: it looks like VideoPose3D's
+and like MotionBERT's with `rootrel`.
 """
 
 from __future__ import annotations
@@ -20,26 +20,23 @@ import numpy as np
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from ..pipeline.files.arrays import load
-from .kit.metric import FRAMES, check_metric, in_camera, looks_metric
-from .kit.numpy import peek
+from .kit.lifters import CLIP, CLIPS, FRAMES, check_metric, fits, in_camera
+from .kit.numpy import plain_array
 
 name = "ddhpose"
 gives = "poses"
 made_by = MadeBy("estimated", "DDHPose")
 reads = "DDHPose, D3DP and MixSTE exports (.npy), also as clips of 243 with steps and proposals, metres"
+marks = (*CLIPS, FRAMES)
 
-_CLIP = 243
-_POSE = FRAMES[1:]
-_CLIPS = ("clips", _CLIP, *_POSE)
-_ALL_CLIPS = ("clips", "steps", "proposals", _CLIP, *_POSE)
-_ALL_FRAMES = ("steps", "proposals", "frames", *_POSE)
+apart = "metres, and clips of 243 frames begin anew"
+
+_CLIPS, _ALL_CLIPS, _ALL_FRAMES = CLIPS
 _CLAMP_M = 1.1  # the diffusion's range on each axis
 
 
 def sniff(path: Path) -> bool:
-    joints = peek(path, _CLIPS, _ALL_CLIPS, _ALL_FRAMES)
-    return joints is not None and looks_metric(joints.reshape(-1, *_POSE))
+    return name in fits(path)
 
 
 def read(path: Path, frames: int | None = None) -> tuple[PoseSequence]:
@@ -50,17 +47,17 @@ def read(path: Path, frames: int | None = None) -> tuple[PoseSequence]:
     Raises InputError for another shape, for a number of frames that the clips cannot hold, for other units
     than metres, and for arrays of which numpy's squeeze has left more than one reading.
     """
-    stored = load(path, FRAMES, _CLIPS, _ALL_CLIPS, _ALL_FRAMES)
+    stored = plain_array(path, *CLIPS, FRAMES)
     if (
         stored.ndim == len(_ALL_FRAMES)
-        and stored.shape[2] == _CLIP
+        and stored.shape[2] == CLIP
         and 1 not in stored.shape
-        and frames != _CLIP
+        and frames != CLIP
     ):
         raise InputError(
             "needs-input",
-            f"{path}: shape {stored.shape} can be steps and proposals of one video of {_CLIP} frames, or clips from "
-            f"which squeeze removed an axis; pass frames={_CLIP} (--option frames={_CLIP}) "
+            f"{path}: shape {stored.shape} can be steps and proposals of one video of {CLIP} frames, or clips from "
+            f"which squeeze removed an axis; pass frames={CLIP} (--option frames={CLIP}) "
             "for the former, else save without squeeze.",
         )
     proposals = _last_step(stored)
@@ -71,7 +68,7 @@ def read(path: Path, frames: int | None = None) -> tuple[PoseSequence]:
             "bad-value",
             f"{path}: expected {how_many(frames, 'frame')}, as option frames says, got {proposals.shape[1]}.",
         )
-    poses = in_camera(proposals.mean(axis=0, dtype=np.float64), _CLIP)
+    poses = in_camera(proposals.mean(axis=0, dtype=np.float64), CLIP)
     check_metric(path, poses.joints)
     clamped = int(np.isclose(np.abs(proposals), _CLAMP_M, rtol=0, atol=1e-6).sum())
     return (poses.noted("clamped", values=clamped, limit_m=_CLAMP_M) if clamped else poses,)
@@ -92,17 +89,17 @@ def _joined(path: Path, clips: np.ndarray, frames: int | None) -> np.ndarray:
     if frames is None:
         raise InputError(
             "needs-input",
-            f"{path} holds {how_many(count, 'clip')} of {_CLIP} frames, the last of which overlaps "
+            f"{path} holds {how_many(count, 'clip')} of {CLIP} frames, the last of which overlaps "
             "the one before it or was filled "
             "up; pass frames=N (--option frames=N) with the number of frames of the video.",
         )
-    last = frames - (count - 1) * _CLIP
-    if not 0 < last <= _CLIP:
+    last = frames - (count - 1) * CLIP
+    if not 0 < last <= CLIP:
         raise InputError(
             "bad-value",
-            f"{path} holds {how_many(count, 'clip')} of {_CLIP} frames, which make "
-            f"{(count - 1) * _CLIP + 1} to {count * _CLIP} "
+            f"{path} holds {how_many(count, 'clip')} of {CLIP} frames, which make "
+            f"{(count - 1) * CLIP + 1} to {count * CLIP} "
             f"frames, got the option frames={frames}; give the number of frames of the video.",
         )
-    tail = clips[:, -1, :last] if count == 1 else clips[:, -1, _CLIP - last :]
+    tail = clips[:, -1, :last] if count == 1 else clips[:, -1, CLIP - last :]
     return np.concatenate([*np.moveaxis(clips[:, :-1], 1, 0), tail], axis=1)

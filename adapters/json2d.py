@@ -23,6 +23,7 @@ from .kit.people import People
 name = "json2d"
 gives = "keypoints"
 reads = "other JSON of 2D keypoints: frames with people and their keypoints (TF.js, rtmlib's scripts), pixels"
+marks = ("keypoints", "score")
 
 _PIXELS = 5.0  # that joints lie apart, at least; shares of an image are within 1
 _MOST_SCORE = 2.0  # and no third coordinate

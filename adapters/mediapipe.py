@@ -34,6 +34,7 @@ name = "mediapipe"
 gives = "poses"
 made_by = MadeBy("estimated", "MediaPipe")
 reads = "MediaPipe Pose world landmarks in CSV, JSON or .npy, metres; image landmarks are refused"
+marks = ("pose_world_landmarks", "landmark", "visibility", ("frames", len(BLAZEPOSE33), 3))
 
 COUNT = len(BLAZEPOSE33)
 _WORLD = (
@@ -41,7 +42,7 @@ _WORLD = (
     "world_landmarks",
     "pose_world",
     "landmarks_world",
-    "keypoints3_d",
+    "keypoints3d",
     "keypoints_3d",
 )
 _IMAGE = ("pose_landmarks", "landmarks")

@@ -4,7 +4,8 @@ Neither program has a file of its own: SAM 3D Body's process_one_image returns a
 image, and people save these dicts, or stack their arrays. Read are an .npz of stacked arrays, (frames, 70, 3) or
 (frames, people, 70, 3), or (70, 3) of one person in one image; an .npz whose Python objects are the lists of dicts; a
 folder of .npz, one a frame, numbered in its name, or one a person of an image, as in "img_0012_subj03.npz"; and JSON, a
-list with the list of each frame or an object of lists by image. Keypoints are metres in camera axes about the body; the
+list with the list of each frame or an object of lists by image; and the CSV of SAM3DBody-cpp, columns "left_knee_3DX,
+_3DY, _3DZ" of one person, 0 where there is none. Keypoints are metres in camera axes about the body; the
 translation beside them says where before the camera the body is, as far as the focal length is right that the program
 assumed or estimated. Nobody is followed from frame to frame.
 """
@@ -26,17 +27,25 @@ from ..pipeline.files.arrays import arrays_in, keys, load
 from .kit.json import beginning, each, frame_number, numbers
 from .kit.numpy import begins, load_objects
 from .kit.people import People
+from .kit.tables import header_of, read_points
 
 name = "mhr70"
 gives = "poses"
 made_by = MadeBy("estimated", "SAM 3D Body or InstantHMR")
 reads = ".npz, folder of .npz or JSON of SAM 3D Body or InstantHMR: 70 keypoints in camera axes, metres"
+marks = ("pred_keypoints_3d", "pred_cam_t", "joints_3d", "cam_trans")
 
 _KEYPOINTS = {  # the keypoints, and the translation that belongs to them
     "pred_keypoints_3d": "pred_cam_t",  # SAM 3D Body
     "joints_3d_local": "cam_trans",  # InstantHMR in Python
     "joints_3d": "cam_trans",  # InstantHMR's ONNX network
 }
+_SPELLED = {"l": "left", "r": "right", "toe": "toe_tip"} | {
+    n: f"{n}_joint" for n in ("first", "second", "third")
+}
+_NAMES = [
+    "_".join(_SPELLED.get(word, word) for word in joint.split("_")) for joint in MHR70.joints
+]  # SAM3DBody-cpp's
 _NUMBERS = ("frame_indices", "frame_index")  # the rows' video frames
 _SHAPE = (len(MHR70), 3)
 # Behind an image's name: one of its people.
@@ -49,6 +58,8 @@ def sniff(path: Path) -> bool:
         return first is not None and _is_archive(first)
     if _is_archive(path):
         return True
+    if (header := header_of(path)) is not None:
+        return set(_NAMES) <= header.points and header.dims == 3
     content = beginning(path)
     frames = list(content.values()) if isinstance(content, dict) else content
     listed = (frame for frame in frames if isinstance(frame, list)) if isinstance(frames, list) else ()
@@ -89,6 +100,8 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
 
 def _says_frames(path: Path) -> bool:
     """Whether the video frames of rows are known: by names, by lists of which each is a frame, or by an array."""
+    if header_of(path) is not None:
+        return False
     held = arrays_in(path)
     return not held or not held.isdisjoint(_NUMBERS) or _object_key(path) is not None
 
@@ -146,7 +159,16 @@ def _frames(path: Path) -> Iterator[tuple[int, Any, str]]:
     if path.is_dir():
         yield from _of_folder(path)
         return
-    if arrays_in(path):
+    if header_of(path) is not None:
+        held = read_points(path, "SAM3DBody-cpp's table")
+        if not set(_NAMES) <= set(held.names):
+            raise InputError(
+                "wrong-content", f"{path}: expected the 70 keypoints of MHR, got {', '.join(held.names[:8])}."
+            )
+        points = held.values[:, [held.names.index(name) for name in _NAMES], :3]
+        points[(points == 0).all(axis=-1)] = np.nan
+        listed = list(enumerate({"pred_keypoints_3d": row} for row in points))
+    elif arrays_in(path):
         held = _of_archive(path)
         listed = list(enumerate(held)) if isinstance(held, list) else _rows(path, held)
     else:

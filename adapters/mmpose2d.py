@@ -26,6 +26,7 @@ gives = "keypoints"
 reads = (
     "2D JSON of MMPose 1.x, inferencer (of a video or a folder of images) or demo, of 17, 26 or 133 joints"
 )
+marks = ("frame_id", "instances", "keypoints", "keypoint_scores")
 
 
 def sniff(path: Path) -> bool:

@@ -18,6 +18,7 @@ name = "mmpose3d"
 gives = "poses"
 made_by = MadeBy("estimated", "MMPose")
 reads = "3D JSON of MMPose 1.x lifters, inferencer or demo, no known scale (with option metric: metres)"
+marks = ("frame_id", "instances", "keypoints", "keypoint_scores")
 
 _AXES = Frame("MMPOSE3D", "camera", ("left", "away", "up"), origin="lowest joint")
 

@@ -2,24 +2,20 @@
 
 (T, 17, 3) in camera axes. Two things set it apart from other arrays of that shape, both from the script:
 without `rootrel` (its default configuration) the pelvis moves and its depth is exactly 0 in a clip's first
-frame; with `rootrel` the pelvis is exactly 0 throughout. A root of exact zeros in an .npy is also what
-DDHPose saves, whose metres cannot be told from MotionBERT's units by size: such a file fits two adapters
-and has to be named.
+frame; with `rootrel` the pelvis is exactly 0 throughout. A root of exact zeros is also what DDHPose and VideoPose3D
+save, whose metres cannot be told from MotionBERT's units by size: such a file fits three adapters and has to be named.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from ..pipeline.files.arrays import load
-from .kit.metric import FRAMES, in_camera
-from .kit.numpy import peek
+from .kit.lifters import CLIP, FRAMES, fits, in_camera, in_pixels
+from .kit.numpy import plain_array
 
 name = "motionbert"
 gives = "poses"
@@ -27,23 +23,16 @@ made_by = MadeBy("estimated", "MotionBERT")
 reads = (
     "X3D.npy of MotionBERT's infer_wild.py, Human3.6M order, no known scale (with option pixel: from --pixel)"
 )
+marks = (FRAMES,)
 
-# Normalised coordinates stay within about 1.5 of the crop's centre, or 2 of the pelvis; pixels are tens to
-# thousands.
-_PIXELS_FROM = 10.0
+apart = "its units are no metres, and clips of 243 frames begin anew"
 
 
 def sniff(path: Path) -> bool:
-    joints = peek(path, FRAMES)
-    if joints is None:
-        return False
-    root = joints[:, H36M17.index("pelvis")]
-    starts_at_depth_0 = root[0, 2] == 0 and root[0, :2].any()
-    root_relative = ((root == 0) | np.isnan(root)).all() and joints.any() and not _looks_like_pixels(joints)
-    return bool(starts_at_depth_0 or root_relative)
+    return name in fits(path)
 
 
-def read(path: Path, pixel: bool = False, clip: int = 243) -> tuple[PoseSequence]:
+def read(path: Path, pixel: bool = False, clip: int = CLIP) -> tuple[PoseSequence]:
     """The one person of the file: H36M17 in camera axes, "arbitrary" unit, the pelvis where the file has it.
 
     pixel: the file comes from `infer_wild.py --pixel`: x, y in pixels of the image, z in the same scale.
@@ -52,10 +41,8 @@ def read(path: Path, pixel: bool = False, clip: int = 243) -> tuple[PoseSequence
     Which video frames the rows belong to is unknown: frames without a detection are missing from the file.
     Raises InputError when the file is no such array or its values contradict `pixel`.
     """
-    if clip < 1:
-        raise InputError("bad-value", f"Expected a clip of at least 1 frame, got {clip}.")
-    joints = load(path, FRAMES)
-    if _looks_like_pixels(joints) and not pixel:
+    joints = plain_array(path, FRAMES)
+    if in_pixels(joints) and not pixel:
         raise InputError(
             "wrong-axes",
             f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; "
@@ -66,7 +53,7 @@ def read(path: Path, pixel: bool = False, clip: int = 243) -> tuple[PoseSequence
                 "with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm if they are millimetres."
             ),
         )
-    if pixel and not _looks_like_pixels(joints):
+    if pixel and not in_pixels(joints):
         raise InputError(
             "wrong-axes",
             f"{path}: expected pixels, as infer_wild.py --pixel writes them, got normalised coordinates of "
@@ -74,9 +61,3 @@ def read(path: Path, pixel: bool = False, clip: int = 243) -> tuple[PoseSequence
         )
     frame = CAMERA.with_(origin="image corner" if pixel else "crop centre", unit="arbitrary")
     return (in_camera(joints, clip, frame=frame),)
-
-
-def _looks_like_pixels(joints: np.ndarray) -> bool:
-    """By the largest coordinate of the usual frame, so that a few wild frames do not decide."""
-    largest = np.nanmax(np.abs(joints), axis=(1, 2), initial=0)
-    return bool(np.median(largest) > _PIXELS_FROM)

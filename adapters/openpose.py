@@ -22,6 +22,7 @@ from .kit.people import People
 name = "openpose"
 gives = "keypoints"
 reads = "folder of OpenPose's --write_json, Pose2Sim's or Sports2D's: one numbered file a frame, of 17 to 133 joints"
+marks = ("people", "pose_keypoints_2d")
 
 
 def sniff(path: Path) -> bool:

@@ -28,6 +28,7 @@ name = "openpose3d"
 gives = "poses"
 made_by = MadeBy("estimated", "OpenPose")
 reads = "folder of *_keypoints.json from OpenPose's --3d --write_json, metres (option unit)"
+marks = ("people", "pose_keypoints_3d")
 
 _FIELDS = ("pose_keypoints_3d", "body_keypoints_3d")
 _LAYOUTS = {25: (BODY_25, BODY_25B), 18: (OPENPOSE18,)}  # by the number of joints

@@ -23,6 +23,7 @@ name = "rtmw3d"
 gives = "poses"
 made_by = MadeBy("estimated", "RTMW3D")
 reads = "JSON of RTMW3D's demo in MMPose, 133 joints, metres by a stature that is assumed (option stature_m)"
+marks = ("frame_id", "instances", "keypoints", "keypoint_scores")
 
 _AXES = Frame("RTMW3D", "camera", ("left", "toward", "up"), origin="crop")
 _COUNT = 133

@@ -20,11 +20,12 @@ from ..pipeline.core.pose import PoseSequence
 from .kit.clock import Moments
 from .kit.frames import first_person, keypoints_of, people
 from .kit.opened import filled_lines, first_lines
-from .kit.people import People
+from .kit.people import People, in_pixels
 
 name = "ultralytics"
 gives = "keypoints"
 reads = "Ultralytics' pose results: JSON of to_json, or folder of save_txt (needs the image's size), COCO-17"
+marks = ("keypoints", "x", "y", "visible", "box", "class")
 
 _BEFORE = 5  # numbers: class and box
 _JOINTS = len(COCO17)
@@ -52,8 +53,13 @@ def read(
     """
     found = People(str(path))
     if path.is_dir():
-        for frame, values, person in _folder(path, image_size):
-            found.add(frame, values[:, :2] * image_size, values[:, 2], None if track else person)
+        for frame, values, person in _folder(path):
+            found.add(
+                frame,
+                in_pixels(values[:, :2], image_size, str(path)),
+                values[:, 2],
+                None if track else person,
+            )
         return found.keypoints()
     moments = Moments(str(path))
     for moment, person, where in people(path, "Ultralytics' results", moments):
@@ -69,7 +75,7 @@ def _files(path: Path) -> dict[str, int]:
     return dict(sorted(found.items(), key=lambda item: item[1]))
 
 
-def _folder(path: Path, image_size: tuple[int, int] | None) -> Iterator[tuple[int, np.ndarray, str | None]]:
+def _folder(path: Path) -> Iterator[tuple[int, np.ndarray, str | None]]:
     """Frame, points (17, 3) in shares of the image with scores, and track of everybody."""
     files = _files(path)
     videos = sorted({_NUMBER.sub("", Path(name).stem) for name in files})
@@ -77,12 +83,6 @@ def _folder(path: Path, image_size: tuple[int, int] | None) -> Iterator[tuple[in
         raise InputError(
             "files-apart" if videos else "format-unknown",
             f"Expected the numbered texts of one video in {path}, found those of {', '.join(videos[:3]) or 'none'}.",
-        )
-    if image_size is None:
-        raise InputError(
-            "needs-input",
-            f"{path}: expected pixels, got shares of the image's width and height; give the video, or the image's size "
-            "(--set read.image_size=1920x1080).",
         )
     for name, frame in files.items():
         for line, text in enumerate(filled_lines(path / name, "people of one frame"), 1):

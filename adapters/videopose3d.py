@@ -1,8 +1,8 @@
 """VideoPose3D and the lifters that save what it saves: metres in camera axes, relative to the pelvis; a bare .npy, or
 `reconstruction` in an .npz (formats.md 2.2, 2.4 to 2.6).
 
-An .npy whose pelvis is exactly 0 in every frame could as well be MotionBERT's with `rootrel`: such a file fits both and
-has to be named. DDHPose's (T, 17, 3) means the same but for its seams, which adapter ddhpose marks.
+An .npy whose pelvis is exactly 0 in every frame could as well be MotionBERT's with `rootrel`, or DDHPose's: such a file
+fits all three and has to be named.
 """
 
 from __future__ import annotations
@@ -12,16 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.core.errors import InputError
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from ..pipeline.files.arrays import keys, load
-from .kit.metric import FRAMES, check_metric, in_camera, looks_metric
-from .kit.numpy import peek
+from ..pipeline.files.arrays import keys
+from .kit.lifters import FRAMES, check_metric, fits, in_camera
+from .kit.numpy import plain_array
 
 name = "videopose3d"
 gives = "poses"
 made_by = MadeBy("estimated", "a lifter of VideoPose3D's format (such as MHFormer)")
 reads = "VideoPose3D, MixSTE, video-to-pose3D (.npy), MHFormer, StridedTransformer (.npz or the vis.py folder), metres"
+marks = (FRAMES, "reconstruction")
+
+apart = "metres, without clips"
 
 _KEY = "reconstruction"
 _IN_FOLDER = Path("output_3D", "output_keypoints_3d.npz")
@@ -29,8 +31,7 @@ _IN_FOLDER = Path("output_3D", "output_keypoints_3d.npz")
 
 def sniff(path: Path) -> bool:
     file = _file(path)
-    found = (peek(file, FRAMES), peek(file, FRAMES, key=_KEY))
-    return any(joints is not None and looks_metric(joints) for joints in found)
+    return name in fits(file) | fits(file, _KEY)
 
 
 def read(path: Path, clip: int | None = None) -> tuple[PoseSequence]:
@@ -42,11 +43,9 @@ def read(path: Path, clip: int | None = None) -> tuple[PoseSequence]:
     A vis.py writes one row for every frame of the video, so its rows' video frames are known; those of an
     .npy are not. Raises InputError when the file is no such array, not in metres, or made for display.
     """
-    if clip is not None and clip < 1:
-        raise InputError("bad-value", f"Expected a clip of at least 1 frame, got {clip}.")
     file = _file(path)
     key = _KEY if keys(file) else None
-    joints = load(file, FRAMES, key=key)
+    joints = plain_array(file, FRAMES, key=key)
     known: dict[str, Any] = {"frame_index": np.arange(len(joints))} if key else {}
     poses = in_camera(joints, clip, **known)
     check_metric(file, poses.joints, trajectory=True)

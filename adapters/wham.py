@@ -29,6 +29,7 @@ name = "wham"
 gives = "poses"
 made_by = MadeBy("estimated", "WHAM")
 reads = "wham_output.pkl of WHAM: meshes in camera axes, metres (option regressor: SMPL's, as a .npy)"
+marks = ("verts", "frame_ids", "pose_world")
 
 _VERTICES = 6890
 _POINTS = {  # of SMPL's mesh, as its authors' package smplx numbers them for OpenPose's joints

@@ -40,6 +40,7 @@ _BODIES = {
     68: HALPE26,
     135: BODY_25B,
 }  # with face and hands: the first ones
+COUNTS = (*sorted({*map(len, LAYOUTS)}), *_BODIES)
 _FLAGS = (0, 1, 2)  # COCO's, in place of scores: not labelled, hidden, visible
 _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
@@ -215,7 +216,7 @@ class People:
         if (body := _BODIES.get(self._joints)) in layouts:
             return [body]
         numbers = ", ".join(map(str, sorted({*map(len, layouts)})))
-        more = ", ".join(str(n) for n, layout in sorted(_BODIES.items()) if layout in layouts)
+        more = ", ".join(str(n) for n, body in sorted(_BODIES.items()) if body in layouts)
         raise InputError(
             "wrong-content",
             f"{self._where}: expected people of {numbers} joints{f', or with hands and face {more}' * bool(more)}, got "
@@ -267,6 +268,17 @@ class People:
             said = notice("no-track-number", unnamed=unnamed, detections=len(self))
             people = [poses.noted("track numbers", left_out=unnamed).saying(said) for poses in people]
         return tuple(people if clock is None else map(clock.on, people))
+
+
+def in_pixels(shares: np.ndarray, image_size: tuple[int, int] | None, where: str) -> np.ndarray:
+    """Shares of an image's width and height (..., 2) as pixels; InputError where its size is not known."""
+    if image_size is None:
+        raise InputError(
+            "needs-input",
+            f"{where}: expected pixels, got shares of the image's width and height; give the video, or the size of "
+            "its images (--set read.image_size=1920x1080).",
+        )
+    return shares * image_size
 
 
 def _in_order(rows: Any, frames: np.ndarray) -> Any:

@@ -3,32 +3,23 @@
 from __future__ import annotations
 
 import os
-import re
 from typing import Literal
 
 import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import UNITS, Y_UP, Z_UP, Frame
-from ...pipeline.core.layouts import H36M17, LIMBS, Layout, remap
+from ...pipeline.core.layouts import H36M17, LIMBS, Layout
 from ...pipeline.core.notices import notice
 from ...pipeline.core.pose import UNSAID, MadeBy, PoseSequence
-from ...pipeline.core.rotations import is_finite, rotate, transpose
+from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ...pipeline.files.markers import Markers, Up, by_subject
 from ...pipeline.files.skeletons import UNITS as METRES
 from ...pipeline.files.skeletons import h36m17_named
+from .names import joints_named
 
+_UPRIGHT = 0.5  # cosine to the vertical
 LENGTHS = tuple(unit for unit in UNITS if unit not in ("px", "arbitrary"))
-
-# Pose2Sim's and Sports2D's names of what they detect (HALPE_26, BODY_25, COCO_17; formats.md section 7).
-_MIDDLE = {
-    "nose": "nose",
-    "neck": "neck",
-    "head": "head",
-    **dict.fromkeys(("hip", "chip", "midhip"), "pelvis"),
-}
-_PAIRED = re.compile(r"([RL])(Hip|Knee|Ankle|Shoulder|Elbow|Wrist|Ear|Eye|BigToe|SmallToe|Heel)")
-_NEEDED = {"nose", *LIMBS}
 
 
 def world(up: Up, unit: str) -> Frame:
@@ -100,41 +91,38 @@ def _named(found: Markers, metres: float) -> tuple[Layout, np.ndarray, dict[str,
     """metres: one unit of the points. A prefix that all names share ("Ann_RHip") does not matter."""
     shared = len(os.path.commonprefix(found.names))  # noqa: RUF071 (characters are meant, these are no paths)
     plain = [name[shared:] for name in found.names]
-    chosen = {_ours(name): i for i, name in reversed(list(enumerate(plain)))}
-    if set(chosen) >= _NEEDED:
-        kept = {name: i for name, i in sorted(chosen.items(), key=lambda item: item[1]) if name in _KNOWN}
-        return Layout("markers", tuple(kept)), found.points[:, list(kept.values())], {}
+    chosen = joints_named(plain)
+    direct = Layout("markers", tuple(chosen)), found.points[:, list(chosen.values())]
+    if set(chosen) >= {"nose", *LIMBS}:
+        return *direct, {}
     try:
         joints = h36m17_named(found.points * metres, plain) / metres
     except InputError:
+        if set(chosen) >= set(LIMBS):  # no head, but enough of a body
+            return *direct, {}
         raise _NoBodyError(
             "wrong-content",
-            "expected points at the joint centres (nose, hips, knees, ankles, shoulders, elbows, wrists, neck and "
-            f"head, under common names), got {', '.join(found.names[:30])}; markers on the skin must be turned into "
-            "joint centres first.",
+            "expected points at the joint centres (hips, knees, ankles, shoulders, elbows and wrists, under common "
+            f"names), got {', '.join(found.names[:30])}; markers on the skin must be turned into joint centres first.",
         ) from None
     return H36M17, joints, {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
 
 
-def _ours(name: str) -> str:
-    paired = _PAIRED.fullmatch(name)
-    if paired:
-        part = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", paired[2]).lower()
-        return f"{paired[1].lower()}_{part}"
-    return _MIDDLE.get(name.lower(), name)
+def upright(points: np.ndarray, layout: Layout) -> np.ndarray:
+    """(2, 3) the directions in which legs and trunk of points (T, J, 3) point upwards, in the usual frame."""
 
+    def middle(part: str) -> np.ndarray:
+        return points[:, layout.indices((f"l_{part}", f"r_{part}"))].mean(axis=1, dtype=np.float64)
 
-_KNOWN = {*H36M17.joints, *_NEEDED, "neck"} | {
-    f"{s}_{part}" for s in "lr" for part in ("ear", "eye", "big_toe", "small_toe", "heel")
-}
+    parts = (middle("hip") - middle("ankle"), middle("shoulder") - middle("hip"))
+    known = [unit(part[is_finite(part)]) for part in parts]
+    return np.stack([np.median(part, axis=0) if len(part) else np.full(3, np.nan) for part in known])
 
 
 def check_upright(poses: PoseSequence, where: str) -> None:
-    """InputError unless, in the usual frame, the head lies above the ankles along the axis that is taken for up."""
-    joints = remap(poses, H36M17)
-    trunk = joints.joint("head") - (joints.joint("l_ankle") + joints.joint("r_ankle")) / 2
-    trunk = rotate(transpose(poses.frame.basis), trunk[is_finite(trunk)])
-    if len(trunk) and np.median(trunk[:, 2] / np.linalg.norm(trunk, axis=1)) < 0.5:
+    """InputError unless, in the usual frame, legs and trunk point along the axis that is taken for up."""
+    stands = rotate(transpose(poses.frame.basis), upright(poses.joints, poses.layout))[:, 2]
+    if (stands < _UPRIGHT).all():
         axis = "y" if poses.frame.axes[1] == "up" else "z"
         raise InputError(
             "wrong-axes",

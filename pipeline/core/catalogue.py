@@ -65,6 +65,12 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "clock-not-used": ("warning", "clock",
         "'{column}' increases from row to row like a clock or a frame number, but was not used. If it is one, call it "
         "frame_index, time_s or time_ms."),
+    "array-judged": ("note", "files",
+        "The file does not say what its array holds. It was read as Human3.6M's joints in camera axes (x right, y "
+        "down, z away), in {unit}, because sides, bones and what is above what agree with that."),
+    "order-by-bones": ("warning", "files",
+        "The file does not say in which order its joints are. They were read as {order}, because their limbs are those "
+        "of a body in that order only. If that is wrong: --set keypoints.layout={usual}."),
     "scores-all-zero": ("warning", "files",
         "All scores of the keypoints are 0, so they say nothing: a joint that the detector guessed counts as seen."),
     "no-joint-centres": ("warning", "files",

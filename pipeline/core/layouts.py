@@ -46,6 +46,7 @@ _RULES: dict[str, tuple[tuple[str, ...], ...]] = {
     "l_big_toe": (("l_foot_index",),),
     "r_big_toe": (("r_foot_index",),),
 }
+_OF_HEAD = ("nose", "head")
 # Joints that are the same point under another name; everything else a rule makes is called derived.
 _ALIASES = {("thorax", ("neck",)), ("head", ("head_top",))}
 
@@ -230,7 +231,7 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
     A joint that the source lacks is the mean of joints that it has, by the rules at the head of this file.
     Its confidence is the least of theirs; a NaN among them makes it NaN. `derived` names such joints; the history says
     how they were made. Heels and toes of the source become the poses' `feet` where the layout has none.
-    InputError when no rule gives a joint.
+    InputError when no rule gives a joint; but bodies without head or nose have these missing throughout.
     """
     source = poses.layout
     if source.joints == to.joints:
@@ -238,6 +239,10 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
     columns, confidences, derived = [], [], {}
     for joint in to.joints:
         parts = _sources(joint, source)
+        if not parts and joint in _OF_HEAD:
+            columns.append(np.full_like(poses.joints[:, 0], np.nan))
+            confidences.append(np.full_like(poses.confidence[:, 0], np.nan))
+            continue
         if not parts:
             raise InputError(
                 "wrong-content",

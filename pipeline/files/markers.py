@@ -58,24 +58,48 @@ def check_c3d() -> None:
 
 
 def read_trc(path: Path) -> Markers:
-    """A TRC file as OpenSim and Pose2Sim write it (OpenSim's documentation, "Marker (.trc) Files"): +y is up.
-    InputError for what is none."""
+    """A TRC file as OpenSim and Pose2Sim write it (OpenSim's documentation, "Marker (.trc) Files"): +y is up. Lines may
+    be separated by blanks in place of tabs, and numbers may have decimal commas. InputError for what is none."""
     try:
-        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-        keys, values = lines[1].split("\t"), lines[2].split("\t")
-        said = dict(zip((key.strip() for key in keys), (value.strip() for value in values), strict=False))
-        names = [name.strip() for name in lines[3].split("\t")[2:] if name.strip()]
-        cells = [line.split("\t") for line in lines[5:] if line.strip()]
-        width = 2 + 3 * len(names)
-        rows = [[float(cell.strip() or "nan") for cell in row[:width]] for row in cells]
-        table = np.array([row + [np.nan] * (width - len(row)) for row in rows]).reshape(len(rows), width)
-        points = table[:, 2:].reshape(len(table), len(names), 3)
+        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+        said = dict(zip(_cells(lines[1]), _cells(lines[2]), strict=False))
+        names = [name for name in _cells(lines[3])[2:] if name]
         unit = said["Units"]
-    except (OSError, IndexError, KeyError, ValueError) as error:
+    except (OSError, IndexError, KeyError) as error:
         raise InputError(
-            "format-unknown", f"expected a TRC file of marker positions, separated by tabs: {error!r}."
+            "format-unknown",
+            f"expected a TRC file of marker positions, with its five lines of header: {error!r}.",
         ) from None
-    return Markers(names, points, table[:, 1], unit, "y", table[:, 0].astype(np.int64))
+    rows, width = [], 2 + 3 * len(names)
+    for number, line in enumerate(lines[5:], 6):
+        cells = [cell.replace(",", ".") for cell in _cells(line)[:width]] if line.strip() else []
+        try:
+            rows.append(
+                [float(cell or "nan") for cell in cells] + [np.nan] * (width - len(cells)) if cells else []
+            )
+        except ValueError:
+            wrong = next(i for i, cell in enumerate(cells) if cell and not _is_number(cell))
+            raise InputError(
+                "wrong-content",
+                f"line {number}, column {wrong + 1}: expected a number, got {cells[wrong]!r:.60}.",
+            ) from None
+    table = np.array([row for row in rows if row]).reshape(-1, width)
+    numbers = table[:, 0] if np.isfinite(table[:, 0]).all() else np.arange(len(table))
+    return Markers(
+        names, table[:, 2:].reshape(len(table), -1, 3), table[:, 1], unit, "y", numbers.astype(np.int64)
+    )
+
+
+def _cells(line: str) -> list[str]:
+    return [cell.strip() for cell in (line.split("\t") if "\t" in line else line.split())]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def read_c3d(path: Path) -> Markers:

@@ -19,6 +19,7 @@ from ..reading.choose import choose_person
 from ..reading.clock import numbered_by, numbered_by_times
 from ..reading.load import load, read_all, read_video
 from ..signals.altered import altered
+from ..signals.bounds import check_times
 from ..signals.checks import Chirality, bone_spread, chirality, spread_of_bones
 from ..signals.findings import (
     depth_factor,
@@ -123,15 +124,20 @@ def inspect(
     adapter, options: as for read_all. person: only this one, "longest" or "largest". keypoints, video: 2D of the same
     recording, and the recording itself, to compare with. Raises InputError when a file cannot be read at all.
     """
-    read = load(path, adapter, None, options or {})
+    recording = None if video is None else read_video(video)
+    read = load(path, adapter, None, options or {}, None if recording is None else shown_size(recording))
     sources = read.people if person is None else (choose_person(read.people, person, str(path)),)
     tracks = () if keypoints is None else read_all(keypoints, gives="keypoints")
-    recording = None if video is None else read_video(video)
     people = []
     for source in sources:
         found = [*row_findings(source), *altered(source)[1]]
         found += _video_findings(_numbered(source, tracks, recording), recording)
         poses, fit = None, None
+        if source.time_s is not None and recording is None:
+            try:
+                check_times(source.time_s, str(path))
+            except InputError as error:
+                found.append(notice("refused", reason=str(error)))
         if source.frame.dims == 3:
             try:
                 poses = read.normalised(source, handedness="ignore", missing="gap")

@@ -26,7 +26,10 @@ class Adapter(Protocol):
     read(path, **options): a tuple of PoseSequence, one a person (or of Video, or of Imu), in the source's own layout
         and a frame that says its axes; InputError when the file is not what it should be.
 
-    Optional: `made_by`, a pipeline.core.pose.MadeBy, if all of its files are made by the same program or method.
+    Optional: `made_by`, a pipeline.core.pose.MadeBy, if all of its files are made by the same program or method;
+    `marks`, names of columns, keys and arrays, and shapes of arrays, that its files have, by which it is named as near
+    to a file that no adapter recognises; `lacks(path)`, instead of them, why it does not take a file that is much like
+    its own, "" for any other; `apart`, what sets its files apart from others' that look the same.
     """
 
     name: str

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import zipfile
 from collections import Counter
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import IO
 import numpy as np
 
 from ..core.errors import InputError
-from ..files.arrays import DAMAGE, arrays_in, load
+from ..files.arrays import DAMAGE, arrays_in, damage_reported, header, load, opened
 from ..files.atomic import read_summary
 from ..files.names import KEYPOINTS, RECORDING
 
@@ -22,10 +23,10 @@ _KINDS = {  # by how files begin, some behind their length
     b"\xff\xd8\xff": "a JPEG image",
     b"WEBP": "a WebP image; save the recording itself as a video",
     b"%PDF": "a PDF document",
-    b"\x1f\x8b": "compressed with gzip; unpack it first",
+    b"\x1f\x8b": "compressed with gzip, and neither a table nor JSON that is known here",
     b"7z\xbc\xaf": "a 7z archive; unpack it first",
     b"MATLAB": "a file of MATLAB; load it with scipy.io or h5py and save the joints as .npy",
-    b"\x89HDF": "an HDF5 file; load it with h5py and save the joints as .npy",
+    b"\x89HDF": "an HDF5 file: of DeepLabCut give the CSV beside it (save_as_csv=True), else load it with h5py and save the joints",
 }
 _OF_TRAINING = {"testbed": {"take_start", "lifted", "truth"}, "mocap": {"clip_start", "joints"}}
 _MILLIMETRES = (500.0, 2500.0)  # how far a body's joints lie apart along an axis, crouching to standing
@@ -33,6 +34,7 @@ _LISTED = 6  # entries of an archive or kinds of files in a folder that are name
 _SHOWN = 60  # characters of a text
 _UNKNOWN = "no text, and of no kind of file that is known here"
 _BROKEN = "JSON that is incomplete or damaged"
+_WORD, _READ = re.compile(rb"[A-Za-z][A-Za-z0-9_]*"), 1 << 16  # in the first 64 KB of a text
 _READ_JSON = 1 << 24  # a longer file is not read to find out whether it is whole
 
 
@@ -58,6 +60,32 @@ def in_words(path: Path) -> str:
     text = start.decode("utf-8-sig", "replace")[:16]
     is_text = text.translate(dict.fromkeys(b"\t\n\r")).isprintable() and "\ufffd" not in text
     return next(known, f"a file that begins with {text!r}" if is_text else _UNKNOWN)
+
+
+def names_in(path: Path) -> set[str]:
+    """Names of an .npz's arrays, or the words at the beginning of a text, or of a folder's first file. Never raises."""
+    if path.is_dir():
+        path = next((file for file in sorted(path.iterdir()) if file.is_file()), path)
+    if arrays := arrays_in(path):
+        return arrays
+    try:
+        with path.open("rb") as file:
+            words = {word.decode() for word in _WORD.findall(file.read(_READ))}
+        return words | {part for word in words for part in word.split("_")}
+    except OSError:
+        return set()
+
+
+def shapes_in(path: Path) -> list[tuple[int, ...]]:
+    """The shapes of an .npy's array, or of those of an .npz. Never raises."""
+    shapes = []
+    for key in arrays_in(path) or {None}:
+        try:
+            with damage_reported(path), opened(path, key) as (stream, _):
+                shapes.append(header(stream, str(path))[0])
+        except InputError:
+            continue
+    return shapes
 
 
 def why_no_joints(path: Path) -> str:

@@ -6,15 +6,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+import numpy as np
+
 from ..core.errors import InputError
+from ..core.layouts import H36M17_B, H36M17_C, LAYOUTS, layout_named
 from ..core.pose import UNSAID, PoseSequence
 from ..core.take import Handedness, Video
-from ..plugins.options import call
+from ..plugins.options import call, option_types
 from ..plugins.protocols import Adapter
+from ..signals.bounds import check_times
+from ..signals.joint_order import other_order
 from .choose import choose_person
 from .describe import why_no_input
 from .find import Gives, adapters, exchanged, find_adapter, recognises
 from .normalise import Missing, normalised
+
+_ENOUGH_ROWS = 10  # of 2D joints, before their order is doubted
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +69,9 @@ def read_all(
     """
     check_guards(handedness, missing)
     source = load(Path(path), adapter, gives, options)
-    return tuple(source.normalised(person, fps, handedness, missing) for person in source.people)
+    return tuple(
+        _clocked(source.normalised(person, fps, handedness, missing), path) for person in source.people
+    )
 
 
 def read(
@@ -83,19 +92,43 @@ def read(
     """
     check_guards(handedness, missing)
     source = load(Path(path), adapter, gives, options)
-    return source.normalised(choose_person(source.people, person, str(path)), fps, handedness, missing)
+    chosen = choose_person(source.people, person, str(path))
+    return _clocked(source.normalised(chosen, fps, handedness, missing), path)
 
 
-def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any]) -> Source:
+def _clocked(poses: PoseSequence, path: str | Path) -> PoseSequence:
+    """The poses; InputError for times that no recording has."""
+    if poses.time_s is not None:
+        check_times(poses.time_s, str(path))
+    return poses
+
+
+def load(
+    path: Path,
+    adapter: str,
+    gives: Gives | None,
+    options: dict[str, Any],
+    image_size: tuple[int, int] | None = None,
+) -> Source:
     """What is in a file, read by the adapter of that name, or with "auto" by the only one that recognises it.
-    InputError as for read_all."""
+
+    options: the adapter's own, and for any 2D keypoints `layout`, the order of their joints if it is not the one that
+    the format has. image_size: of the video, or as told, for an adapter that needs it. InputError as for read_all, and
+    for 2D joints whose bones are those of a body in another order only.
+    """
     chosen = find_adapter(path, adapter, gives)
     if chosen.gives not in ("poses", "keypoints"):
         raise InputError(
             "format-unknown", f"{path} is a file of {chosen.gives}; expected one of poses or keypoints."
         )
     try:
-        people = _people(chosen, call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options))
+        takes, own = option_types(chosen.read), dict(options)
+        layout = own.pop("layout", None) if chosen.gives == "keypoints" and "layout" not in takes else None
+        if "image_size" in takes and image_size is not None:
+            own.setdefault("image_size", image_size)
+        people = _people(chosen, call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=own))
+        if chosen.gives == "keypoints":
+            people = _in_order(people, layout)
         maker = getattr(chosen, "made_by", UNSAID)
         return Source(
             path, chosen, tuple(one.with_(made_by=maker) if one.made_by == UNSAID else one for one in people)
@@ -109,6 +142,32 @@ def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any])
         elif adapter != "auto" and others:
             said += f" {exchanged(path, gives)}"
         raise InputError(error.code, said) from None
+
+
+def _in_order(people: tuple[PoseSequence, ...], told: str | None) -> tuple[PoseSequence, ...]:
+    """2D keypoints in the layout that was told. InputError for one of another number of joints, and without one where
+    the bones are those of a body in another order only."""
+    own = people[0].layout
+    if told is not None:
+        layout = layout_named(told)
+        if len(layout) != len(own):
+            raise InputError(
+                "bad-value",
+                f"Expected a layout of {len(own)} joints, as the file has, got {layout.name} of {len(layout)}.",
+            )
+        return tuple(poses.with_(layout=layout) for poses in people)
+    others = (
+        layout for layout in LAYOUTS.values() if layout not in (H36M17_B, H36M17_C)
+    )  # H36M17's mirror images
+    points = np.concatenate([poses.joints for poses in people])
+    if (fits := other_order(points, own, others, _ENOUGH_ROWS)) is not None:
+        raise InputError(
+            "wrong-content",
+            f"expected joints in the order of {own.name}, but their limbs are those of a body in the order of "
+            f"{fits.name} only; if they are in that order, say so with --set keypoints.layout={fits.name} (-O "
+            f"layout={fits.name}), and with layout={own.name} that they are not.",
+        )
+    return people
 
 
 def _people(adapter: Adapter, given: Any) -> tuple[PoseSequence, ...]:

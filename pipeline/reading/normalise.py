@@ -16,6 +16,7 @@ from ..core.pose import PoseSequence, Step, package_version
 from ..core.take import Handedness
 from ..files.atomic import printable
 from ..plugins.protocols import Adapter
+from ..signals.bounds import check_size
 from ..signals.checks import empty_rows, whole_rows
 from ..signals.rates import timed
 from .handedness import guarded
@@ -36,6 +37,7 @@ def normalised(
     poses = poses.with_(history=(Step("read", package_version(), options), *poses.history))
     if fps is not None:
         poses = timed(poses, fps)
+    check_size(poses, str(path))
     if adapter.gives == "keypoints":
         return poses
     poses = remap(_missing(poses, path, missing), H36M17)

@@ -16,6 +16,7 @@ from ..files.atomic import printable
 from ..files.digest import sha256
 from ..files.video_frames import shown_size
 from ..signals.altered import alterations, altered, without_altered
+from ..signals.bounds import check_times
 from ..signals.findings import findings_of
 from ..signals.swaps import treated
 from ..signals.together import together
@@ -156,7 +157,8 @@ def _read(options: RunOptions) -> _Files:
         poses = load(options.poses, options.adapter, "poses", options.options)
     if options.keypoints:
         adapter, own = options.keypoints_adapter, options.keypoints_options
-        keypoints = load(options.keypoints, adapter, "keypoints", own)
+        size = options.image_size if video is None else shown_size(video)
+        keypoints = load(options.keypoints, adapter, "keypoints", own, size)
     given = {"poses": options.poses, "keypoints": options.keypoints, "video": options.video}
     inputs = {
         role: {"role": role, "file": printable(path.name), "sha256": sha256(path)}
@@ -177,6 +179,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
     doubts = clock.doubts()  # before the keypoints' times stand in for another file's
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
+    check_times(lead.times, str(video.path if video is not None and options.fps is None else path))
     if poses is None:
         keypoints = lead
     elif keypoints is not None and options.keypoints:
@@ -318,6 +321,8 @@ def _video_alone(files: _Files) -> Take:
             "--set read.first_frame numbers the rows of a file, and there is none; leave it out.",
         )
     video, asked = files.video, files.options.time_range
+    if files.options.fps is None:
+        check_times(video.time_s, str(video.path))
     take = Take(
         name=printable(video.path.stem),
         video=video,

@@ -24,7 +24,7 @@ _BONES = {
     ("shoulder", "hip"): TRUNK,
 }
 _SEEN_WHOLE = 90  # percentile of a bone's length in the image, near which it lies across the view
-_MISFIT, _HALF = (
+MISFIT, _HALF = (
     0.2,
     0.5,
 )  # from which an order is doubted, and the share of it that another one may have at most
@@ -64,4 +64,4 @@ def other_order(
     seen = seen[:: 1 + len(seen) // _MOST_ROWS]
     own, found = misfit(seen, layout), [np.nan_to_num(misfit(seen, other), nan=np.inf) for other in rivals]
     best = int(np.argmin(found))
-    return rivals[best] if own > _MISFIT and found[best] < _HALF * own else None
+    return rivals[best] if own > MISFIT and found[best] < _HALF * own else None

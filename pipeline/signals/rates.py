@@ -12,7 +12,7 @@ from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.take import Video
 
-_RATES = (1.0, 1000.0)  # of video; fewer frames carry no movement, and more a camera for people does not take
+RATES = (1.0, 1000.0)  # of video; fewer frames carry no movement, and more a camera for people does not take
 _TOLERANCE = 0.01  # of a rate: 29.97 is 30
 _SLOWED = 1.05  # times as many frames captured as shown: slow motion
 
@@ -21,12 +21,12 @@ _SLOWED = 1.05  # times as many frames captured as shown: slow motion
 _AGAINST = frozenset(("slow-motion-stated", "clocks-contradict", "rate-against-movement"))
 
 
-def check_fps(fps: float, flag: str = "--fps", most: float = _RATES[1]) -> float:
+def check_fps(fps: float, flag: str = "--fps", most: float = RATES[1]) -> float:
     """The rate itself. InputError for one outside 1 to `most` a second. flag: of the option that gives it."""
-    if not _RATES[0] <= fps <= most:
+    if not RATES[0] <= fps <= most:
         raise InputError(
             "bad-value",
-            f"Expected a rate of {_RATES[0]:g} to {most:g} a second ({flag}), got {fps:g}; give that of the recording.",
+            f"Expected a rate of {RATES[0]:g} to {most:g} a second ({flag}), got {fps:g}; give that of the recording.",
         )
     return fps
 

@@ -116,7 +116,7 @@ def test_a_broken_promise_is_found(toy, fields, says):
 def test_a_file_that_another_adapter_takes_too_is_said(toy, tmp_path):
     golden = toy()
     registry.load_all("adapters")["rival"] = Toy(name="rival")
-    with pytest.raises(AssertionError, match="fits several adapters: toy, rival"):
+    with pytest.raises(AssertionError, match=r"fits several adapters.*toy.*rival"):
         check_adapter("toy", golden)
 
 

@@ -1,0 +1,64 @@
+"""Joints by the names that programs and people give them: "left_knee", "LKnee", "knee_r", "RBigToe", "mid_hip"."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from functools import lru_cache
+
+from .clock import plain
+
+_PAIRED = {
+    **{part: part for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist", "heel", "eye", "ear")},
+    **dict.fromkeys(("big_toe", "bigtoe", "hallux", "big_toe_tip"), "big_toe"),
+    **dict.fromkeys(("small_toe", "smalltoe", "little_toe", "small_toe_tip"), "small_toe"),
+    **dict.fromkeys(("foot_index", "footindex"), "foot_index"),
+}
+_MIDDLE = {
+    **{part: part for part in ("nose", "neck", "head", "spine", "thorax")},
+    **dict.fromkeys(
+        (
+            "pelvis",
+            "hip",
+            "hips",
+            "chip",
+            "midhip",
+            "mid_hip",
+            "hip_center",
+            "center_hip",
+            "root",
+            "mid_hips",
+        ),
+        "pelvis",
+    ),
+    **dict.fromkeys(("head_top", "top_head", "headtop", "top_of_head", "vertex"), "head_top"),
+}
+_SIDES = {"left": "l", "l": "l", "lt": "l", "right": "r", "r": "r", "rt": "r"}
+_FUSED = re.compile(rf"(left|right|l|r)({'|'.join(sorted(_PAIRED, key=len, reverse=True))})")
+_MPII = re.compile(
+    r"(hip|knee|ankle|shoulder|elbow|wrist)([12])"
+)  # DeepLabCut's full_human: right before left
+
+
+@lru_cache(1 << 12)
+def joint_named(label: str) -> str:
+    """Our name of a joint; "" for a point that is none of ours."""
+    words = plain(label).split("_")
+    if match := _MPII.fullmatch("".join(words)):
+        return f"{'rl'[int(match[2]) - 1]}_{match[1]}"
+    if match := _FUSED.fullmatch("".join(words)):
+        return f"{_SIDES[match[1]]}_{_PAIRED[match[2]]}"
+    for at in (0, -1):
+        rest = "_".join(words[1:] if at == 0 else words[:-1])
+        if words[at] in _SIDES and rest in _PAIRED:
+            return f"{_SIDES[words[at]]}_{_PAIRED[rest]}"
+    return _MIDDLE.get("_".join(words), "")
+
+
+def joints_named(labels: Sequence[str]) -> dict[str, int]:
+    """Where each joint is among labels; the first of those of one name."""
+    found: dict[str, int] = {}
+    for i, label in enumerate(labels):
+        if joint := joint_named(label):
+            found.setdefault(joint, i)
+    return found
