@@ -17,6 +17,7 @@ from ..pipeline.core.layouts import COCO17, H36M17
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.arrays import Shape, arrays_in
+from ..pipeline.signals.tracker import REACH, steps
 from .kit.numpy import peek, plain_array
 from .kit.people import COUNTS, LAYOUTS, People, in_pixels
 
@@ -68,6 +69,8 @@ def read(path: Path, image_size: tuple[int, int] | None = None) -> tuple[PoseSeq
                 f"{path}: expected x and y in pixels, and scores as a third number, got other coordinates; give 3D "
                 "joints with --poses.",
             )
+    if points.ndim == 4 and len(points) == 1 and np.median(steps(points[0, ..., :2])) < REACH:
+        points = points[0]  # a batch of one video, for people of one frame do not stand in each other's place
     points = points[:, None] if points.ndim == 3 else points
     if np.nanmax(points[..., :2]) <= _SHARES:
         points = np.concatenate([in_pixels(points[..., :2], image_size, str(path)), points[..., 2:]], axis=-1)

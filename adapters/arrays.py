@@ -93,7 +93,7 @@ def read(
 
 def _judged(path: Path) -> PoseSequence:
     joints = plain_array(path, lifters.FRAMES)
-    if why := why_no_body(joints):
+    if why := why_no_body(joints, sides=False):
         raise InputError(
             "wrong-axes",
             f"{path}: expected Human3.6M's joints in camera axes, as nothing else is said of it, but {why}; say what "
@@ -116,8 +116,9 @@ def _unit_from_camera(joints: np.ndarray) -> str:
     )
 
 
-def why_no_body(joints: np.ndarray) -> str:
-    """What contradicts that joints (T, 17, 3) are Human3.6M's in camera axes; "" where nothing does."""
+def why_no_body(joints: np.ndarray, sides: bool = True) -> str:
+    """What contradicts that joints (T, 17, 3) are Human3.6M's in camera axes; "" where nothing does. sides: whether
+    left and right count, which are looked at in what was read, too."""
     whole = joints[np.isfinite(joints).all(axis=(1, 2)) & (np.ptp(joints, axis=(1, 2)) > 0)].astype(
         np.float64
     )
@@ -134,7 +135,7 @@ def why_no_body(joints: np.ndarray) -> str:
     if not (-stands[:, 1] > _UPRIGHT).all():
         axis = int(np.abs(stands).sum(axis=0).argmax())
         return f"the body stands along {'-' if stands[:, axis].sum() < 0 else '+'}{'xyz'[axis]}, not along -y"
-    verdict = chirality(lifters.in_camera(whole)).verdict
+    verdict = chirality(lifters.in_camera(whole)).verdict if sides else ""
     return "its left and right contradict nose and knees" if verdict in ("wrong", "legs against arms") else ""
 
 

@@ -30,7 +30,11 @@ reads = (
 )
 marks = ("x", "y", "z", "knee", "wrist")
 
-_UP = {"z": (Z_UP, 2, 1.0), "y": (Y_UP, 1, 1.0), "camera": (CAMERA, 1, -1.0)}  # axis and sign of up
+_UP = {
+    "z": (Z_UP, 2, 1.0),
+    "y": (Y_UP, 1, 1.0),
+    "camera": (CAMERA.with_(origin="camera"), 1, -1.0),
+}  # axis and sign of up
 _UPRIGHT = 0.7  # cosine of legs and trunk to the vertical in the usual frame
 _UNITS = ("m", "cm", "mm")
 

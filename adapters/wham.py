@@ -5,12 +5,14 @@ A dict of subjects, each with the parameters of SMPL and the mesh that they make
 of the camera and from its centre, and `frame_ids`, video frames from 0. The joints are inside the mesh: a regressor
 makes them of it, which belongs to SMPL and has to be given as an array, as its licence forbids to ship it. Face, heels
 and toes are points of the mesh, known by number. World poses are parameters alone and are not read.
+
+MoViD saves the same dict with the joints in it: `joints3d` (T, 31, 3) about the hips' middle, COCO's 17 first, and
+`trans_cam` (T, 3), where before the camera that is (demo.py).
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,7 @@ import numpy as np
 
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
-from ..pipeline.core.layouts import FEET, H36M17_B, Layout
+from ..pipeline.core.layouts import COCO17, FEET, H36M17_B, Layout
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.arrays import load as load_array
 from ..pipeline.files.skeletons import SMPL
@@ -28,10 +30,10 @@ from .kit.pickles import beginning, load
 name = "wham"
 gives = "poses"
 made_by = MadeBy("estimated", "WHAM")
-reads = "wham_output.pkl of WHAM: meshes in camera axes, metres (option regressor: SMPL's, as a .npy)"
+reads = "wham_output.pkl of WHAM (with option regressor: SMPL's, as a .npy) and MoViD's results: camera axes, metres"
 marks = ("verts", "frame_ids", "pose_world")
 
-_VERTICES = 6890
+_VERTICES, _JOINTS = 6890, "joints3d"
 _POINTS = {  # of SMPL's mesh, as its authors' package smplx numbers them for OpenPose's joints
     "nose": 332, "r_eye": 6260, "l_eye": 2800, "r_ear": 4071, "l_ear": 583,
     "l_big_toe": 3216, "l_small_toe": 3226, "l_heel": 3387, "r_big_toe": 6617, "r_small_toe": 6624, "r_heel": 6787,
@@ -54,31 +56,56 @@ def sniff(path: Path) -> bool:
 def read(path: Path, regressor: str = "") -> tuple[PoseSequence, ...]:
     """One sequence a subject, in CAMERA axes from the camera's centre, metres.
 
-    regressor: .npy of (24, 6890), SMPL's own joints, or (17, 6890), J_regressor_h36m.npy; looked for beside the
-    results if the path leads nowhere. InputError without it, and when the file holds anything but arrays and plain
-    containers, is not of this form, or has no meshes.
+    regressor: for meshes without joints, .npy of (24, 6890), SMPL's own joints, or (17, 6890), J_regressor_h36m.npy;
+    looked for beside the results if the path leads nowhere. InputError when it lacks, and when the file holds anything
+    but arrays and plain containers, is not of this form, or has no meshes.
     """
-    if not regressor:
+    held = load(path)
+    if not isinstance(held, dict) or not held:
+        raise InputError(
+            "format-unknown", f"{path}: expected a dict of subjects, as WHAM writes it, got another pickle."
+        )
+    subjects = {str(person): values if isinstance(values, dict) else {} for person, values in held.items()}
+    ready = all(_JOINTS in values for values in subjects.values())
+    if not ready and not regressor:
         raise InputError(
             "needs-input",
             f"{path}: expected joints, got WHAM's meshes; give SMPL's joint regressor, an .npy of (24, 6890) or (17, "
             "6890), with regressor= (-O regressor=J_regressor_h36m.npy), or save joints with a frame rate as .npz "
             "for adapter amass.",
         )
-    weights = _weights(Path(regressor) if Path(regressor).exists() else path.parent / regressor)
-    names, points = _ROWS[len(weights)]
-    layout = Layout("SMPL mesh", (*names, *points))
-    at = [_POINTS[point] for point in points]
-    return tuple(
-        PoseSequence(
-            joints=np.concatenate([weights @ mesh, mesh[:, at]], axis=1),
-            layout=layout,
-            frame=CAMERA.with_(origin="camera"),
-            frame_index=frames,
-            person=person,
-        ).noted("regressor", joints=len(weights))
-        for person, mesh, frames in _subjects(load(path), str(path))
+    weights = (
+        None if ready else _weights(Path(regressor) if Path(regressor).exists() else path.parent / regressor)
     )
+    return tuple(_person(person, values, weights, str(path)) for person, values in subjects.items())
+
+
+def _person(person: str, values: dict[str, Any], weights: np.ndarray | None, where: str) -> PoseSequence:
+    """weights: of the regressor; without it the joints are MoViD's, about the hips' middle."""
+    here = f"{where}, subject {person}"
+    mesh = shaped(values.get("verts"), f"{here}, verts", ("frames", _VERTICES, 3))
+    frames = shaped(values.get("frame_ids"), f"{here}, frame_ids", (len(mesh),), kinds="iu")
+    if weights is None:
+        found = shaped(values.get(_JOINTS), f"{here}, {_JOINTS}", (len(mesh), "joints", 3))
+        away = shaped(values.get("trans_cam"), f"{here}, trans_cam", (len(mesh), 3))
+        if found.shape[1] < len(COCO17):
+            raise InputError(
+                "wrong-content",
+                f"{here}: expected COCO's 17 joints first in {_JOINTS}, got {found.shape[1]}.",
+            )
+        joints, names, points = found[:, : len(COCO17)] + away[:, None], COCO17.joints, FEET.joints
+    else:
+        joints, (names, points) = weights @ mesh, _ROWS[len(weights)]
+    poses = PoseSequence(
+        joints=np.concatenate([joints, mesh[:, [_POINTS[point] for point in points]]], axis=1),
+        layout=Layout("SMPL mesh", (*names, *points)),
+        frame=CAMERA.with_(origin="camera"),
+        frame_index=frames,
+        person=person,
+    )
+    if weights is None:
+        return poses.with_(made_by=MadeBy("estimated", "MoViD"))
+    return poses.noted("regressor", joints=len(weights))
 
 
 def _weights(path: Path) -> np.ndarray:
@@ -90,16 +117,3 @@ def _weights(path: Path) -> np.ndarray:
             f"{path}: expected a joint regressor, whose weights add up to 1 for each joint, got another array.",
         )
     return weights
-
-
-def _subjects(held: Any, where: str) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Name, mesh (T, 6890, 3) and video frames (T,) of everybody."""
-    if not isinstance(held, dict) or not held:
-        raise InputError(
-            "format-unknown", f"{where}: expected a dict of subjects, as WHAM writes it, got another pickle."
-        )
-    for person, values in held.items():
-        here, arrays = f"{where}, subject {person}", values if isinstance(values, dict) else {}
-        mesh = shaped(arrays.get("verts"), f"{here}, verts", ("frames", _VERTICES, 3))
-        frames = shaped(arrays.get("frame_ids"), f"{here}, frame_ids", (len(mesh),), kinds="iu")
-        yield str(person), mesh, frames

@@ -44,7 +44,9 @@ _UNITS = {  # by the seconds of one; None where the values show them
 }  # fmt: skip
 _SECONDS = {name: unit for unit, names in _UNITS.items() for name in names}
 _KINDS = {name: kind for kind, names in _NAMES.items() for name in names} | dict.fromkeys(_SECONDS, "time")
-_LIKE = re.compile(r"frame|time|stamp|clock|image|index|(^|_)(idx|no|nr|secs?|ms)(_|$)")
+_LIKE = re.compile(
+    r"frame|time|stamp|clock|tick|count|sample|image|index|(^|_)(idx|no|nr|num|secs?|ms|us)(_|$)"
+)
 _UNNAMED = re.compile(r"(unnamed(_\d+)?)?")  # as pandas writes and reads the index of its rows
 
 _USUAL_HZ = (4.0, 500.0)  # rows a second by which a unit shows; no two units fit one step

@@ -67,7 +67,13 @@ def first_person(path: Path) -> tuple[Mapping[str, Any], bool] | None:
 
 
 def people_of(entry: Any) -> list[Any] | None:
-    """Everybody of one entry: of a frame the people, of a detection itself; None for anything else."""
+    """Everybody of one entry: of a frame the people, of a detection itself; None for anything else. An entry may be a
+    text: who dumps what was JSON already has JSON in JSON."""
+    if isinstance(entry, str) and entry[:1] in ("[", "{"):
+        try:
+            entry = json.loads(entry)
+        except (ValueError, RecursionError):
+            return None
     if isinstance(entry, list):
         return entry
     if not isinstance(entry, dict):
@@ -107,8 +113,6 @@ def frames(
     listed, count = None, 0
     for key, entry in each(path, what):
         where = f"{path}, entry {count}"
-        if isinstance(entry, str) and entry[:1] in ("[", "{"):  # who dumps what was JSON already
-            entry = _decoded(entry, where)
         if not is_frame(key, entry):
             if key in ("", listed):
                 raise InputError("wrong-content", f"{where}: expected {expected}, got {entry!r:.60}.")
@@ -128,13 +132,6 @@ def frames(
         raise InputError(
             "format-unknown", f"{path}: expected {what} in a list of people or of frames, found none."
         )
-
-
-def _decoded(text: str, where: str) -> Any:
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
-        raise InputError("file-damaged", f"{where}: expected JSON in a text, got {text!r:.60}.") from None
 
 
 def _from_1(said: Mapping[str, Any], where: str) -> int:

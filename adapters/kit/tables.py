@@ -49,7 +49,6 @@ _LABELS = {
 _STACKED = ("scorer", "individuals", "bodyparts", "coords")  # what lines of DeepLabCut's header begin with
 _MISSING = {"", "nan", "na", "n/a", "#n/a", "none", "null", "nil", "-"}
 _PEEK_BYTES = 1 << 16
-_LOOKED_AT = 20  # columns of which nothing is known that may be clocks
 
 Names = Callable[[int], Sequence[str] | None]  # of the columns of a table without a header, by their number
 
@@ -221,12 +220,11 @@ def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
         values = {
             i: _Column(str(int(c.point) - 1), c.axis) if c.point.isdecimal() else c for i, c in values.items()
         }
-    rest = [i for i in range(len(names)) if i not in coordinates and i not in (label, person)]
-    known = [i for i in rest if kind_of(names[i])]
-    clocks = (*known, *[i for i in rest if i not in known][:_LOOKED_AT])
-    if not values or (label is not None and not known):
+    said = [kind_of(name) not in ("", "person") for name in names]
+    clocks = [i for i in range(len(names)) if said[i] and i not in coordinates and i != label]
+    if not values or (label is not None and not clocks):
         return None
-    return Header(tuple(names), values, label, person, clocks, delimiter, lines)
+    return Header(tuple(names), values, label, person, tuple(clocks), delimiter, lines)
 
 
 def _column(name: str) -> _Column | None:

@@ -68,10 +68,13 @@ def row_findings(source: PoseSequence) -> list[Notice]:
     source: as the adapter gives it, 2D or 3D.
     """
     found = []
-    span = int(source.frame_index[-1] - source.frame_index[0]) + 1
+    stride = (
+        int(np.gcd.reduce(np.diff(source.frame_index))) or 1
+    )  # of every second frame none is missing between
+    span = int(source.frame_index[-1] - source.frame_index[0]) // stride + 1
     absent, gone, empty = span - len(source), _incomplete(source), int(empty_rows(source).sum())
     if lost := absent + gone + empty:
-        longest = int(np.diff(source.frame_index).max(initial=1)) - 1
+        longest = int(np.diff(source.frame_index).max(initial=stride)) // stride - 1
         counts: dict[str, Any] = {"absent": absent, "longest": longest, "incomplete": gone, "empty": empty}
         ways = (
             f"{absent} left out (at most {longest} in a row)" * bool(absent),

@@ -155,6 +155,15 @@ def _openpose_25b(person: Person, folder: Path) -> Path:
     return detections.openpose(folder, scene)
 
 
+def _whole_body(person: Person, folder: Path) -> Path:
+    """Halpe's 136 joints, of which the first are the body."""
+    scene = person.two_in_images(HALPE26)
+    return detections.alphapose(
+        folder,
+        {name: (frames, points[:, [*range(26), *[0] * 110]]) for name, (frames, points) in scene.items()},
+    )
+
+
 def _alphapose_dict(form: str, person: Person, folder: Path) -> Path:
     scene = person.two_in_images(OPENPOSE18)
     between = {name: detections.between_shoulders(points) for name, points in scene.items()}
@@ -166,12 +175,27 @@ def _imu_csv(person: Person, folder: Path) -> Path:
     return folder / "wrist.csv"
 
 
+def _movid(person: Person, folder: Path) -> Path:
+    path = folder / "movid_output.pkl"
+    path.write_bytes(phalp.as_joblib(estimators.movid_people(_two_turning(person))))
+    return path
+
+
+def _mediapipe_npy(person: Person, folder: Path) -> Path:
+    np.save(folder / "world.npy", landmarks.landmarks(person.turning(FRAMES)))
+    return folder / "world.npy"
+
+
 CATALOGUE = (
     Golden("alphapose", "`alphapose-results.json`", partial(_detections, "alphapose", HALPE26)),
+    Golden("alphapose", "the same of a whole-body model", _whole_body),
     Golden("alphapose", "`--format cmu`", partial(_alphapose_dict, "alphapose_cmu"), {"track": True}),
     Golden("alphapose", "`--format open`", partial(_alphapose_dict, "alphapose_open"), {"track": True}),
     Golden("alphapose3d", "`alphapose-results.json` of its SMPL model", partial(_people, estimators.alphapose3d)),
     Golden("amass", "`*_poses.npz` with joints", _amass),
+    Golden("array2d", "rtmlib's `keypoints` and `scores` in an `.npz`", partial(_detections, "rtmlib", COCO17)),
+    Golden("array2d", "`.npy` of (frames, 17, 3): x, y, score", partial(_detections, "array2d", COCO17)),
+    Golden("arrays", "`.npy` of (frames, 17, 3), of no known lifter", partial(_npy, lifters.smoothed, 300)),
     Golden(
         "arrays", "any `.npy`, here in metres", partial(_npy, np.asarray, FRAMES),
         {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}, by_name=True,
@@ -202,11 +226,14 @@ CATALOGUE = (
     ),
     Golden("freemocap", "v2's `freemocap_data_by_frame.csv`", _freemocap_csv),
     Golden("imu_csv", "a table with time_s", _imu_csv),
+    Golden("json2d", "JSON of MoveNet in TF.js", partial(_detections, "tfjs", COCO17)),
     Golden("keypoints", "`keypoints.npz`", partial(_detections, "keypoints", COCO17)),
     Golden("mediapipe", "CSV, numbered columns", partial(_mediapipe, landmarks.wide)),
     Golden("mediapipe", "CSV, a row a landmark", partial(_mediapipe, landmarks.long)),
     Golden("mediapipe", "JSON of the Tasks API", _tasks_json),
     Golden("mediapipe", "JSON, bare lists", partial(_mediapipe, landmarks.bare_json)),
+    Golden("mediapipe", "`.npy` of (frames, 33, 3 or 4)", _mediapipe_npy),
+    Golden("mhr70", "CSV of SAM3DBody-cpp", partial(_one, estimators.sam3d_csv)),
     Golden("mhr70", "`.npz` of SAM 3D Body's arrays", partial(_one, estimators.sam3d_stacked)),
     Golden("mhr70", "folder of `.npz` with SAM 3D Body's dicts", partial(_people, estimators.sam3d_folder)),
     Golden("mhr70", "JSON of SAM 3D Body's dicts", partial(_people, estimators.sam3d_json)),
@@ -219,12 +246,21 @@ CATALOGUE = (
     Golden("motionbert", "`X3D.npy`", partial(_npy, lifters.x3d, 300)),
     Golden("openpose", "folder of `*_keypoints.json` or `cam01.0000.json`", partial(_detections, "openpose", BODY_25)),
     Golden("openpose", "the same of BODY_25B", _openpose_25b),
+    Golden("openpose", "Pose2Sim's and Sports2D's `<video>_json`", partial(_detections, "openpose", HALPE26)),
     Golden("openpose3d", "folder of `*_keypoints.json` or `cam01.0000.json`, 3D", _openpose3d),
     Golden("openpose3d", "the same of BODY_25B", partial(_openpose3d, layout=BODY_25B)),
     Golden("phalp", "`demo_<video>.pkl`", _phalp),
     Golden("rtmw3d", "demo's `results_<video>.json`", partial(_people, lifters.rtmw3d)),
     Golden("soma", "Kimodo's `.npz`", partial(_world, estimators.soma)),
+    Golden("table2d", "DeepLabCut's CSV", partial(_detections, "deeplabcut", COCO17)),
+    Golden("table2d", "CSV, a column for each coordinate", partial(_detections, "columns", COCO17)),
+    Golden("table3d", "anipose's CSV", partial(_world, worlds.anipose)),
     Golden("trc", "Pose2Sim's `<take>_<frames>.trc`", _trc),
+    Golden("ultralytics", "JSON of `to_json`", partial(_detections, "ultralytics", COCO17)),
+    Golden(
+        "ultralytics", "folder of `save_txt`",
+        partial(_detections, "ultralytics_texts", COCO17), {"image_size": detections.IMAGE_SIZE},
+    ),
     Golden("video", "`*.mp4`", lambda _, folder: films.film(folder / "walk.mp4", range(0, 800, 40))),
     Golden(
         "videopose2d", "`data_2d_custom_<name>.npz`",
@@ -234,5 +270,6 @@ CATALOGUE = (
     Golden("videopose3d", "folder of a vis.py", partial(_one, lifters.vis_folder)),
     Golden("vis2d", "`input_2D/keypoints.npz`", partial(_detections, "vis2d", H36M17)),
     Golden("vis2d", "the same with scores", partial(_detections, "vis2d_scores", H36M17)),
+    Golden("wham", "MoViD's `.pkl`", _movid),
     Golden("wham", "`wham_output.pkl`", _wham, {"regressor": estimators.REGRESSOR}),
 )  # fmt: skip

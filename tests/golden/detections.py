@@ -283,10 +283,105 @@ def keypoints(folder: Path, scene: Scene) -> Path:
     return folder / KEYPOINTS
 
 
+def ultralytics(folder: Path, scene: Scene) -> Path:
+    """A list of what Results.to_json gives of each frame."""
+    rows = _rows(scene)
+    frames = [
+        [
+            {
+                "name": "person", "class": 0, "confidence": 0.9, "track_id": int(person) + 1,
+                "box": dict(zip(("x1", "y1", "x2", "y2"), (*row[:, :2].min(0), *row[:, :2].max(0)), strict=True)),
+                "keypoints": {"x": row[:, 0].tolist(), "y": row[:, 1].tolist(), "visible": row[:, 2].tolist()},
+            }
+            for at, person, row in rows
+            if at == frame
+        ]
+        for frame in range(rows[-1][0] + 1)
+    ]  # fmt: skip
+    return _dump(folder / "results.json", frames)
+
+
+IMAGE_SIZE = (1000, 500)  # of the folder of texts, whose coordinates are shares of it
+
+
+def ultralytics_texts(folder: Path, scene: Scene) -> Path:
+    """The folder that save_txt and save_conf fill, frames from 1."""
+    folder = folder / "labels"
+    folder.mkdir()
+    rows = _rows(scene)
+    for frame in sorted({frame for frame, _, _ in rows}):
+        lines = []
+        for at, _, row in rows:
+            if at == frame:
+                values = row / [*IMAGE_SIZE, 1]
+                lines.append(" ".join(f"{v:.7f}" for v in (*_box(values), *values.ravel())))
+        (folder / f"walk_{frame + 1}.txt").write_text("".join(f"0 {line}\n" for line in lines))
+    return folder
+
+
+def tfjs(folder: Path, scene: Scene) -> Path:
+    """MoveNet's poses of each frame, as JSON.stringify writes them."""
+    frames = [
+        {
+            "frameNumber": frame["frame_id"],
+            "poses": [
+                {
+                    "keypoints": [
+                        {"x": x, "y": y, "score": score, "name": name}
+                        for (x, y), score, name in zip(
+                            person["keypoints"], person["keypoint_scores"], COCO_NAMES, strict=True
+                        )
+                    ]
+                }
+                for person in frame["instances"]
+            ],
+        }
+        for frame in _instances(scene, first=0)
+    ]
+    return _dump(folder / "movenet.json", {"model": "MoveNet", "frames": frames})
+
+
+def rtmlib(folder: Path, scene: Scene) -> Path:
+    """numpy.savez of keypoints (T, P, 17, 2) and scores (T, P, 17), padded with zeros."""
+    values = np.moveaxis(_reconstruction(scene), 0, 1)
+    np.savez(folder / "keypoints.npz", keypoints=values[..., :2], scores=values[..., 2])
+    return folder / "keypoints.npz"
+
+
+def array2d(folder: Path, scene: Scene) -> Path:
+    """(T, 17, 3) of the first person."""
+    np.save(folder / "keypoints.npy", _reconstruction(scene)[0])
+    return folder / "keypoints.npy"
+
+
+def deeplabcut(folder: Path, scene: Scene) -> Path:
+    """The CSV of one individual."""
+    frames, points = scene["0"]
+    columns = [(joint, axis) for joint in COCO_NAMES for axis in ("x", "y", "likelihood")]
+    lines = [
+        ",".join(["scorer", *["DLC_resnet50_walkNov1shuffle1_200000"] * len(columns)]),
+        ",".join(["bodyparts", *[joint for joint, _ in columns]]),
+        ",".join(["coords", *[axis for _, axis in columns]]),
+        *(",".join(map(str, [frame, *row.ravel()])) for frame, row in zip(frames, points, strict=True)),
+    ]
+    (folder / "walkDLC.csv").write_text("\n".join(lines) + "\n")
+    return folder / "walkDLC.csv"
+
+
+def columns(folder: Path, scene: Scene) -> Path:
+    """A row a person and frame, as many save tracks of Ultralytics."""
+    names = [f"{joint}_{axis}" for joint in COCO_NAMES for axis in ("x", "y", "conf")]
+    lines = [",".join(["frame", "track_id", *names])]
+    lines += [",".join(map(str, [frame, person, *row.ravel()])) for frame, person, row in _rows(scene)]
+    (folder / "tracks.csv").write_text("\n".join(lines) + "\n")
+    return folder / "tracks.csv"
+
+
 WRITERS = {
     writer.__name__: writer
     for writer in (
         alphapose, alphapose_cmu, alphapose_open, openpose, coco_results, coco_tracks, coco_annotations,
         mmpose_inferencer, mmpose_demo, mmpose_images, detectron, videopose2d, vis2d, vis2d_scores, keypoints,
+        ultralytics, ultralytics_texts, tfjs, rtmlib, array2d, deeplabcut, columns,
     )
 }  # fmt: skip

@@ -12,7 +12,7 @@ from golden import worlds
 from golden.bodies import feet_of
 from golden.lifters import box_of
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.layouts import FEET, MHR70, SOMA77
+from pcnet3d.pipeline.core.layouts import COCO17, FEET, MHR70, SOMA77
 
 AWAY_M = np.array([0.3, 0.1, 4.0])
 FOCAL_PX = 1468.6  # the diagonal of 1280 x 720
@@ -231,4 +231,29 @@ def wham_people(people: list[np.ndarray]) -> dict:
             "betas": still[:, :10], "verts": mesh + np.float32(AWAY_M),
             "frame_ids": np.arange(len(bodies)) + 10 * person,
         }  # fmt: skip
+    return subjects
+
+
+def sam3d_csv(folder: Path, bodies: np.ndarray) -> Path:
+    """SAM3DBody-cpp's table of one person."""
+    sides, ends = {"l": "left", "r": "right"}, {"toe": "toe_tip"}
+    ends |= {number: f"{number}_joint" for number in ("first", "second", "third")}
+    names = [
+        "_".join({**sides, **ends}.get(word, word) for word in joint.split("_")) for joint in MHR70.joints
+    ]
+    lines = [",".join(f"{name}_3D{axis}" for name in names for axis in "XYZ")]
+    lines += [",".join(f"{value:f}" for value in row.ravel()) for row in mhr70(bodies)]
+    (folder / "pose.csv").write_text("\n".join(lines) + "\n")
+    return folder / "pose.csv"
+
+
+def movid_people(people: list[np.ndarray]) -> dict:
+    """WHAM's dict with MoViD's joints in it, 31 of them, about the hips' middle."""
+    near = {f"{side}_{part}": at for side in "lr" for part, at in (("eye", "nose"), ("ear", "head"))}
+    subjects = wham_people(people)
+    for bodies, held in zip(people, subjects.values(), strict=True):
+        hips = bodies[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1)
+        joints = _placed(bodies, COCO17.joints, near) - hips[:, None]
+        held["joints3d"] = np.concatenate([joints, joints[:, :14]], axis=1).astype(np.float32)
+        held["trans_cam"] = (hips + AWAY_M).astype(np.float32)
     return subjects

@@ -74,6 +74,13 @@ def x3d(bodies: np.ndarray) -> np.ndarray:
     return (bodies + np.stack(root, axis=-1)[:, None]).astype(np.float32)
 
 
+def smoothed(bodies: np.ndarray) -> np.ndarray:
+    """X3D.npy after somebody's filter over time, which leaves no exact zero."""
+    from scipy.ndimage import gaussian_filter1d
+
+    return gaussian_filter1d(x3d(bodies), 2, axis=0)
+
+
 def viz_export(bodies: np.ndarray) -> np.ndarray:
     """What VideoPose3D's run.py --viz-export saves: the pelvis near 0, but not at it."""
     drift = 0.004 * np.cos(np.arange(len(bodies))[:, None, None] + [0, 1, 2])

@@ -144,3 +144,29 @@ def freemocap_csv(folder: Path, joints: np.ndarray) -> Path:
     path = folder / "freemocap_data_by_frame.csv"
     path.write_text("\n".join(lines) + "\n")
     return path
+
+
+def anipose(folder: Path, world: np.ndarray) -> Path:
+    """anipose's pose-3d CSV, millimetres: coordinates, errors, numbers of cameras and scores of each joint, at the end
+    the transform and the frame."""
+    lines = [
+        ",".join(
+            [
+                *(
+                    f"{name}_{what}"
+                    for name in POSE2SIM
+                    for what in ("x", "y", "z", "error", "ncams", "score")
+                ),
+                *(f"M_{i}{j}" for i in range(3) for j in range(3)),
+                "center_0",
+                "center_1",
+                "center_2",
+                "fnum",
+            ]
+        )
+    ]
+    for frame, row in enumerate(1000 * world[:, H36M17.indices(list(POSE2SIM.values()))]):
+        cells = [value for point in row for value in (*point, 1.2, 3, 0.9)]
+        lines.append(",".join(map(str, [*cells, *np.eye(3).ravel(), 0, 0, 0, frame])))
+    (folder / "walk.csv").write_text("\n".join(lines) + "\n")
+    return folder / "walk.csv"
