@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         BODY_25,
         BODY_25B,
         COCO17,
+        COCO18,
         COCO23,
         H36M17,
         H36M17_B,
@@ -37,10 +38,10 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "BLAZEPOSE33", "BODY", "BODY_25", "BODY_25B", "CAMERA", "COCO17", "COCO23", "GL_CAMERA", "H36M17", "H36M17_B",
-    "H36M17_C", "HALPE26", "IMAGE", "LEVEL", "MHR70", "MPI3DHP17", "OPENPOSE18", "SOMA30", "SOMA77", "Y_UP", "Z_UP",
-    "Frame", "InputError", "Layout", "MadeBy", "PoseSequence", "Rectified", "Take", "__version__", "adapters", "models",
-    "pipeline", "read", "read_run", "rectify", "stages",
+    "BLAZEPOSE33", "BODY", "BODY_25", "BODY_25B", "CAMERA", "COCO17", "COCO18", "COCO23", "GL_CAMERA", "H36M17",
+    "H36M17_B", "H36M17_C", "HALPE26", "IMAGE", "LEVEL", "MHR70", "MPI3DHP17", "OPENPOSE18", "SOMA30", "SOMA77", "Y_UP",
+    "Z_UP", "Frame", "InputError", "Layout", "MadeBy", "PoseSequence", "Rectified", "Take", "__version__", "adapters",
+    "models", "pipeline", "read", "read_run", "rectify", "stages",
 ]  # fmt: skip
 
 _named, __dir__ = lazily(__name__)

@@ -35,8 +35,8 @@ def sniff(path: Path) -> bool:
         return False
     keypoints = found[0].get("keypoints")
     # The beginning of a file may have cut the last keypoint short.
-    pairs = isinstance(keypoints, list) and len(keypoints) > 1 and isinstance(keypoints[0], list)
-    return pairs and len(keypoints[0]) == 2
+    first = keypoints[0] if isinstance(keypoints, list) and len(keypoints) > 1 else None
+    return isinstance(first, list) and len(first) == 2
 
 
 def read(path: Path) -> tuple[PoseSequence, ...]:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
         BODY_25,
         BODY_25B,
         COCO17,
+        COCO18,
         COCO23,
         FEET,
         H36M17,
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
     from .signals.swaps import find_swaps, mask_swaps
 
 __all__ = [
-    "ANGLES", "BLAZEPOSE33", "BODY", "BODY_25", "BODY_25B", "CAMERA", "COCO17", "COCO23", "FEET", "GL_CAMERA",
+    "ANGLES", "BLAZEPOSE33", "BODY", "BODY_25", "BODY_25B", "CAMERA", "COCO17", "COCO18", "COCO23", "FEET", "GL_CAMERA",
     "H36M17", "H36M17_B", "H36M17_C", "HALPE26", "IMAGE", "LEVEL", "MHR70", "MPI3DHP17", "OPENPOSE18",
     "REASONS", "SOMA30", "SOMA77", "Y_UP", "Z_UP", "Adapter", "Camera", "Frame", "InputError", "Layout",
     "Lifted", "Lifter", "MadeBy", "Measure", "Notice", "Pipeline", "PoseSequence", "Rectified", "Rectifier",

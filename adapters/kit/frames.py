@@ -101,7 +101,10 @@ def frames(
     path: Path, what: str, expected: str, moments: Moments, is_frame: Callable[[str, Any], bool]
 ) -> Iterator[tuple[int, Any, str]]:
     """Moment, entry and place of each frame. what, expected: the file, and an entry of it, in words. is_frame: whether
-    an entry is one, by its key and itself; what stands beside frames in an object is told to the moments."""
+    an entry is one, by its key and itself; what stands beside frames in an object is told to the moments.
+
+    InputError for a file that cannot be read, an entry that is no frame, and a file or folder without any.
+    """
     if path.is_dir():
         for number, file in _numbered(path, what):
             entry = load(file, what)

@@ -47,12 +47,6 @@ def _lines(start: bytes) -> list[bytes]:
     return wholes if several else []
 
 
-def first_detection(content: Any) -> dict[str, Any] | None:
-    """The first entry of a flat list of detections in images, as COCO defined it; None for anything else."""
-    entry = content[0] if isinstance(content, list) and content else None
-    return entry if isinstance(entry, dict) and {"image_id", "keypoints"} <= entry.keys() else None
-
-
 @lru_cache(maxsize=1)  # every adapter for JSON asks about the same file
 def _whole(start: bytes) -> str:
     """JSON of the first bytes of a file."""
@@ -243,27 +237,3 @@ def frame_number(image: Any, where: str) -> int:
             f"got {reprlib.repr(image)}.",
         )
     return number
-
-
-class Images:
-    """The images of one video by their numbers, so that those of several videos are refused while they are read."""
-
-    def __init__(self) -> None:
-        self._seen: dict[int, tuple[Any, str]] = {}  # identity and name by number
-        self._folder: str | None = None
-
-    def number(self, image: Any, where: str, identity: Any = None) -> int:
-        """The `frame_number` of an image, by its number or name. identity: what tells it from others of its name.
-        InputError also for another image of the same number, and for one in another folder than the first."""
-        number, name = frame_number(image, where), str(image)
-        folder = name.replace("\\", "/").rpartition("/")[0]
-        self._folder = folder if self._folder is None else self._folder
-        known, other = self._seen.setdefault(number, (identity or name, name))
-        if folder != self._folder or known != (identity or name):
-            raise InputError(
-                "files-apart",
-                f"{where}: expected the images of one video, in one folder and each with a number of its own, got "
-                f"{name} beside {other if folder == self._folder else self._folder or 'no folder'}; keep each video's "
-                "keypoints in a file of their own.",
-            )
-        return number

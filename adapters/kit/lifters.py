@@ -77,7 +77,7 @@ def in_camera(joints: np.ndarray, clip: int | None = None, **said: Any) -> PoseS
 
 
 def in_pixels(joints: np.ndarray) -> bool:
-    """By the largest coordinate of the usual frame, so that a few wild frames do not decide."""
+    """Whether joints (T, 17, 3) are pixels, by the largest coordinate of the usual frame: wild frames do not decide."""
     return bool(np.median(np.nanmax(np.abs(joints), axis=(1, 2), initial=0)) > _PIXELS_FROM)
 
 

@@ -66,7 +66,7 @@ def has_objects(path: Path, *wanted: str) -> bool:
 
 
 def plain_array(path: Path, *shapes: Shape, key: str | None = None, limit: int | None = None) -> np.ndarray:
-    """As `load`, of an array that may have more axes, of length 1, than the shapes: a batch of one, or one person."""
+    """As `load`, (...,) of one of the shapes; the file may have more axes of length 1: a batch, or a person."""
     shape = begins(path, key)[0]
     for drop in ((), *((axis,) for axis in range(len(shape))), *combinations(range(len(shape)), 2)):
         cut = tuple(length for axis, length in enumerate(shape) if axis not in drop)

@@ -36,7 +36,8 @@ def first_lines(path: Path, count: int) -> list[str]:
     """The lines that begin within so many bytes of a text, the last one maybe cut off; none of anything else. Never
     raises."""
     start = first_bytes(path, count)
-    return start.decode(_encoding(start), errors="ignore").splitlines()
+    text = start.decode(_encoding(start), errors="ignore")
+    return [] if "\0" in text else text.splitlines()
 
 
 @contextmanager

@@ -213,7 +213,8 @@ class People:
         """Those of the layouts that have as many joints as everybody, or as their body alone."""
         if known := [layout for layout in layouts if len(layout) == self._joints]:
             return known
-        if (body := _BODIES.get(self._joints)) in layouts:
+        body = _BODIES.get(self._joints)
+        if body is not None and body in layouts:
             return [body]
         numbers = ", ".join(map(str, sorted({*map(len, layouts)})))
         more = ", ".join(str(n) for n, body in sorted(_BODIES.items()) if body in layouts)

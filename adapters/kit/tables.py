@@ -249,7 +249,8 @@ def _label(name: str) -> str:
 
 def _read(rows: Iterator[tuple[int, list[str]]], header: Header, path: Path, recording: str | None) -> Points:
     moments = Moments(str(path), recording)
-    at, people, data = array("q"), [], array("f")  # of each row
+    at, data = array("q"), array("f")  # of each row
+    people: list[str | None] = []
     label_of, labels = array("q"), {}  # of each row, where a row is a point; and their numbers
     columns = list(header.values)
     for line, row in rows:

@@ -86,7 +86,12 @@ def read_trc(path: Path) -> Markers:
     table = np.array([row for row in rows if row]).reshape(-1, width)
     numbers = table[:, 0] if np.isfinite(table[:, 0]).all() else np.arange(len(table))
     return Markers(
-        names, table[:, 2:].reshape(len(table), -1, 3), table[:, 1], unit, "y", numbers.astype(np.int64)
+        names,
+        table[:, 2:].reshape(len(table), len(names), 3),
+        table[:, 1],
+        unit,
+        "y",
+        numbers.astype(np.int64),
     )
 
 

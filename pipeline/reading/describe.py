@@ -26,7 +26,7 @@ _KINDS = {  # by how files begin, some behind their length
     b"\x1f\x8b": "compressed with gzip, and neither a table nor JSON that is known here",
     b"7z\xbc\xaf": "a 7z archive; unpack it first",
     b"MATLAB": "a file of MATLAB; load it with scipy.io or h5py and save the joints as .npy",
-    b"\x89HDF": "an HDF5 file; give DeepLabCut's CSV (save_as_csv=True), or load it with h5py and save the joints",
+    b"\x89HDF": "an HDF5 file; give DeepLabCut's CSV (save_as_csv=True), or save the joints as .npy (h5py)",
 }
 _OF_TRAINING = {"testbed": {"take_start", "lifted", "truth"}, "mocap": {"clip_start", "joints"}}
 _MILLIMETRES = (500.0, 2500.0)  # how far a body's joints lie apart along an axis, crouching to standing

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.layouts import H36M17_B, H36M17_C, LAYOUTS, layout_named
+from ..core.messages import how_many
 from ..core.pose import UNSAID, PoseSequence
 from ..core.take import Handedness, Video
 from ..plugins.options import call, option_types
@@ -153,7 +154,8 @@ def _in_order(people: tuple[PoseSequence, ...], told: str | None) -> tuple[PoseS
         if len(layout) != len(own):
             raise InputError(
                 "bad-value",
-                f"Expected a layout of {len(own)} joints, as the file has, got {layout.name} of {len(layout)}.",
+                f"Expected a layout of {how_many(len(own), 'joint')}, as the file has, got {layout.name} of "
+                f"{len(layout)}.",
             )
         return tuple(poses.with_(layout=layout) for poses in people)
     others = (

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from golden.detections import AS_COCO
+from golden.lifters import smoothed
 from pcnet3d.adapters import arrays, read
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.layouts import LAYOUTS
+from refusals import refused
 
 FRAMES = 60
 H36M_METRES = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
@@ -78,11 +81,46 @@ def test_other_frames_units_and_layouts_are_refused(save, relative, option, valu
         read(save(relative), "arrays", **{**H36M_METRES, option: value})
 
 
-def test_nothing_is_guessed(save, relative):
-    path = save(relative)
+@pytest.mark.parametrize("shape", [(300, 17, 3), (1, 300, 17, 3), (300, 1, 17, 3)])
+def test_an_array_of_no_known_lifter_is_read_for_what_its_body_shows(save, turning, shape):
+    """MotionBERT's output that somebody smoothed: no exact zero says whose it is."""
+    path = save(smoothed(turning(300)).reshape(shape))
+    poses = read(path)
+    assert poses.history[0].options["adapter"] == "arrays"
+    assert (poses.layout, poses.frame.name, poses.frame.unit) == (H36M17, "CAMERA", "arbitrary")
+    assert [each.code for each in poses.notices] == ["array-judged"]
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(1, "m"), (1000, "m")])
+def test_a_body_in_front_of_the_camera_is_in_its_unit(save, turning, scale, unit):
+    """MM-Fi's ground_truth.npy: metres from the camera."""
+    poses = read(save(scale * (turning(297) + np.array([0.3, 0.2, 3.0]))))
+    assert poses.frame.unit == unit
+    np.testing.assert_allclose(poses.joints, turning(297), atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda joints: joints * [-1, 1, 1],  # mirrored
+        lambda joints: joints * [-1, -1, 1],  # upside down
+        lambda joints: joints[..., [0, 2, 1]] * [1, 1, -1],  # z up
+        lambda joints: joints[:, AS_COCO],
+        lambda joints: joints[:, ::-1],
+        lambda joints: 1000 * joints,  # millimetres, or pixels
+    ],
+)
+def test_an_array_whose_body_contradicts_is_told_why(save, turning, change):
+    path = save(change(smoothed(turning(300))))
     assert not arrays.sniff(path)
-    with pytest.raises(InputError, match="needs the options layout, frame, unit"):
-        read(path, "arrays")
+    assert arrays.lacks(path)
+    with refused("format-unknown"):
+        read(path)
+
+
+def test_what_is_said_has_to_be_said_whole(save, relative):
+    with pytest.raises(InputError, match="needs the options frame, unit"):
+        read(save(relative), "arrays", layout="H36M17")
 
 
 @pytest.mark.parametrize("layout", ["H36M17_B", "H36M17_C", "COCO17", "MPI3DHP17"])

@@ -7,6 +7,7 @@ from golden.worlds import POSE2SIM, c3d, trc, y_up
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, Y_UP, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.files.c3d import parse
+from pcnet3d.pipeline.inspect.inspect import inspect
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
@@ -41,6 +42,55 @@ def test_opensim_in_millimetres_under_our_own_names(standing, tmp_path):
     poses = read(path)
     assert poses.frame.unit == "m"
     agrees(poses, standing(FRAMES), leave_out=())
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda lines: [*lines[:5], *(line.replace(".", ",") for line in lines[5:])],
+        lambda lines: [*lines[:3], *(" ".join(line.split("\t")) for line in lines[3:5]), *lines[5:]],
+        lambda lines: [" ".join(line.split("\t")) for line in lines],
+        lambda lines: ["\ufeff" + lines[0], *lines[1:]],
+    ],
+    ids=["decimal commas", "blanks in the header", "blanks", "byte order mark"],
+)
+def test_trc_in_other_clothes(standing, markers, tmp_path, change):
+    path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers))
+    path.write_text("\n".join(change(path.read_text().splitlines())), encoding="utf-8")
+    agrees(read(path, "trc"), standing(FRAMES))
+
+
+def test_times_in_milliseconds_are_refused_by_run_and_inspect(markers, tmp_path):
+    path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers), fps=0.03)
+    with pytest.raises(InputError, match="milliseconds") as caught:
+        read(path)
+    assert caught.value.code == "times-broken"
+    assert [each.code for each in inspect(path).people[0].findings if each.weight == "unusable"] == [
+        "refused"
+    ]
+    assert read(path, fps=30).fps == pytest.approx(30)
+
+
+def test_a_cell_that_is_no_number_is_refused_with_line_and_column(markers, tmp_path):
+    path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers))
+    lines = path.read_text().splitlines()
+    lines[8] = lines[8].replace("\t", "\tx", 1)
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match="line 9, column 2: expected a number"):
+        read(path)
+
+
+def test_opencaps_markers_have_no_head(standing, tmp_path):
+    """Neck, limbs and feet, and markers of a study beside them."""
+    joints = [joint for joint in H36M17.joints if joint not in ("head", "nose", "spine")]
+    other = {"thorax": "Neck", "pelvis": "midHip"}
+    names = [other.get(j, j[0].upper() + j[2:].capitalize() if j[1] == "_" else j) for j in joints]
+    world = y_up(standing(FRAMES))[:, H36M17.indices(joints)]
+    studied = [*names, *(f"{name}_study" for name in names)]
+    path = trc(tmp_path / "x.trc", studied, np.concatenate([world, world + 0.1], axis=1))
+    poses = read(path)
+    assert np.isnan(poses.joints[:, H36M17.indices(["nose", "head"])]).all()
+    agrees(poses, standing(FRAMES), leave_out=("spine", "nose", "head"))
 
 
 def test_rows_that_are_left_out_keep_their_distance(markers, tmp_path):

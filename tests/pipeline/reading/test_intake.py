@@ -322,7 +322,7 @@ def _half_an_array(path):
         (
             "b.doc",
             lambda path: path.write_bytes(b"\xd0\xcf"),
-            "one of alphapose3d, amass,(?!.*(coco|video,|imu))",
+            "list adapters` says what each reads",
         ),
         ("a", lambda path: path.mkdir(), "a folder without files"),
     ],

@@ -1,0 +1,68 @@
+"""Bounds at the door: times, rates and sizes that no recording of a person has."""
+
+import numpy as np
+import pytest
+
+from golden.bodies import Person
+from pcnet3d.adapters import read
+from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
+from pcnet3d.pipeline.inspect.inspect import inspect
+from pcnet3d.pipeline.reading.settings import RunOptions
+from pcnet3d.pipeline.reading.take import open_take
+from pcnet3d.pipeline.signals.bounds import check_size, check_times
+from refusals import refused
+
+
+@pytest.mark.parametrize(
+    "time_s",
+    [np.arange(30) / 30, np.arange(30) / 1000, np.arange(30.0), np.zeros(1), 1e5 + np.arange(9) / 30],
+)
+def test_times_of_recordings_pass(time_s):
+    check_times(time_s, "a file")
+
+
+@pytest.mark.parametrize(
+    "time_s",
+    [np.arange(9) * 33.3, np.arange(9) * 1e-300, np.arange(9) / 1500, 1e15 + np.arange(9), np.r_[0, 1e300]],
+)
+def test_other_times_are_refused(time_s):
+    with refused("times-broken"):
+        check_times(time_s, "a file")
+
+
+@pytest.mark.parametrize(
+    ("scale", "passes"), [(1, True), (1e-3, True), (1e4, True), (1e-42, False), (1e20, False)]
+)
+def test_sizes(scale, passes):
+    poses = PoseSequence(scale * Person().turning(30), H36M17, CAMERA)
+    if passes:
+        check_size(poses, "a file")
+        return
+    with refused("wrong-axes"):
+        check_size(poses, "a file")
+
+
+@pytest.fixture
+def array(tmp_path):
+    def write(time_s, scale=1.0):
+        np.savez(tmp_path / "a.npz", joints=scale * Person().turning(30), time_s=time_s)
+        return tmp_path / "a.npz"
+
+    return write
+
+
+TOLD = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
+
+
+def test_run_read_and_inspect_agree(array):
+    path = array(np.arange(30) * 33.3)
+    with refused("times-broken"):
+        read(path, "arrays", **TOLD)
+    with refused("times-broken"):
+        open_take(RunOptions(poses=path, adapter="arrays", options=TOLD))
+    assert inspect(path, "arrays", TOLD).verdict == "unusable"
+    assert open_take(RunOptions(poses=path, adapter="arrays", options=TOLD, fps=30)).poses is not None
+    path = array(np.arange(30) / 30, scale=1e-42)
+    with refused("wrong-axes"):
+        open_take(RunOptions(poses=path, adapter="arrays", options=TOLD))
+    assert inspect(path, "arrays", TOLD).verdict == "unusable"
