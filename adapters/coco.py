@@ -73,7 +73,7 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
 
 def _results(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]:
     for moment, entry, where in people(path, "COCO keypoints", moments):
-        if "frame_id" not in entry:
+        if not isinstance(entry, dict) or "frame_id" not in entry:
             frame_number(field(entry, "image_id", where), where)
         yield moment, entry, where
 

@@ -166,8 +166,8 @@ class Moments:
             self._rate = rate
 
     def clock(self) -> Clock:
-        """InputError for frames that are no whole numbers, for times that do not increase with them, and for several
-        recordings of which none was chosen."""
+        """The clock of all moments, which are let go then. InputError for frames that are no whole numbers, for times
+        that do not increase with them, and for several recordings of which none was chosen."""
         if self._wanted is not None and not self._count:
             raise InputError(
                 "name-unknown",
@@ -182,6 +182,8 @@ class Moments:
             for name in unused
             if self._like(name, frames) and not (time_name and kind_of(name) == "time")
         ]
+        self._numbers.clear()
+        self._said.clear()
         index = np.arange(self._count)
         if frames is not None:
             index = frames
@@ -307,6 +309,8 @@ def _number(value: Any) -> float | None:
         return None
     try:
         return float(value)
+    except OverflowError:
+        return None
     except ValueError:
         pass
     if match := _CLOCK.fullmatch(value.strip().replace(",", ".")):

@@ -199,7 +199,7 @@ def keypoints_of(person: Any, where: str) -> tuple[np.ndarray, np.ndarray]:
         held = [held.get("x"), held.get("y"), *([] if score is None else [score])]
         values = numbers(held, where).T
     elif isinstance(held, list) and held and isinstance(held[0], dict):  # TF.js
-        values = numbers([[point.get("x"), point.get("y"), _first(point, _SCORE)] for point in held], where)
+        values = numbers([_point(point) for point in held], where)
     else:
         values = numbers(held, where)
         if values.ndim == 1 and len(values) and not len(values) % 3:
@@ -224,6 +224,10 @@ def keypoints_of(person: Any, where: str) -> tuple[np.ndarray, np.ndarray]:
             f"{where}: expected x, y and one score of each joint, got keypoints of shape {values.shape}.",
         )
     return values[:, :2], values[:, 2] if values.shape[1] == 3 else np.full(len(values), np.nan)
+
+
+def _point(point: Any) -> list[Any] | None:
+    return [point.get("x"), point.get("y"), _first(point, _SCORE)] if isinstance(point, dict) else None
 
 
 def _first(held: Mapping[str, Any], keys: tuple[str, ...]) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
@@ -62,7 +62,7 @@ class People:
             array("f"),
         )
         self._rows_of: dict[str, array] = defaultdict(lambda: array("q"))  # of people whom the file names
-        self._in_moment: Counter[int] = Counter()
+        self._crowd = 0  # people of the last moment so far
 
     def add(
         self,
@@ -88,15 +88,11 @@ class People:
             )
         if person is not None:
             self._rows_of[person].append(len(self._moments))
-        self._in_moment[moment] += 1
-        if self._in_moment[moment] > _MOST_IN_FRAME or len(self._rows_of) > _MOST_NAMES:
-            named = len(self._rows_of) > _MOST_NAMES
-            raise InputError(
-                "unsafe",
-                f"{self._where}: expected at most {_MOST_NAMES if named else _MOST_IN_FRAME} people"
-                f"{' in a frame' * (not named)}, got more by frame {moment}, where reading stopped; keep only the "
-                "people that you need in the file, or raise the detector's threshold.",
-            )
+        self._crowd = self._crowd + 1 if self._moments and moment == self._moments[-1] else 1
+        if self._crowd > _MOST_IN_FRAME:
+            raise self._crowded(f"{_MOST_IN_FRAME} people in a frame, got more in frame {moment}")
+        if len(self._rows_of) > _MOST_NAMES:
+            raise self._crowded(f"{_MOST_NAMES} people, got more by frame {moment}")
         self._moments.append(moment)
         scores = np.full(self._joints, np.nan) if scores is None else scores
         box = np.full(4, np.nan) if box is None else box
@@ -224,8 +220,17 @@ class People:
             f"{self._joints}.",
         )
 
+    def _crowded(self, what: str) -> InputError:
+        return InputError(
+            "unsafe",
+            f"{self._where}: expected at most {what}, where reading stopped; keep only the people that you need in the "
+            "file, or raise the detector's threshold.",
+        )
+
     def _frames(self, clock: Clock | None) -> np.ndarray:
         moments = np.frombuffer(self._moments, np.int64)
+        if np.unique(moments, return_counts=True)[1].max() > _MOST_IN_FRAME:
+            raise self._crowded(f"{_MOST_IN_FRAME} people in a frame")
         return moments if clock is None else clock.index[moments]
 
     def _named(self) -> dict[str, Any]:

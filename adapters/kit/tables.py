@@ -215,11 +215,9 @@ def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
     coordinates = [i for i, name in enumerate(words) if kind_of(name) in ("", "like") and _column(name)]
     columns = {i: column for i in coordinates if (column := _column(short[i])) is not None}
     values = {i: column for i, column in columns.items() if bool(column.point) == (label is None)}
-    numbers = [int(column.point) for column in values.values() if column.point.isdecimal()]
-    if numbers and min(numbers) == 1:  # x1 to x33
-        values = {
-            i: _Column(str(int(c.point) - 1), c.axis) if c.point.isdecimal() else c for i, c in values.items()
-        }
+    numbered = {i: column for i, column in values.items() if _POINT.fullmatch(column.point)}
+    if min((int(column.point) for column in numbered.values()), default=0) == 1:  # x1 to x33
+        values |= {i: _Column(str(int(column.point) - 1), column.axis) for i, column in numbered.items()}
     said = [kind_of(name) not in ("", "person") for name in names]
     clocks = [i for i in range(len(names)) if said[i] and i not in coordinates and i != label]
     if not values or (label is not None and not clocks):
