@@ -29,7 +29,6 @@ from ..evaluation.finished import Configuration, Finished, finished
 from ..evaluation.foreign import Answers, Simulated
 from ..evaluation.sets import Question
 from ..evaluation.tables import Page, Table
-from ..mocap.restyle import NAMED
 from . import judge
 from .fit import STRANGERS, Squares, fitted, held_out, thinned
 from .judge import Stated
@@ -108,9 +107,6 @@ def asked(question: Question, answers: Answers | None = None) -> dict[str, Confi
         "typical, focal given": replace(own, bed="typical", focal_known=True),
         "60 fps": replace(own, fps=60.0),
         "capture": replace(own, lifter=""),
-        "drawn walks": replace(own, style="drawn"),
-        **{f"{style} walks, typical": replace(own, bed="typical", style=style) for style in NAMED},
-        **{f"{style} walks, capture": replace(own, lifter="", style=style) for style in NAMED},
         "simulated other lifters": Configuration(foreign=Simulated()),
         "real take": replace(own, real=True),
         "real take, image": replace(own, real=True, image=True),
@@ -178,9 +174,7 @@ def collected(question: Question, configurations: Mapping[str, Configuration]) -
     for name, configuration in configurations.items():
         by_statement = cases.setdefault(name, {})
         for take in finished(question, configuration):
-            # What is drawn of a walk's feet leaves the rest of the body as it was: of that nothing is judged.
-            sources = (walks,) if configuration.style else SOURCES
-            for stated in chain.from_iterable(source(take) for source in sources):
+            for stated in chain.from_iterable(source(take) for source in SOURCES):
                 if len(stated.error):
                     by_statement.setdefault(stated.statement, []).append(stated)
     return cases

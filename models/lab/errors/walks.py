@@ -43,7 +43,7 @@ def walks(finished: Finished) -> Iterator[Stated]:
     lands = [at for side in ("right", "left") for at in moments(subgroup(found, side), "landings")]
     if not lands:
         return
-    true = true_gait(truth, finished.spells)
+    true = true_gait(truth)
     if not any(step.start_s < max(lands) and min(lands) < step.stop_s for step in true.steps):
         return
     part = Gait(true.feet, true_walks(found, true.feet))

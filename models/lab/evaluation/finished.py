@@ -28,8 +28,7 @@ from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
 from ...gravity.view import camera_of, known_camera
 from ...lifter.features import body_rays
-from ..mocap.clips import data_set, lying
-from ..mocap.restyle import Spells, restyled_walks
+from ..mocap.clips import lying
 from .foreign import Foreign
 from .real_data import MOVING, found_keypoints, mid_hips, read_moving, whole_body
 from .sets import EvaluationSet, Question
@@ -47,9 +46,9 @@ class Configuration:
     up_told: the user tells it. lifter: of load_lifter, or "" for the captured joints themselves, measured. bed: the
     cameras; camera: whether they stand still or follow the person. fps: frames a second. focal_known: by the user; else
     the usual one is assumed, as of a video without lines. real: the man who balances before four real cameras
-    (real_data.py), in place of virtual takes; then the image is the video's own. style: the takes' straight walks in
-    it, one draw each (mocap/restyle.py), in place of the takes. foreign: another lifter made the poses, and the run
-    is given them with the keypoints beside. errors: a file of angles' errors, as a user gives one."""
+    (real_data.py), in place of virtual takes; then the image is the video's own. foreign: another lifter made the
+    poses, and the run is given them with the keypoints beside. errors: a file of angles' errors, as a user gives one.
+    """
 
     image: bool = False
     camera: CameraMotion = "static"
@@ -59,7 +58,6 @@ class Configuration:
     fps: float = 30.0
     focal_known: bool = False
     real: bool = False
-    style: str = ""
     foreign: Foreign | None = None
     errors: Path | None = None
 
@@ -71,7 +69,6 @@ class Configuration:
             "with the image" * self.image,
             "up given" * self.up_told,
             "focal known" * self.focal_known,
-            self.style and f"{self.style} walks",
         ]
         return ", ".join(filter(None, parts))
 
@@ -79,14 +76,13 @@ class Configuration:
 @dataclass(frozen=True, eq=False)
 class Finished:
     """One take. take: as a run leaves it, or None where it ends with `reason`. truth: what is true of it. label: of the
-    set. spells: when feet are on the floor, where the joints do not tell it."""
+    set."""
 
     take: Take | None
     truth: SeenTake
     label: str
     reason: str = ""
     configuration: Configuration = Configuration()
-    spells: Spells | None = None
 
     def captured(self) -> Take:
         """The captured joints after the same stages, up told: what the take's figures are in truth. InputError for a
@@ -112,13 +108,13 @@ def finished(
         if configuration.real
         else _virtual(question, configuration, sets, only)
     )
-    for label, truth, asked, spells in takes:
+    for label, truth, asked in takes:
         take, reason = None, ""
         try:
             take = pipeline(asked)
         except InputError as error:
             reason = str(error)
-        yield Finished(take, truth, label, reason, configuration, spells)
+        yield Finished(take, truth, label, reason, configuration)
 
 
 def _virtual(
@@ -126,22 +122,16 @@ def _virtual(
     configuration: Configuration,
     sets: Sequence[EvaluationSet],
     only: Callable[[Clip], bool],
-) -> Iterator[tuple[str, SeenTake, Take, Spells | None]]:
+) -> Iterator[tuple[str, SeenTake, Take]]:
     views = replace(BEDS[configuration.bed], pans=float(configuration.camera == "moving"))
     for of in sets:
         clips = [clip for clip in of.clips() if len(clip) >= MIN_FRAMES and only(clip)]
-        takes: list[tuple[Clip, Spells | None]] = [(clip, None) for clip in clips]
-        if configuration.style:
-            walking = [clip for clip in clips if data_set(clip) != "tennis"]
-            takes = [*restyled_walks(walking, 1, question.seed, configuration.style)]
-        for clip, spells in each(takes, f"{of.label}, {configuration}", len(takes)):
+        for clip in each(clips, f"{of.label}, {configuration}", len(clips)):
             truth = see(at_rate(clip, configuration.fps), question.seed, views=views)
-            yield of.label, truth, given(truth, question.seed, configuration), spells
+            yield of.label, truth, given(truth, question.seed, configuration)
 
 
-def _real(
-    question: Question, configuration: Configuration
-) -> Iterator[tuple[str, SeenTake, Take, Spells | None]]:
+def _real(question: Question, configuration: Configuration) -> Iterator[tuple[str, SeenTake, Take]]:
     """By the keypoints that a run finds. The truth has the limbs alone, pelvis and thorax between them; other joints
     are NaN."""
     cameras, true = read_moving()
@@ -168,7 +158,7 @@ def _real(
         if configuration.image:
             rows = int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])
             asked = asked.with_(camera=camera_of(video, keypoints, rows))
-        yield "real take", truth, asked, None
+        yield "real take", truth, asked
 
 
 def at_rate(clip: Clip, fps: float) -> Clip:

@@ -29,7 +29,6 @@ from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, tim
 from ...gravity import Seen, level_static, why_not
 from ...place.path import SCALE_SD, pelvis_path
 from ..mocap.contact import true_contact
-from ..mocap.restyle import Spells
 from .acceleration import filtered
 from .gait_means import FIGURES, Difference, Mean, differences_of, figure_of, means_of
 from .sets import Question
@@ -108,27 +107,24 @@ def tables(question: Question) -> dict[str, Any]:
     return results
 
 
-def judge_both(question: Question, take: LiftedTake, spells: Spells | None = None) -> JudgedGait | None:
+def judge_both(question: Question, take: LiftedTake) -> JudgedGait | None:
     """As judge, by the first rectifier, of a take whose lift knew the focal length, with the means of a lift with the
     assumed one beside."""
     (rectifier,) = question.rectifiers
-    known = judge(rectifier, take, KNOWN, spells)
+    known = judge(rectifier, take, KNOWN)
     if known is None or not known.means:
         return known
     again = question.lift_seen(take.seen, _camera_of(take.seen, ASSUMED).focal_px)
-    guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED, spells)
+    guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
     if guessed is None:
         return known
     differences = {**guessed.differences, **known.differences}
     return replace(known, means={**guessed.means, **known.means}, differences=differences)
 
 
-def judge(
-    rectifier: Rectifier, take: LiftedTake, path: str | None = KNOWN, spells: Spells | None = None
-) -> JudgedGait | None:
+def judge(rectifier: Rectifier, take: LiftedTake, path: str | None = KNOWN) -> JudgedGait | None:
     """A take beside its truth; None where it cannot be levelled or joints are missing. path: what is known of the focal
-    length, KNOWN or ASSUMED; None places nobody. spells: when feet are on the floor, where that is known otherwise than
-    by the joints."""
+    length, KNOWN or ASSUMED; None places nobody."""
     seen, time_s = take.seen, take.seen.keypoints.times
     joints = joints_of(take.lifted, seen.truth)
     if not np.isfinite(joints).all():
@@ -142,7 +138,7 @@ def judge(
     found = find_gait(body, time_s, facing_deg=facing)
 
     world = rotate(seen.R_camera_from_world.T, seen.joints_camera)
-    true_smooth, true = filtered(seen.truth, time_s), true_gait(seen, spells)
+    true_smooth, true = filtered(seen.truth, time_s), true_gait(seen)
     events = {"initial contact": _events(found, true, "start_s"), "toe-off": _events(found, true, "stop_s")}
     steps = (len(found.steps), len(true.steps))
     judged = JudgedGait(seen.subject, true.kind, steps, events)
@@ -183,13 +179,11 @@ def judge(
     return judged
 
 
-def true_gait(seen: SeenTake, spells: Spells | None = None) -> Gait:
-    """By the captured joints, and when the feet are on the floor (spells; those of `true_contact` without), before a
-    static camera. Skips and hops are no walk: the longest step of a walk takes at most _UNEVEN times as long as its
-    shortest."""
+def true_gait(seen: SeenTake) -> Gait:
+    """By the captured joints, before a static camera. Skips and hops are no walk: the longest step of a walk takes at
+    most _UNEVEN times as long as its shortest."""
     time_s, R_world_from_camera = seen.keypoints.times, seen.R_camera_from_world.T
-    if spells is None:
-        spells = true_contact(rotate(R_world_from_camera, seen.joints_camera), time_s)
+    spells = true_contact(rotate(R_world_from_camera, seen.joints_camera), time_s)
     feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES}
     body = rotate(transpose(seen.R_camera_from_body), filtered(seen.truth, time_s))
     facing = facing_deg(R_world_from_camera @ seen.R_camera_from_body)

@@ -1,9 +1,9 @@
 """Learn when feet are on the floor, a step of refit.
 
-Of CMU's and ACCAD's train subjects: takes as captured, their walks in styles that nobody walked (models/lab/mocap/
-restyle.py), and both as the shipped lifter sees them before cameras of either bed. That lifter was trained on these
-people and lifts them a sixth better than others. It needs PCNET3D_DATA and the extra `train`. Ten minutes of a core;
-with OMP_NUM_THREADS=1 one machine makes the same file every time.
+Of CMU's and ACCAD's train subjects: takes as captured, and as the shipped lifter sees them before either bed's cameras.
+That lifter was trained on these people and lifts them a sixth better than others. The shipped contact.json was learned
+from their straight walks in slower, shorter and limping styles too, which are not made any more. It needs PCNET3D_DATA
+and the extra `train`; with OMP_NUM_THREADS=1 one machine makes the same file every time.
 """
 
 from __future__ import annotations
@@ -30,10 +30,9 @@ from ..evaluation.take_answers import joints_of
 from ..evaluation.testbed import BEDS, MIN_FRAMES, Bed, see
 from ..mocap.clips import Subjects, data_set, read_clips
 from ..mocap.contact import true_contact
-from ..mocap.restyle import Spells, on_floor, restyled_walks
 
 _TILT_DEG = 4.0  # of up about each horizontal axis, as a take's one gravity is off
-_STYLES, _SEED = 6, 0  # drawn styles of every walk and bed
+_SEED = 0
 _HIDDEN = 64
 _EPOCHS, _BATCH, _RATE, _DECAY = 8, 1024, 3e-3, 0.1
 _JITTER = 0.08  # standard deviations of a feature, drawn anew in every batch; others are lifted less well
@@ -44,28 +43,24 @@ _RUN_MPS = 1.9  # of the pelvis over the floor, mean of 0.5 s: faster than peopl
 _RUN_S = 0.5
 
 
-def material(subjects: Subjects, styles: int, seed: int) -> Iterator[tuple[Clip, Spells]]:
-    """Takes of CMU and ACCAD and when feet are on the floor in them: as captured, and their walks in `styles` drawn
-    styles each."""
-    clips = [clip for clip in read_clips(subjects) if data_set(clip) != "tennis" and len(clip) >= MIN_FRAMES]
-    for clip in clips:
-        yield clip, true_contact(clip.joints, np.arange(len(clip)) / clip.fps)
-    yield from restyled_walks(clips, styles, seed)
+def material(subjects: Subjects) -> Iterator[Clip]:
+    """Takes of CMU and ACCAD."""
+    clips = (clip for clip in read_clips(subjects) if data_set(clip) != "tennis")
+    return (clip for clip in clips if len(clip) >= MIN_FRAMES)
 
 
-def examples(
-    takes: Iterable[tuple[Clip, Spells]], seed: int, bed: Bed
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def examples(clips: Iterable[Clip], seed: int, bed: Bed) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Features (N, F), contact (N,) 0 or 1, weight (N,): of both feet of every take, lifted with an up that is a
     little off, and as it was captured."""
     from scipy.spatial.transform import Rotation
 
     rng = np.random.default_rng(seed)
     parts: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-    for clip, spells in takes:
+    for clip in clips:
         seen = see(clip, seed, views=BEDS[bed])
         lifted = joints_of(lift(seen.keypoints, seen.image_size, None), seen.truth)
         time_s = seen.keypoints.times
+        spells = true_contact(clip.joints, time_s)
         runs = np.where(floor_speed(clip.joints, clip.fps) > _RUN_MPS, _RUNS, 1.0)
         off = Rotation.from_rotvec([*rng.normal(0, np.radians(_TILT_DEG), 2), 0.0]).as_matrix()
         captured = relative(clip.joints.astype(np.float64))
@@ -82,6 +77,12 @@ def examples(
                 )
     features, contact, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return features, contact.astype(np.float64), weight
+
+
+def on_floor(spells: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """(T,) bool: within any of the spells (N, 2) in seconds, whose NaN are the ends of the take."""
+    start, stop = np.where(np.isnan(spells), (-np.inf, np.inf), spells).T
+    return ((time_s[:, None] >= start) & (time_s[:, None] <= stop)).any(axis=1)
 
 
 def floor_speed(joints: np.ndarray, fps: float) -> np.ndarray:
@@ -143,15 +144,14 @@ def scores(net: ContactNet, features: np.ndarray, contact: np.ndarray) -> dict[s
 
 def learn(output: Path) -> None:
     """Write the network that was learned."""
-    parts = [examples(material("train", _STYLES, i), i, bed) for i, bed in enumerate(BEDS)]
+    parts = [examples(material("train"), i, bed) for i, bed in enumerate(BEDS)]
     features, contact, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     net = trained(features, contact, weight, _SEED)
-    judged = examples(material("val", _STYLES, _SEED), _SEED, "wild")
+    judged = examples(material("val"), _SEED, "wild")
     said = {name: round(value, 3) for name, value in scores(net, *judged[:2]).items()}
     content: dict[str, Any] = {
         "made_by": "python -m pcnet3d.models.lab.fits.refit",
-        "learned_on": f"{len(features):,} frames of feet of CMU and ACCAD train subjects, lifted and as captured, "
-        f"their straight walks also in {_STYLES} drawn styles",
+        "learned_on": f"{len(features):,} frames of feet of CMU and ACCAD train subjects, lifted and as captured",
         "seed": _SEED,
         "validation": said,
         "joints": f"{H36M17.name}, see contact.window_features",

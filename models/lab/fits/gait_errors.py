@@ -2,11 +2,12 @@
 
 Every figure's error has parts (models/gait/errors.py), besides what the pelvis path says of all strides alike. They are
 those under which the errors of the takes' means are most likely, every person with the same weight, with the true path
-and with those from keypoints and a focal length that is known or assumed, of takes as captured and of walks in drawn
-styles (models/lab/mocap/restyle.py), then times the factor that brings as many of them within 1.645 standard deviations
-as it takes for nine in ten of strangers, in either half of the takes by the last part, whether people or takes have the
-same weight. The errors of right less left have parts too, one of them by how much of a step is depth. Of the captured
-joints themselves, as a measured take has them, times and shares of the stride have errors.
+and with those from keypoints and a focal length that is known or assumed. Then they are multiplied by the factor that
+brings as many errors within 1.645 standard deviations as it takes for nine in ten of strangers, in either half of the
+takes by the last part, whether people or takes have the same weight. The errors of right less left have parts too, one
+of them by how much of a step is depth. Of the captured joints themselves, as a measured take has them, times and shares
+of the stride have errors. The shipped gait_error.json was fitted on walks in other styles too, which are not made any
+more.
 """
 
 from __future__ import annotations
@@ -30,7 +31,6 @@ from ..evaluation.gait_means import Difference, Mean
 from ..evaluation.sets import Question
 from ..evaluation.testbed import BEDS, MIN_FRAMES, LiftedTake, see
 from ..mocap.clips import data_set, read_clips
-from ..mocap.restyle import restyled_walks
 
 Judged = TypeVar("Judged", Mean, Difference)
 
@@ -202,15 +202,12 @@ def learn(output: Path) -> None:
     clips = [clip for clip in read_clips("val") if data_set(clip) != "tennis" and len(clip) >= MIN_FRAMES]
     lifted, measured = [], []
     for question in (Question((rectifier,), seed=seed, bed=bed) for bed in BEDS for seed in range(_SEEDS)):
-        takes = [*((clip, None) for clip in clips), *restyled_walks(clips, 1, question.seed)]
-        for clip, spells in each(takes, f"takes, {question.bed} cameras", len(takes)):
+        for clip in each(clips, f"takes, {question.bed} cameras", len(clips)):
             seen = see(clip, question.seed, views=question.views)
-            lifted.append(
-                judge_both(question, LiftedTake(question.lift_seen(seen, seen.focal_px), seen), spells)
-            )
+            lifted.append(judge_both(question, LiftedTake(question.lift_seen(seen, seen.focal_px), seen)))
             if question.bed == "typical":  # cameras make no difference
                 captured = seen.keypoints.with_(joints=seen.truth, frame=CAMERA, confidence=None)
-                measured.append(judge(rectifier, LiftedTake(captured, seen), None, spells))
+                measured.append(judge(rectifier, LiftedTake(captured, seen), None))
     of_source = {
         source: [take for take in takes if take is not None and take.kind != "none"]
         for source, takes in (("lifted", lifted), ("measured", measured))
@@ -218,7 +215,7 @@ def learn(output: Path) -> None:
     content = {
         "made_by": "python -m pcnet3d.models.lab.fits.refit",
         "fitted_on": f"{len(of_source['lifted'])} lifted and {len(of_source['measured'])} captured walks and runs of "
-        "validation subjects, as they are and in drawn styles",
+        "validation subjects",
         **{source: fit_all(takes, source == "lifted") for source, takes in of_source.items()},
     }
     write_text(output, json.dumps(content, indent=1) + "\n")
