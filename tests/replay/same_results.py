@@ -102,7 +102,7 @@ poses/kimodo: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30
 poses/geometric: run --poses MOTIONBERT/boxing_X3D.npy --fps 30 --set rectify.rectifier=geometric
 poses/written: run --poses DATA/native/kimodo/soma30_motion.npz --fps 30 ALSO
 
-live: live DATA/video/walk_crop.mp4 MOVENET --stream - || live DATA/video/walk_crop.mp4 MOVENET
+live: live DATA/video/walk_crop.mp4 MOVENET --json || live DATA/video/walk_crop.mp4 MOVENET --stream -
 batch: batch INPUTS/study/manifest.csv --workers 1 -q
 batch_folder: batch INPUTS/study/folder --set fps=30 --workers 1 -q
 

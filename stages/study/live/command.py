@@ -34,9 +34,9 @@ from ....pipeline.running.run import check_plan, inputs_of, run_into
 from ...detect import Detect
 from ...rectify import Rectify
 from .frames import LivePose, Networks, Watch
+from .lines import Send, json_lines
 from .recording import live_recording
 from .source import Incoming, Source, open_source
-from .streams import Send, streaming
 
 LIVE = "live.rrd"
 _VIDEO = "video.ts"
@@ -57,14 +57,9 @@ def live(
     output: Output,
     view: Annotated[bool, typer.Option("--view", help="Open the viewer while it runs.")] = False,
     web: Annotated[bool, typer.Option("--web", help="Open the viewer in a browser on this machine.")] = False,
-    stream: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Send every pose: - prints JSON lines on standard output, udp://HOST:PORT sends them as datagrams, "
-            "osc://HOST:PORT sends to VMC receivers.",
-        ),
-    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print every pose as a line of JSON on standard output.")
+    ] = False,
     realtime: Annotated[
         bool, typer.Option("--realtime", help="Play a video file at its own speed, like a camera.")
     ] = False,
@@ -76,7 +71,8 @@ def live(
     counted; images of a file wait, unless you give --realtime. The command ends before the disk is full, and keeps what
     it has recorded.
     """
-    with streaming(stream) as send, redirect_stdout(sys.stderr) if stream == "-" else nullcontext():
+    sending = json_lines() if as_json else nullcontext(lambda pose: None)
+    with sending as send, redirect_stdout(sys.stderr) if as_json else nullcontext():
         _live(options, open_source(source, realtime), source, output, view or web, web, force, send)
 
 

@@ -41,7 +41,7 @@ def test_a_file_in_the_place_of_a_pipe_loses_no_frame_and_its_video_is_kept(
 def test_ctrl_c_ends_the_take_and_it_is_processed(numbered_film, toy_detector, tmp_path):
     output = tmp_path / "out"
     command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--no-frames"]
-    command += ["--stream", "-", "--set", *GEOMETRIC]
+    command += ["--json", "--set", *GEOMETRIC]
     pipe = subprocess.PIPE
     with subprocess.Popen([*APART, *command], stdin=pipe, stdout=pipe, stderr=pipe) as process:
         assert process.stdin is not None

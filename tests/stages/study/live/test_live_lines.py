@@ -1,9 +1,8 @@
-"""Poses that live sends: JSON lines, datagrams, OSC messages; receivers that are gone; addresses that cannot be."""
+"""Poses that live prints as lines of JSON, and the generator in Python; readers that are gone or slow."""
 
 from __future__ import annotations
 
 import json
-import socket
 import subprocess
 import sys
 import time
@@ -16,7 +15,7 @@ from commands import APART
 from golden.live import QUICK, frames_of
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.stages import LivePose, live_frames
-from pcnet3d.stages.study.live import frames, streams
+from pcnet3d.stages.study.live import frames, lines
 from pcnet3d.stages.study.live.command import live
 from pcnet3d.stages.study.live.source import Incoming, open_source
 from refusals import refused
@@ -42,7 +41,7 @@ def test_every_frame_of_a_file_has_its_pose(poses):
 
 def test_what_is_missing_is_null_in_json(poses):
     nobody = replace(poses[5], person=None, body=np.full((17, 3), np.nan), error_deg=float("nan"))
-    sent = json.loads(streams.as_json(nobody))
+    sent = json.loads(lines.as_json(nobody))
     assert sent["error_deg"] is None
     assert sent["body"]["r_wrist"] == [None, None, None]
     assert list(sent["level"]) == list(H36M17.joints)
@@ -50,7 +49,7 @@ def test_what_is_missing_is_null_in_json(poses):
 
 def command(film, toy, folder) -> list[str]:
     settings = [word for each in QUICK for word in ("--set", each)]
-    return [*APART, "live", film, "--detector", toy, "-o", folder, *settings, "--stream", "-"]
+    return [*APART, "live", film, "--detector", toy, "-o", folder, *settings, "--json"]
 
 
 def test_standard_output_has_a_line_a_frame_and_nothing_else(numbered_film, toy_detector, poses, tmp_path):
@@ -88,7 +87,7 @@ def test_a_reader_that_ends_leaves_the_recording_whole(numbered_film, toy_detect
 
 def test_a_reader_that_never_reads_stops_nothing(numbered_film, toy_detector, tmp_path, monkeypatch):
     """A pipe holds some 25 lines, and no more than that and the waiting ones may be kept."""
-    monkeypatch.setattr(streams, "_END_S", 0.1)
+    monkeypatch.setattr(lines, "_END_S", 0.1)
     with subprocess.Popen(
         command(numbered_film, toy_detector, tmp_path / "out"),
         stdout=subprocess.PIPE,
@@ -98,101 +97,14 @@ def test_a_reader_that_never_reads_stops_nothing(numbered_film, toy_detector, tm
     assert (tmp_path / "out" / "take.rrd").exists()
 
 
-def sent(film, toy, folder, address) -> None:
-    live(source=str(film), output=folder, detector=str(toy), settings=QUICK, stream=address)
-
-
-def test_datagrams_are_the_same_objects(numbered_film, toy_detector, tmp_path):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
-        receiver.bind(("127.0.0.1", 0))
-        receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
-        receiver.settimeout(5)
-        address = f"udp://127.0.0.1:{receiver.getsockname()[1]}"
-        sent(numbered_film, toy_detector, tmp_path / "out", address)
-        first = json.loads(receiver.recv(65535))
-    assert first["frame"] == 0
-    assert list(first["body"]) == list(H36M17.joints)
-
-
-def test_a_receiver_that_is_gone_is_told_of_once(numbered_film, toy_detector, tmp_path, capsys):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
-        receiver.bind(("127.0.0.1", 0))
-        address = f"udp://127.0.0.1:{receiver.getsockname()[1]}"
-    sent(numbered_film, toy_detector, tmp_path / "out", address)
-    assert capsys.readouterr().err.count("cannot be reached") == 1
-    assert (tmp_path / "out" / "take.rrd").exists()
-
-
-@pytest.mark.parametrize(
-    "address",
-    ["udp://", "udp://127.0.0.1", "udp://127.0.0.1:0", "udp://127.0.0.1:99999", "tcp://127.0.0.1:5", "there",
-     "udp://127.0.0.1:5/there", "udp://me@127.0.0.1:5", "udp://127.0.0.1:5?ttl=1", "osc://127.0.0.1:5#there"],
-)  # fmt: skip
-def test_an_address_that_cannot_be_is_refused_before_the_camera_opens(address, tmp_path, monkeypatch):
-    monkeypatch.setattr("pcnet3d.stages.study.live.command.open_source", None)
-    with refused("bad-value"):
-        live(source="0", output=tmp_path / "out", stream=address)
-    assert not any(tmp_path.iterdir())
-
-
 def test_closed_standard_streams_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "stdout", None)
     with refused("not-reached"):
-        live(source="0", output=tmp_path / "out", stream="-")
+        live(source="0", output=tmp_path / "out", as_json=True)
     monkeypatch.setattr(sys, "stdin", None)
     with refused("not-reached"):
         open_source("-")
     assert not any(tmp_path.iterdir())
-
-
-def test_osc_without_its_package_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pythonosc", None)
-    with refused("needs-package"):
-        live(source="0", output=tmp_path / "out", stream="osc://127.0.0.1:39539")
-
-
-def test_bones_against_their_parents_lead_to_the_joints(poses):
-    """Placed and turned one upon another, in Unity's axes, they end where the joints are."""
-    from scipy.spatial.transform import Rotation
-
-    from pcnet3d.stages.study.live.vmc import BONES, Performer
-
-    performer = Performer()
-    for pose in poses:
-        bones = performer.bones(pose)
-    assert list(bones) == list(BONES)
-    unity = pose.level[:, [1, 2, 0]] * (1, 1, -1)  # x right, y up, z front
-    at: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-    for bone, (parent, joint, _) in BONES.items():
-        point, turn = bones[bone]
-        R = Rotation.from_quat(turn).as_matrix()
-        above, R_above = at.get(parent, (np.zeros(3), np.eye(3)))
-        at[bone] = above + R_above @ point, R_above @ R
-        expected = unity[H36M17.index(joint)] + bones["Hips"][0]
-        np.testing.assert_allclose(at[bone][0], expected, atol=1e-6)
-    for side, out in (("Left", -1), ("Right", 1)):  # in the T-pose an arm points out and a leg down
-        own = {"LowerArm": ("wrist", "elbow", (out, 0, 0)), "UpperArm": ("elbow", "shoulder", (out, 0, 0)),
-               "UpperLeg": ("knee", "hip", (0, -1, 0)), "LowerLeg": ("ankle", "knee", (0, -1, 0))}  # fmt: skip
-        for bone, (end, start, rest) in own.items():
-            limb = [unity[H36M17.index(f"{side[0].lower()}_{joint}")] for joint in (end, start)]
-            along = (limb[0] - limb[1]) / np.linalg.norm(limb[0] - limb[1])
-            np.testing.assert_allclose(at[f"{side}{bone}"][1] @ rest, along, atol=1e-6)
-
-
-def test_a_receiver_of_osc_reads_the_bundle(poses):
-    pytest.importorskip("pythonosc")
-    from pythonosc.osc_bundle import OscBundle
-
-    from pcnet3d.stages.study.live.vmc import BONES, Performer
-
-    messages = list(OscBundle(Performer().bundle(poses[-1])))
-    assert [each.address for each in messages[:3]] == ["/VMC/Ext/OK", "/VMC/Ext/T", "/VMC/Ext/Root/Pos"]
-    bones = {each.params[0]: each.params[1:] for each in messages[3:]}
-    assert {each.address for each in messages[3:]} == {"/VMC/Ext/Bone/Pos"}
-    assert list(bones) == list(BONES)
-    for place_and_turn in bones.values():
-        assert len(place_and_turn) == 7
-        assert np.linalg.norm(place_and_turn[3:]) == pytest.approx(1, abs=1e-5)
 
 
 def test_a_file_in_real_time_keeps_its_frame_numbers_and_drops_what_comes_too_fast(numbered_film):
