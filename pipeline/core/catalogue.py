@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from .catalogue_of_comparisons import COMPARING
-from .catalogue_of_poses import JUDGING
-
 # From the least to the gravest; a mark is a place in the recording. The last two are verdicts on poses.
 Weight = Literal["mark", "note", "repair", "warning", "suspicious", "unusable"]
 About = Literal["", "poses", "left and right", "view", "up", "camera", "clock", "place", "motion", "files"]
@@ -19,6 +16,11 @@ class Entry(NamedTuple):
     about: About
     template: str
 
+
+_APART = "They are treated as different motions, so only their ranges and cycles are compared."
+_ONE = "Check that they show the same motion, and that the time shift is right."
+_FITS = "{run} fits at several shifts (r {r:.2f} and, at another, {runner_up:.2f}), as in a repeated motion."
+_NARROW = "narrow the search with --offset and --search"
 
 _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     # What was read
@@ -349,5 +351,155 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{file} begins with frame {frame} of the video, at {begin_s:.3f} s."),
     "video-copied": ("note", "files",
         "The recording holds an H.264 copy of the video, because {reason}."),
+    # What is wrong with poses
+    "too-few-frames": ("suspicious", "poses",
+        "Fewer than two frames have all joints: too few to tell whether the poses are good."),
+    "gaps": ("note", "poses",
+        "{lost} of {frames:~frame} {lost:?is/are} missing: {how}."),
+    "duplicates": ("note", "poses",
+        "{repeated:~row repeats/rows repeat} the row before exactly, first at row {first}; speeds are wrong there."),
+    "frames-not-numbered": ("note", "poses",
+        "The file does not say which video frames its rows belong to."),
+    "rate-not-stated": ("note", "poses",
+        "The file does not say its frame rate."),
+    "swaps": ("note", "poses",
+        "{wrong} of {of:~frame} {wrong:?looks/look} wrong: {swaps}."),
+    "swaps-unsure": ("note", "poses",
+        "Some frames look wrong: {doubt}."),
+    "rebase": ("suspicious", "poses",
+        "In every frame the outermost joint lies exactly at {axis} = 0: the pelvis's movement along that axis is "
+        "lost."),
+    "flat": ("unusable", "poses",
+        "All joints lie in one plane (thickness {thickness_percent:.1f} % of the trunk): the poses have no depth."),
+    "axis-invented": ("unusable", "poses",
+        "Nothing moves along {axis} while the body moves along the other axes: that axis is invented."),
+    "flattened-depth": ("suspicious", "poses",
+        "Bones get shorter when they turn towards the camera, as if depth were {factor:.1f} times too small."),
+    "depth-stretched": ("suspicious", "poses",
+        "Bones get longer when they turn towards the camera, as if depth were {times:.1f} times too large."),
+    "limbs-copied": ("suspicious", "poses",
+        "One {limb} is a copy of the other, so left and right cannot be told apart."),
+    "repeats-itself": ("suspicious", "poses",
+        "{count} of {rows_read:~row} are exact repeats: the clip plays more than once, so counts and cadences are "
+        "wrong."),
+    "only-noise": ("suspicious", "poses",
+        "Hands and feet only jump back and forth: this is noise, a single pose, or rows in the wrong order."),
+    "keypoints-smooth": ("warning", "files",
+        "The keypoints of hands and feet tremble by only {trembles_percent:.2g} % of the trunk; a detector's tremble "
+        "by 4 % and more. They were smoothed or computed: give the detector's own."),
+    "joints-filled": ("warning", "files",
+        "{count:~joint position} {count:?lies/lie} exactly on straight lines in time, or {count:?repeats/repeat} the "
+        "one before ({joints}): filled in, not seen. They are treated as gaps."),
+    "joints-coincide": ("suspicious", "poses",
+        "The {first} and the {second} lie at one point in {count:~frame}: one of them was not found there. They are "
+        "treated as gaps, joints of the trunk excepted."),
+    "joints-exchanged": ("suspicious", "left and right",
+        "Bones are longer than crosswise: left and right {joints} are exchanged. They are treated as gaps."),
+    "bones": ("suspicious", "poses",
+        "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), most from {worst} "
+        "({worst_percent:.0f} %)."),
+    "limbs-unlike": ("suspicious", "poses",
+        "The bone from {bone} is {times:.2f} times as long as the left one."),
+    "mirrored": ("unusable", "poses",
+        "The body is mirrored or its left and right are exchanged (--set read.handedness=mirror or swap): {evidence}."),
+    "legs-against-arms": ("unusable", "poses",
+        "Left and right of the legs contradict those of the arms (--set read.handedness=swap-legs): {evidence}."),
+    "left-and-right": ("suspicious", "poses",
+        "Left and right are doubtful: {evidence}."),
+    "stature": ("suspicious", "poses",
+        "The limbs imply a stature of {stature_m:.3g} m. Check that the unit of the file is really {unit}."),
+    "upside-down": ("suspicious", "poses",
+        "The head is below the feet in {share_percent:.0f} % of the frames: the file's vertical axis seems to be "
+        "upside down, or the person does a handstand. If its y points up, read it with --adapter arrays -O "
+        "frame=GL_CAMERA (or Y_UP) and its layout and unit, such as -O layout=H36M17 -O unit=mm (-O unit=arbitrary "
+        "if it has no scale)."),
+    "on-its-side": ("suspicious", "poses",
+        "The trunk is tilted by more than {off_deg:.0f} degrees from the file's vertical axis in {share_percent:.0f} % "
+        "of the frames: the person lies or crawls, or another axis is up. In that case say which (-O up=y or z; with "
+        "--adapter arrays -O frame=Y_UP or Z_UP)."),
+    "picture-upside-down": ("suspicious", "poses",
+        "The head is below the feet in {share_percent:.0f} % of the frames: turn the image before the run, unless "
+        "the person does a handstand."),
+    "leaps": ("suspicious", "poses",
+        "The whole pose leaps from one frame to the next in {count:~frame}, first in frame {first}."),
+    "seams": ("note", "poses",
+        "The estimator started a new clip at row {listed}."),
+    "seams-step": ("note", "poses",
+        "The estimator started a new clip at row {listed}; the pose jumps there by up to {times:.1f} times its usual "
+        "movement."),
+    "refused": ("unusable", "poses",
+        "{reason}"),
+    "video-apart": ("suspicious", "poses",
+        "The poses reach frame {last}, but the video ends with frame {ends}: they do not belong together."),
+    "video-unnumbered": ("suspicious", "poses",
+        "There are {rows_read:~row} without frame numbers for {frames:~frame} of the video: time may drift."),
+    "video-fits": ("note", "poses",
+        "There are {rows_read:~row} for {frames:~frame} of the video, at {fps:g} per second."),
+    "keypoints-not-compared": ("note", "poses",
+        "The poses were not compared with the keypoints: {reason}."),
+    "keypoints-met": ("note", "poses",
+        "The poses fit the keypoints within {off_percent:.1f} % of the stature, in the {frames:~frame} that were "
+        "compared."),
+    # Comparing runs
+    "run-doubtful": ("warning", "files",
+        "The poses of {run} are {verdict}, so differences may be their errors: {why}."),
+    "run-not-levelled": ("warning", "up",
+        "{run} could not be levelled, so angles to gravity are missing."),
+    "run-of-moving-camera": ("warning", "camera",
+        "{run} was filmed by a moving camera, so its heading is relative to the camera."),
+    "run-lacks-angles": ("warning", "files",
+        "{run} has no {angles}. Run it again to compare all angles."),
+    "truth-lacks-joints": ("note", "files",
+        "The motion capture has no {joints}, so these angles are left out: {angles}."),
+    "truth-trunk-by-shoulders": ("note", "files",
+        "The motion capture has no thorax, so for both the trunk line goes from the middle of the hips to the middle "
+        "of the shoulders."),
+    "neutral-of-some": ("warning", "motion",
+        "The angles of {with_neutral} are relative to a neutral posture (--neutral), those of {without} are not, so "
+        "they differ by that posture."),
+    "cutoffs-differ": ("warning", "motion",
+        "The runs were filtered at different cut-offs ({cutoffs})."),
+    "rates-differ": ("warning", "clock",
+        "The {takes} were lifted at {least_fps:.4g} to {most_fps:.4g} frames per second. This alone changes ranges "
+        "of motion (in walking, the knee's by 3 degrees between 30 and 60): film at one rate."),
+    "told-apart": ("warning", "motion",
+        f"{{run}} and {{other}} have different {{what}}. {_APART} If they are the same motion, give "
+        "--align correlate."),
+    "no-common-time": ("warning", "clock",
+        "By their clocks {run} and {other} do not overlap in time, within {search_s:g} s (--search) of {offset_s:g} "
+        f"s (--offset). {_APART}"),
+    "angles-apart": ("warning", "motion",
+        f"The angles of {{run}} and {{other}} correlate weakly (r {{r:.2f}}). {_APART} If they are the same motion, "
+        "give --align correlate."),
+    "angles-weak": ("warning", "motion",
+        f"The angles of {{run}} and {{other}} correlate weakly (r {{r:.2f}}). {_ONE}"),
+    "angles-unusual": ("warning", "motion",
+        "The angles of {run} and {other} correlate less (r {r:.2f}) than those of one motion usually do (r "
+        f"{{usual:g}} or more). {_ONE}"),
+    "mirror-images": ("warning", "motion",
+        "{run} fits {other} better with left and right exchanged (r {of_image:.2f} against {r:.2f}): the video of one "
+        "of them is mirrored, the shift is off by half a stride, or the other side moved."),
+    "shift-unknown": ("warning", "clock",
+        f"{_FITS} {_APART} If they are the same motion, {_NARROW}, or give --align stamps if both began together."),
+    "shift-ambiguous": ("warning", "clock",
+        f"{_FITS} The shift nearest to {{offset_s:g}} s (--offset) was used: {_NARROW}."),
+    "partly-common": ("warning", "motion",
+        "{run} and {other} have only {common_s:.1f} of {longest_s:.1f} s in common, but their figures are of the "
+        "whole takes. Run both on the common part (--time-range)."),
+    # Comparing with inertial sensors
+    "imu-unit": ("repair", "files",
+        "Accelerations were in {unit} (gravity is {gravity:.3g} in that unit) and were converted to m/s^2."),
+    "imu-run-not-levelled": ("warning", "up",
+        "The run could not be levelled, so its axes are not upright."),
+    "imu-moving-camera": ("warning", "camera",
+        "The camera moves, so only the vertical axis can be compared."),
+    "imu-scale-fitted": ("warning", "",
+        "The run has no scale; its unit was taken to be {metres:.3g} m, which fits the sensor best."),
+    "imu-weak": ("warning", "clock",
+        "Video and sensor agree weakly (r {r:.2f} over all axes), so lag and heading may be wrong. Check the "
+        "sensor's segment, side and take, and the search range."),
+    "imu-lag-ambiguous": ("warning", "clock",
+        f"Another lag fits nearly as well (r {{runner_up:.2f}} against {{r:.2f}}), as in a periodic "
+        f"motion; {_NARROW}."),
 }  # fmt: skip
-CATALOGUE = {code: Entry(*entry) for code, entry in (_ENTRIES | JUDGING | COMPARING).items()}
+CATALOGUE = {code: Entry(*entry) for code, entry in _ENTRIES.items()}
