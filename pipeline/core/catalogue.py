@@ -171,7 +171,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The {what} look wrong: {swaps} ({wrong} of {of:~frame}). --set read.swaps=mask treats these limbs as missing "
         "there."),
     "swaps-doubtful": ("warning", "left and right",
-        "The {what} look wrong: {doubt}."),
+        "The {what} look wrong: {doubt}, or in the frames beside these."),
     "swaps-masked": ("repair", "left and right",
         "The {what} were masked as asked: {swaps} ({wrong} of {of:~frame})."),
     "swapped-keypoints": ("warning", "left and right",
@@ -365,7 +365,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "swaps": ("note", "poses",
         "{wrong} of {of:~frame} {wrong:?looks/look} wrong: {swaps}."),
     "swaps-unsure": ("note", "poses",
-        "Some frames look wrong: {doubt}."),
+        "Some frames look wrong: {doubt}, or in the frames beside these."),
     "rebase": ("suspicious", "poses",
         "In every frame the outermost joint lies exactly at {axis} = 0: the pelvis's movement along that axis is "
         "lost."),

@@ -26,7 +26,7 @@ from .checks import (
     upside_down,
     whole_rows,
 )
-from .swaps import Swap, described, doubts, find_swaps, wrong_rows
+from .swaps import Swap, described, doubtful, find_swaps, wrong_rows
 
 # Shares of rows from which a fault is suspicious, and from which nothing can be made of the take.
 _LOST = (0.1, 0.5)
@@ -98,14 +98,15 @@ def row_findings(source: PoseSequence) -> list[Notice]:
 
 
 def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]:
-    """Limbs that are exchanged, or mirrored in depth, for some rows. Those that are not certain are notes."""
-    found = [notice("swaps-unsure", doubt=doubt) for doubt in doubts(source, swaps)]
-    certain = [swap for swap in swaps if swap.certain]
-    if certain:
+    """Limbs that are wrong for some rows. Those that are not certain are notes."""
+    found = []
+    if certain := [swap for swap in swaps if swap.certain]:
         wrong = int(wrong_rows(source, swaps).sum())
         weight = weighed(wrong / len(source), _SWAPPED)
         values: dict[str, Any] = {"wrong": wrong, "of": len(source), "swaps": described(source, certain)}
-        found.insert(0, notice("swaps", weight=weight, **values))
+        found.append(notice("swaps", weight=weight, **values))
+    if open_side := doubtful(swaps):
+        found.append(notice("swaps-unsure", doubt=described(source, open_side)))
     return found
 
 

@@ -77,3 +77,5 @@ def test_few_false_ones_and_few_missed_on_validation_subjects(data):
     figures = swap_evaluate.one_set(evaluation_sets.Question(), "val", clips)
     assert figures["recall"] > 0.8
     assert figures["precision"] > 0.9
+    assert figures["on_one_recall"] > 0.8
+    assert figures["alarms"] == 0
