@@ -23,7 +23,7 @@ KNEES_HIPS_TRUNK = (
     "r_knee_flexion", "l_knee_flexion", "r_thigh_trunk_flexion", "l_thigh_trunk_flexion", "trunk_lean_sagittal",
 )  # fmt: skip
 # Of what independent errors come to, the part with which 90 % of the differences of 52 lifted validation takes of three
-# people lie inside, each person with one weight (tests/bench/bench_neutral.py; of 1 it is 92 %, of 0.8 87 %).
+# people lie inside, each person with one weight (of 1 it is 92 %, of 0.8 87 %).
 SHARE = 0.9
 # From the 5th to the 95th percentile, beyond which a knee, a hip or the trunk does not stand still.
 STILL_DEG = 10.0

@@ -11,7 +11,6 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.onnx import PlacedSession, open_onnx
-from pcnet3d.models.lab.bench import rectify as bench
 from pcnet3d.models.lifter.builtin import SHIPPED
 from pcnet3d.pipeline.cli import _points, load_command
 from pcnet3d.pipeline.core.device import KINDS, computing_on, listed, placement
@@ -196,19 +195,3 @@ def test_every_command_that_opens_networks_takes_the_same_option(group, name):
         (option,) = (parameter for parameter in each.params if "--device" in parameter.opts)
         assert option.help == get_args(OnDevice)[1].help
         assert option.default == "auto"
-
-
-@pytest.mark.parametrize(("fails_after", "device"), [(10**9, "cuda"), (50, "cpu")])
-def test_a_bench_says_where_it_computed(cuda, monkeypatch, capsys, fails_after, device):
-    monkeypatch.setattr(cuda, "fails_after", fails_after)
-    monkeypatch.setattr(bench, "_POSES", 240)
-    told, as_text = {}, bench.as_text
-    monkeypatch.setattr(
-        bench, "as_text", lambda name, results: told.update(results["device"]) or as_text(name, results)
-    )
-    bench.rectify()
-    assert told["networks"]["pcnet.onnx"] == device
-    assert any("pcnet.onnx fails on cuda" in note for note in told["notes"]) == (device == "cpu")
-    assert ("pcnet.onnx computed on cuda; the products on the CPU" in capsys.readouterr().out) == (
-        device == "cuda"
-    )

@@ -11,7 +11,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from pcnet3d.models.gravity.live import LiveFrame
-from pcnet3d.models.lab.bench.files import write_inputs
+from pcnet3d.models.lab.bench import of_poses
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.drawing.rerun_file import recording_file
 from pcnet3d.stages.study.live.recording import live_recording
@@ -51,7 +51,7 @@ def small_disk(tmp_path):
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory):
-    return write_inputs(tmp_path_factory.mktemp("inputs"), 2000)
+    return of_poses(tmp_path_factory.mktemp("inputs"), 2000)
 
 
 def _run(inputs, place, *arguments):

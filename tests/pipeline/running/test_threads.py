@@ -2,12 +2,12 @@
 
 import threading
 
-from pcnet3d.models.lab.bench.files import write_inputs
+from pcnet3d.models.lab.bench import of_poses
 from pcnet3d.pipeline import run_files
 
 
 def test_sixteen_threads_run_at_once(tmp_path):
-    options = write_inputs(tmp_path, 60)
+    options = of_poses(tmp_path, 60)
     failures = []
 
     def run(number):

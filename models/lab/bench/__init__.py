@@ -1,1 +1,0 @@
-"""`pcnet3d lab bench`: speed and memory on this machine."""
