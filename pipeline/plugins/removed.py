@@ -37,7 +37,11 @@ REMOVED: dict[Kind, dict[str, str]] = {
             for name in ("bench", "evaluate", "mmfi", "mocap", "testbed", "train")
         },
     },
-    "flags": {"live --stream": "--json prints poses on standard output, for a program that sends them on"},
+    "flags": {
+        "compare --device": "leave it out; compare uses no network",
+        "compare --rectifier": "run with --set rectify.rectifier=NAME, and compare that run",
+        "live --stream": "--json prints poses on standard output, for a program that sends them on",
+    },
     "settings": {
         "calibrate.gravity_network": "give up as that network tells it, --set read.gravity=X,Y,Z in the camera's axes",
         "lift.lifter_kind=blazepose": _FILE,

@@ -26,7 +26,6 @@ _WIDTH, _HEIGHT = 398, 190  # of a chart, in CSS pixels; text does not scale dow
 _LEFT, _RIGHT, _TOP, _BOTTOM = 42, 384, 8, 156  # of the field within the axes
 _BOX = {"width": _WIDTH, "height": _HEIGHT, "left": _LEFT, "right": _RIGHT, "top": _TOP, "bottom": _BOTTOM}
 _MOST_POINTS = 2000  # of a path
-_MOST_DOTS = 350  # of a cloud
 _MOST_DECIMALS = 6  # along x: microseconds
 
 
@@ -124,44 +123,6 @@ def _parted(curves: Sequence[Curve], x: np.ndarray) -> tuple[Sequence[Curve], np
     return curves, np.insert(x, rows, (x[rows - 1] + x[rows]) / 2), rows + np.arange(len(rows))
 
 
-@dataclass(frozen=True, eq=False)
-class Cloud:
-    """Points at x and y (N,). levels: heights of lines across the chart, the first solid, the others dashed."""
-
-    name: str
-    x: np.ndarray
-    y: np.ndarray
-    colour: str
-    levels: tuple[float, ...] = ()
-
-
-def scatter(clouds: Sequence[Cloud], alt: str, x_name: str, least_height: float = 0.0) -> Markup:
-    """A chart of points, at most 350 of each cloud. least_height: of the axis upward, in its unit, so that rounding
-    errors do not look like differences. alt: what it shows, for those who cannot see it."""
-    bottom, top = _limits(np.concatenate([part for one in clouds for part in (one.y, one.levels)]))
-    room = max(0.0, least_height - (top - bottom)) / 2
-    low, high = _limits(np.concatenate([one.x for one in clouds]))
-    across = _Scale(low, high, _LEFT, _RIGHT)
-    upward = _Scale(bottom - room, top + room, _BOTTOM, _TOP)
-    shown = [
-        {
-            "name": one.name,
-            "colour": one.colour,
-            "dots": _dots(across(one.x), upward(one.y)),
-            "levels": [f"{upward(level):.1f}" for level in one.levels],
-        }
-        for one in clouds
-    ]
-    return kit("chart.html.j2").scatter(
-        shown,
-        [(f"{across(tick):.1f}", words) for tick, words in _ticks(low, high, 7)],
-        [(f"{upward(tick):.1f}", words) for tick, words in _ticks(upward.low, upward.high, 6)],
-        _BOX,
-        x_name,
-        alt,
-    )
-
-
 def path(wrists: Mapping[str, np.ndarray], centre: np.ndarray, reach: float, alt: str) -> Markup:
     """A chart of the paths that points take: (T, 2) to the right and up by colour, within `reach` of the centre (2,); a
     cross marks the origin."""
@@ -253,12 +214,6 @@ def _line(x: np.ndarray, y: np.ndarray) -> str:
                 parts.append("h.1")
         drawing = bool(known[i])
     return "".join(parts)
-
-
-def _dots(x: np.ndarray, y: np.ndarray) -> str:
-    """The `d` of an SVG path of dots, where both are finite."""
-    rows = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-    return "".join(f"M{x[i]:.1f} {y[i]:.1f}h0" for i in rows[:: -(-len(rows) // _MOST_DOTS) or 1])
 
 
 def _area(x: np.ndarray, bottom: np.ndarray, top: np.ndarray) -> str:

@@ -1,10 +1,10 @@
-"""The measures of two takes side by side: by how much each figure differs, and whether by more than its error."""
+"""The differences of two takes' measures: by how much, with which error, whether they are told, and if not, why."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from itertools import product
+from collections import Counter
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,26 +20,33 @@ from ....models.angle_error.repeatability import (
     same_place,
 )
 from ....models.common.metrics import SD_90
-from ....pipeline.core.measures import OF_LENGTH, Group, Measure, grouped, measure, subgroup, text, with_bar
+from ....pipeline.core.measures import OF_LENGTH, Measure, grouped, measure, subgroup, text, with_bar
 from ....pipeline.core.messages import how_many
 from ....pipeline.signals.angles import ANGLES
 from ...drawing.words import spoken
 from ...report.measures import unit_of, worded
 from .side import Side
 
-_MOST = 6  # changes that a sentence names
+WHY = {
+    "another-part": "in one of the takes a part of the movement was not seen",
+    "poses-doubtful": "the poses of one of the takes are doubtful",
+    "error-unknown": "the figure's error is not known in both takes",
+    "in-one-take": "only one of the takes has the figure",
+    "unit-unknown": "one of the takes is not in metres",
+}
+_MOST = 6  # differences that a sentence names
 _OTHER_CADENCE = 0.1  # share by which cadences differ that are of two walks, where their errors are not known
 _BEYOND = 0.1  # of the figures that did not change, of each by itself: SD_90
-# Times as many and more: of ten figures, if their errors were independent, in one of 80 pairs of takes.
-_MANY = 3
 
 
 class Change(NamedTuple):
-    """A figure of two takes. group: "range_of_motion" or the movement's; side: "right", "left" or neither; values,
-    errors: of the reference and of the other; error: one standard deviation of their difference; same_part: whether
-    both takes show about as much of the movement, without which they are not compared; differs: whether the difference
-    is told from none, with all figures of the comparison tested at once; None of one that is not compared, and of
-    doubtful poses."""
+    """A figure of two takes.
+
+    group: "range_of_motion" or the movement's. side: "right", "left" or neither. values, errors: of the reference and
+    of the other. error: one standard deviation of their difference. All NaN where not known. differs: whether the
+    difference is told from none, with all figures of the comparison tested at once; None of one that is not told, for
+    the reason whose code in WHY is `reason`.
+    """
 
     group: str
     item: str
@@ -48,7 +55,7 @@ class Change(NamedTuple):
     values: tuple[float, float]
     errors: tuple[float, float]
     error: float
-    same_part: bool = True
+    reason: str = ""
     differs: bool | None = None
 
     @property
@@ -74,19 +81,85 @@ class Change(NamedTuple):
         return float(difference_chance(np.array(self.by / self.error)))
 
     @property
-    def words(self) -> str:
-        """The difference and its minimal detectable change, with a sign and without a unit."""
-        return f"{'+' * (self.by >= 0)}{with_bar(self.by, self.error)}"
+    def difference(self) -> str:
+        """The difference and its minimal detectable change, where that is known, with a sign and without a unit."""
+        return f"{'+' * (self.by >= 0)}{_with_error(self.by, self.error)}"
+
+    def value(self, take: int) -> str:
+        """Of the reference (0) or the other (1), with its 90 % bar; empty where it is not known."""
+        return "" if math.isnan(self.values[take]) else _with_error(self.values[take], self.errors[take])
+
+    def __str__(self) -> str:
+        """What the figure is."""
+        if self.group == "range_of_motion":
+            return f"range of {spoken(self.item)}"
+        if self.group == "walking":
+            return self.item
+        return f"{self.item} of {f'{self.side} ' if self.side else ''}{spoken(self.group)}"
 
 
-def changes(side: Side, reference: Side, near: bool) -> list[Change]:
-    """Of every range of motion, of walking and of how far knees bend and arms rise, where both takes state an error.
-    Lengths and speeds only where both are in metres. near: whether both were filmed from about the same place."""
+def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> list[Change]:
+    """Of every range of motion, of walking and of how far knees bend and arms rise, that either run has; none of motion
+    capture. near: whether both were filmed from about the same place. doubtful: whether the poses of one are, whose
+    errors do not hold."""
+    if reference.run is None:
+        return []
     before, after = grouped(reference.measures), grouped(side.measures)
-    alike = _one_lifter(side, reference)
-    found = [*_ranges(before, after), *_movements(before, after, reference.metric and side.metric)]
     gaits = [text(subgroup(of, "walking"), "gait") for of in (before, after)]
-    return _tested([_change(each, gaits, near if alike else None) for each in found])
+    between = ("again" if near else "elsewhere") if _one_lifter(side, reference) else None
+    found = []
+    for group, path, item, name in _figures():
+        own = [subgroup(of, group, *path) for of in (before, after)]
+        rows = [measure(of, name) for of in own]
+        if rows[0] is None and rows[1] is None:
+            continue
+        values, errors = ((_known(rows[0], of), _known(rows[1], of)) for of in ("value", "error"))
+        part = path[0] if path and group != "range_of_motion" else ""
+        unit = next(unit_of(row) for row in rows if row)
+        change = Change(group, item, part, unit, values, errors, math.hypot(*errors))
+        figures = [figure_of(row, gait) for row, gait in zip(rows, gaits, strict=True) if row]
+        if between and figures[0] is not None and figures == figures[:1] * 2:
+            change = change._replace(error=difference_sd(figures[0], change.errors, between))
+        of_length = any(row is not None and row.unit in OF_LENGTH for row in rows)
+        reasons = {
+            "in-one-take": None in rows,
+            "unit-unknown": of_length and not (reference.metric and side.metric),
+            "error-unknown": math.isnan(change.error),
+            "another-part": not same_part(*own),
+            "poses-doubtful": doubtful,
+        }
+        reason = next((code for code, holds in reasons.items() if holds), "")
+        error = change.error if reason in ("", "poses-doubtful") else float("nan")
+        found.append(change._replace(reason=reason, error=error))
+    tested = iter(differing(np.array([change.chance for change in found if not change.reason] or [1.0])))
+    return [change if change.reason else change._replace(differs=bool(next(tested))) for change in found]
+
+
+def _figures() -> Iterator[tuple[str, tuple[str, ...], str, str]]:
+    """Group, what is in it, the item of a Change, and the measure's name, of all figures that are compared."""
+    for angle in ANGLES:
+        yield "range_of_motion", (angle,), angle, "p05_p95"
+    for group, names in MOVEMENTS.items():
+        for name in names:
+            for side in ("right", "left") if group == "arm_raises" else ("",):
+                yield group, (side,) if side else (), worded(name), name
+
+
+def _known(row: Measure | None, name: str) -> float:
+    """A measure's value or error; NaN where there is none."""
+    known = None if row is None else getattr(row, name)
+    return float("nan") if known is None else known
+
+
+def _with_error(value: float, error: float) -> str:
+    return f"{value:.3g}" if math.isnan(error) else with_bar(value, error)
+
+
+def _one_lifter(side: Side, reference: Side) -> bool:
+    """Whether both are lifts, with the errors that were judged, of the lifter whose differences are known as shares of
+    these; others count as independent."""
+    runs = [each.run for each in (side, reference)]
+    return all(run is not None and run.angle_errors == "judged" and judged(run.need("poses")) for run in runs)
 
 
 def from_same_place(side: Side, reference: Side) -> bool:
@@ -100,48 +173,38 @@ def other_cadence(side: Side, reference: Side) -> bool:
     """Whether the walks of two takes have cadences that differ by more than both takes' errors, or, where these are
     not known, by a tenth, so that they are two walks: of 110 pairs of cameras that saw one captured walk (lifted)
     none had."""
-    found = [measure(subgroup(grouped(of.measures), "walking"), "cadence") for of in (side, reference)]
-    if found[0] is None or found[1] is None:
+    cadences = [measure(subgroup(grouped(of.measures), "walking"), "cadence") for of in (side, reference)]
+    if cadences[0] is None or cadences[1] is None:
         return False
-    values = [of.value for of in found if of]
-    errors = [of.error for of in found if of and of.error is not None]
+    values = [of.value for of in cadences if of]
+    errors = [of.error for of in cadences if of and of.error is not None]
     bound = SD_90 * math.hypot(*errors) if len(errors) == 2 else _OTHER_CADENCE * min(values)
     return bool(abs(values[1] - values[0]) > bound)
 
 
-def told(changes: list[Change], against: str) -> Iterator[str]:
-    """A sentence on how many figures differ, which, and how many chance makes seem so. against: "B less A"."""
-    tested = [change for change in changes if change.same_part]
-    if len(tested) < len(changes):
-        many, parts = len(changes) - len(tested), "in one of the takes a part of the movement was not seen"
-        yield f"{how_many(many, 'figure')} {'is' if many == 1 else 'are'} not compared: {parts}"
-    if not tested:
-        return
-    beyond = sum(not change.within_error for change in tested)
-    if all(change.differs is None for change in tested):
-        are = f"{beyond} of {how_many(len(tested), 'difference')} {'exceeds its' if beyond == 1 else 'exceed their'}"
-        yield f"{are} MDC90; whether any is real cannot be told of doubtful poses"
-        return
-    apart = sorted((change for change in tested if change.differs), key=lambda change: change.chance)
-    are = "are beyond their" if beyond > 1 else "is beyond its"
-    own = f"{beyond or 'none'} {are} own MDC90, where {_BEYOND * len(tested):.2g} would be by chance alone"
-    figures = f"of {len(tested)} ranges of motion and figures of movements"
-    more_than = "by more than may be chance among so many"
-    if not apart:
-        many = beyond > max(1, _MANY * _BEYOND * len(tested))
-        some = "; some of these may well have changed" * many
-        yield f"None {figures} alone differs {more_than}; {own}{some}"
-        return
-    words = [f"{named(change)} {change.words}{_gap(change.unit)}{change.unit}" for change in apart[:_MOST]]
-    more = f" and {len(apart) - _MOST} more" if len(apart) > _MOST else ""
-    yield (
-        f"{len(apart)} {figures} {'differs' if len(apart) == 1 else 'differ'} {more_than}, {against}: "
-        f"{', '.join(words)}{more}; {own}"
-    )
+def summary(changes: list[Change], against: str) -> Iterator[str]:
+    """Sentences on which figures differ, how many chance makes seem so, and why others are not told. against: "B less
+    A"."""
+    tested = [change for change in changes if not change.reason]
+    if tested:
+        differ = sorted((change for change in tested if change.differs), key=lambda change: change.chance)
+        named = [f"{change} {change.difference}{_gap(change.unit)}{change.unit}" for change in differ[:_MOST]]
+        named += [f"{len(differ) - _MOST} more"] * (len(differ) > _MOST)
+        which = f", {against}: {', '.join(named)}" if named else ""
+        beyond = sum(not change.within_error for change in tested)
+        are = "differ" if len(differ) > 1 else "differs"
+        yield (
+            f"{len(differ) or 'none'} of {how_many(len(tested), 'figure')} {are} by more than may be chance among so "
+            f"many{which}; {beyond or 'none'} beyond their own MDC90, where {_BEYOND * len(tested):.2g} would be by "
+            "chance alone"
+        )
+    for code, many in Counter(change.reason for change in changes if change.reason).items():
+        yield f"{how_many(many, 'difference')} not told, because {WHY[code]}"
 
 
 def as_figures(changes: list[Change]) -> list[dict[str, Any]]:
-    """For JSON."""
+    """For JSON: those that are told first."""
+    listed = sorted(changes, key=lambda change: math.isnan(change.error) and change.reason != "another-part")
     return [
         {
             "group": change.group,
@@ -151,79 +214,15 @@ def as_figures(changes: list[Change]) -> list[dict[str, Any]]:
             "reference": change.values[0],
             "value": change.values[1],
             "difference": change.by,
-            "error": change.error if change.same_part else None,
-            "mdc90": change.mdc90 if change.same_part else None,
-            "within_error": change.within_error if change.same_part else None,
+            "error": change.error,
+            "mdc90": change.mdc90,
+            "within_error": None if math.isnan(change.error) else change.within_error,
             "differs": change.differs,
+            "reason": change.reason,
         }
-        for change in changes
+        for change in listed
     ]
-
-
-def named(change: Change) -> str:
-    """What the figure is, in words."""
-    if change.group == "range_of_motion":
-        return f"range of {spoken(change.item)}"
-    if change.group == "walking":
-        return change.item
-    return f"{change.item} of {f'{change.side} ' if change.side else ''}{spoken(change.group)}"
 
 
 def _gap(unit: str) -> str:
     return "" if unit.startswith("°") else " "
-
-
-# Group, item, side, of the reference, of the other, same_part.
-_Found = tuple[str, str, str, Measure, Measure, bool]
-
-
-def _ranges(before: Group, after: Group) -> Iterator[_Found]:
-    for angle in ANGLES:
-        both = (subgroup(of, "range_of_motion", angle) for of in (before, after))
-        yield from _with_errors("range_of_motion", angle, "", "p05_p95", *both)
-
-
-def _movements(before: Group, after: Group, metric: bool) -> Iterator[_Found]:
-    for group, names in MOVEMENTS.items():
-        for name, side in product(names, ("right", "left") if group == "arm_raises" else ("",)):
-            path = (group, side) if side else (group,)
-            both = [subgroup(of, *path) for of in (before, after)]
-            rows = [measure(of, name) for of in both]
-            if metric or not any(row and row.unit in OF_LENGTH for row in rows):
-                yield from _with_errors(group, worded(name), side, name, *both)
-
-
-def _with_errors(
-    group: str, item: str, side: str, name: str, before: Group, after: Group
-) -> Iterator[_Found]:
-    """Two figures that both have an error; nothing else."""
-    one, other = measure(before, name), measure(after, name)
-    if one and other and one.error is not None and other.error is not None:
-        yield group, item, side, one, other, same_part(before, after)
-
-
-def _change(found: _Found, gaits: Sequence[str], near: bool | None) -> Change:
-    """gaits: of both takes' steps. near: whether both were filmed from about the same place, None for errors that are
-    independent."""
-    group, item, side, before, after, alike = found
-    assert before.error is not None
-    assert after.error is not None
-    values, errors = (before.value, after.value), (before.error, after.error)
-    error, figure = float(np.hypot(*errors)), figure_of(after, gaits[1])
-    if near is not None and figure is not None and figure == figure_of(before, gaits[0]):
-        error = difference_sd(figure, errors, "again" if near else "elsewhere")
-    return Change(group, item, side, unit_of(after), values, errors, error, alike)
-
-
-def _tested(found: list[Change]) -> list[Change]:
-    """The same, and which of those that are compared differ, by Benjamini and Hochberg's procedure over all of them."""
-    chances = [change.chance for change in found if change.same_part]
-    differ = iter(differing(np.array(chances)) if chances else ())
-    return [change._replace(differs=bool(next(differ))) if change.same_part else change for change in found]
-
-
-def _one_lifter(side: Side, reference: Side) -> bool:
-    """Whether both are lifts, with the errors that were judged, of the lifter whose differences are known as shares of
-    these; others count as independent."""
-    runs = [each.run for each in (side, reference)]
-    return all(run is not None and run.angle_errors == "judged" and judged(run.need("poses")) for run in runs)

@@ -1,54 +1,60 @@
-"""What a comparison found, in words for the command line and in figures for compare.json."""
+"""Runs against the first, or against motion capture: brought to one clock and one heading, in figures and in words."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import numpy as np
 
+from ....models.common.metrics import joint_error
+from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many
-from ....pipeline.core.notices import Notice
-from ....pipeline.core.rotations import turned
+from ....pipeline.core.notices import Notice, grave, notice, verdict
+from ....pipeline.core.rotations import turn_deg, turned
+from ....pipeline.signals.angles import ANGLES
+from ....pipeline.signals.filters import rate as frame_rate
 from ...drawing.words import spoken
-from .accelerations import Accelerations
-from .align import WEAK, Alignment
-from .changes import Change, as_figures, told
-from .cycles import Cycles
-from .figures import JointAgreement
-from .side import Side
-from .wrists import Wrists
+from ..rates import is_lifted, rates_apart
+from .align import AMBIGUOUS, CLEARLY, UNUSUAL, WEAK, Alignment, correlated, mirrored, size_ratio, stamped
+from .changes import Change, as_figures, changes, from_same_place, other_cadence, summary
+from .cycles import Cycles, cycles
+from .figures import JointAgreement, agreement, joint_agreement, view_spread
+from .side import Side, one_clock, told_apart
+
+Align = Literal["auto", "stamps", "correlate", "cycles"]
+_MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack a second or two of each other
 
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """A side against the reference. shift_s and the rest as in Alignment, None for takes of different motions.
+    """A side against the reference. one_recording: whether both read the same one, so that their errors are not
+    independent. same_place: whether both were filmed from about the same place, False where that is not known.
+    changes: of the measures of both.
 
-    times: (T,) the side's rows on the reference's clock. at_reference, sd: by angle (T,) the reference's value at the
-    side's rows, and the standard error of the difference. agreement: of figures.agreement by angle. turn_deg, scale:
-    what brought the side's LEVEL to the reference's. joints_mm: mean distance of the joints in LEVEL then. changes:
-    of the measures of both. one_recording: whether both read the same one, so that their errors are not independent.
-    same_place: whether both were filmed from about the same place, False where that is not known.
+    Of takes of one motion only: times: (T,) the side's rows on the reference's clock. at_reference, sd: by angle (T,)
+    the reference's value at the side's rows, and the standard error of the difference. agreement: of figures.agreement
+    by angle. turn_deg, scale: what brought the side's LEVEL to the reference's. joints_mm: mean distance of the joints
+    in LEVEL then.
     """
 
     side: Side
     reference: Side
+    one_recording: bool
+    same_place: bool
+    changes: list[Change]
+    cycles: list[Cycles]
     alignment: Alignment | None
     times: np.ndarray
-    at_reference: dict[str, np.ndarray]
-    sd: dict[str, np.ndarray]
-    agreement: dict[str, dict[str, float | int]]
-    cycles: list[Cycles]
+    at_reference: dict[str, np.ndarray] = field(default_factory=dict)
+    sd: dict[str, np.ndarray] = field(default_factory=dict)
+    agreement: dict[str, dict[str, float | int]] = field(default_factory=dict)
     turn_deg: float = 0.0
     scale: float = 1.0
     joints_mm: float | None = None
     joints: JointAgreement = field(default_factory=dict)
-    wrists: Wrists | None = None
-    accelerations: Accelerations | None = None
-    changes: list[Change] = field(default_factory=list)
-    one_recording: bool = False
-    same_place: bool = False
 
     @property
     def level(self) -> np.ndarray:
@@ -58,45 +64,164 @@ class Pair:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """spread, spread_unrectified: by angle the view-consistency of all runs, and what it would be if their cameras were
-    taken as level, for angles that depend on gravity."""
+    """spread: by angle the view-consistency of all runs of one motion."""
 
     reference: Side
     pairs: tuple[Pair, ...]
     spread: dict[str, float]
-    spread_unrectified: dict[str, float]
     notices: tuple[Notice, ...]
 
 
-def as_text(comparison: Comparison) -> Iterator[str]:
-    """The main figures, a line each."""
-    for pair in comparison.pairs:
-        if pair.alignment:
-            yield (
-                f"{pair.side.name} against {pair.reference.name}: {pair.alignment.how}, "
-                f"{pair.alignment.shift_s:+.3f} s added, r {pair.alignment.r:.3f}"
-            )
-        if pair.agreement:
-            yield f"{'angle':<26}{'bias':>8}{'limits of agreement':>22}{'RMSE':>8}{'r':>8}  (degrees)"
-        for name, of in pair.agreement.items():
-            limits = f"{of['lower_deg']:z.1f} to {of['upper_deg']:z.1f}"
-            yield f"{name:<26}{of['bias_deg']:>z8.1f}{limits:>22}{of['rmse_deg']:>8.1f}{of['r']:>8.3f}"
-        for method, wrists in pair.wrists.agreement.items() if pair.wrists else ():
-            for wrist, axes in wrists.items():
-                said = ", ".join(f"{a} {_r(v['r'])}RMSE {v['rmse_mm']:.0f} mm" for a, v in axes.items())
-                if said:
-                    yield f"{wrist}, {method}: {said}"
-        for cycle in pair.cycles:
-            of = cycle.agreement
-            yield (
-                f"{cycle.kind}, {cycle.angle}: {of['cycles']} and {how_many(int(of['cycles_reference']), 'cycle')}, "
-                f"range {of['rom_deg']:.1f} against {of['rom_reference_deg']:.1f} degrees"
-            )
+def compared(
+    sides: list[Side], align: Align = "auto", offset_s: float = 0.0, search_s: float = 5.0
+) -> Comparison:
+    """Every side against the first, which is motion capture when it has no run. InputError for fewer than two sides, or
+    for takes that do not overlap."""
+    if len(sides) < 2:
+        raise InputError(
+            "needs-input", "Expected two or more runs, or a run and motion capture (--truth FILE), got one."
+        )
+    reference, *others = sides
+    doubts = {side.name: grave(side.run.judged) for side in sides if side.run}
+    notices = [*_of_all(sides)]
+    notices += [
+        notice("run-doubtful", run=name, verdict=verdict(found), why=found[0].text.rstrip("."))
+        for name, found in doubts.items()
+        if found
+    ]
+    pairs = []
+    for side in others:
+        near = from_same_place(side, reference)
+        doubtful = bool(doubts.get(side.name) or doubts.get(reference.name))
+        differences = changes(side, reference, near, doubtful)
+        differ = [*told_apart(side, reference), *["cadences"] * other_cadence(side, reference)]
+        how, said = _aligned(side, reference, differ, align, offset_s, search_s)
+        pair = Pair(
+            side=side,
+            reference=reference,
+            one_recording=one_clock(side, reference),
+            same_place=near,
+            changes=differences,
+            cycles=cycles(side, reference, how and how.shift_s),
+            alignment=how,
+            times=side.time_s + (how.shift_s if how else 0.0),
+        )
+        pairs.append(pair if how is None else _moment_by_moment(pair))
+        notices += [*said, *_beyond(pairs[-1])]
+    return Comparison(reference, tuple(pairs), _spread(reference, pairs), tuple(notices))
 
 
-def _r(r: float) -> str:
-    """A correlation, which what does not move has none of."""
-    return f"r {r:.3f} " if np.isfinite(r) else ""
+def _of_all(sides: Sequence[Side]) -> Iterator[Notice]:
+    for side in sides:
+        yield from side.notices
+    runs = {side.name: side.run for side in sides if side.run}
+    from_neutral = [name for name, run in runs.items() if run.told.neutral is not None]
+    if 0 < len(from_neutral) < len(sides):
+        without = ", ".join(side.name for side in sides if side.name not in from_neutral)
+        yield notice("neutral-of-some", with_neutral=", ".join(from_neutral), without=without)
+    cutoffs = {"none" if side.cutoff_hz is None else f"{side.cutoff_hz:g} Hz" for side in sides}
+    if len(cutoffs) > 1:
+        yield notice("cutoffs-differ", cutoffs=", ".join(sorted(cutoffs)))
+    rates = [frame_rate(side.time_s) for side in sides if side.run and is_lifted(side.run)]
+    yield from rates_apart("runs", rates)
+
+
+def _aligned(
+    side: Side, reference: Side, differ: list[str], align: Align, offset_s: float, search_s: float
+) -> tuple[Alignment | None, list[Notice]]:
+    """How the side's clock is brought to the reference's, None for takes of different motions, and doubts. differ: what
+    the two do not have in common, as of motions that are not one."""
+    if align == "cycles":
+        if reference.run is None:
+            raise InputError(
+                "files-apart",
+                "Motion capture of another motion is no reference; give that of the take itself.",
+            )
+        return None, []
+    together = one_clock(side, reference)
+    may_differ = align == "auto" and reference.run is not None and not together
+    both: dict[str, Any] = {"run": side.name, "other": reference.name}
+    if may_differ and differ:
+        return None, [notice("told-apart", **both, what=" and ".join(differ))]
+
+    def aligned(of: Side) -> Alignment:
+        if align == "stamps" or (align == "auto" and together):
+            return stamped(of, reference, offset_s)
+        return correlated(of, reference, offset_s, search_s)
+
+    try:
+        how = aligned(side)
+    except InputError:
+        if not may_differ:
+            raise
+        return None, [notice("no-common-time", **both, search_s=search_s, offset_s=offset_s)]
+    doubts = []
+    with suppress(InputError):  # where one side of the body alone is known
+        if (of_image := aligned(mirrored(side)).r) > UNUSUAL and of_image > how.r + CLEARLY:
+            doubts = [notice("mirror-images", **both, r=how.r, of_image=of_image)]
+    if not how.r >= (UNUSUAL if may_differ else WEAK):
+        said = notice("angles-apart" if may_differ else "angles-weak", **both, r=how.r)
+    elif how.runner_up > AMBIGUOUS * how.r:
+        code = "shift-unknown" if may_differ else "shift-ambiguous"
+        said = notice(code, run=side.name, r=how.r, runner_up=how.runner_up, offset_s=offset_s)
+    elif how.r < UNUSUAL and not together:
+        return how, [notice("angles-unusual", **both, r=how.r, usual=UNUSUAL), *doubts]
+    else:
+        return how, doubts
+    return None if may_differ else how, [said, *doubts]
+
+
+def _moment_by_moment(pair: Pair) -> Pair:
+    side, reference = pair.side, pair.reference
+    at_reference = {name: reference.at(name, pair.times) for name in ANGLES}
+    sd = {name: _sd(side, reference, name, pair.times) for name in ANGLES}
+    agreements = {name: agreement(side.angles[name], at_reference[name], sd[name]) for name in ANGLES}
+    joints = reference.joints_at(pair.times)
+    turn, scale = turn_deg(side.level, joints), size_ratio(side.level, joints)
+    level = scale * turned(side.level, turn)
+    off = joint_error(level, joints)
+    return replace(
+        pair,
+        at_reference=at_reference,
+        sd=sd,
+        agreement={name: of for name, of in agreements.items() if of is not None},
+        turn_deg=turn,
+        scale=scale,
+        joints_mm=float(1000 * np.nanmean(off)) if reference.metric and np.isfinite(off).any() else None,
+        joints=joint_agreement(level, joints, reference.metric),
+    )
+
+
+def _sd(side: Side, reference: Side, name: str, times: np.ndarray) -> np.ndarray:
+    """(T,) standard error of the difference of an angle: of both runs together; motion capture has none."""
+    if reference.run is None:
+        return side.sd[name]
+    row = np.clip(np.searchsorted(reference.time_s, times), 0, len(reference.time_s) - 1)
+    return np.hypot(side.sd[name], reference.sd[name][row])
+
+
+def _beyond(pair: Pair) -> list[Notice]:
+    """A doubt about the measures of one motion, of which one take shows more than the other."""
+    if pair.alignment is None or not any(np.isfinite(change.by) for change in pair.changes):
+        return []
+    spans = np.array([times[[0, -1]] for times in (pair.times, pair.reference.time_s)])
+    common_s, longest_s = spans[:, 1].min() - spans[:, 0].max(), np.ptp(spans, axis=1).max()
+    if common_s >= _MOSTLY * longest_s:
+        return []
+    both: dict[str, Any] = {"run": pair.side.name, "other": pair.reference.name}
+    return [notice("partly-common", **both, common_s=float(common_s), longest_s=float(longest_s))]
+
+
+def _spread(reference: Side, pairs: list[Pair]) -> dict[str, float]:
+    """View-consistency by angle of all runs that show one motion."""
+    runs = [(pair.side, pair.alignment.shift_s) for pair in pairs if pair.alignment]
+    if reference.run:
+        runs.insert(0, (reference, 0.0))
+    if len(runs) < 2:
+        return {}
+    times = runs[0][0].time_s + runs[0][1]
+    spreads = {name: view_spread([side.at(name, times - shift) for side, shift in runs]) for name in ANGLES}
+    return {name: spread for name, spread in spreads.items() if spread is not None}
 
 
 def result(pair: Pair) -> Iterator[str]:
@@ -104,16 +229,12 @@ def result(pair: Pair) -> Iterator[str]:
     errors that are stated, and which measures of two recordings differ by more than their errors."""
     against = f"{pair.side.name} against {pair.reference.name}"
     if pair.alignment is None or not pair.agreement:
-        kinds = len({cycle.kind for cycle in pair.cycles})
-        both = ["the ranges of motion"] * bool(pair.changes) + [how_many(kinds, "kind") + " of cycle"] * bool(
-            kinds
-        )
-        yield f"{against}: treated as two motions; compared: {' and '.join(both) or 'nothing'}"
+        yield f"{against}: treated as two motions, so only ranges, movements and cycles are compared"
     else:
         yield f"{against}: {_of_one_motion(pair, pair.alignment)}"
         yield _angles_apart(pair)
     if not pair.one_recording:
-        yield from told(pair.changes, f"{pair.side.name} minus {pair.reference.name}")
+        yield from summary(pair.changes, f"{pair.side.name} minus {pair.reference.name}")
 
 
 def _of_one_motion(pair: Pair, how: Alignment) -> str:
@@ -122,11 +243,8 @@ def _of_one_motion(pair: Pair, how: Alignment) -> str:
     taken = "one motion" if alike and pair.one_recording else "treated as one motion"
     though = "" if alike else " though their angles hardly correlate"
     # Motion capture is asked for as that of the take itself.
-    way_out = (
-        ""
-        if pair.one_recording or pair.reference.run is None
-        else "; if they are two takes, give --align cycles"
-    )
+    asked = pair.one_recording or pair.reference.run is None
+    way_out = "" if asked else "; if they are two takes, give --align cycles"
     return f"{taken}{though}, shifted by {how.shift_s:+z.3f} s (correlation {how.r:.2f}){way_out}"
 
 
@@ -134,13 +252,10 @@ def _angles_apart(pair: Pair) -> str:
     rmse = {name: of["rmse_deg"] for name, of in pair.agreement.items()}
     worst = max(rmse, key=lambda name: rmse[name])
     inside = [of["within_band"] for of in pair.agreement.values() if "within_band" in of]
-    allowed = ""
-    if inside:
-        share = 100 * np.mean(inside)
-        allowed = f"; {share:.0f} % of the differences are within the stated errors (90 % expected)"
+    share = f"{100 * np.mean(inside):.0f} % of the differences are within the stated errors" if inside else ""
     return (
         f"{how_many(len(rmse), 'angle')} differ by {np.median(list(rmse.values())):.1f} degrees in the median, "
-        f"{spoken(worst)} most, by {rmse[worst]:.1f} (root mean square){allowed}"
+        f"{spoken(worst)} most, by {rmse[worst]:.1f} (root mean square){f'; {share} (90 % expected)' if share else ''}"
     )
 
 
@@ -167,15 +282,10 @@ def figures(comparison: Comparison) -> dict[str, Any]:
                 "angles": pair.agreement,
                 "same_place": pair.same_place,
                 "changes": as_figures(pair.changes),
-                "cycles": [{"kind": c.kind, "angle": c.angle, **c.agreement} for c in pair.cycles],
-                "accelerations": {} if pair.accelerations is None else pair.accelerations.agreement,
-                "wrists": None
-                if pair.wrists is None
-                else {"size_m": pair.wrists.size_m, "methods": pair.wrists.agreement},
+                "cycles": [cycle.figures() for cycle in pair.cycles],
             }
             for pair in comparison.pairs
         },
         "view_spread_deg": comparison.spread,
-        "view_spread_unrectified_deg": comparison.spread_unrectified,
         "notices": [each.as_dict() for each in comparison.notices],
     }

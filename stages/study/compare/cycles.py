@@ -10,19 +10,28 @@ import numpy as np
 from ....pipeline.core.measures import Curve, Curves, Group, Row, grouped, moments, subgroup
 from ....pipeline.signals.angles import ANGLES, unwrapped
 from ...measures.cycles import POINTS, alike, normalised
-from .figures import cycles_agree
 from .side import Side
 
 
 @dataclass(frozen=True, eq=False)
 class Cycles:
-    """One angle over one kind of cycle: curves (N, 101) and (M, 101), degrees, and how they agree."""
+    """One angle over one kind of cycle: curves (N, 101) and (M, 101), degrees, two of each at least."""
 
     kind: str
     angle: str
     curves: np.ndarray
     reference: np.ndarray
-    agreement: dict[str, float | int]
+
+    def figures(self) -> dict[str, str | int | float]:
+        """For JSON. difference_deg: root mean square between the mean curves."""
+        off = self.curves.mean(axis=0) - self.reference.mean(axis=0)
+        return {
+            "kind": self.kind,
+            "angle": self.angle,
+            "cycles": len(self.curves),
+            "cycles_reference": len(self.reference),
+            "difference_deg": float(np.sqrt((off**2).mean())),
+        }
 
 
 def cycles(side: Side, reference: Side, shift_s: float | None) -> list[Cycles]:
@@ -42,12 +51,9 @@ def cycles(side: Side, reference: Side, shift_s: float | None) -> list[Cycles]:
             both = np.isfinite(curves).all(axis=1) & np.isfinite(before).all(axis=1)
             curves, before = curves[both], before[both]
         curves, before = (each[np.isfinite(each).all(axis=1)] for each in (curves, before))
-        if len(curves) and len(before):
+        if min(len(curves), len(before)) >= 2:
             together = alike(np.concatenate([before, curves]), ANGLES[angle].centre_deg)
-            before, curves = together[: len(before)], together[len(before) :]
-        agreement = cycles_agree(curves, before, paired=shift_s is not None)
-        if agreement is not None:
-            result.append(Cycles(kind, angle, curves, before, agreement))
+            result.append(Cycles(kind, angle, together[len(before) :], together[: len(before)]))
     return result
 
 

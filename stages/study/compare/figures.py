@@ -1,13 +1,6 @@
-"""Figures of agreement between two series of one angle, the cycles of two takes, and their joints.
-
-Limits of agreement: Bland & Altman, "Statistical methods for assessing agreement between two methods of clinical
-measurement", Lancet 1986: the mean of the differences and 1.96 of their standard deviations to each side. Frames of
-one take are no independent cases: the limits describe this take's frames, and no confidence interval is given.
-"""
+"""Figures of agreement between two series of one angle, between several runs, and between joints."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
@@ -17,8 +10,7 @@ from ....pipeline.signals.angles import near
 
 JointAgreement = dict[str, dict[str, float | int]]
 
-_LIMIT = 1.96
-_FEWEST = 10  # frames
+FEWEST = 10  # frames
 _MOVING_DEG = 0.5
 
 
@@ -27,29 +19,21 @@ def agreement(
 ) -> dict[str, float | int] | None:
     """Of an angle (T,) against a reference (T,), degrees; None when fewer than ten frames have both.
 
-    bias_deg: mean of values less reference; lower_deg, upper_deg: limits of agreement. slope: of the difference over
-    the mean of both, 0 when it does not depend on how large the angle is. rom_deg: 5th to 95th percentile.
-    r: NaN for an angle that hardly changes. within_band: share of frames whose difference lies inside the 90 % band of
-    the standard error sd (T,).
+    bias_deg, sd_deg: mean and standard deviation of values less reference; frames of one take are no independent cases.
+    rom_deg: 5th to 95th percentile. r: NaN for an angle that hardly changes. within_band: share of frames whose
+    difference lies inside the 90 % band of the standard error sd (T,).
     """
     both = np.isfinite(values) & np.isfinite(reference)
-    if both.sum() < _FEWEST:
+    if both.sum() < FEWEST:
         return None
     off = near(values - reference, 0.0)[both]
-    middle = reference[both] + off / 2
-    spread = float(np.std(off, ddof=1))
     roms = [float(np.subtract(*np.percentile(part[both], [95, 5]))) for part in (values, reference)]
     result: dict[str, float | int] = {
         "frames": int(both.sum()),
         "bias_deg": float(off.mean()),
-        "sd_deg": spread,
-        "lower_deg": float(off.mean() - _LIMIT * spread),
-        "upper_deg": float(off.mean() + _LIMIT * spread),
+        "sd_deg": float(np.std(off, ddof=1)),
         "rmse_deg": float(np.sqrt((off**2).mean())),
         "r": correlation(values[both], reference[both], _MOVING_DEG),
-        "slope": float(np.polyfit(middle - middle.mean(), off, 1)[0])
-        if np.ptp(middle) > 1.0
-        else float("nan"),
         "rom_deg": roms[0],
         "rom_reference_deg": roms[1],
     }
@@ -65,49 +49,10 @@ def view_spread(series: list[np.ndarray]) -> float | None:
     when fewer than ten frames have all. 0 when every camera gives the same angle."""
     values = np.stack(series)
     all_known = np.isfinite(values).all(axis=0)
-    if all_known.sum() < _FEWEST:
+    if all_known.sum() < FEWEST:
         return None
     values = near(values[:, all_known] - values[0, all_known], 0.0)
     return float(np.sqrt(np.var(values, axis=0, ddof=1).mean()))
-
-
-def cycles_agree(curves: np.ndarray, reference: np.ndarray, paired: bool) -> dict[str, float | int] | None:
-    """Of the cycles (N, 101) of a take against those (M, 101) of another; None without two of each.
-
-    difference_deg: root mean square between the mean curves, largest_deg its largest value. rom_change_deg: of the mean
-    range of motion a cycle, with its 95 % interval lower_deg to upper_deg (Welch's t, or of the differences where
-    cycles are `paired`, the same ones seen twice; cycles count as independent).
-    """
-    from scipy.stats import ttest_ind, ttest_rel
-
-    if min(len(curves), len(reference)) < 2:
-        return None
-    off = curves.mean(axis=0) - reference.mean(axis=0)
-    roms, before = np.ptp(curves, axis=1), np.ptp(reference, axis=1)
-    test: Any = ttest_rel(roms, before) if paired else ttest_ind(roms, before, equal_var=False)
-    interval = test.confidence_interval(0.95)
-    return {
-        "cycles": len(curves),
-        "cycles_reference": len(reference),
-        "difference_deg": float(np.sqrt((off**2).mean())),
-        "largest_deg": float(np.abs(off).max()),
-        "rom_deg": float(roms.mean()),
-        "rom_reference_deg": float(before.mean()),
-        "rom_change_deg": float(roms.mean() - before.mean()),
-        "lower_deg": float(interval.low),
-        "upper_deg": float(interval.high),
-    }
-
-
-def match(values: np.ndarray, reference: np.ndarray, least: float) -> dict[str, float | int] | None:
-    """Of a series (T,) against a reference (T,): "frames", "rmse" and "r" (`correlation`); None when fewer than ten
-    frames have both."""
-    both = np.isfinite(values) & np.isfinite(reference)
-    if both.sum() < _FEWEST:
-        return None
-    values, reference = values[both], reference[both]
-    rmse = float(np.sqrt(((values - reference) ** 2).mean()))
-    return {"frames": len(values), "rmse": rmse, "r": correlation(values, reference, least)}
 
 
 def correlation(a: np.ndarray, b: np.ndarray, least: float) -> float:
@@ -129,7 +74,7 @@ def joint_agreement(joints: np.ndarray, reference: np.ndarray, metric: bool) -> 
     result: JointAgreement = {}
     for row, joint in enumerate(H36M17.joints):
         off = apart[np.isfinite(apart[:, row]), row]
-        if joint == "pelvis" or len(off) < _FEWEST:
+        if joint == "pelvis" or len(off) < FEWEST:
             continue
         rms = float(np.sqrt((off**2).mean()))
         result[joint] = {

@@ -29,6 +29,8 @@ from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.rotations import is_finite, turned
 from ....pipeline.core.take import Take
+from ....pipeline.files.digest import sha256
+from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import call, did_you_mean
 from ....pipeline.reading.find import find_adapter
 from ....pipeline.signals.filters import (
@@ -48,7 +50,7 @@ from ...drawing.page import Cell, answer, box, charts, figure, heading, joined, 
 from ...drawing.palette import GREEN, PURPLE, as_hex
 from ...drawing.words import spoken
 from .align import AMBIGUOUS, LEAST_SHARE, WEAK, runner_up
-from .figures import match
+from .figures import FEWEST, correlation
 from .side import LEAST_S
 
 _GRID_HZ = 120.0  # of all comparisons; lags are found between its points
@@ -59,6 +61,31 @@ _LEAST_MOTION_S = 2.0  # of the video, to be compared
 _LEAST_MPS2 = 1e-6  # that an IMU's acceleration changes by; any real one's noise is more
 _SHOWN_S = 20.0  # of a long take, where most happens
 _AXES = {"x": "back", "y": "right", "z": "up", "norm": "norm"}
+
+
+def against_sensors(
+    folder: Path,
+    files: Sequence[Path],
+    segments: Sequence[str],
+    options: Mapping[str, Any],
+    offset_s: float,
+    search_s: float,
+) -> tuple[dict[str, Any], str, list[str], list[str]]:
+    """The run in a folder against the sensor of each file, as `read_sensors` and `compared_with` have them: figures for
+    JSON, the page, what warns and what came of it in lines of text."""
+    run = read_run(folder)
+    results = compared_with(run, read_sensors(files, segments, options, offset_s), search_s)
+    content = {
+        "what": "comparison with inertial sensors",
+        "take": run.name,
+        "inputs": [{"file": file.name, "sha256": sha256(file)} for file in files],
+        "cutoff_hz": CUTOFF_HZ,
+        "offset_s": offset_s,
+        "search_s": search_s,
+        "sensors": [result.figures() for result in results],
+    }
+    warnings = [each.text for result in results for each in result.notices]
+    return content, as_page(run.name, results), warnings, [str(result) for result in results]
 
 
 @dataclass(frozen=True, eq=False)
@@ -379,10 +406,18 @@ def _curves(values: np.ndarray, norms: bool) -> dict[str, np.ndarray]:
 
 
 def _agreement(video: np.ndarray, imu: np.ndarray, norms: bool) -> dict[str, dict[str, float]]:
-    both = {
-        axis: match(of, _curves(imu, norms)[axis], _LEAST_MPS2) for axis, of in _curves(video, norms).items()
+    both = is_finite(video) & is_finite(imu)
+    if both.sum() < FEWEST:
+        return {}
+    return {
+        axis: {
+            "r": correlation(of, felt, _LEAST_MPS2),
+            "rmse_mps2": float(np.sqrt(((of - felt) ** 2).mean())),
+        }
+        for (axis, of), felt in zip(
+            _curves(video[both], norms).items(), _curves(imu[both], norms).values(), strict=True
+        )
     }
-    return {axis: {"r": of["r"], "rmse_mps2": of["rmse"]} for axis, of in both.items() if of is not None}
 
 
 def _doubts(run: Take, r: float, second: float) -> list[Notice]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,6 @@ from ....models.common.metrics import relative
 from ....models.gravity.levelling import level_frame
 from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.frames import LEVEL
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import Row
 from ....pipeline.core.messages import how_many
@@ -25,8 +24,6 @@ from ....pipeline.core.take import Session, Take
 from ....pipeline.files.finished import read_run
 from ....pipeline.signals.angles import ANGLES, angles, near, unwrapped
 from ....pipeline.signals.filters import breaks, resample
-from ....pipeline.signals.norms import cannot_be_told
-from ..methods import methods
 
 TRUTH = "motion capture"
 _SHOULDERS = ("r_shoulder", "l_shoulder")
@@ -39,23 +36,19 @@ class Side:
 
     level: (T, 17, 3) relative to the pelvis, +z up, one heading for the take. angles, sd: (T,) degrees by name of
     pipeline.signals.angles.ANGLES, NaN for an angle that the run lacks; sd is the stated standard error.
-    acceleration, acceleration_sd: (T,) norms by joint, relative to the pelvis, of those that can be told, and their
-    standard error; none of motion capture. sources: what was read, for telling takes of one recording. run: what the
-    run's folder holds, None for motion capture.
+    sources: what was read, for telling takes of one recording. run: what the run's folder holds, None for motion
+    capture.
     """
 
     name: str
     about: str
     time_s: np.ndarray
-    frame_index: np.ndarray
     seams: tuple[int, ...]
     level: np.ndarray
     angles: dict[str, np.ndarray]
     sd: dict[str, np.ndarray]
     metric: bool
     cutoff_hz: float | None
-    acceleration: dict[str, np.ndarray] = field(default_factory=dict)
-    acceleration_sd: dict[str, np.ndarray] = field(default_factory=dict)
     sources: tuple[dict[str, Any], ...] = ()
     run: Take | None = None
     notices: tuple[Notice, ...] = ()
@@ -72,29 +65,24 @@ class Side:
 
     def at(self, name: str, time_s: np.ndarray) -> np.ndarray:
         """An angle (N,) at other times (N,) of this side's clock, NaN in gaps and outside."""
-        angle = self.resampled(unwrapped(self.angles[name]), time_s)
-        return near(angle, ANGLES[name].centre_deg)
+        return near(self.resampled(unwrapped(self.angles[name]), time_s), ANGLES[name].centre_deg)
 
     def resampled(self, values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
         """A series (T,) of this side's rows as (N,) at other times (N,) of its clock, NaN in gaps and outside."""
         return resample(values, self.time_s, time_s, self.seams)
 
-    def joints_at(self, time_s: np.ndarray, joints: np.ndarray | None = None) -> np.ndarray:
-        """`level`, or other joints of this side's rows, (N, 17, 3) at other times (N,) of its clock."""
-        of = self.level if joints is None else joints
-        each = [resample(of[:, i], self.time_s, time_s, self.seams) for i in range(len(H36M17))]
-        return np.stack(each, axis=1)
+    def joints_at(self, time_s: np.ndarray) -> np.ndarray:
+        """`level` (N, 17, 3) at other times (N,) of this side's clock."""
+        joints = [self.resampled(self.level[:, i], time_s) for i in range(len(H36M17))]
+        return np.stack(joints, axis=1)
 
 
 def load_side(folder: Path) -> Side:
     """The run in a folder. InputError when there is none that finished, or when it has no joint angles."""
     run = read_run(folder)
     poses, rectified = run.need("poses"), run.need("rectified")
-    run = run.with_(poses=poses.with_(joints=relative(poses.joints)))
     columns = {
-        name: values.astype(np.float64)
-        for name, values in run.need("kinematics").items()
-        if "_deg" in name or "_acceleration" in name
+        name: values.astype(np.float64) for name, values in run.need("kinematics").items() if "_deg" in name
     }
     missing = [name for name in ANGLES if f"{name}_deg" not in columns]
     if len(missing) == len(ANGLES):
@@ -104,11 +92,6 @@ def load_side(folder: Path) -> Side:
             "again with the stage 'angles'.",
         )
     unknown = np.full(len(poses), np.nan)
-    joints = [
-        name.removesuffix("_acceleration")
-        for name in columns
-        if name.endswith("_acceleration") and not cannot_be_told(columns, name)
-    ]
     notices = []
     if not rectified.level_ok:
         notices.append(notice("run-not-levelled", run=folder.name))
@@ -120,15 +103,12 @@ def load_side(folder: Path) -> Side:
         name=folder.resolve().name,
         about=_about(run),
         time_s=poses.times,
-        frame_index=poses.frame_index,
         seams=breaks(poses),
         level=rectified.level.joints.astype(np.float64),
         angles={name: columns.get(f"{name}_deg", unknown) for name in ANGLES},
         sd={name: columns.get(f"{name}_sd_deg", unknown) for name in ANGLES},
         metric=poses.frame.metric,
         cutoff_hz=run.cutoff_hz,
-        acceleration={joint: columns[f"{joint}_acceleration"] for joint in joints},
-        acceleration_sd={joint: columns.get(f"{joint}_acceleration_sd", unknown) for joint in joints},
         sources=run.inputs,
         run=run,
         notices=tuple(notices),
@@ -154,7 +134,6 @@ def truth_side(poses: PoseSequence, about: str, cutoff_hz: float | None) -> Side
         name=TRUTH,
         about=about,
         time_s=poses.times,
-        frame_index=poses.frame_index,
         seams=breaks(poses),
         level=rotate(transpose(R_world_from_level), joints),
         angles={name: angle.value_deg for name, angle in series.items()},
@@ -239,19 +218,3 @@ def told_apart(side: Side, reference: Side) -> list[str]:
     """What the user said of both recordings that makes them two: "dates", "people"; empty where nothing does."""
     both = [(getattr(side.session, key), getattr(reference.session, key)) for key in ("date", "person_id")]
     return [word for word, (a, b) in zip(("dates", "people"), both, strict=True) if a and b and a != b]
-
-
-def as_poses(side: Side, joints: np.ndarray, time_s: np.ndarray, frame_index: np.ndarray) -> PoseSequence:
-    """joints (N, 17, 3) of a side as poses in LEVEL."""
-    frame = LEVEL.with_(unit="m" if side.metric else "arbitrary")
-    return PoseSequence(joints, H36M17, frame, time_s=time_s, frame_index=frame_index, person=side.name)
-
-
-def unrectified(run: Take, cutoff_hz: float | None) -> dict[str, np.ndarray]:
-    """The angles (T,) of a run as if its camera were level: what they would be without finding gravity."""
-    if run.need("rectified").in_world:
-        return {}
-    joints = methods(run)["camera axes"]
-    filtered = joints if cutoff_hz is None else smoothed(joints, run.need("poses").times, cutoff_hz)
-    series = take_angles(joints, filtered, R_world_from_body(joints), lifted=False)
-    return {name: angle.value_deg for name, angle in series.items()}

@@ -318,7 +318,7 @@ def test_plus_minus_is_the_90_bar_wherever_people_read():
     change = Change("walking", "cadence", "", "", (100.0, 120.0), (10.0, 10.0), 10.0)
     assert figures(measure_tables({"cadence": row}))["cadence"] == "100 ± 16 steps/min"
     assert range_words({end.name: end for end in ends}) == "100\u00a0to\u00a0100 ±\u00a016"
-    assert change.words.endswith("± 16")
+    assert change.difference.endswith("± 16")
     assert change.mdc90 == pytest.approx(row.bar, abs=0.5)
     assert row.bar == half_bar(10.0) == 16.0
 
