@@ -12,6 +12,7 @@ from ..pipeline.core.layouts import FEET_ANKLES, H36M17
 from ..pipeline.core.messages import spans_in_words
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
+from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.checks import NEAR_S, grid_rows, strays_of
@@ -46,8 +47,11 @@ class Clean:
         if counts["values_filled"]:
             notices.append(notice("gaps-filled", count=counts["values_filled"], max_gap_s=self.max_gap_s))
         notices += _lacking(poses.times)
-        if counts["values_missing"]:
-            notices.append(notice("joints-missing", count=counts["values_missing"]))
+        absent = _absent(poses)
+        if absent:
+            notices.append(notice("joints-absent", joints=" and ".join(absent), count=len(absent)))
+        if missing := counts["values_missing"] - len(absent) * len(poses):
+            notices.append(notice("joints-missing", count=missing))
         if take.keypoints is not None and poses.layout == H36M17:
             size = image_size(take)
             detected = any(each.code == "detected" for each in take.said)  # in this video, so of its size
@@ -58,6 +62,12 @@ class Clean:
                 poses = without(poses, hidden)
                 notices += not_seen(hidden, out, poses.times)
         return take.with_(poses=poses).saying(*notices)
+
+
+def _absent(poses: PoseSequence) -> list[str]:
+    """Joints that no frame has, as of files without a head."""
+    there = is_finite(poses.joints)
+    return [joint for joint in poses.layout.joints if not there[:, poses.layout.index(joint)].any()]
 
 
 def _lacking(time_s: np.ndarray) -> list[Notice]:

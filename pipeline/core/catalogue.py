@@ -221,6 +221,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The video has no images {when}; walks and repetitions end there."),
     "joints-missing": ("warning", "",
         "{count:~joint position is/joint positions are} still missing."),
+    "joints-absent": ("note", "",
+        "The file has no {joints}; what needs {count:?it/them} is left out."),
     "not-in-image": ("warning", "view",
         "The {part} {parts:?is/are} not in the image {when}; results that need {parts:?it/them} are missing there."),
     "image-size-doubtful": ("warning", "view",

@@ -7,7 +7,6 @@ Units are not in the file.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from decimal import Decimal
 from typing import NamedTuple
 
@@ -48,18 +47,17 @@ def read_motion(text: str, unit: str | None = None) -> Motion:
     may be of children. InputError when none fits, when the file is damaged, and when joints have names that are not in
     use."""
     skeleton, channels, frames, fps = parse(text)
+    derived = made_points(skeleton.names)
     turning = [i for i, (joint, name) in enumerate(channels) if joint > 0 and name.endswith("rotation")]
     posed = len(frames) > _T_POSE_FRAMES and np.abs(frames[0, turning]).max() < 1e-6
     first = _T_POSE_FRAMES if posed else 0
-    rest = skeleton.rest
-    still = np.broadcast_to(np.eye(3), (1, len(rest), 3, 3))
+    joints, R = pose(skeleton, channels, frames[first:])
     if unit is None:
-        leg = leg_length(h36m17_of_skeleton(skeleton, rest[None], still))
+        leg = leg_length(h36m17_of_skeleton(skeleton, joints, R))
         ours = is_ours(skeleton.names) and _OWN_LEG_M[0] <= leg <= _OWN_LEG_M[1]
         unit = "m" if ours else unit_by_legs(leg)
-    skeleton = replace(skeleton, offsets=skeleton.offsets * UNITS[unit])
-    joints, R = pose(skeleton, channels, frames[first:], UNITS[unit])
-    return Motion(h36m17_of_skeleton(skeleton, joints, R), fps, unit, first, made_points(skeleton.names))
+    body = h36m17_of_skeleton(skeleton, UNITS[unit] * joints, R)
+    return Motion(body, fps, unit, first, derived)
 
 
 def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float]:
@@ -127,11 +125,12 @@ def _motion(text: str, width: int) -> tuple[np.ndarray, float]:
 
 def _check(skeleton: Skeleton, channels: list[tuple[int, str]]) -> None:
     """InputError for rotations twice, for channels that there are not, and for other than one root."""
-    for joint, joint_name in enumerate(skeleton.names):
-        turns = [name for owner, name in channels if owner == joint and name.endswith("rotation")]
+    for joint, own in _by_joint(channels).items():
+        turns = [name for _, name in own if name.endswith("rotation")]
         if len(turns) != len(set(turns)):
             raise InputError(
-                "wrong-content", f"expected each rotation of '{joint_name}' once, got {', '.join(turns)}."
+                "wrong-content",
+                f"expected each rotation of '{skeleton.names[joint]}' once, got {', '.join(turns)}.",
             )
     known = {f"{axis}{kind}" for axis in _AXES for kind in ("position", "rotation")}
     unknown = {name for _, name in channels} - known
@@ -152,20 +151,36 @@ def _rate(frame_time: str) -> float:
 
 
 def pose(
-    skeleton: Skeleton, channels: list[tuple[int, str]], frames: np.ndarray, metres: float
+    skeleton: Skeleton, channels: list[tuple[int, str]], frames: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Joints (T, J, 3) and R_world_from_joint (T, J, 3, 3) of frames (T, channels); the skeleton in metres already."""
+    """Joints (T, J, 3) in the file's unit and R_world_from_joint (T, J, 3, 3) of frames (T, channels)."""
     from scipy.spatial.transform import Rotation
 
     count = len(skeleton.names)
     R = np.tile(np.eye(3), (len(frames), count, 1, 1))
     offsets = np.tile(skeleton.offsets, (len(frames), 1, 1))
-    for joint in range(count):
-        mine = [i for i, (owner, _) in enumerate(channels) if owner == joint]
-        turns = [i for i in mine if channels[i][1].endswith("rotation")]
+    turned: dict[
+        str, list[tuple[int, tuple[int, ...]]]
+    ] = {}  # joints and their columns, by the order of their axes
+    for joint, own in _by_joint(channels).items():
+        turns = [(i, name[0]) for i, name in own if name.endswith("rotation")]
         if turns:
-            order = "".join(channels[i][1][0] for i in turns)  # capitals: about the joint's own, turned axes
-            R[:, joint] = Rotation.from_euler(order, frames[:, turns], degrees=True).as_matrix()
-        for i in set(mine) - set(turns):
-            offsets[:, joint, _AXES.index(channels[i][1][0])] = frames[:, i] * metres
+            columns, axes = zip(*turns, strict=True)  # capitals: about the joint's own, turned axes
+            turned.setdefault("".join(axes), []).append((joint, columns))
+        for i, name in own:
+            if name.endswith("position"):
+                offsets[:, joint, _AXES.index(name[0])] = frames[:, i]
+    for order, joints in turned.items():
+        angles = frames[:, [columns for _, columns in joints]]
+        R_alike = Rotation.from_euler(order, angles.reshape(-1, len(order)), degrees=True).as_matrix()
+        R[:, [joint for joint, _ in joints]] = R_alike.reshape(*angles.shape[:2], 3, 3)
     return place(skeleton, offsets[:, 0], R, offsets)
+
+
+def _by_joint(channels: list[tuple[int, str]]) -> dict[int, list[tuple[int, str]]]:
+    """Column and name of each joint's channels, without those of End Sites."""
+    found: dict[int, list[tuple[int, str]]] = {}
+    for i, (joint, name) in enumerate(channels):
+        if joint >= 0:
+            found.setdefault(joint, []).append((i, name))
+    return found

@@ -24,15 +24,22 @@ _WORDS = (
     ("upleg", "leg", "foot", "arm", "forearm", "hand"),  # MotionBuilder, Mixamo, most BVH of CMU
     ("femur", "tibia", "foot", "humerus", "radius", "wrist"),  # ASF of CMU and HDM05
     ("thigh", "shin", "foot", "shldr", "forearm", "hand"),  # Poser, Daz
+    ("thigh", "shin", "foot", "arm", "forearm", "hand"),  # Rokoko
+    ("thigh", "shin", "foot", "upperarm", "forearm", "hand"),  # Blender's Rigify
+    ("thigh", "shin", "foot", "uarm", "farm", "hand"),  # OptiTrack
+    ("thighbend", "shin", "foot", "shldrbend", "forearmbend", "hand"),  # Daz Genesis
     ("thigh", "calf", "foot", "upperarm", "forearm", "hand"),  # 3ds Max Biped
     ("thigh", "calf", "foot", "upperarm", "lowerarm", "hand"),  # Unreal
-    ("upperleg", "lowerleg", "foot", "upperarm", "lowerarm", "hand"),  # Unity
+    ("upperleg", "lowerleg", "foot", "upperarm", "lowerarm", "hand"),  # Unity, VRM, Bandai Namco
     ("leg", "shin", "foot", "arm", "forearm", "hand"),  # SOMA
     ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"),  # SMPL and its kin
     ("hjc", "kjc", "ajc", "sjc", "ejc", "wjc"),  # joint centres of gait laboratories
     ("fep", "feo", "tio", "clo", "huo", "rao"),  # Vicon's Plug-in Gait: ends of its bones
 )
-_SIDES = ({"l": "left{}", "r": "right{}"}, {"l": "l{}", "r": "r{}"}, {"l": "{}l", "r": "{}r"})
+_SIDES = (
+    {"l": "left{}", "r": "right{}"}, {"l": "l{}", "r": "r{}"}, {"l": "{}l", "r": "{}r"},
+    {"l": "{}left", "r": "{}right"},
+)  # fmt: skip
 _NECKS = ("lowerneck", "neck", "neck01", "neck1", "neckbase")
 
 # Points that no skeleton has, as in the motion capture that the shipped networks were trained on: in metres on the
@@ -43,6 +50,8 @@ _SPINE = 0.43
 _THORAX = 0.25
 
 _SOMA_FACE = ("LeftEye", "RightEye", "HeadEnd")  # joints that other skeletons leave to the head's axes
+
+_ALONG_AXIS = 0.8  # cosine of bones and axes of a body that stands: a leg apart, hips that lean
 
 UNITS = {**METRES, "asf": METRES["inch"] / 0.45}
 LEG_M = (0.6, 1.15)  # thigh and shank of an adult
@@ -94,20 +103,15 @@ def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_join
     if is_ours(skeleton.names):
         return joints[:, [skeleton.names.index(joint) for joint in H36M17.joints]]
     named = match(skeleton.names)
-    rest = {joint: skeleton.rest[i] for joint, i in named.items()}
-    left = rest["l_hip"] - rest["r_hip"] + rest["l_shoulder"] - rest["r_shoulder"]
-    up = _nearest_axis(rest["neck"] - (rest["l_hip"] + rest["r_hip"]) / 2)
-    forward = _nearest_axis(np.cross(left, up))
-    R_head = R_world_from_joint[:, named["head"]]
+    at = {joint: joints[:, i] for joint, i in named.items()}
+    R_world_from_head = R_world_from_joint[:, named["head"]]
+    rest = skeleton.rest
+    axes = _head_axes({joint: rest[i] for joint, i in named.items()}, at, R_world_from_head)
     chain, joint = [], skeleton.parents[named["neck"]]
     while joint > 0 and skeleton.parents[joint] >= 0:
         chain.insert(0, joint)
         joint = skeleton.parents[joint]
-    made = h36m17(
-        {joint: joints[:, i] for joint, i in named.items()},
-        joints[:, chain],
-        *np.moveaxis(rotate(R_head, np.stack([forward, up])), 1, 0),
-    )
+    made = h36m17(at, joints[:, chain], *np.moveaxis(rotate(R_world_from_head, axes), 1, 0))
     if _is_soma(skeleton.names):
         # GEM-X writes SOMA's joints in axes of their own: the pose at rest is none, and does not tell the head's front.
         left_eye, right_eye, top = (joints[:, skeleton.names.index(name)] for name in _SOMA_FACE)
@@ -126,12 +130,14 @@ def _is_soma(names: Sequence[str]) -> bool:
 
 
 def made_points(names: Sequence[str]) -> dict[str, str]:
-    """What `h36m17_of_skeleton` makes of others on the head of a skeleton with joints of these names, and how."""
+    """What `h36m17_of_skeleton` makes of others on the head of a skeleton with joints of these names, and how.
+    InputError naming what has no known name."""
     if is_ours(names):
         return {}
+    match(names)
     if _is_soma(names):
         return {"nose": "mean(LeftEye, RightEye)"}
-    return {"nose": "before the head, as its rest pose faces", "head": "above it"}
+    return {"nose": "before the head, as it faces at rest or in most frames", "head": "above it"}
 
 
 def h36m17(
@@ -233,6 +239,38 @@ def _limb_names() -> Iterator[dict[str, str]]:
                 for side, pattern in sides.items()
                 for joint, word in zip(_LIMBS, words, strict=True)
             }
+
+
+def _head_axes(
+    rest: Mapping[str, np.ndarray], at: Mapping[str, np.ndarray], R_world_from_head: np.ndarray
+) -> np.ndarray:
+    """(2, 3) forward and up in the head's own axes, of points by name at rest (3,) and in the take (T, 3).
+
+    A pose at rest that is a standing body tells them, unless the take contradicts it. Many rigs' is none: there each
+    bone lies along an axis of its own. Then it is the axes next to where the trunk faces and points in the take.
+    """
+    R_head_from_world = np.swapaxes(R_world_from_head, -1, -2)
+    left, up = _across_and_along(at)
+    usual = rotate(R_head_from_world, np.stack([np.cross(left, up), up], axis=1)).mean(axis=0)
+    left, up = (_nearest_axis(v) for v in _across_and_along(rest))
+    axes = np.stack([np.cross(left, up), up])
+    if _stands(rest, left, up) and (axes * usual).sum() > 0:
+        return axes
+    up = _nearest_axis(usual[1])
+    return np.stack([_nearest_axis(usual[0] - (usual[0] @ up) * up), up])
+
+
+def _across_and_along(at: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """(..., 3) unit vectors to the left and up the trunk."""
+    left = unit(at["l_hip"] - at["r_hip"]) + unit(at["l_shoulder"] - at["r_shoulder"])
+    return unit(left), unit(at["neck"] - (at["l_hip"] + at["r_hip"]) / 2)
+
+
+def _stands(rest: Mapping[str, np.ndarray], left: np.ndarray, up: np.ndarray) -> bool:
+    """Whether points by name are those of a body that stands along `up`, its left side on the left (3,)."""
+    pairs = [("r_hip", "l_hip", left), ("r_shoulder", "l_shoulder", left), ("l_hip", "neck", up)]
+    pairs += [(f"{s}_{a}", f"{s}_{b}", up) for s in "lr" for a, b in (("knee", "hip"), ("ankle", "knee"))]
+    return all(unit(rest[end] - rest[start]) @ axis > _ALONG_AXIS for start, end, axis in pairs)
 
 
 def _nearest_axis(v: np.ndarray) -> np.ndarray:

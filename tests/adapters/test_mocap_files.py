@@ -6,10 +6,12 @@ import pytest
 from golden.bodies import feet_of
 from golden.catalogue import recognised
 from golden.worlds import (
+    RIGS,
     bvh,
     freemocap,
     freemocap_csv,
     freemocap_rtmpose,
+    rig,
     smpl,
 )
 from pcnet3d.adapters import read
@@ -44,6 +46,18 @@ def test_bvh(standing, y_up, tmp_path):
     assert not poses.frames_known
     (step,) = [step for step in poses.history if step.name == "bvh"]
     assert (step.options["unit"], step.options["frames_left_out"]) == ("cm", 0)
+
+
+@pytest.mark.parametrize("program", RIGS)
+def test_the_head_of_a_rig_faces_as_its_trunk_does(standing, y_up, tmp_path, program):
+    """Bandai Namco's zero pose is no standing body: all bones lie along x."""
+    poses = change_frame(read(rig(program, tmp_path / "x.bvh", y_up)), Z_UP.with_(origin="pelvis"))
+    np.testing.assert_allclose(limbs(poses), limbs_of(standing(FRAMES)), atol=2e-6)
+    left = poses.joint("l_hip") - poses.joint("r_hip")
+    up = np.array([0.0, 0.0, 1.0])
+    ahead = np.cross(left / np.linalg.norm(left, axis=-1, keepdims=True), up)
+    made = poses.joint("nose") - poses.joint("head")  # 5 cm ahead of and 13 cm below it
+    np.testing.assert_allclose(made, 0.05 * ahead - 0.13 * up, atol=2e-6)
 
 
 def test_bvh_of_another_unit_and_an_added_t_pose(standing, y_up, tmp_path):

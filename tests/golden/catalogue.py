@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 
 from golden import detections, estimators, films, landmarks, lifters, phalp, sensors, worlds
-from golden.bodies import Person
+from golden.bodies import Person, feet_of
 from golden.strapped import strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, COCO17, HALPE26, OPENPOSE18, Layout
+from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, COCO17, FEET, HALPE26, OPENPOSE18, Layout
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
+_BODY_AND_FEET = Layout("body and feet", (*H36M17.joints, *FEET.joints))
 AWAY_M = np.array([0.3, 0.1, 4.0])
 
 
@@ -91,8 +92,16 @@ def _c3d(person: Person, folder: Path) -> Path:
     return worlds.c3d(folder / "walk.c3d", worlds.POSE2SIM, 1000 * _markers(person))
 
 
-def _bvh(person: Person, folder: Path) -> Path:
-    return worlds.bvh(folder / "walk.bvh", worlds.y_up(person.standing(FRAMES)))
+def _bvh(program: str, person: Person, folder: Path) -> Path:
+    return worlds.rig(program, folder / "walk.bvh", worlds.y_up(person.standing(FRAMES)))
+
+
+def _opencap(person: Person, folder: Path) -> Path:
+    body = person.standing(FRAMES)
+    joints = np.concatenate([body, feet_of(body)], axis=1)[
+        :, _BODY_AND_FEET.indices([*worlds.OPENCAP.values()])
+    ]
+    return worlds.trc(folder / "walk1.trc", worlds.OPENCAP, worlds.y_up(joints))
 
 
 def _amass(person: Person, folder: Path) -> Path:
@@ -200,7 +209,7 @@ CATALOGUE = (
         "arrays", "any `.npy`, here in metres", partial(_npy, np.asarray, FRAMES),
         {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}, by_name=True,
     ),
-    Golden("bvh", "`*.bvh` in centimetres", _bvh),
+    *(Golden("bvh", f"{program}'s `*.bvh`", partial(_bvh, program)) for program in worlds.RIGS),
     Golden("bvh", "GEM-X's `<video>_animated_skeleton.bvh`", partial(_world, estimators.gemx_bvh)),
     Golden("c3d", "`*.c3d` in millimetres", _c3d),
     Golden("coco", "results, a list", partial(_detections, "coco_results", COCO17)),
@@ -255,6 +264,7 @@ CATALOGUE = (
     Golden("table2d", "DeepLabCut's CSV", partial(_detections, "deeplabcut", COCO17)),
     Golden("table2d", "CSV, a column for each coordinate", partial(_detections, "columns", COCO17)),
     Golden("table3d", "anipose's CSV", partial(_world, worlds.anipose)),
+    Golden("trc", "OpenCap's `<trial>.trc`: no head", _opencap),
     Golden("trc", "Pose2Sim's `<take>_<frames>.trc`", _trc),
     Golden("ultralytics", "JSON of `to_json`", partial(_detections, "ultralytics", COCO17)),
     Golden(

@@ -1,12 +1,14 @@
 """Motion capture's files (formats.md sections 7, 8.2 and 8.3), of joints (T, 17, 3) in metres, z up unless said."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from golden.bodies import feet_of
-from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO23, FEET
 from pcnet3d.pipeline.files.skeletons import SMPL
 
@@ -15,6 +17,14 @@ POSE2SIM = {
     "Hip": "pelvis", "RHip": "r_hip", "RKnee": "r_knee", "RAnkle": "r_ankle", "LHip": "l_hip", "LKnee": "l_knee",
     "LAnkle": "l_ankle", "Neck": "thorax", "Head": "head", "Nose": "nose", "RShoulder": "r_shoulder",
     "RElbow": "r_elbow", "RWrist": "r_wrist", "LShoulder": "l_shoulder", "LElbow": "l_elbow", "LWrist": "l_wrist",
+}  # fmt: skip
+# OpenCap's joints, no head among them; the markers that it predicts besides lie near.
+OPENCAP = {
+    "Neck": "thorax", "midHip": "pelvis",
+    **{f"{side}{part}": f"{side.lower()}_{part.lower()}" for side in "RL"
+       for part in ("Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle", "Heel")},
+    **{f"{side}{size}Toe": f"{side.lower()}_{size.lower()}_toe" for side in "RL" for size in ("Big", "Small")},
+    "r_shoulder_study": "r_shoulder", "r_mknee_study": "r_knee", "L_knee_study": "l_knee", "C7_study": "thorax",
 }  # fmt: skip
 
 
@@ -97,6 +107,91 @@ def bvh(path, world, fps=60, scale=100.0, t_pose=False):
         lines.append(" ".join(f"{v:.6f}" for v in numbers))
     path.write_text("\n".join(lines) + "\n")
     return path
+
+
+_BANDAI = {
+    "UpLeg": "UpperLeg",
+    "Leg": "LowerLeg",
+    "Foot": "Foot",
+    "Arm": "UpperArm",
+    "ForeArm": "LowerArm",
+    "Hand": "Hand",
+}
+# Names of BONES in programs' rigs.
+RIGS = {
+    "Mixamo": {bone: f"mixamorig:{bone}" for bone in BONES},
+    "Rokoko": {bone: bone.replace("Leg", "Shin").replace("UpShin", "Thigh") for bone in BONES},
+    "Bandai Namco": {
+        bone: f"{_BANDAI[part]}_{bone[0]}" if (part := re.sub("^(Left|Right)", "", bone)) != bone else bone
+        for bone in BONES
+    },
+}  # fmt: skip
+_AT_REST = {"Arm": 1, "ForeArm": 1, "Hand": 1, "UpLeg": -2, "Leg": -2, "Foot": -2}  # left is x, up is y
+
+
+def rig(program: str, path: Path, world: np.ndarray, fps: int = 60) -> Path:
+    """A BVH of turned bones, centimetres, of a rigid trunk, y up. At rest the body is in a T-pose and looks along z;
+    Bandai Namco's bones all lie along x of their own, and so does the way up the head, which looks along y."""
+    at = {bone: world[:, H36M17.index(ours)] for bone, (_, ours) in BONES.items()}
+    below = {parent: bone for bone, (parent, _) in reversed(BONES.items())}
+    left, up = _unit(at["LeftUpLeg"] - at["RightUpLeg"]), _unit(at["Neck"] - at["Hips"])
+    forward = _unit(np.cross(left, up))
+    R, order, lines = {}, [], ["HIERARCHY"]
+
+    def write(bone: str, depth: int) -> None:
+        parent, _ = BONES[bone]
+        children = [child for child, (above, _) in BONES.items() if above == bone]
+        ahead = (
+            up
+            if bone in ("Hips", "Spine", "Neck", "Head")
+            else at[below[bone]] - at[bone]
+            if children
+            else None
+        )
+        side = -1 if bone.startswith("Right") else 1
+        rest = np.eye(3)
+        if program != "Bandai Namco":
+            axis = _AT_REST.get(re.sub("^(Left|Right)", "", bone), 2)
+            along = np.sign(axis) * np.eye(3)[abs(axis) - 1] * (side if axis == 1 else 1)
+            rest = _frame(along, np.array([0.0, 0, 1]))
+        R[bone] = R[parent] if ahead is None else _frame(ahead, forward) @ rest.T
+        offset = (
+            np.zeros(3)
+            if parent is None
+            else 100 * rotate(np.swapaxes(R[parent], 1, 2), (at[bone] - at[parent])[:, None])[0, 0]
+        )
+        order.append(bone)
+        indent = "\t" * depth
+        lines.extend([f"{indent}{'JOINT' if depth else 'ROOT'} {RIGS[program][bone]}", f"{indent}{{"])
+        lines.append(f"{indent}\tOFFSET " + " ".join(f"{v:.6f}" for v in offset))
+        places = "" if depth else "Xposition Yposition Zposition "
+        lines.append(f"{indent}\tCHANNELS {3 if depth else 6} {places}Zrotation Xrotation Yrotation")
+        for child in children:
+            write(child, depth + 1)
+        lines.append(f"{indent}}}")
+
+    write("Hips", 0)
+    turns = []
+    for bone in order:
+        parent = BONES[bone][0]
+        R_parent_from_bone = R[bone] if parent is None else np.swapaxes(R[parent], 1, 2) @ R[bone]
+        turns.append(Rotation.from_matrix(R_parent_from_bone).as_euler("ZXY", degrees=True))
+    rows = np.concatenate([100 * at["Hips"], *turns], axis=1)
+    lines += ["MOTION", f"Frames: {len(world)}", f"Frame Time: {1 / fps:.7f}"]
+    lines += [" ".join(f"{v:.6f}" for v in row) for row in rows]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def _unit(v: np.ndarray) -> np.ndarray:
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+def _frame(along: np.ndarray, forward: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) whose columns are a bone's direction, what is forward across it, and the third."""
+    x = _unit(along)
+    z = _unit(np.cross(x, forward))
+    return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
 def smpl(world) -> np.ndarray:

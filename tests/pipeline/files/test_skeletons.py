@@ -57,6 +57,16 @@ def test_sliding_joints():
         "mixamorig:LeftForeArm mixamorig:LeftHand mixamorig:RightArm mixamorig:RightForeArm mixamorig:RightHand",
         "pelvis thigh_l calf_l foot_l thigh_r calf_r foot_r spine_01 neck_01 head upperarm_l lowerarm_l hand_l "
         "upperarm_r lowerarm_r hand_r",
+        "Hips LeftThigh LeftShin LeftFoot RightThigh RightShin RightFoot Spine1 Neck Head LeftShoulder LeftArm "
+        "LeftForeArm LeftHand RightShoulder RightArm RightForeArm RightHand",
+        "joint_Root Hips Spine Chest Neck Head Shoulder_L UpperArm_L LowerArm_L Hand_L Shoulder_R UpperArm_R "
+        "LowerArm_R Hand_R UpperLeg_L LowerLeg_L Foot_L UpperLeg_R LowerLeg_R Foot_R",
+        "thigh.L shin.L foot.L thigh.R shin.R foot.R neck head upper_arm.L forearm.L hand.L upper_arm.R forearm.R "
+        "hand.R",
+        "Hip Ab Neck Head LShoulder LUArm LFArm LHand RShoulder RUArm RFArm RHand LThigh LShin LFoot RThigh RShin "
+        "RFoot",
+        "HIP_LEFT KNEE_LEFT ANKLE_LEFT HIP_RIGHT KNEE_RIGHT ANKLE_RIGHT NECK HEAD SHOULDER_LEFT ELBOW_LEFT WRIST_LEFT "
+        "SHOULDER_RIGHT ELBOW_RIGHT WRIST_RIGHT",
         "pelvis L_Hip L_Knee L_Ankle R_Hip R_Knee R_Ankle Spine1 Neck Head L_Collar L_Shoulder L_Elbow L_Wrist "
         "R_Shoulder R_Elbow R_Wrist",
     ],
@@ -67,15 +77,15 @@ def test_names_in_use(names):
     assert set(found) == {"neck", "head", *(f"{s}_{j}" for s in "lr" for j in LIMBS)}
     assert len(set(found.values())) == len(found)
     words = {
-        "hip": "upleg|femur|thigh|hip",
-        "elbow": "forearm|radius|lowerarm|elbow",
+        "hip": "up(per)?leg|femur|thigh|hip",
+        "elbow": "fore_?arm|radius|lowerarm|farm|elbow",
         "knee": "leg|tibia|shin|calf|knee",
     }
     for side in "lr":
         for joint, allowed in words.items():
             name = names[found[f"{side}_{joint}"]].lower().rpartition(":")[2]
             assert re.search(allowed, name), name
-            assert name.startswith(side) or name.endswith(f"_{side}"), name
+            assert name.startswith(side) or re.search(rf"[_.]{side}(eft|ight)?$", name), name
 
 
 def test_biped_names_with_spaces_and_a_shared_prefix():
@@ -107,7 +117,7 @@ def test_made_joints_of_a_t_pose():
     points |= {"spine": np.array([0, 0.2, 0]), "neck": np.array([0, 0.5, 0]), "head": np.array([0, 0.1, 0])}
     skeleton = Skeleton(tuple(names), tuple(parents), np.array([points[name] for name in names]))
     R = np.tile(np.eye(3), (1, len(names), 1, 1))
-    R[0, -1] = about("y", 90)  # the head looks to its left, +x
+    R[0, -1] = about("y", 90)  # the head looks to its left, +x, as a fencer's does all the time
     joints, R_world = place(skeleton, np.zeros((1, 3)), R)
     made = dict(zip(H36M17.joints, h36m17_of_skeleton(skeleton, joints, R_world)[0], strict=True))
     np.testing.assert_allclose(made["pelvis"], [0, -0.1, 0], atol=1e-12)

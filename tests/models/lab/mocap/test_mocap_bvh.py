@@ -65,7 +65,7 @@ def test_the_channels_order_is_the_order_of_multiplication(order, angles, end):
     text = chain((1, 2, 3, *angles, 0, 0, 0), order)
     skeleton, channels, frames, fps = bvh_file.parse(text)
     assert fps == 120
-    joints, _ = bvh_file.pose(skeleton, channels, frames, 1.0)
+    joints, _ = bvh_file.pose(skeleton, channels, frames)
     np.testing.assert_allclose(joints[0, 0], [1, 2, 3])
     np.testing.assert_allclose(joints[0, 1] - joints[0, 0], end, atol=1e-9)
 
@@ -98,8 +98,8 @@ def test_a_frame_time_that_is_none(frame_time):
 
 def test_position_channels_of_a_joint_stand_in_for_its_offset():
     text = chain((0, 0, 0, 90, 0, 0, 0, 3, 0, 0, 0, 0), place="Xposition Yposition Zposition ")
-    joints, _ = bvh_file.pose(*bvh_file.parse(text)[:3], 0.01)
-    np.testing.assert_allclose(joints[0, 1], [-0.03, 0, 0], atol=1e-12)
+    joints, _ = bvh_file.pose(*bvh_file.parse(text)[:3])
+    np.testing.assert_allclose(joints[0, 1], [-3, 0, 0], atol=1e-12)
 
 
 @pytest.mark.parametrize("order", ["ZXY", "XYZ", "YZX"])
