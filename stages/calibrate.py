@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models.common.metrics import RAYLEIGH_90
+from ..models.detector.flow import NEAR_LAGS, SIDE, Flow, flow_notice, flow_of, pairs_of
 from ..models.gravity.view import camera_of, static_camera
 from ..pipeline.core.camera import Background, Camera, pitch_roll_deg
 from ..pipeline.core.errors import InputError
@@ -19,7 +20,6 @@ from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
 from ..pipeline.files.camera_file import read_camera
 from ..pipeline.files.video_frames import images_at, shown_size
-from ..pipeline.signals.flow import SIDE, flow_notice, flow_of, pairs_of
 
 
 @dataclass(frozen=True)
@@ -84,9 +84,20 @@ def _belongs(take: Take) -> list[Notice]:
         return []
     if keypoints.detected_in and keypoints.detected_in == digests.get("video"):
         return []
-    pairs = pairs_of(*_span(video, keypoints), video.fps, video.key_frames)
+    flow = _flow(video, keypoints, _span(video, keypoints), NEAR_LAGS)
+    if flow is None or flow.how == "":  # perhaps of another part of the video
+        first, last = keypoints.frame_index[[0, -1]].tolist()
+        whole = 0, len(video.time_s) - 1
+        part = _flow(video, keypoints, whole, range(first - whole[1], last + 1))
+        flow = part if part is not None and part.how else flow
+    return [flow_notice(flow)]
+
+
+def _flow(video: Video, keypoints: PoseSequence, span: tuple[int, int], lags: range) -> Flow | None:
+    """How keypoints move beside images of these frames of the video."""
+    pairs = pairs_of(*span, video.fps, video.key_frames)
     images = images_at(video, {frame for pair in pairs for frame in pair}, SIDE)
-    return [flow_notice(flow_of(images, pairs, keypoints, shown_size(video)[0]))]
+    return flow_of(images, pairs, keypoints, shown_size(video)[0], lags)
 
 
 def _span(video: Video, poses: PoseSequence) -> tuple[int, int]:

@@ -167,6 +167,17 @@ def _late(rows: int) -> Callable[[Given, Bases], Given]:
     return make
 
 
+def _part(start: float, stop: float) -> Callable[[Given, Bases], Given]:
+    """The rows between two shares of the take, numbered from 0, beside all of the video."""
+
+    def make(given: Given, _: Bases) -> Given:
+        assert given.points is not None
+        rows = slice(int(start * len(given.points)), int(stop * len(given.points)))
+        return given.with_(points=given.points[rows], frames=np.arange(len(given.points[rows])))
+
+    return make
+
+
 def _slowed(times: float) -> Callable[[Given, Bases], Given]:
     def make(given: Given, _: Bases) -> Given:
         assert given.points is not None
@@ -381,4 +392,5 @@ FILMED: dict[str, tuple[Any, tuple[str, ...]]] = {
     "keypoints 2 rows late": (_late(2), TOGETHER),
     "keypoints 3 rows late": (_late(3), TOGETHER),
     "keypoints 5 rows early": (_late(-5), TOGETHER),
+    "keypoints of a part, numbered from 0": (_part(0.3, 0.8), TOGETHER),
 }

@@ -58,6 +58,7 @@ def test_most_of_a_tenth_are_refused_told_or_harmless(all_bases, before, tmp_pat
         "08_04: gaps of 15 frames filled by lines",
         "accad-m1_run: right wrist at the nose",
         "walk_crop: keypoints made at 25 frames a second",
+        "walk_crop: keypoints of a part, numbered from 0",
         "07_03 poses: beside keypoints of 25 frames a second",
         "walk_crop: left and right exchanged",
         "accad-m1_run: smoothed over 31 frames",

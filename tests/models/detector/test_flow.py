@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from pcnet3d.models.detector.flow import Flow, flow_notice, flow_of, pairs_of
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.pose import PoseSequence
-from pcnet3d.pipeline.signals.flow import Flow, flow_notice, flow_of, pairs_of
 
 FRAMES, SIDE = 60, 240
 
@@ -96,3 +96,14 @@ def test_keypoints_made_at_another_rate_are_told_with_the_rate_that_fits(film):
         flow = flow_of(images, pairs_of(0, len(keypoints) - 1, 30.0), keypoints, SIDE)
         assert flow.rate == pytest.approx(rate)
         assert flow_notice(flow).code == "keypoints-not-of-video"
+
+
+def test_a_part_that_is_numbered_from_0_is_told_with_the_shift_that_fits(film):
+    images, at = film
+    part = PoseSequence(at[25:50], COCO17, IMAGE)
+    pairs = pairs_of(0, FRAMES - 1, 30.0)
+    flow = flow_of(images, pairs, part, SIDE, range(-FRAMES, len(part)))
+    assert flow.lag == -25
+    assert "25 frames earlier" in flow.how
+    other = PoseSequence(at[25:50][::-1] + np.random.default_rng(1).normal(0, 3, (25, 17, 2)), COCO17, IMAGE)
+    assert not getattr(flow_of(images, pairs, other, SIDE, range(-FRAMES, 25)), "how", "")
