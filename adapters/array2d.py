@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.layouts import COCO17, H36M17
+from ..pipeline.core.layouts import COCO17, H36M17, IN_2D
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.arrays import Shape, arrays_in
 from ..pipeline.signals.tracker import REACH, steps
 from .kit.numpy import peek, plain_array
-from .kit.people import COUNTS, LAYOUTS, People, in_pixels
+from .kit.people import COUNTS, People, in_pixels
 
 name = "array2d"
 gives = "keypoints"
@@ -79,9 +79,7 @@ def read(path: Path, image_size: tuple[int, int] | None = None) -> tuple[PoseSeq
         for person in people:
             if np.nan_to_num(person[:, :2]).any():
                 found.add(frame, person[:, :2], person[:, 2] if person.shape[1] == 3 else None)
-    everybody = tuple(
-        poses.with_(frames_known=False) for poses in found.keypoints(layouts=(*LAYOUTS, H36M17))
-    )
+    everybody = tuple(poses.with_(frames_known=False) for poses in found.keypoints(layouts=(*IN_2D, H36M17)))
     if everybody[0].layout != H36M17:
         return everybody
     return tuple(

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.layouts import LIMBS, Layout
+from ..pipeline.core.layouts import IN_2D, LIMBS, Layout
 from ..pipeline.core.pose import PoseSequence
 from .kit.names import joints_named
-from .kit.people import COUNTS, LAYOUTS, People, in_pixels
+from .kit.people import COUNTS, People, in_pixels
 from .kit.tables import header_of, read_points
 
 name = "table2d"
@@ -46,7 +46,7 @@ def read(
     one table the one to read. InputError for a table without hips, knees, ankles, shoulders, elbows and wrists.
     """
     held = read_points(path, "a table of 2D keypoints", recording=recording)
-    named, layouts = joints_named(held.names), LAYOUTS
+    named, layouts = joints_named(held.names), IN_2D
     if set(LIMBS) <= named.keys():
         layouts, columns = (Layout("table", tuple(named)),), list(named.values())
     elif count := _numbered(held.names):

@@ -24,9 +24,9 @@ from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Handedness, Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.plugins.protocols import Lifter
-from ..pipeline.reading.handedness import guarded
 from ..pipeline.signals.checks import strays_of
 from ..pipeline.signals.findings import findings_of
+from ..pipeline.signals.guard import guarded
 from ..pipeline.signals.tracker import exchanges
 from ..pipeline.signals.visibility import seen_only
 

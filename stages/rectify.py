@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
@@ -27,13 +28,16 @@ from ..models.rectifier.checked import Checked
 from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
-from ..pipeline.core.layouts import H36M17
-from ..pipeline.core.notices import Notice, notice, verdict
+from ..pipeline.core.layouts import H36M17, Layout
+from ..pipeline.core.notices import Notice, grave, notice, verdict, without_doubles
 from ..pipeline.core.pose import PoseSequence, Rectified
 from ..pipeline.core.rotations import rotate, transpose
-from ..pipeline.core.take import CameraMotion, Take, Told
+from ..pipeline.core.take import CameraMotion, Check, Take, Told
 from ..pipeline.plugins.protocols import Rectifier
+from ..pipeline.reading.given import Meaning, poses_given
+from ..pipeline.reading.normalise import Guards
 from ..pipeline.signals.checks import nobody_upright, up_of_unusable
+from ..pipeline.signals.guard import doubts
 
 
 @dataclass(frozen=True)
@@ -69,28 +73,41 @@ _UPSIDE_DOWN = ("upside-down", "picture-upside-down")
 
 
 def _filled(take: Take, rectified: Rectified, notices: list[Notice]) -> Take:
-    lost = int(np.isnan(rectified.R_source_from_body).any(axis=(1, 2)).sum())
-    if lost:
-        notices = [*notices, notice("frames-not-rectified", lost=lost, frames=len(rectified.level))]
-    if not rectified.level_ok:
-        notices = [*notices, notice("not-levelled", reason=rectified.level_reason)]
-    elif (turning := turns_of(take.with_(rectified=rectified))) is not None:
+    if rectified.level_ok and (turning := turns_of(take.with_(rectified=rectified))) is not None:
         by_focal = FOCAL_HEADING * np.degrees(turning.heading)
         rectified = replace(rectified, error_deg=np.hypot(rectified.error_deg, by_focal))
-    if up_of_unusable(rectified, verdict(take.judged)):
+    rectified, more = _judged(rectified, take.judged)
+    return take.with_(rectified=rectified).saying(*notices, *more)
+
+
+def _judged(rectified: Rectified, judged: Sequence[Notice]) -> tuple[Rectified, list[Notice]]:
+    """With no bound of up where nobody knows it, and what is said of the frames and of up. judged: what the poses are
+    judged by."""
+    notices = []
+    lost = int(np.isnan(rectified.R_source_from_body).any(axis=(1, 2)).sum())
+    if lost:
+        notices.append(notice("frames-not-rectified", lost=lost, frames=len(rectified.level)))
+    if not rectified.level_ok:
+        notices.append(notice("not-levelled", reason=rectified.level_reason))
+    if up_of_unusable(rectified, verdict(judged)):
         rectified = replace(rectified, up_bound_deg=np.full(len(rectified.level), np.nan))
-        notices = [*notices, notice("up-of-unusable")]
-    told = any(finding.code in _UPSIDE_DOWN for finding in take.findings or ())
+        notices.append(notice("up-of-unusable"))
+    told = any(finding.code in _UPSIDE_DOWN for finding in judged)
     if (said := nobody_upright(rectified)) and not told:
-        notices = [*notices, said]
-    return take.with_(rectified=rectified).saying(*notices)
+        notices.append(said)
+    return rectified, notices
 
 
 def rectify(
-    poses: PoseSequence,
+    poses: PoseSequence | Any,
     rectifier: str | Rectifier = "pcnet",
     camera: CameraMotion = "static",
     *,
+    fps: float | None = None,
+    axes: str | None = None,
+    joints: Layout | str | None = None,
+    unit: str | None = None,
+    check: Check = "refuse",
     gravity: tuple[float, float, float] | None = None,
     pitch_deg: float | None = None,
     roll_deg: float | None = None,
@@ -99,9 +116,16 @@ def rectify(
     """Turn a skeleton into BODY (upright and facing -X in every frame) and LEVEL (one upright frame for the take). This
     is `rectify_together` for one person.
 
-    poses: H36M17 in the axes of a camera, or of a world frame whose gravity is known: then only the heading is
-    estimated. The joints are taken relative to the pelvis; NaN stays NaN. "source" in the rotations' names
-    are the axes that the poses come in. Poses without time stamps count as 30 frames a second.
+    poses: an array (T, J, 3) or, of one frame, (J, 3), of numbers of any kind, a torch tensor too; or a PoseSequence of
+    H36M17 in the axes of a camera, or of a world frame whose gravity is known: then only the heading is estimated. The
+    joints are taken relative to the pelvis; NaN stays NaN. "source" in the rotations' names are the axes that the poses
+    come in. Poses without time stamps count as 30 frames a second.
+
+    fps: frames a second. axes, joints, unit: of an array: "camera" (x right, y down, z away; the default),
+    "camera-y-up", "z-up" or "y-up"; a public layout or its name, H36M17 by default; "m", "mm", "cm", "inch" or
+    "arbitrary", the default.
+    check: "off" looks for nothing, and takes a body that is mirrored, upside down or in another order of joints as it
+    is. By default what else is found is a notice of `level`, and a Python warning if it is grave.
 
     camera, gravity, pitch_deg, roll_deg: as in pipeline.core.take.Told. view: what the images say
     (stages.calibrate). With a static camera the take has one up. Every frame votes on it (models/gravity/votes.py),
@@ -110,12 +134,19 @@ def rectify(
     the camera.
 
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
-    reason, and never raises. InputError for another layout or frame, and if the camera's lean is given twice.
+    reason, and never raises. InputError for another layout, shape or frame, for a body that is mirrored or upside down,
+    as of a file, and if the camera's lean is given twice.
     """
-    (rectified,) = rectify_together(
-        [poses], rectifier, camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg, view=view,
-    )  # fmt: skip
-    return rectified
+    guards = Guards(missing="gap", check=check)
+    given = poses_given(poses, Meaning(axes, joints, unit), fps, guards)
+    told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
+    ((rectified, notices),) = _rectify([given], rectifier, told, view)
+    found = doubts(given) if check == "refuse" else ()
+    rectified, more = _judged(rectified, found)
+    said = without_doubles((*rectified.level.notices, *found, *notices, *more))
+    for each in grave(said) if check == "refuse" else ():
+        warnings.warn(each.text, stacklevel=2)
+    return replace(rectified, level=rectified.level.with_(notices=said))
 
 
 def rectify_together(
@@ -123,6 +154,7 @@ def rectify_together(
     rectifier: str | Rectifier = "pcnet",
     camera: CameraMotion = "static",
     *,
+    check: Check = "refuse",
     gravity: tuple[float, float, float] | None = None,
     pitch_deg: float | None = None,
     roll_deg: float | None = None,
@@ -136,8 +168,8 @@ def rectify_together(
     their own up in each frame, and all share the heading.
     """
     told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
-    found = _rectify(people, rectifier, told, view)
-    return tuple(rectified for rectified, _ in found)
+    given = [poses_given(poses, Meaning(), guards=Guards(check=check)) for poses in people]
+    return tuple(rectified for rectified, _ in _rectify(given, rectifier, told, view))
 
 
 def _rectify(

@@ -12,18 +12,7 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import IMAGE, Frame
-from ...pipeline.core.layouts import (
-    BLAZEPOSE33,
-    BODY_25,
-    BODY_25B,
-    COCO17,
-    COCO18,
-    COCO23,
-    HALPE26,
-    MHR70,
-    OPENPOSE18,
-    Layout,
-)
+from ...pipeline.core.layouts import IN_2D, WHOLE_BODIES, Layout, layouts_of
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
@@ -31,16 +20,7 @@ from ...pipeline.signals.joint_order import likely_layout
 from ...pipeline.signals.tracker import REACH, Tracker, sighted, steps
 from .clock import Clock
 
-# The orders of joints in 2D, by their number; of one number the more usual first.
-LAYOUTS = (COCO17, OPENPOSE18, COCO18, COCO23, BODY_25, BODY_25B, HALPE26, BLAZEPOSE33, MHR70)
-_BODIES = {
-    133: COCO23,
-    136: HALPE26,
-    94: HALPE26,
-    68: HALPE26,
-    135: BODY_25B,
-}  # with face and hands: the first ones
-COUNTS = (*sorted({*map(len, LAYOUTS)}), *_BODIES)
+COUNTS = (*sorted({*map(len, IN_2D)}), *WHOLE_BODIES)
 _FLAGS = (0, 1, 2)  # COCO's, in place of scores: not labelled, hidden, visible
 _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
@@ -113,7 +93,7 @@ class People:
         return np.frombuffer(self._scores, np.float32).reshape(len(self), self._joints)
 
     def keypoints(
-        self, clock: Clock | None = None, layouts: Sequence[Layout] = LAYOUTS
+        self, clock: Clock | None = None, layouts: Sequence[Layout] = IN_2D
     ) -> tuple[PoseSequence, ...]:
         """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
 
@@ -126,7 +106,7 @@ class People:
         """
         if not len(self):
             raise InputError("nothing-usable", f"{self._where}: no person was found in any frame.")
-        likely = self._layouts(layouts)
+        likely = layouts_of(self._joints, self._where, layouts)
         points, scores = self.points[:, : len(likely[0])], self.scores[:, : len(likely[0])]
         gone = np.isnan(points).any(axis=-1) | (points == 0).all(axis=-1)
         points[gone], scores[gone] = np.nan, np.nan
@@ -204,21 +184,6 @@ class People:
         self.points[self.scores == 0] = np.nan
         self.scores[:] = np.nan
         return True
-
-    def _layouts(self, layouts: Sequence[Layout]) -> Sequence[Layout]:
-        """Those of the layouts that have as many joints as everybody, or as their body alone."""
-        if known := [layout for layout in layouts if len(layout) == self._joints]:
-            return known
-        body = _BODIES.get(self._joints)
-        if body is not None and body in layouts:
-            return [body]
-        numbers = ", ".join(map(str, sorted({*map(len, layouts)})))
-        more = ", ".join(str(n) for n, body in sorted(_BODIES.items()) if body in layouts)
-        raise InputError(
-            "wrong-content",
-            f"{self._where}: expected people of {numbers} joints{f', or with hands and face {more}' * bool(more)}, got "
-            f"{self._joints}.",
-        )
 
     def _crowded(self, what: str) -> InputError:
         return InputError(

@@ -12,15 +12,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.notices import Notice
+from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.take import Check
 from ...pipeline.plugins.protocols import Rectifier
+from ...pipeline.signals.guard import doubts, guarded
 from ..rectifier.load import load_rectifier
 from .evidence import Evidence, TakeUp
 from .levelling import HEADING_S, heading_error_deg, level_left, rotation_error_deg, standing
 from .seen import trust
 from .votes import take_up
 
+LOOK_S, _LOOK_ROWS = (
+    3.0,
+    20,
+)  # of the first poses that are looked at: fewer rows tell nothing of left and right
 KEPT = 256  # votes; beyond it every second one is dropped, and from then on only every second frame votes
 _NEWS = 1 / 16  # of the votes kept, that must be new before all are pooled anew
 
@@ -48,11 +57,21 @@ class LiveRectifier:
     whenever a sixteenth of them is new: an early outlier loses its weight once the others are known, and similar frames
     count as few. A frame's cost and memory do not grow. The level line between the feet (floor.level_feet) is not
     used.
+
+    notices: what is grave of what the poses of the first 3 seconds show, once these are over.
     """
 
-    def __init__(self, rectifier: str | Rectifier = "pcnet", others: Sequence[Evidence] = ()) -> None:
+    def __init__(
+        self,
+        rectifier: str | Rectifier = "pcnet",
+        others: Sequence[Evidence] = (),
+        check: Check = "refuse",
+    ) -> None:
         """rectifier: a name or a file for load_rectifier, or a rectifier. others: what else knows up, such as
-        evidence.direction("sensor", up, error_deg) of a phone that feels gravity."""
+        evidence.direction("sensor", up, error_deg) of a phone that feels gravity. check: "off" does not look at the
+        first poses."""
+        self.notices: tuple[Notice, ...] = ()
+        self._first: list[tuple[float, np.ndarray]] | None = [] if check == "refuse" else None
         self._rectifier = load_rectifier(rectifier) if isinstance(rectifier, str) else rectifier
         self._others = tuple(others)
         self._votes = np.full((KEPT, 3), np.nan)
@@ -75,7 +94,8 @@ class LiveRectifier:
         """joints: (17, 3), H36M17 in CAMERA axes, any origin and scale, NaN where missing, as is the whole frame
         without a pelvis. time_s: later than the frame before.
 
-        InputError for another shape, infinite coordinates, or a time that does not increase.
+        InputError for another shape, infinite coordinates, a time that does not increase, and, once, when the first 3
+        seconds show a body that is mirrored or upside down, as of a file.
         """
         joints = np.asarray(joints, dtype=np.float64)
         if joints.shape != (len(H36M17), 3) or np.isinf(joints).any():
@@ -95,8 +115,23 @@ class LiveRectifier:
         self._vote(R_frame[:, 2], error_deg, time_s)
         R = self._standing(R_frame, error_deg, time_s)
         self._time_s = time_s
+        self._look(relative, time_s)
         error = rotation_error_deg(R, R_frame, heading_error_deg(error_deg), self._up.error_deg)
         return LiveFrame(R, float(error), self._up.up, float(self._up.error_deg), float(self._up.bound_deg))
+
+    def _look(self, relative: np.ndarray, time_s: float) -> None:
+        """At the first poses, all at once: `notices`, or InputError."""
+        if self._first is None or not is_finite(relative).any():
+            return
+        self._first.append((time_s, relative))
+        times = [time for time, _ in self._first]
+        if len(times) < _LOOK_ROWS or times[-1] - times[0] < LOOK_S:
+            return
+        joints = np.stack([pose for _, pose in self._first])
+        self._first = None
+        poses = PoseSequence(joints, H36M17, CAMERA.with_(unit="arbitrary"), time_s=np.array(times))
+        poses = guarded(poses, "refuse", f"The first {LOOK_S:.0f} seconds")
+        self.notices = (*poses.notices, *doubts(poses))
 
     def _vote(self, up: np.ndarray, error_deg: float, time_s: float) -> None:
         if not is_finite(up):

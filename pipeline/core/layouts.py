@@ -212,6 +212,11 @@ LAYOUTS = {
     )
 }  # fmt: skip
 
+# The orders of joints in 2D, by their number; of one number the more usual first.
+IN_2D = (COCO17, OPENPOSE18, COCO18, COCO23, BODY_25, BODY_25B, HALPE26, BLAZEPOSE33, MHR70)
+# Those that are the first joints of a body with face and hands, by the number of all.
+WHOLE_BODIES = {133: COCO23, 136: HALPE26, 94: HALPE26, 68: HALPE26, 135: BODY_25B}
+
 # Heels and toes, which ride along beside a layout that has none (PoseSequence.feet).
 FEET = Layout("FEET", tuple(f"{side}_{part}" for side in "rl" for part in ("big_toe", "small_toe", "heel")))
 FEET_ANKLES = tuple(f"{point[:2]}ankle" for point in FEET.joints)  # the ankle above each point
@@ -223,6 +228,22 @@ def layout_named(name: str) -> Layout:
     if name.lower() not in by_key:
         raise InputError("name-unknown", f"Expected a joint layout of {', '.join(LAYOUTS)}; got '{name}'.")
     return by_key[name.lower()]
+
+
+def layouts_of(joints: int, where: str, layouts: Sequence[Layout] = IN_2D) -> Sequence[Layout]:
+    """Those of the layouts that have so many joints, or are the body of so many with face and hands. InputError, which
+    begins with `where`, when there is none."""
+    if known := [layout for layout in layouts if len(layout) == joints]:
+        return known
+    body = WHOLE_BODIES.get(joints)
+    if body is not None and body in layouts:
+        return [body]
+    numbers = ", ".join(map(str, sorted({*map(len, layouts)})))
+    more = ", ".join(str(n) for n, body in sorted(WHOLE_BODIES.items()) if body in layouts)
+    raise InputError(
+        "wrong-content",
+        f"{where}: expected people of {numbers} joints{f', or with hands and face {more}' * bool(more)}, got {joints}.",
+    )
 
 
 def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 CameraMotion = Literal["static", "moving"]
 Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
+Check = Literal["refuse", "off"]
 Swaps = Literal["report", "mask"]
 AngleErrors = Literal["judged", "disagreement", "file", "none"]
 
@@ -84,7 +85,8 @@ class Told:
     counted, or the folder of a finished run that has one.
     images: False keeps every image of the person out of the results. fps: frames a second, instead of the file's.
     person: which of several people, by name, or "longest" or "largest". handedness: what to do if left and right of the
-    poses are exchanged. swaps: what to do if limbs are exchanged in some frames.
+    poses are exchanged. check: "off" takes poses that are mirrored or upside down as they are. swaps: what to do if
+    limbs are exchanged in some frames.
 
     InputError for values that cannot be, before a run looks at the whole video.
     """
@@ -101,6 +103,7 @@ class Told:
     fps: float | None = None
     person: str | None = None
     handedness: Handedness = "refuse"
+    check: Check = "refuse"
     swaps: Swaps = "report"
 
     def __post_init__(self) -> None:

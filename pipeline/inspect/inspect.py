@@ -18,6 +18,7 @@ from ..files.video_frames import shown_size
 from ..reading.choose import choose_person
 from ..reading.clock import numbered_by, numbered_by_times
 from ..reading.load import load, read_all, read_video
+from ..reading.normalise import Guards
 from ..signals.altered import altered
 from ..signals.bounds import check_times
 from ..signals.checks import Chirality, bone_spread, chirality, spread_of_bones
@@ -140,7 +141,7 @@ def inspect(
                 found.append(notice("refused", reason=str(error)))
         if source.frame.dims == 3:
             try:
-                poses = read.normalised(source, handedness="ignore", missing="gap")
+                poses = read.normalised(source, guards=Guards(missing="gap", check="off"))
             except InputError as error:
                 found.append(notice("refused", reason=str(error)))
             else:

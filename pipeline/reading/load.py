@@ -4,44 +4,66 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.layouts import H36M17_B, H36M17_C, LAYOUTS, layout_named
+from ..core.layouts import layout_named
 from ..core.messages import how_many
-from ..core.pose import UNSAID, PoseSequence
-from ..core.take import Handedness, Video
+from ..core.pose import UNSAID, PoseSequence, Step, package_version
+from ..core.take import Check, Handedness, Video
+from ..files.atomic import printable
 from ..plugins.options import call, option_types
 from ..plugins.protocols import Adapter
 from ..signals.bounds import check_times
-from ..signals.joint_order import other_order
+from ..signals.joint_order import public_order
 from .choose import choose_person
 from .describe import why_no_input
 from .find import Gives, adapters, exchanged, find_adapter, recognises
-from .normalise import Missing, normalised
+from .normalise import Guards, Missing, normalised
 
-_ENOUGH_ROWS = 10  # of 2D joints, before their order is doubted
+GUARDS = Guards()
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A file or folder, its adapter, and everybody in it as the adapter gives them: in its own layout and frame."""
+    """A file or folder, its adapter, and everybody in it as the adapter gives them: in its own layout and frame.
+
+    digest: SHA-256 of what is no file but was given in memory (reading/given.py)."""
 
     path: Path
     adapter: Adapter
     people: tuple[PoseSequence, ...]
+    digest: str = ""
+
+    @property
+    def where(self) -> str:
+        """What it is, for errors."""
+        if self.digest:
+            return f"The {self.path}"
+        return (
+            str(self.path)
+            if self.adapter.gives == "keypoints"
+            else f"{self.path} (adapter {self.adapter.name})"
+        )
 
     def normalised(
         self,
         person: PoseSequence,
         fps: float | None = None,
-        handedness: Handedness = "refuse",
-        missing: Missing = "refuse",
+        guards: Guards = GUARDS,
     ) -> PoseSequence:
         """One of the people, as read_all gives them."""
-        return normalised(person, self.adapter, self.path, fps, handedness, missing)
+        if not self.digest:
+            options = {
+                "adapter": self.adapter.name,
+                "file": printable(self.path.name),
+                "person": person.person,
+            }
+            step = Step("read", package_version(), options)
+            person = person.with_(history=(step, *person.history))
+        return normalised(person, self.where, fps, guards)
 
 
 def read_all(
@@ -52,6 +74,7 @@ def read_all(
     fps: float | None = None,
     handedness: Handedness = "refuse",
     missing: Missing = "refuse",
+    check: Check = "refuse",
     **options: Any,
 ) -> tuple[PoseSequence, ...]:
     """Every person in a file.
@@ -62,17 +85,16 @@ def read_all(
     handedness: what to do when left and right contradict nose and knees: "refuse", "mirror" the coordinates,
         "swap" the names, "swap-legs" only, or "ignore".
     missing: what to do with 3D frames that are NaN or all zero: "refuse", or take them for a "gap".
+    check: "off" reads a body that is mirrored or upside down as it is.
     options: the adapter's own.
 
     3D comes back as H36M17 in CAMERA axes (or in the source's own frame, when that is no camera's) relative
     to the pelvis, whose own way is `root` where the source knows it; 2D in IMAGE, in the detector's layout. Raises
     InputError.
     """
-    check_guards(handedness, missing)
+    guards = Guards(handedness, missing, check)
     source = load(Path(path), adapter, gives, options)
-    return tuple(
-        _clocked(source.normalised(person, fps, handedness, missing), path) for person in source.people
-    )
+    return tuple(_clocked(source.normalised(person, fps, guards), path) for person in source.people)
 
 
 def read(
@@ -84,6 +106,7 @@ def read(
     fps: float | None = None,
     handedness: Handedness = "refuse",
     missing: Missing = "refuse",
+    check: Check = "refuse",
     **options: Any,
 ) -> PoseSequence:
     """One person from a file: by the file's own name, "longest", "largest" (see choose_person), or the only one.
@@ -91,10 +114,10 @@ def read(
     Other arguments are those of read_all. What is wrong with the others does not matter. InputError when there are
     several and none is named.
     """
-    check_guards(handedness, missing)
+    guards = Guards(handedness, missing, check)
     source = load(Path(path), adapter, gives, options)
     chosen = choose_person(source.people, person, str(path))
-    return _clocked(source.normalised(chosen, fps, handedness, missing), path)
+    return _clocked(source.normalised(chosen, fps, guards), path)
 
 
 def _clocked(poses: PoseSequence, path: str | Path) -> PoseSequence:
@@ -158,11 +181,8 @@ def _in_order(people: tuple[PoseSequence, ...], told: str | None) -> tuple[PoseS
                 f"{len(layout)}.",
             )
         return tuple(poses.with_(layout=layout) for poses in people)
-    others = (
-        layout for layout in LAYOUTS.values() if layout not in (H36M17_B, H36M17_C)
-    )  # H36M17's mirror images
     points = np.concatenate([poses.joints for poses in people])
-    if (fits := other_order(points, own, others, _ENOUGH_ROWS)) is not None:
+    if (fits := public_order(points, own)) is not None:
         raise InputError(
             "wrong-content",
             f"expected joints in the order of {own.name}, but their limbs are those of a body in the order of "
@@ -193,15 +213,3 @@ def read_video(path: Path) -> Video:
     if path.is_dir():
         raise InputError("cannot-open", f"Expected a video file at {path}, found a folder there.")
     return call(adapter.read, path, what="Adapter 'video'", options={})[0]
-
-
-def check_guards(handedness: str, missing: str) -> None:
-    """InputError for a guard that there is not."""
-    for name, value, allowed in (
-        ("handedness", handedness, get_args(Handedness)),
-        ("missing", missing, get_args(Missing)),
-    ):
-        if value not in allowed:
-            raise InputError(
-                "bad-value", f"Expected {name} to be one of {', '.join(allowed)}; got '{value}'."
-            )

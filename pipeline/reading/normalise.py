@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Literal
+from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -12,40 +12,47 @@ from ..core.frames import CAMERA, change_frame
 from ..core.layouts import H36M17, remap
 from ..core.messages import how_many
 from ..core.notices import notice
-from ..core.pose import PoseSequence, Step, package_version
-from ..core.take import Handedness
-from ..files.atomic import printable
-from ..plugins.protocols import Adapter
+from ..core.pose import PoseSequence
+from ..core.take import Check, Handedness
 from ..signals.bounds import check_size
 from ..signals.checks import empty_rows, whole_rows
+from ..signals.guard import guarded
 from ..signals.rates import timed
-from .handedness import guarded
 
 Missing = Literal["refuse", "gap"]
 
 
-def normalised(
-    poses: PoseSequence,
-    adapter: Adapter,
-    path: Path,
-    fps: float | None,
-    handedness: Handedness,
-    missing: Missing,
-) -> PoseSequence:
-    """What an adapter read, as read_all gives it: remapped, relative to the pelvis, guarded. Raises InputError."""
-    options = {"adapter": adapter.name, "file": printable(path.name), "person": poses.person}
-    poses = poses.with_(history=(Step("read", package_version(), options), *poses.history))
+@dataclass(frozen=True)
+class Guards:
+    """What to do with poses that are wrong, as `read_all` says it. InputError for a guard that there is not."""
+
+    handedness: Handedness = "refuse"
+    missing: Missing = "refuse"
+    check: Check = "refuse"
+
+    def __post_init__(self) -> None:
+        for name, allowed in (("handedness", Handedness), ("missing", Missing), ("check", Check)):
+            if (value := getattr(self, name)) not in get_args(allowed):
+                raise InputError(
+                    "bad-value",
+                    f"Expected {name} to be one of {', '.join(get_args(allowed))}; got '{value}'.",
+                )
+
+
+def normalised(poses: PoseSequence, where: str, fps: float | None, guards: Guards) -> PoseSequence:
+    """What was read, as read_all gives it: 2D as it is; 3D remapped, relative to the pelvis, guarded. where: what it
+    comes from, for errors. Raises InputError."""
     if fps is not None:
         poses = timed(poses, fps)
-    check_size(poses, str(path))
-    if adapter.gives == "keypoints":
+    check_size(poses, where)
+    if poses.frame.dims == 2:
         return poses
-    poses = remap(_missing(poses, path, missing), H36M17)
+    poses = remap(_missing(poses, where, guards.missing), H36M17)
     own = CAMERA if poses.frame.family == "camera" else poses.frame
     poses = change_frame(
         poses, own.with_(origin="pelvis", unit="m" if poses.frame.metric else poses.frame.unit)
     )
-    return guarded(poses, handedness, f"{path} (adapter {adapter.name})")
+    return guarded(poses, guards.handedness, where, guards.check)
 
 
 def _in_words(what: str, count: int) -> str:
@@ -53,17 +60,17 @@ def _in_words(what: str, count: int) -> str:
     return how_many(count, what.replace("frames", "frame", 1), what)
 
 
-def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
+def _missing(poses: PoseSequence, where: str, missing: Missing) -> PoseSequence:
     empty = empty_rows(poses)
     gone = ~whole_rows(poses) & ~empty
     if empty.all():
         raise InputError(
             "nothing-usable",
-            f"{path}: in each frame all joints are at one point ({how_many(len(poses), 'frame')}); there are no "
+            f"{where}: in each frame all joints are at one point ({how_many(len(poses), 'frame')}); there are no "
             "poses in it.",
         )
     if np.isnan(poses.joints).all():
-        raise InputError("nothing-usable", f"{path}: every coordinate is NaN; there are no poses in it.")
+        raise InputError("nothing-usable", f"{where}: every coordinate is NaN; there are no poses in it.")
     if not (empty | gone).any():
         return poses
     counts = {"frames with NaN": int(gone.sum()), "frames with all joints at one point": int(empty.sum())}
@@ -72,7 +79,7 @@ def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
         said = " and ".join(_in_words(what, count) for what, count in counts.items() if count)
         raise InputError(
             "wrong-content",
-            f"{path}: expected a pose in each of {how_many(len(poses), 'frame')}, got {said} (first at row {first}); "
+            f"{where}: expected a pose in each of {how_many(len(poses), 'frame')}, got {said} (first at row {first}); "
             "pass --set read.missing=gap to treat them as gaps.",
         )
     words = ", ".join(_in_words(what, count) for what, count in counts.items() if count)

@@ -19,12 +19,12 @@ from typer.models import ParameterInfo
 
 from ..core.device import Device
 from ..core.errors import InputError
-from ..core.take import Handedness, Swaps, Told
+from ..core.take import Check, Handedness, Swaps, Told
 from ..files.atomic import SUMMARY
 from ..plugins import registry
 from ..plugins.options import did_you_mean, option_types, pairs
 from ..plugins.removed import refuse_removed
-from .normalise import Missing
+from .normalise import Guards, Missing
 
 OFF = "off"  # as the value of a whole stage: leave it out
 _OF_RUN = ("folder", "checkpoint", "resume")  # options of stages that the run itself gives them
@@ -243,6 +243,7 @@ class RunOptions(BaseModel):
     roll: Annotated[float | None, Tells("roll_deg")] = None
     gravity: Annotated[tuple[float, float, float] | None, BeforeValidator(_vector), Tells("gravity")] = None
     handedness: Annotated[Handedness, Tells("handedness", by_reading=True)] = "refuse"
+    check: Annotated[Check, Tells("check", by_reading=True)] = "refuse"
     swaps: Annotated[Swaps, Tells("swaps", by_reading=True)] = "report"
     missing: Missing = "refuse"
     first_frame: int | None = None
@@ -265,6 +266,11 @@ class RunOptions(BaseModel):
         """What is told of the recording. InputError for what cannot be."""
         fields = {tells.field: getattr(self, name) for name, tells in TOLD.items()}
         return Told(**fields, images=not self.no_frames)
+
+    @property
+    def guards(self) -> Guards:
+        """What is to be done with poses that are wrong."""
+        return Guards(self.handedness, self.missing, self.check)
 
 
 def _marked(kind: type[Any]) -> dict[str, Any]:

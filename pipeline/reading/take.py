@@ -123,11 +123,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     found = []
     for one in files.lead.people:
         try:
-            body = (
-                poses.normalised(one, handedness=options.handedness, missing=options.missing)
-                if poses
-                else None
-            )
+            body = poses.normalised(one, guards=options.guards) if poses else None
             track = None
             if keypoints:
                 own = files.same(body) if body is not None and files.nameless else tracks[one.person]
@@ -355,7 +351,7 @@ def _poses(files: _Files) -> PoseSequence | None:
         return None
     person = options.person if len(file.people) > 1 else None
     chosen = choose_person(file.people, person, str(file.path))
-    return file.normalised(chosen, handedness=options.handedness, missing=options.missing)
+    return file.normalised(chosen, guards=options.guards)
 
 
 def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None:

@@ -25,7 +25,8 @@ from ..plugins.options import call
 from ..plugins.protocols import Adapter
 from ..signals.imu import Imu
 from .find import Gives, find_adapter
-from .normalise import normalised
+from .load import Source
+from .normalise import Guards
 
 _TYPES = {"poses": PoseSequence, "keypoints": PoseSequence, "video": Video, "imu": Imu}
 _GARBAGE = {
@@ -139,7 +140,7 @@ def _check_guard(
     adapter: Adapter, golden: Path, people: tuple[PoseSequence, ...], mirrored: tuple[PoseSequence, ...]
 ) -> None:
     def guarded(poses: PoseSequence) -> PoseSequence:
-        return normalised(poses, adapter, golden, None, "refuse", "gap")
+        return Source(golden, adapter, people).normalised(poses, guards=Guards(missing="gap"))
 
     for poses in people:
         try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from ..core.errors import InputError
 from ..core.system import give_memory_back
 from ..core.take import Take, Told
 from ..plugins.protocols import Stage
+from ..signals.guard import looked_at
 
 _NOTHING = Told()
 
@@ -82,13 +84,14 @@ def run_together(
     """Takes of one person or several, each through a pipeline of its own; all pipelines have the same stages.
 
     All takes go through a stage before any goes on to the next, so that one with `together` gets them at once. A take
-    that a stage refuses ends there, as that refusal. `done(stage name, seconds)` is called after each that somebody
+    that a stage refuses ends there, as that refusal; so does one whose poses, which nobody has looked at, are mirrored
+    or upside down (`looked_at`). `done(stage name, seconds)` is called after each that somebody
     came through; the memory that stages used is given back. The list `takes` is emptied: what a stage replaces is not
     to be held beside its answer. InputError for a chain that cannot work.
     """
     for i, pipeline in enumerate(pipelines):
         pipeline.check(takes[i])
-    results: list[Take | InputError] = [*takes]
+    results: list[Take | InputError] = [_tried(looked_at, take) for take in takes]
     takes.clear()
     for stages in zip(*(pipeline.stages for pipeline in pipelines), strict=True):
         start = time.perf_counter()
@@ -97,7 +100,7 @@ def run_together(
             break
         ends = _asked(stages[0], "together", list(going.values())) if len(going) > 1 else None
         if ends is None:
-            ends = [_tried(stages[i], take) for i, take in going.items()]
+            ends = [_tried(partial(_run, stages[i]), take) for i, take in going.items()]
         ended = dict(zip(going, ends, strict=True))
         results = [ended.get(i, result) for i, result in enumerate(results)]
         if any(isinstance(end, Take) for end in ended.values()):
@@ -113,15 +116,16 @@ def _asked(stage: Stage, method: str, *arguments: Any) -> Any:
     return None if asked is None else asked(*arguments)
 
 
-def _tried(stage: Stage, take: Take) -> Take | InputError:
+def _tried(step: Callable[[Take], Take], take: Take) -> Take | InputError:
     try:
-        return _checked(stage, stage(take))
+        return step(take)
     except InputError as error:
         return error
 
 
-def _checked(stage: Stage, given: object) -> Take:
-    """What a stage returned; InputError where that is no take, or one with a column that has not a value a frame."""
+def _run(stage: Stage, take: Take) -> Take:
+    """What a stage returns; InputError where that is no take, or one with a column that has not a value a frame."""
+    given: object = stage(take)
     if not isinstance(given, Take):
         raise _broken(stage, "a take", f"{type(given).__name__}; a stage returns the take that it made")
     rows = len(given.poses) if given.poses else 0

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ..core.anthropometry import SEGMENTS, TRUNK
-from ..core.layouts import Layout
+from ..core.layouts import H36M17_B, H36M17_C, LAYOUTS, Layout
 from ..core.rotations import is_finite
 
 # Bones of one side, and their lengths as shares of the stature.
@@ -29,6 +29,7 @@ MISFIT, _HALF = (
     0.5,
 )  # from which an order is doubted, and the share of it that another one may have at most
 _MOST_ROWS = 5000
+_ENOUGH_ROWS = 10  # before anybody is told: in a few a bone may point at the camera throughout
 
 
 def misfit(points: np.ndarray, layout: Layout) -> float:
@@ -49,6 +50,13 @@ def likely_layout(points: np.ndarray, layouts: Sequence[Layout]) -> Layout:
     """The first of layouts of as many joints, unless the bones of bodies (N, J, 2 or 3) are those of a person in
     another of them only."""
     return other_order(points, layouts[0], layouts[1:]) or layouts[0]
+
+
+def public_order(points: np.ndarray, layout: Layout) -> Layout | None:
+    """The other public layout in which points (N, J, 2 or 3) have the bones of a person, where they have not in their
+    own; None where nothing is wrong or too little is there. H36M17's mirror images, of the same bones, are none."""
+    others = (each for each in LAYOUTS.values() if each not in (H36M17_B, H36M17_C))
+    return other_order(points, layout, others, _ENOUGH_ROWS)
 
 
 def other_order(

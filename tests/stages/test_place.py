@@ -24,8 +24,8 @@ from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate
-from pcnet3d.pipeline.reading.handedness import repaired
 from pcnet3d.pipeline.signals.flights import falls
+from pcnet3d.pipeline.signals.guard import repaired
 from pcnet3d.stages.clean import clean
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify

@@ -85,7 +85,9 @@ def test_one_frame_is_turned_but_not_called_level(joints, truth, rectifier):
 @pytest.mark.parametrize("rectifier", RECTIFIERS)
 def test_copies_of_a_frame_have_a_lone_frames_wide_error(joints, camera, rectifier):
     """Its feet may be heard once, so the error is a little less than that of the votes alone."""
-    one, few, many = (rectify(poses_of(np.repeat(joints[:1], n, axis=0)), rectifier) for n in (1, 15, 300))
+    one, few, many = (
+        rectify(poses_of(np.repeat(joints[:1], n, axis=0)), rectifier, check="off") for n in (1, 15, 300)
+    )
     assert many.level_ok
     assert many.up_error_deg[0] == pytest.approx(few.up_error_deg[0], rel=1e-3)
     assert 0.9 * one.up_error_deg[0] < many.up_error_deg[0] <= one.up_error_deg[0]

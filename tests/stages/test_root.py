@@ -9,7 +9,7 @@ from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.pipeline import BODY, CAMERA, H36M17, LEVEL, Y_UP, Z_UP, InputError, PoseSequence, change_frame
 from pcnet3d.pipeline.core.frames import GL_CAMERA
 from pcnet3d.pipeline.core.layouts import COCO17, remap
-from pcnet3d.pipeline.reading.handedness import repaired
+from pcnet3d.pipeline.signals.guard import repaired
 from pcnet3d.stages.clean import clean
 from pcnet3d.stages.scale import scale
 

@@ -120,8 +120,8 @@ class Networks:
     told: Sequence[Evidence]
 
     def for_camera(self, image_size: tuple[int, int]) -> tuple[LiveLifter, LiveRectifier]:
-        """Of a camera, or of another one behind a cut."""
-        return self.for_person(image_size), LiveRectifier(self.rectifier, self.told)
+        """Of a camera, or of another one behind a cut. What it lifts is looked at by the run at the end."""
+        return self.for_person(image_size), LiveRectifier(self.rectifier, self.told, check="off")
 
     def for_person(self, image_size: tuple[int, int]) -> LiveLifter:
         """Of another person: the lift of one rests on no keypoints of another. It may rest on an up that is told."""

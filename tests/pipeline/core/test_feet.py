@@ -7,7 +7,7 @@ from golden.bodies import feet_of, turning
 from pcnet3d.pipeline import BODY, CAMERA, H36M17, InputError, PoseSequence, change_frame, remap, rotate
 from pcnet3d.pipeline.core.frames import PC_CAMERA
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, FEET, HALPE26, with_feet
-from pcnet3d.pipeline.reading.handedness import repaired
+from pcnet3d.pipeline.signals.guard import repaired
 from pcnet3d.pipeline.signals.swaps import Swap, mask_swaps
 from pcnet3d.stages.clean import clean, without
 from pcnet3d.stages.rectify import rectify

@@ -1,0 +1,206 @@
+"""Poses and keypoints given in memory: arrays, whose meaning is said beside them, or what `read` gives."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import InputError
+from ..core.frames import CAMERA, GL_CAMERA, IMAGE, Y_UP, Z_UP, Frame
+from ..core.given import numbers
+from ..core.layouts import H36M17, LAYOUTS, Layout, layout_named, layouts_of
+from ..core.messages import how_many
+from ..core.pose import UNSAID, MadeBy, PoseSequence
+from ..core.rotations import is_finite
+from ..signals.guard import guarded
+from ..signals.joint_order import likely_layout, public_order
+from ..signals.rates import timed
+from .load import Source
+from .normalise import Guards, normalised
+
+AXES = {"camera": CAMERA, "camera-y-up": GL_CAMERA, "z-up": Z_UP, "y-up": Y_UP}
+UNIT = "arbitrary"
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What an array of 3D joints holds. axes: a name of AXES, joints: a layout or its name, unit: a unit of frames;
+    None for the usual: CAMERA, Human3.6M's joints, no known scale."""
+
+    axes: str | None = None
+    joints: Layout | str | None = None
+    unit: str | None = None
+
+    @property
+    def frame(self) -> Frame:
+        """InputError for other names."""
+        name = "camera" if self.axes is None else self.axes
+        if name not in AXES:
+            raise InputError("bad-value", f"Expected axes of {', '.join(AXES)}; got '{name}'.")
+        frame = AXES[name]
+        origin = "camera" if frame.family == "camera" else frame.origin
+        return frame.with_(origin=origin, unit=self.unit or UNIT)
+
+    @property
+    def layout(self) -> Layout:
+        """InputError for another name."""
+        return H36M17 if self.joints is None else _layout(self.joints)
+
+    def refuse(self) -> None:
+        """InputError where something is said: of poses that say it themselves."""
+        given = [name for name, value in vars(self).items() if value is not None]
+        if given:
+            raise InputError(
+                "option-conflict",
+                f"{', '.join(given)}: expected this of an array, got it of poses that say it themselves; leave it out.",
+            )
+
+
+@dataclass
+class InMemory:
+    """Stands for the adapter of what was not read from a file. Nothing is recognised as its own."""
+
+    gives: str
+    name: str = "memory"
+    reads: str = "arrays in memory"
+
+    def sniff(self, path: Path) -> bool:
+        return False
+
+    def read(self, path: Path) -> tuple[Any, ...]:
+        raise InputError("cannot-open", f"{path} is not a file.")
+
+
+def poses_given(
+    values: Any, meaning: Meaning, fps: float | None = None, guards: Guards | None = None
+) -> PoseSequence:
+    """One person's 3D poses, as `read` gives them.
+
+    values: joints (T, J, 3) or, of one frame, (J, 3), of which NaN and frames of zeros are missing; or poses that are
+    read already, which are looked at once more. InputError for another shape, for joints in another order, and for
+    what is wrong in a file, too.
+    """
+    guards = guards or Guards(missing="gap")
+    if isinstance(values, PoseSequence):
+        meaning.refuse()
+        poses = values if fps is None else timed(values, fps)
+        whole = poses.layout == H36M17 and poses.frame.dims == 3
+        return guarded(poses, guards.handedness, "The poses", guards.check) if whole else poses
+    return normalised(_poses(values, meaning, guards), "The array of poses", fps, guards)
+
+
+def source_of_poses(given: Any, meaning: Meaning, guards: Guards) -> Source:
+    """In-memory poses of everybody as those of a file: an array of one person, what `read` gives, or `read_all`."""
+    if isinstance(given, PoseSequence) or _people(given):
+        meaning.refuse()
+        people = (given,) if isinstance(given, PoseSequence) else tuple(given)
+        if any(one.frame.dims != 3 for one in people):
+            raise InputError(
+                "wrong-content", "Expected poses in 3D, got 2D keypoints; give them as keypoints."
+            )
+        return _source("poses", people)
+    return _source("poses", (_poses(given, meaning, guards),))
+
+
+def source_of_keypoints(given: Any, joints: Layout | str | None) -> Source:
+    """In-memory keypoints as those of a file: an array (T, K, 2) or, with scores, (T, K, 3), in pixels of the image, or
+    what `read` or `read_all` gives. joints: the layout; None for the usual one of so many joints. InputError for
+    another shape, another order of joints, and nobody."""
+    if isinstance(given, PoseSequence) or _people(given):
+        Meaning(joints=joints).refuse()
+        people = (given,) if isinstance(given, PoseSequence) else tuple(given)
+        if any(one.frame.family != "image" for one in people):
+            raise InputError("wrong-content", "Expected keypoints in 2D, got 3D poses; give them as poses.")
+        return _source("keypoints", people)
+    where = "The array of keypoints"
+    points = numbers(given, where[0].lower() + where[1:])
+    if points.ndim != 3 or points.shape[2] not in (2, 3) or not points.size:
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected the shape (frames, joints, 2), or with scores (frames, joints, 3), got {points.shape}; "
+            "give one person.",
+        )
+    xy, scores = (
+        points[..., :2],
+        points[..., 2] if points.shape[2] == 3 else np.full(points.shape[:2], np.nan),
+    )
+    xy = np.where(((xy == 0).all(axis=-1) | ~is_finite(xy))[..., None], np.nan, xy)
+    if np.isnan(xy).all():
+        raise InputError("nothing-usable", f"{where}: there is no joint in it, only NaN or 0, 0.")
+    layout = _in_2d(xy, joints, where)
+    xy, scores = xy[:, : len(layout)], np.clip(scores[:, : len(layout)], 0, 1)
+    seen = np.isfinite(xy).any(axis=(1, 2))
+    rows = np.flatnonzero(seen)
+    numbered: dict[str, Any] = {} if seen.all() else {"frame_index": rows}
+    return _source("keypoints", (PoseSequence(xy[seen], layout, IMAGE, scores[seen], **numbered),))
+
+
+def layout_in_2d(count: int, joints: Layout | str | None, where: str) -> Layout:
+    """The layout that is said, or the usual one of so many joints. InputError where it has another number."""
+    if joints is None:
+        return layouts_of(count, where)[0]
+    layout = _layout(joints)
+    if len(layout) != count:
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected {how_many(len(layout), 'joint')}, as {layout.name} has, got {count}.",
+        )
+    return layout
+
+
+def _in_2d(xy: np.ndarray, joints: Layout | str | None, where: str) -> Layout:
+    """The same, of keypoints (T, K, 2); InputError where the usual order is not that of their bones."""
+    layout = layout_in_2d(xy.shape[1], joints, where)
+    if joints is not None:
+        return layout
+    layout = likely_layout(xy, layouts_of(xy.shape[1], where))
+    _refuse_other_order(xy[:, : len(layout)], layout, where, "keypoint_joints")
+    return layout
+
+
+def _poses(values: Any, meaning: Meaning, guards: Guards) -> PoseSequence:
+    """An array in the layout and frame that it is said to have, as an adapter gives poses."""
+    where, layout, frame = "The array of poses", meaning.layout, meaning.frame
+    joints = numbers(values, "poses")
+    shape = joints.shape
+    if joints.ndim == 4 and 1 in shape[:2]:  # a batch of one, or one person
+        joints = joints.reshape(-1, *shape[2:])
+    joints = joints[None] if joints.ndim == 2 else joints
+    if joints.shape[1:] != (len(layout), 3) or not joints.size:
+        fits = [name for name, other in LAYOUTS.items() if joints.shape[1:] == (len(other), 3)]
+        hint = f"; of so many joints are {', '.join(fits)}: say which with joints=" if fits else ""
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected the shape (frames, {len(layout)}, 3) of joints={layout.name}, got {shape}{hint}.",
+        )
+    if guards.check == "refuse":
+        _refuse_other_order(joints, layout, where, "joints")
+    made_by = MadeBy("estimated") if frame.family == "camera" else UNSAID
+    return PoseSequence(joints, layout, frame, made_by=made_by)
+
+
+def _refuse_other_order(points: np.ndarray, layout: Layout, where: str, option: str) -> None:
+    if (fits := public_order(points, layout)) is not None:
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected joints in the order of {layout.name}, but their limbs are those of a body in the order "
+            f'of {fits.name} only; say {option}="{fits.name}" if they are in that order.',
+        )
+
+
+def _layout(joints: Layout | str) -> Layout:
+    return joints if isinstance(joints, Layout) else layout_named(joints)
+
+
+def _people(given: Any) -> bool:
+    return isinstance(given, Sequence) and bool(given) and all(isinstance(one, PoseSequence) for one in given)
+
+
+def _source(role: str, people: tuple[PoseSequence, ...]) -> Source:
+    digest = hashlib.sha256(b"".join(one.joints.tobytes() for one in people)).hexdigest()
+    return Source(Path(f"{role} in memory"), InMemory(role), people, digest)

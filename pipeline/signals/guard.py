@@ -1,0 +1,119 @@
+"""The look at 3D poses before anything is made of them: whether left and right, and up and down, are right, and putting
+the sides right. Files, arrays, takes made by hand and live frames go through it alike."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..core.errors import InputError
+from ..core.layouts import FEET, H36M17
+from ..core.notices import Notice, grave, notice
+from ..core.pose import PoseSequence
+from ..core.take import Check, Handedness, Take
+from .checks import chirality, upside_down
+from .findings import findings_of
+
+_ASKED, _DOUBTFUL = "sides-wrong-as-asked", "sides-doubtful"
+
+
+def looked_at(take: Take) -> Take:
+    """A take whose poses somebody else has put into it, with what is found in them; any other as it is. InputError as
+    of `guarded`, by what the take is told."""
+    poses = take.poses
+    if poses is None or take.findings is not None or not _judged(poses):
+        return take
+    poses = guarded(poses, take.told.handedness, f"The poses of take {take.name}", take.told.check)
+    return take.with_(poses=poses, findings=findings_of(poses)).saying(*poses.notices)
+
+
+def doubts(poses: PoseSequence) -> tuple[Notice, ...]:
+    """What is grave of all that is found in several poses of H36M17, but limbs that are exchanged for some rows."""
+    return grave(findings_of(poses, swaps=())) if _judged(poses) and len(poses) > 1 else ()
+
+
+def _judged(poses: PoseSequence) -> bool:
+    return poses.layout == H36M17 and poses.frame.family in ("camera", "world")
+
+
+def guarded(poses: PoseSequence, handedness: Handedness, where: str, check: Check = "refuse") -> PoseSequence:
+    """The poses with left and right put right as asked; InputError when these, or up and down, are wrong.
+
+    poses: H36M17 in 3D. where: what they come from, for the error. check: "off" takes both as they are. A doubt is a
+    notice of theirs. Of a lift in the run the image may be upside down, which is told later.
+    """
+    if check == "off" and handedness == "refuse":
+        handedness = "ignore"
+    if any(each.code in (_ASKED, _DOUBTFUL) for each in poses.notices):  # whoever read them has looked
+        return poses
+    poses = _sided(poses, handedness, where)
+    if check == "refuse":
+        for found in upside_down(poses):
+            if found.code == "upside-down":
+                raise InputError(
+                    "wrong-axes",
+                    f"{where}: expected the head above the feet, got it below them in "
+                    f"{found.values['share_percent']:.0f} % of the frames, so the vertical axis points the other way, "
+                    'or the image was upside down; if y points up, say so with axes="camera-y-up" or "y-up" in Python, '
+                    "with --adapter arrays -O frame=GL_CAMERA (or Y_UP) and its layout and unit for a file, such as -O "
+                    "layout=H36M17 -O unit=mm (unit=arbitrary if it has no scale); for a handstand pass --set "
+                    'read.check=off (check="off").',
+                )
+    return poses
+
+
+def _sided(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSequence:
+    """With left and right put right as asked; with "refuse", InputError when they are wrong."""
+    if handedness != "refuse":
+        poses = repaired(poses, handedness)
+        if handedness != "ignore":
+            poses = poses.saying(notice("sides-put-right", repair=handedness))
+        evidence = chirality(poses)
+        if evidence.verdict != "good":
+            doubt = notice(_ASKED, verdict=evidence.verdict, evidence=str(evidence))
+            return poses.saying(doubt)
+        return poses
+    evidence = chirality(poses)
+    if evidence.verdict == "legs against arms":
+        raise InputError(
+            "sides-swapped",
+            f"{where}: left and right of the legs contradict those of the arms: {evidence}; "
+            "pass --set read.handedness=swap-legs if the legs are in SPIN's order, or =ignore.",
+        )
+    if evidence.verdict == "wrong":
+        raise InputError(
+            "sides-swapped",
+            f"{where}: the body is mirrored or its left and right are exchanged: {evidence}; "
+            "pass --set read.handedness=mirror if the coordinates are mirrored, =swap if the names are, or =ignore.",
+        )
+    if evidence.verdict == "doubtful":
+        return poses.saying(notice(_DOUBTFUL, evidence=str(evidence)))
+    return poses
+
+
+def repaired(poses: PoseSequence, handedness: Handedness) -> PoseSequence:
+    """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
+    joints, root, feet = poses.joints, poses.root, poses.feet
+    covariance, root_covariance = poses.covariance, poses.root_covariance
+    order = np.arange(len(poses.layout))
+    if handedness == "ignore":
+        return poses
+    if handedness == "mirror":
+        mirror = np.array([-1.0, 1.0, 1.0])
+        joints, root = joints * mirror, root if root is None else root * mirror
+        signs = np.outer(mirror, mirror)
+        covariance = covariance if covariance is None else covariance * signs
+        root_covariance = root_covariance if root_covariance is None else root_covariance * signs
+        feet = feet if feet is None else feet * mirror
+    else:
+        legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
+        swapped = legs if handedness == "swap-legs" else order
+        order[swapped] = poses.layout.mirror[swapped]
+        feet = feet if feet is None else feet[:, FEET.mirror]
+    return poses.with_(
+        joints=joints[:, order],
+        confidence=poses.confidence[:, order],
+        covariance=None if covariance is None else covariance[:, order],
+        root=root,
+        root_covariance=root_covariance,
+        feet=feet,
+    ).noted("handedness", repair=handedness)
