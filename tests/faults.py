@@ -41,7 +41,7 @@ FAULTS = [
     Fault("pipeline/signals/tracker.py", "REACH = 0.5", "REACH = 5.0", "pipeline/signals/test_tracker.py"),
     Fault("pipeline/signals/visibility.py", "((points <= _BORDER_PX) | (points >= high))", "(points >= high)",
           "pipeline/signals/test_visibility.py"),
-    Fault("pipeline/reading/handedness.py", "feet[:, FEET.mirror]", "feet", "pipeline/core/test_feet.py"),
+    Fault("pipeline/signals/guard.py", "feet[:, FEET.mirror]", "feet", "pipeline/core/test_feet.py"),
     Fault("pipeline/reading/choose.py", "value == max(values)", "value == min(values)",
           "pipeline/running/test_choosing.py"),
     Fault("pipeline/reading/clock.py", 'np.searchsorted(time_s, end, "right")', "np.searchsorted(time_s, end)",

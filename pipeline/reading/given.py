@@ -95,7 +95,8 @@ def poses_given(
 
 
 def source_of_poses(given: Any, meaning: Meaning, guards: Guards) -> Source:
-    """In-memory poses of everybody as those of a file: an array of one person, what `read` gives, or `read_all`."""
+    """In-memory poses of everybody as those of a file: an array of one person, what `read` gives, or `read_all`.
+    InputError as of `poses_given`, and for keypoints."""
     if isinstance(given, PoseSequence) or _people(given):
         meaning.refuse()
         people = (given,) if isinstance(given, PoseSequence) else tuple(given)
