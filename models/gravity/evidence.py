@@ -25,7 +25,7 @@ _TOLD_DEG = 1.0  # error of a camera's pitch, roll or gravity vector that the us
 _USUAL_DEG = ((8.0, 14.0), (0.0, 5.0))
 _ANYHOW_DEG, _ANYHOW = 35.0, 0.05
 _WIDEST_DEG = 45.0  # off the image's own up, where lines are searched for one
-_DOUBT = 0.25  # likely to be wrong, on rendered rooms
+_DOUBT = 0.5  # more likely wrong than right
 
 # 90 % radius of a Gaussian with standard deviations 1 and 0, 0.2, ... 1, by numerical integration.
 _RADII = (1.6449, 1.6573, 1.6992, 1.7915, 1.9472, 2.1460)

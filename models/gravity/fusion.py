@@ -1,9 +1,11 @@
 """One up from bodies, images and what the user says: fused where they agree, decided and said where they do not.
 
 Two sources contradict each other when their ups are further apart than their stated errors allow (chi-square with two
-degrees of freedom). Then one of them is quite wrong, and which is decided by odds: how often such a source is quite
-wrong, and how cameras are held. The loser has no say, and the user is told both answers. Where it is right in more than
-one of ten such takes, the stated error covers it.
+degrees of freedom). Then one of them is quite wrong, and which is told by how often such a source is. How cameras are
+usually held has no say in that: it has been weighed with the lines already, in the search for their best fit, and with
+the bodies, in what their network was trained on; they are drawn towards usual cameras, lines that are right are not.
+The loser has no say, and the user is told both answers. Where it is right in more than one of ten such takes, the
+stated error covers it.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import SD_90
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
-from .evidence import IMAGE, Evidence, TakeUp, fuse, held, of_image
+from .evidence import IMAGE, Evidence, TakeUp, fuse, of_image
 
 _CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceeds once in a thousand
 # Takes whose skeletons all lean by far more than they state: unusual poses, backs, bad lifts.
@@ -92,8 +94,8 @@ def decide(bodies: TakeUp, told: Sequence[Evidence] = (), look: Look | None = No
 def settled(bodies: TakeUp, look: Look, told: bool = False) -> Settled:
     """Who is believed of an image and bodies that contradict each other: the likelier one, one of the two being quite
     wrong, or the image where the user's gravity agrees with it (told)."""
-    odds_image = _BODY_FAILURE * (1 - look.failure) * held(look.up)
-    odds_bodies = look.failure * (1 - _BODY_FAILURE) * held(bodies.up)
+    odds_image = _BODY_FAILURE * (1 - look.failure)
+    odds_bodies = look.failure * (1 - _BODY_FAILURE)
     image = told or odds_image > odds_bodies
     close = not told and min(odds_image, odds_bodies) > _LOSER * (odds_image + odds_bodies)
     answers = f"{_words(look, 'the image')}, {_words(bodies, 'the skeletons')}"
