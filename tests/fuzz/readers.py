@@ -249,7 +249,7 @@ def _read_manifest(path: Path) -> object:
 def _read_study(path: Path) -> object:
     """A finished take of a batch into the study's table and page."""
     from pcnet3d.stages.study.batch.page import as_page
-    from pcnet3d.stages.study.batch.study import changes, figures, write_table
+    from pcnet3d.stages.study.batch.study import figures, write_table
     from pcnet3d.stages.study.batch.take import _kept
 
     _kept(path)
@@ -257,7 +257,7 @@ def _read_study(path: Path) -> object:
     (row,) = figures(path)
     rows = [{**labels, "subject": subject, "visit": visit, **row} for subject in "ab" for visit in "12"]
     write_table(rows, path.parent / "study.parquet")
-    page = as_page("Study", rows, changes(rows))
+    page = as_page("Study", rows)
     assert "<script>alert" not in page
     return page
 

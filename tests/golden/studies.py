@@ -17,10 +17,6 @@ _QUICK = ("scale", "rectify", "trajectories", "angles", "measures", "export")
 _STAGES = """
 import os, time
 
-import numpy as np
-
-from pcnet3d.pipeline.core.measures import Measure
-
 
 class Crash:
     name, needs, gives = "crash", (), ()
@@ -35,25 +31,16 @@ class Hang:
     def __call__(self, take):
         time.sleep(1e6)
 
-
-class Figures:
-    name, needs, gives = "figures", ("poses", "rectified"), ("filtered", "kinematics", "measures")
-
-    def __call__(self, take):
-        knee_deg = take.poses.joints[:, 3, 1]
-        group = ("range_of_motion", "r_knee_flexion")
-        figures = (Measure("p05_p95", float(np.ptp(knee_deg)), "deg", side="right", group=group),)
-        return take.with_(filtered=take.rectified.level, kinematics={"knee_deg": knee_deg}, measures=figures)
 """
 
 
 def write_trouble(folder: Path, version: str = "1.0") -> Path:
-    """A folder for PYTHONPATH: an installed package with the stages `crash`, `hang` and `figures`."""
+    """A folder for PYTHONPATH: an installed package with the stages `crash` and `hang`."""
     told = folder / f"trouble-{version}.dist-info"
     told.mkdir(parents=True)
     (folder / "trouble.py").write_text(_STAGES)
     (told / "METADATA").write_text(f"Metadata-Version: 2.1\nName: trouble\nVersion: {version}\n")
-    points = "[pcnet3d.stages]\ncrash = trouble:Crash\nhang = trouble:Hang\nfigures = trouble:Figures\n"
+    points = "[pcnet3d.stages]\ncrash = trouble:Crash\nhang = trouble:Hang\n"
     (told / "entry_points.txt").write_text(points)
     return folder
 

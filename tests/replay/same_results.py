@@ -110,7 +110,7 @@ compare/estimators: compare poses/boxing poses/boxing_blazepose keypoints/boxing
 compare/motions: compare simulated/take00 simulated/take10 --align cycles
 compare/cameras: compare real/cam01 real/cam02 real/cam03 real/cam04 --align stamps
 compare/truth: compare simulated/take00 --truth INPUTS/take00.npz
-compare/truth_trc: compare simulated/take10 --truth INPUTS/take10.trc --rectifier geometric
+compare/truth_trc: compare simulated/take10 --truth INPUTS/take10.trc
 compare/truth_c3d: compare simulated/take20 --truth INPUTS/take20.c3d
 compare/truth_bvh: compare captured/take30 --truth INPUTS/take30.bvh
 imu/wrist: imu strapped/measured WRIST || compare strapped/measured WRIST

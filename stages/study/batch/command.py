@@ -6,6 +6,7 @@ import os
 import socket
 import time
 from collections.abc import Generator, Iterator, Sequence
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, as_completed
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,36 +16,31 @@ import typer
 from ....pipeline.core.cores import cores
 from ....pipeline.core.device import AUTO, computing_on
 from ....pipeline.core.errors import InputError
+from ....pipeline.core.extras import needed_for
 from ....pipeline.core.messages import how_many, say
 from ....pipeline.core.pose import package_version
-from ....pipeline.files.atomic import (
-    printable,
-    read_object,
-    refuse_unwritable,
-    whole_file,
-    write_json,
-    write_rows,
-    write_text,
-)
+from ....pipeline.files.atomic import printable, read_object, refuse_unwritable, write_json, write_text
 from ....pipeline.plugins.options import pairs
-from ....pipeline.reading.flags import Output
-from ....pipeline.reading.settings import OnDevice
+from ....pipeline.reading.flags import Output, offering
+from ....pipeline.reading.settings import RunOptions
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.running.progress import counted
-from .executors import on_cluster, on_this_machine, outcomes_of
 from .manifest import Entry, read_entries
 from .page import as_page
-from .study import CHANGE, Change, changes, doubts, rates_within, write_table
-from .take import Job, Outcome
+from .process import ending_takes
+from .study import doubts, rates_within, write_table
+from .take import Job, Outcome, run_take
 
-STATUS = "batch.json"
-TABLE, PAGE, CHANGES = "study.parquet", "study.html", "changes.csv"
+STATUS, TABLE, PAGE = "batch.json", "study.parquet", "study.html"
 
 _LOCK = "batch.lock"
 _SECONDS = 1.0  # between two writings of the status
+_PATIENCE_S = 60.0  # for a cluster that has no worker
 
 
+@offering("fps", "device")
 def batch(
+    options: RunOptions,
     source: Annotated[
         Path,
         typer.Argument(
@@ -69,13 +65,6 @@ def batch(
             help="OPTION=VALUE of `run`, or STAGE.KEY=VALUE, for every take whose row does not set it; repeatable.",
         ),
     ] = None,
-    primary: Annotated[
-        str | None,
-        typer.Option(
-            help="Main measure, named as in changes.csv. The other measures are corrected for multiple testing."
-        ),
-    ] = None,
-    device: OnDevice = "auto",
     outside: Annotated[
         bool, typer.Option("--outside", help="Allow paths in the manifest that lead out of its folder.")
     ] = False,
@@ -90,59 +79,104 @@ def batch(
             "option-conflict", "--workers is for this machine, --dask for a cluster; give one of them."
         )
     shared = pairs(common, "--set")
-    if device != AUTO:
-        if "device" in shared:
+    given = {"fps": options.fps, "device": None if options.device == AUTO else options.device}
+    for name, value in given.items():
+        if value is not None and name in shared:
             raise InputError(
-                "option-conflict", "--device and --set device are the same option; give one of them."
+                "option-conflict", f"--{name} and --set {name} are the same option; give one of them."
             )
-        shared = {**shared, "device": device}
+        shared |= {} if value is None else {name: str(value)}
     if not dask:
-        with computing_on(device):  # refused now rather than by every take
+        with computing_on(options.device):  # refused now rather than by every take
             pass
     entries = read_entries(source, shared, outside)
     output = output.resolve()
     executor = on_cluster(dask) if dask else on_this_machine(workers or cores())
     with executor as running, _ours_alone(output):
-        jobs = [Job(entry, output, timeout) for entry in entries]
-        # Takes that failed once come last, or a batch that is often stopped would try only them.
-        takes = read_object(output / STATUS).get("takes")
-        known = [take for take in takes if isinstance(take, dict)] if isinstance(takes, list) else []
-        failed_before = {
-            str(t.get("name")) for t in known if t.get("state") == "failed" or t.get("failed_before")
-        }
-        in_turn = sorted(jobs, key=lambda job: job.entry.name in failed_before)
-        outcomes = _run(jobs, output, outcomes_of(in_turn, running), failed_before)
+        outcomes = _run([Job(entry, output, timeout) for entry in entries], output, running)
         rows = study_rows(entries, outcomes)
-        try:
-            found, refused = changes(rows, primary), None
-        except InputError as error:  # of the primary measure, for which no take need be run again
-            found, refused = changes(rows), error
-        _write(output, rows, found)
-        if refused:
-            raise refused
+        write_table(rows, output / TABLE)
+        write_text(output / PAGE, as_page(f"Study {output.name}", rows))
     failed = [outcome for outcome in outcomes if outcome.state == "failed"]
     kept = sum(outcome.state == "kept" for outcome in outcomes)
-    strangers = {path.name for path in (output / "takes").iterdir() if path.name[0] != "."} - {
-        e.name for e in entries
-    }
-    if strangers:
-        say(
-            "note",
-            f"{how_many(len(strangers), 'take')} in {output} "
-            f"{'is' if len(strangers) == 1 else 'are'} not in {source}, and not in the table",
-        )
     if rates := rates_within(rows):
         say("warning", rates)
     print(
         f"{output}: {how_many(len(outcomes) - len(failed), 'take')} done ({kept} of them before), {len(failed)} failed"
     )
-    done = [row for row in rows if row["state"] == "done"]
-    if done:
-        found = ", ".join(f"{len(doubtful)} {what}" for what, doubtful in doubts(done).items())
-        print(f"of {how_many(len(done), 'run')}: {found or 'no doubts about poses or levelling'}")
+    if done := [row for row in rows if row["state"] == "done"]:
+        doubtful = ", ".join(f"{len(runs)} {what}" for what, runs in doubts(done).items())
+        print(f"of {how_many(len(done), 'run')}: {doubtful or 'no doubts about poses or levelling'}")
     point_to(output)
     if failed:
         raise typer.Exit(2)
+
+
+@contextmanager
+def on_this_machine(workers: int) -> Iterator[Executor]:
+    """So many takes at a time. The threads only wait: each take has a process of its own."""
+    with ThreadPoolExecutor(workers) as executor, ending_takes():
+        try:
+            yield executor
+        except BaseException:
+            executor.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+@contextmanager
+def on_cluster(address: str, patience_s: float = _PATIENCE_S) -> Iterator[Executor]:
+    """The workers of the Dask scheduler at that address. One that is lost costs nothing but time: its takes go to
+    another one, and those it had finished are found done. InputError when there is no scheduler, or it has no worker
+    within `patience_s`."""
+    import logging
+
+    with needed_for("--dask", "dask"):
+        from distributed import Client
+    # What matters of its log is said here in a sentence.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    try:
+        client: Any = Client(address, timeout=10)
+    except (OSError, ValueError, TypeError, ImportError) as error:
+        raise InputError(
+            "not-reached",
+            f"There is no Dask scheduler to be reached at {address} ({type(error).__name__}); expected an address such "
+            "as tcp://HOST:8786.",
+        ) from None
+    try:
+        client.wait_for_workers(1, timeout=patience_s)
+        yield client.get_executor(pure=False)
+    except TimeoutError:
+        raise InputError(
+            "not-reached",
+            f"The cluster at {address} has had no worker for {patience_s:g} s; run the same command again when it has "
+            "some.",
+        ) from None
+    finally:
+        client.close(timeout=5)
+
+
+def outcomes_of(jobs: Sequence[Job], executor: Executor) -> Generator[Outcome]:
+    """Of all jobs, as they come. InputError when the executor is lost; what is done then is kept."""
+    names = {executor.submit(run_take, job): job.entry.name for job in jobs}
+    try:
+        for future in as_completed(names):
+            yield _outcome(future, names[future])
+    finally:
+        for future in names:
+            future.cancel()
+
+
+def _outcome(future: Future[Outcome], name: str) -> Outcome:
+    try:
+        return future.result()
+    except CancelledError:
+        raise InputError(
+            "not-reached",
+            "The Dask scheduler was lost; takes that are done are kept, run the same command again when it is back.",
+        ) from None
+    except Exception as error:  # whatever a cluster says of workers that died one after another
+        reason = str(error).partition("\n")[0]
+        return Outcome(name, "failed", 1, f"its workers failed: {type(error).__name__}: {reason}")
 
 
 @contextmanager
@@ -187,41 +221,35 @@ def _check(output: Path) -> None:
         )
 
 
-def _run(
-    jobs: Sequence[Job], output: Path, coming: Generator[Outcome], failed_before: set[str]
-) -> list[Outcome]:
+def _run(jobs: Sequence[Job], output: Path, executor: Executor) -> list[Outcome]:
     """All outcomes in the jobs' order; the status is written as they come."""
     owner = f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%Y-%m-%d %H:%M:%S')}"
     outcomes: dict[str, Outcome] = {}
-    _write_status(jobs, outcomes, failed_before, output, owner)
+    _write_status(jobs, outcomes, output, owner)
     written = time.monotonic()
     try:
-        with counted("takes", len(jobs)) as done, closing(coming):
+        with counted("takes", len(jobs)) as done, closing(outcomes_of(jobs, executor)) as coming:
             for outcome in coming:
                 outcomes[outcome.name] = outcome
                 if outcome.state == "failed":
                     say("failed", f"{outcome.name}: {outcome.reason}")
                 done(len(outcomes))
                 if time.monotonic() - written > _SECONDS:
-                    _write_status(jobs, outcomes, failed_before, output, owner)
+                    _write_status(jobs, outcomes, output, owner)
                     written = time.monotonic()
     finally:
-        _write_status(jobs, outcomes, failed_before, output, "")
+        _write_status(jobs, outcomes, output, "")
     return [outcomes[job.entry.name] for job in jobs]
 
 
-def _write_status(
-    jobs: Sequence[Job], outcomes: dict[str, Outcome], failed_before: set[str], output: Path, owner: str
-) -> None:
+def _write_status(jobs: Sequence[Job], outcomes: dict[str, Outcome], output: Path, owner: str) -> None:
     """batch.json: whose it is, and what became of each take so far."""
-    takes = []
-    for name in (job.entry.name for job in jobs):
-        waiting = {"name": name, "state": "waiting", "failed_before": name in failed_before}
-        takes.append(outcomes[name].status if name in outcomes else waiting)
-    counts = {
-        state: sum(take["state"] == state for take in takes)
-        for state in ("waiting", "done", "kept", "failed")
-    }
+    names = [job.entry.name for job in jobs]
+    takes = [
+        outcomes[name].status if name in outcomes else {"name": name, "state": "waiting"} for name in names
+    ]
+    states = ("waiting", "done", "kept", "failed")
+    counts = {state: sum(take["state"] == state for take in takes) for state in states}
     content = {"pcnet3d": package_version(), "what": "batch", "owner": owner, **counts, "takes": takes}
     write_json(output / STATUS, content)
 
@@ -235,10 +263,3 @@ def study_rows(entries: Sequence[Entry], outcomes: Sequence[Outcome]) -> list[di
         head |= {"exit_code": outcome.exit_code, "code": outcome.code, "reason": outcome.reason}
         rows += [{**head, **row} for row in outcome.rows or ({"person": ""},)]
     return rows
-
-
-def _write(output: Path, rows: Sequence[dict[str, Any]], changed: Sequence[Change]) -> None:
-    with whole_file(output / TABLE) as partial:
-        write_table(rows, partial)
-    write_rows(output / CHANGES, CHANGE, ([getattr(line, column) for column in CHANGE] for line in changed))
-    write_text(output / PAGE, as_page(f"Study {output.name}", rows, changed))

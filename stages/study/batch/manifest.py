@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -26,12 +25,12 @@ LABELS = ("subject", "visit", "condition")
 VIDEOS = (
     ".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".wmv", ".flv", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts",
 )  # fmt: skip
-# Of files that hold poses and hardly anything else, and names that estimators and people give to those of any kind.
+# Of files that hold poses and hardly anything else.
 _POSES = (".npy", ".npz", ".pkl", ".pickle", ".mat", ".h5", ".hdf5", ".trc", ".c3d", ".bvh")
-_NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|predictions?)(?![a-z])")
+_NAMED = re.compile(r"(?P<take>.+)\.(?P<role>poses|keypoints)(\..*)?$")
+_MOST = 10  # names of files in a sentence
 
-_BESIDE = ("poses", "keypoints")  # a video; a file that may be both is the first
-_ROLES = ("video", *_BESIDE)
+_ROLES = ("video", "poses", "keypoints")
 _FIELDS = tuple(name for name in RunOptions.model_fields if name not in ("settings", "keypoints_options"))
 _TOGETHER = ("pitch", "roll")  # of which none is taken without the other
 _DECIDING = (*_ROLES, "recipe", "calibrate", "person")  # which stages a take has
@@ -73,10 +72,7 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
 
     A manifest's columns are `name`, `subject`, `visit`, `condition` and the options of `run`; an empty cell is not
     given, several values of a repeatable option stand between semicolons. Its paths are relative to its folder and
-    stay inside it, unless `outside`. In a folder every video is a take, with `STEM.poses.*` and `STEM.keypoints.*`
-    beside it, and every other file that an adapter recognises as poses. A file that looks like poses by name or suffix
-    and that no adapter recognises is a take too, which its run will refuse with the reason. Poses and keypoints that no
-    take has a use for are said, and those that only have a video's name refused.
+    stay inside it, unless `outside`. In a folder videos, poses and keypoints of one name are a take.
     A common option that a take has no use for, such as a detector where there are poses, is not given to it.
     InputError names the row and what is wrong with it, or a common option that no take has a use for; nothing is run
     then.
@@ -92,39 +88,36 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
     else:
         rows, base = list(_manifest(source)), source.parent
     if not rows:
-        raise InputError("nothing-usable", f"{source} names no take; {_wanted(source)}")
+        wanted = (
+            "videos or files of poses in it"
+            if source.is_dir()
+            else "a line of column names and one for each take"
+        )
+        raise InputError("nothing-usable", f"{source} names no take; expected {wanted}.")
     entries = []
-    refused: dict[str, str] = {}  # common options so far without a take, and why
-    used: set[str] = set()
+    without_use: dict[str, list[str]] = {
+        name: [] for name in shared
+    }  # why, of each take that does not set it
     for where, row in rows:
         own, own_files = _options(row, base, None if outside else base, where)
-        reasons = {name: _no_use(name, {**shared, **own}) for name in {**shared, **own}}
-        for name in own:
-            if reasons[name]:
-                raise InputError("option-conflict", f"{where}: {reasons[name]}")
+        options = {**shared, **own}
+        reasons = {name: why for name in options if (why := _no_use(name, options))}
+        for name in own.keys() & reasons.keys():
+            raise InputError("option-conflict", f"{where}: {reasons[name]}")
         for name in shared.keys() - own.keys():
-            if reasons[name]:
-                refused[name] = reasons[name]
-            else:
-                used.add(name)
-        options = {name: values for name, values in {**shared, **own}.items() if not reasons[name]}
-        options = {name: values for name, values in options.items() if values is not _NO}
+            without_use[name].append(reasons.get(name, ""))
+        options = {name: of for name, of in options.items() if name not in reasons and of is not _NO}
         files = {*own_files, *(shared_files - own.keys())}
         name = row.get("name") or _stem(options, where)
         labels = {label: row.get(label, "") for label in LABELS}
         entries.append(Entry(name, options, tuple(option for option in options if option in files), labels))
-    for name in refused.keys() - used:
-        raise InputError(
-            "option-conflict", f"--set {name}: no take can use it; the last one says: {refused[name]}"
-        )
+    for name, whys in without_use.items():
+        if whys and all(whys):
+            raise InputError(
+                "option-conflict", f"--set {name}: no take can use it; the last one says: {whys[-1]}"
+            )
     _check_names(entries, [where for where, _ in rows])
     return tuple(entries)
-
-
-def _wanted(source: Path) -> str:
-    if source.is_dir():
-        return f"expected videos ({', '.join(VIDEOS)}) or files of 3D poses in it."
-    return "expected a line of column names and a line for each take."
 
 
 def _column(name: str, where: str) -> str:
@@ -216,73 +209,42 @@ def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
 
 
 def _folder(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
-    """The videos of a folder with what lies beside them, then its other files of poses."""
-    files = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
-    videos: dict[Path, dict[str, Path]] = {}
-    for video in files:
-        if video.suffix.lower() in VIDEOS and not video.is_dir():
-            videos[video] = {role: of for role in _BESIDE if (of := _beside(video, role, files))}
-            yield str(video), {"video": video.name, **{role: of.name for role, of in videos[video].items()}}
-    used = {*videos, *(path for beside in videos.values() for path in beside.values())}
-    alone = [path for path in files if path not in used and not path.is_dir()]
-    stems = Counter(path.stem.casefold() for path in (*videos, *alone))
-    for path in alone:
-        if row := _alone(path, videos, stems):
-            yield str(path), row
+    """A row for each name of a folder's videos, poses and keypoints: `carl.mp4`, `carl.poses.npy` and
+    `carl.keypoints.json` are the files of one take."""
+    takes: dict[str, dict[str, Path]] = {}
+    unused = []
+    for path in sorted(path for path in folder.iterdir() if not path.name.startswith(".")):
+        name, role = _take_of(path)
+        if role is None:
+            unused += [path.name] if path.is_file() else []
+            continue
+        first = takes.setdefault(name, {}).setdefault(role, path)
+        if first != path:
+            raise InputError(
+                "choose-entry",
+                f"{folder / name}: expected one file of {role}, found {first.name} and {path.name}; keep one, or write "
+                "a manifest.",
+            )
+    if unused and takes:
+        names = ", ".join(printable(name) for name in unused[:_MOST])
+        say("note", f"not used: {names}{' ...' if len(unused) > _MOST else ''}")
+    for name, files in takes.items():
+        yield str(folder / name), {"name": name, **{role: path.name for role, path in files.items()}}
 
 
-def _alone(path: Path, videos: Mapping[Path, Mapping[str, Path]], stems: Counter[str]) -> dict[str, str]:
-    """The row of a file that is no video and belongs to none; empty where it is none of poses."""
-    given = {adapter.gives for adapter in adapters().values() if recognises(adapter, path)}
-    role = next((role for role in _BESIDE if role in given), None)
-    namesake = next((video for video in videos if video.stem.casefold() == path.stem.casefold()), None)
-    if role == "poses" and namesake is None:
-        return {"poses": path.name}
-    if role is not None:
-        _left_out(path, role, namesake, videos[namesake].get(role) if namesake else None)
-    elif not given and _looks_like_poses(path):
-        return {"name": path.stem if stems[path.stem.casefold()] == 1 else path.name, "poses": path.name}
-    return {}
-
-
-def _beside(video: Path, role: str, files: Sequence[Path]) -> Path | None:
-    """The video's file of poses or keypoints among a folder's; InputError for several."""
-    name = f"{video.stem}.{role}"
-    named = [path for path in files if path.name == name or path.name.startswith(f"{name}.")]
-    if len(named) > 1:
-        names = " and ".join(path.name for path in named)
-        raise InputError(
-            "choose-entry",
-            f"{video}: expected one file of {role}, found {names}; keep one, or write a manifest.",
-        )
-    return named[0] if named else None
-
-
-def _left_out(path: Path, held: str, video: Path | None, instead: Path | None) -> None:
-    """Says that a file of a person is not used. video: of the same name; instead: what that has of the kind. InputError
-    where it has none: this may be what the video was to have."""
-    if video is None and path.stem.endswith(f".{held}"):
-        name = path.stem.removesuffix(f".{held}")
-        need = (
-            f"no video {name} lies beside it; {held} without a video need a manifest with a column '{held}'"
-        )
-        say("note", f"{path} is not used: {need}")
-    elif video is None:
-        say("note", f"{path} is not used: {held} of a video STEM are called STEM.{held}{path.suffix}")
-    elif instead is not None:
-        say("note", f"{path} is not used: the {held} of {video.name} are {instead.name}")
-    else:
-        raise InputError(
-            "format-ambiguous",
-            f"{path} holds {held} and is named like {video.name}; call it {video.stem}.{held}{path.suffix} if they are "
-            "that video's, name it otherwise if not, or write a manifest.",
-        )
-
-
-def _looks_like_poses(path: Path) -> bool:
-    """By its suffix, or a file of data by its name."""
-    data = path.suffix.lower() in (".json", ".csv", ".txt", "")
-    return path.suffix.lower() in _POSES or (data and bool(_NAMED_POSES.search(path.stem.lower())))
+def _take_of(path: Path) -> tuple[str, str | None]:
+    """Of a file the take's name and what it is to it. A file that looks like poses and that no adapter recognises is a
+    take too, which its run refuses with the reason."""
+    if named := _NAMED.match(path.name):
+        return named["take"], named["role"]
+    if path.is_dir():
+        return path.name, None
+    if path.suffix.lower() in VIDEOS:
+        return path.stem, "video"
+    gives = {adapter.gives for adapter in adapters().values() if recognises(adapter, path)}
+    if not gives and path.suffix.lower() in _POSES:
+        return path.stem, "poses"
+    return path.stem, next((role for role in ("poses", "keypoints") if role in gives), None)
 
 
 def _options(

@@ -2,7 +2,6 @@
 
 import base64
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from golden.measures import by_place
 from pcnet3d.pipeline.core.measures import Measure
 from pcnet3d.stages.drawing.page import Link, table
 from pcnet3d.stages.study.batch.page import as_page
-from pcnet3d.stages.study.batch.study import changes
 
 EVIL = '<script>document.title = "run"</script><img src=x onerror="document.title = 1">'
 
@@ -38,8 +36,6 @@ def study(subjects: int = 12) -> list[dict]:
             row |= {"exit_code": 0, "reason": "", "person": "", "report": f"takes/s{i}_{visit}/report.html"}
             row |= {"notices": [said("careful")] * (i % 3), "frames": 100 + 37 * i, "duration_s": 3.3}
             row |= {
-                "judged": False,
-                "gait": "",
                 "level_ok": i != 4,
                 "up_bound_deg": None if i == 5 else float(i),
                 "error_deg_mean": 4.0,
@@ -67,7 +63,7 @@ def study(subjects: int = 12) -> list[dict]:
 @pytest.fixture(scope="module")
 def content() -> str:
     rows = study()
-    return as_page(EVIL, rows, changes(rows))
+    return as_page(EVIL, rows)
 
 
 def column(browser, section: str, number: int) -> list[str]:
@@ -145,51 +141,13 @@ def test_it_prints(content, opened):
     assert 2 <= pdf.count(b"/Type /Page\n") <= 15
 
 
-def test_the_changes_are_those_of_the_rows():
+def test_the_conclusion_tells_what_is_done():
     rows = study()
-    found = changes(rows)
-    page = as_page("study", rows, found)
-    assert {change.n for change in found} == {
-        10
-    }  # of twelve: one has a visit of its own, one is not levelled
-    knee = next(
-        change for change in found if ".r_knee_flexion." in change.measure and change.later == "after"
-    )
-    line = page[page.index("range of knee flexion (°)") :]
-    assert f">{knee.n}<" in line[:600]
-    assert f">{knee.bias:.2f}<" in line[:600]
-    assert f">{knee.lower:.1f} to {knee.upper:.1f}<" in line[:600]
-
-
-def test_the_conclusion_tells_of_the_primary_outcome_and_of_how_many_others_are_tested():
-    rows = study()
-    found = changes(rows, "walking.steps")
-    head = as_page("study", rows, found).split("<nav>")[0]
-    (primary,) = (change for change in found if change.primary and change.later == "after")
-    assert f"the primary outcome, steps, {primary.bias:+.3g} (95 % interval" in head
-    assert "it did not change on average (by Student" in head
-    tested = [
-        each for each in found if each.later == "after" and each.differs is not None and not each.primary
-    ]
-    assert "none of 4 other measures changed on average" in head
-    assert f"corrected for all {len(tested)} of changes.csv" in head
-
-
-def test_the_conclusion_tells_what_is_done_and_what_changed():
-    rows = study()
-    head = as_page("study", rows, changes(rows)).split("<nav>")[0]
+    head = as_page("study", rows).split("<nav>")[0]
     assert "24 takes of 25 done; 2 of them with doubts." in head  # not levelled
-    assert "From visit before to after, 10 subjects: none of 5 measures changed on average" in head
-    for row in rows:
-        if row["visit"] == "after":
-            steps = row["measures"]["walking.steps"]
-            row["measures"]["walking.steps"] = replace(steps, value=steps.value + 7.0)
-    head = as_page("study", rows, changes(rows)).split("<nav>")[0]
-    assert "1 of 5 measures changed on average" in head
-    assert ": steps +7." in head
-    assert "2 takes done, none failed; no doubts" in as_page("study", rows[:2], [])
+    assert "2 takes done, none failed; no doubts" in as_page("study", rows[:2])
     failed = [row for row in rows if row["state"] == "failed"]
-    assert "0 takes of 1 done." in as_page("study", failed, [])
+    assert "0 takes of 1 done." in as_page("study", failed)
 
 
 def test_a_range_stands_with_its_error_and_is_still_sorted_as_a_number(opened):
@@ -199,24 +157,16 @@ def test_a_range_stands_with_its_error_and_is_still_sorted_as_a_number(opened):
         row["measures"]["range_of_motion.r_knee_flexion.p05_p95"] = Measure(
             "p05_p95", value, "deg", 7.5, group=of
         )
-    browser = opened(as_page("study", rows, []))
-    click(browser, "Ranges of motion", "right knee flexion")
-    shown = [cell for cell in column(browser, "Ranges of motion", 3) if "±" in cell]
+    browser = opened(as_page("study", rows))
+    click(browser, "Figures", "right knee flexion (°)")
+    shown = [cell for cell in column(browser, "Figures", 3) if "±" in cell]
     assert shown == ["9 ± 12", "24 ± 12", "110 ± 12"]
 
 
-def test_a_take_is_shown_by_a_posture():
-    rows = study(2)
-    rows[0]["posture"] = np.random.default_rng(0).normal(size=(17, 3)).tolist()
-    page = as_page("study", rows, [])
-    assert page.count('class="skeleton"') == 1
-    assert "A posture of s0_before" in page
-
-
 def test_a_study_of_nothing_but_failures_has_a_page():
-    page = as_page("study", study()[-1:], [])
+    page = as_page("study", study()[-1:])
     assert "Failed takes" in page
-    assert "Ranges of motion" not in page
+    assert "<h2>Figures" not in page
     assert json.dumps("lost")[1:-1] in page
 
 

@@ -58,7 +58,7 @@ def test_a_run_repeats_what_inspect_says(takes, capsys, tmp_path):
         (row,) = figures(run)
         assert row["verdict"] == word
         labels = dict.fromkeys(("subject", "visit", "condition"), "")
-        shown = as_page("study", [{"name": name, "state": "done", **labels, **row}], [])
+        shown = as_page("study", [{"name": name, "state": "done", **labels, **row}])
         assert f"<td>{word}</td>" in shown
 
 

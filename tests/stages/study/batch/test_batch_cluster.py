@@ -13,7 +13,7 @@ from golden.studies import write_study
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.pose import package_version
 from pcnet3d.stages.study.batch import take
-from pcnet3d.stages.study.batch.executors import on_cluster, outcomes_of
+from pcnet3d.stages.study.batch.command import on_cluster, outcomes_of
 from pcnet3d.stages.study.batch.manifest import read_entries
 from pcnet3d.stages.study.batch.take import Job, run_take
 

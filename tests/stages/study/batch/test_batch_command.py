@@ -6,22 +6,16 @@ import os
 import resource
 import shutil
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 from pyarrow import parquet
 
-from commands import recipe_of, refused, succeeded
+from commands import refused, succeeded
 from golden.studies import write_pair, write_study
-from pcnet3d.examples.walker.camera import side_camera
-from pcnet3d.examples.walker.files import write_keypoints
-from pcnet3d.examples.walker.walk import walker
-
-_LIFTED = ("lift", "rectify", "trajectories", "angles", "export")
 
 
 @pytest.fixture(scope="module")
@@ -88,6 +82,16 @@ def test_the_table_has_a_row_for_every_take(finished):
             assert row["frames"] == 45
             assert row["device"] == ""  # of the geometric rectifier, which is no network
             assert row["notices"]
+    table = pandas.read_csv(out / "study.csv")
+    assert list(table) == list(rows[0])
+    assert table["name"].tolist() == [row["name"] for row in rows]
+    knee = "range_of_motion.r_knee_flexion.p05_p95_deg"
+    assert table[knee].dropna().tolist() == pytest.approx(
+        [row[knee] for row in rows if row[knee] is not None]
+    )
+    assert table["notices"].dropna().str.split().tolist() == [
+        [each["code"] for each in row["notices"]] for row in rows if row["notices"]
+    ]
 
 
 def test_a_second_batch_does_what_has_changed_and_keeps_the_rest(finished, pcnet3d, told, tmp_path):
@@ -109,37 +113,12 @@ def test_a_second_batch_does_what_has_changed_and_keeps_the_rest(finished, pcnet
     assert "3 takes" not in result.stderr
 
 
-def test_a_device_is_for_every_take_and_refused_before_any_runs(small, pcnet3d, tmp_path):
-    out = tmp_path / "out"
-    refused(pcnet3d("batch", small, "-o", out, "--device", "directml"), "offers here", "--device directml")
-    twice = pcnet3d("batch", small, "-o", out, "--device", "cpu", "--set", "device=auto")
-    refused(twice, "--device and --set device")
-    assert not out.exists()
-    succeeded(pcnet3d("batch", small, "-o", out, "--device", "cpu"))
-    summaries = [json.loads(path.read_text()) for path in out.glob("takes/*/summary.json")]
-    assert [summary["device"]["asked"] for summary in summaries] == ["cpu", "cpu"]
-
-
 def only_good(manifest: Path) -> tuple[Path, list[str]]:
     """A manifest without those that fail, and its rows."""
     head, *rows = manifest.read_text(encoding="utf-8").splitlines()
     good = [row for row in rows if row.startswith("good")]
     (manifest.parent / "good.csv").write_text("\n".join([head, *good]) + "\n")
     return manifest.parent / "good.csv", good
-
-
-def test_what_compare_added_to_a_take_stays(finished, pcnet3d, tmp_path):
-    source, out, _ = finished
-    shutil.copytree(out, tmp_path / "out")
-    first, second = sorted((tmp_path / "out" / "takes").iterdir())
-    for run in (first, second):
-        summary = json.loads((run / "summary.json").read_text())
-        (run / "compare").mkdir()
-        (run / "summary.json").write_text(json.dumps({**summary, "files": [*summary["files"], "compare"]}))
-    manifest, _ = only_good(source)
-    result = succeeded(pcnet3d("batch", manifest, "-o", tmp_path / "out"))
-    assert (first / "compare").is_dir()
-    assert "2 of them before" in result.stdout
 
 
 def wait_for(condition, batch=None):
@@ -230,24 +209,6 @@ def test_a_full_disk_fails_what_does_not_fit_and_keeps_the_rest(finished, apart,
     assert told(tmp_path / "out" / "takes") == before
 
 
-def test_a_disk_that_cannot_be_written_is_said_at_once(finished, told, beside, tmp_path):
-    manifest, out, _ = finished
-    unshare = ["unshare", "--mount", "--map-root-user", "sh", "-c"]
-    probe = f"mount --bind {out} {out} && mount -o remount,bind,ro {out}"
-    if shutil.which("unshare") is None or subprocess.run([*unshare, probe], capture_output=True).returncode:
-        pytest.skip("no file system can be mounted read-only here")
-    before = told(out)
-    program = "from pcnet3d.pipeline.cli import main; main()"
-    command = f"{probe} && exec {sys.executable} -c '{program}' batch {manifest} -o {out}"
-    with subprocess.Popen(
-        [*unshare, command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=beside
-    ) as process:
-        err = process.stderr.read()
-        process.wait()
-    refused(subprocess.CompletedProcess(command, process.returncode, "", err), out)
-    assert told(out) == before
-
-
 def test_everybody_of_a_take_has_a_row(pcnet3d, tmp_path):
     write_pair(tmp_path / "pair.json")
     study = write_study(tmp_path, 1)
@@ -261,32 +222,22 @@ def test_everybody_of_a_take_has_a_row(pcnet3d, tmp_path):
     assert "1 take done (1 of them before)" in kept.stdout
 
 
-def test_a_subject_filmed_at_two_frame_rates_is_warned_of(pcnet3d, tmp_path):
-    walk = walker(seconds=1.5)
-    camera = side_camera(walk)
-    write_keypoints(tmp_path / "walk.json", walk, camera, np.arange(len(walk)), 0.5, np.random.default_rng(0))
-    recipe_of(tmp_path / "quick.toml", *_LIFTED)
-    size = f"{camera.width}x{camera.height}"
-    lines = [f"{rate},s,{rate},walk.json,{rate},{size},quick.toml" for rate in (30, 60)]
-    (tmp_path / "manifest.csv").write_text(
-        "\n".join(["name,subject,visit,keypoints,fps,image-size,recipe", *lines]) + "\n"
-    )
-    result = succeeded(pcnet3d("batch", tmp_path / "manifest.csv", "-o", tmp_path / "out"))
-    assert "warning: The takes of 1 subject were lifted at 30 to 60 frames per second" in result.stderr
-    assert "lifted at 30 to 60 frames per second" in (tmp_path / "out/study.html").read_text(encoding="utf-8")
-
-
-def test_a_cluster_and_workers_at_once_are_refused(small, pcnet3d, tmp_path):
-    refused(
-        pcnet3d("batch", small, "-o", tmp_path / "o", "--dask", "tcp://x:1", "--workers", 2),
-        "--workers",
-        "--dask",
-    )
-
-
-def test_a_primary_outcome_that_no_take_has_is_refused_after_the_tables(pcnet3d, small, tmp_path):
-    """Hours of takes are not lost by a slip of the pen."""
+def test_options_for_every_take_are_checked_before_any_runs(small, pcnet3d, tmp_path):
     out = tmp_path / "out"
-    refused(pcnet3d("batch", small, "-o", out, "--primary", "walking.cadance"), "walking.cadance")
-    assert (out / "study.html").exists()
-    assert len(parquet.read_table(out / "study.parquet")) == 2
+    refused(pcnet3d("batch", small, "-o", out, "--device", "directml"), "offers here", "--device directml")
+    twice = pcnet3d("batch", small, "-o", out, "--device", "cpu", "--set", "device=auto")
+    refused(twice, "--device and --set device")
+    refused(pcnet3d("batch", small, "-o", out, "--fps", 30, "--set", "fps=25"), "--fps and --set fps")
+    refused(pcnet3d("batch", small, "-o", out, "--dask", "tcp://x:1", "--workers", 2), "--workers", "--dask")
+    assert not out.exists()
+    succeeded(pcnet3d("batch", small, "-o", out, "--device", "cpu"))
+    summaries = [json.loads(path.read_text()) for path in out.glob("takes/*/summary.json")]
+    assert [summary["device"]["asked"] for summary in summaries] == ["cpu", "cpu"]
+
+
+def test_a_folder_at_one_frame_rate(small, pcnet3d, tmp_path):
+    small.unlink()
+    quick = tmp_path / "in" / "quick.toml"
+    said = pcnet3d("batch", tmp_path / "in", "-o", tmp_path / "out", "--fps", 25, "--set", f"recipe={quick}")
+    rows = parquet.read_table(tmp_path / "out" / "study.parquet").to_pylist()
+    assert [(row["name"], row["fps"]) for row in rows] == [("take_000", 25), ("take_001", 25)], said.stderr

@@ -192,70 +192,46 @@ def test_a_common_recipe_counts(study):
         read_entries(manifest(study, "poses", "a.npy"), common)
 
 
-def test_a_folder_of_videos_takes_what_lies_beside_each(tmp_path):
-    for name in ("a.mp4", "b.MOV", "a.poses.npy", "a.keypoints.json", "notes.txt", ".hidden.mp4"):
+def test_files_of_one_name_are_a_take(tmp_path, facing_camera, capsys):
+    for name in (
+        "carl.mp4",
+        "b.MOV",
+        "carl.poses.npy",
+        "carl.keypoints.json",
+        "dora.keypoints.json",
+        ".x.mp4",
+    ):
         (tmp_path / name).write_bytes(b"")
-    (tmp_path / "b.keypoints").mkdir()
-    a, b = read_entries(tmp_path, {})
-    assert {name: Path(value).name for name, (value,) in a.options.items()} == {
-        "video": "a.mp4", "poses": "a.poses.npy", "keypoints": "a.keypoints.json",
-    }  # fmt: skip
-    assert {name: Path(value).name for name, (value,) in b.options.items()} == {
-        "video": "b.MOV", "keypoints": "b.keypoints",
-    }  # fmt: skip
-    (tmp_path / "a.poses.trc").write_bytes(b"")
-    with pytest.raises(InputError, match=r"a\.poses\.npy and a\.poses\.trc"):
-        read_entries(tmp_path, {})
-
-
-def test_a_folder_without_videos_takes_files_of_poses(tmp_path, facing_camera):
+    for name in ("notes.txt", "photo.jpg"):
+        (tmp_path / name).write_bytes(b"nothing")
+    for name in ("b.keypoints", "others"):
+        (tmp_path / name).mkdir()
     np.save(tmp_path / "lifted.npy", np.tile(facing_camera, (10, 1, 1)).astype(np.float32))
-    (tmp_path / "notes.txt").write_text("nothing")
-    (entry,) = read_entries(tmp_path, {"fps": "30"})
-    assert entry.name == "lifted"
+    (tmp_path / "X3D.npy").write_bytes((tmp_path / "lifted.npy").read_bytes()[:70])  # which its run refuses
+    person = {"image_id": "0.jpg", "category_id": 1, "keypoints": [1.0, 2.0, 0.9] * 17, "score": 2.0}
+    (tmp_path / "b.json").write_text(json.dumps([person]))
+    with refused("choose-entry", "b.json", "b.keypoints"):
+        read_entries(tmp_path, {})
+    (tmp_path / "b.json").rename(tmp_path / "people.json")
+    takes = {
+        entry.name: {role: Path(value).name for role, (value,) in entry.options.items()}
+        for entry in read_entries(tmp_path, {})
+    }
+    assert takes == {
+        "carl": {"video": "carl.mp4", "poses": "carl.poses.npy", "keypoints": "carl.keypoints.json"},
+        "b": {"video": "b.MOV", "keypoints": "b.keypoints"},
+        "dora": {"keypoints": "dora.keypoints.json"},
+        "people": {"keypoints": "people.json"},
+        "lifted": {"poses": "lifted.npy"},
+        "X3D": {"poses": "X3D.npy"},
+    }
+    assert capsys.readouterr().err.splitlines()[-1] == "note: not used: notes.txt, photo.jpg"
+    (lifted,) = (entry for entry in read_entries(tmp_path, {"fps": "30"}) if entry.name == "lifted")
+    assert "--fps=30" in lifted.arguments
+
+
+def test_what_holds_no_take_is_refused(tmp_path):
     with refused("nothing-usable"):
         read_entries(Path(__file__).parent, {})
     with pytest.raises(InputError, match="manifest or a folder"):
         read_entries(tmp_path / "none.csv", {})
-
-
-def test_a_file_that_looks_like_a_take_and_cannot_be_read_is_one(tmp_path, facing_camera):
-    """A truncated and an empty X3D.npy, and others that no adapter recognises."""
-    whole = tmp_path / "good.npy"
-    np.save(whole, np.tile(facing_camera, (10, 1, 1)).astype(np.float32))
-    (tmp_path / "X3D.npy").write_bytes(whole.read_bytes()[:70])
-    for name in ("empty.npy", "results.json", "good.pkl", "walk.trc", "gone.mat"):
-        (tmp_path / name).write_bytes(b"")
-    for name in ("notes.txt", "settings.json", "photo.jpg", "presults.csv"):
-        (tmp_path / name).write_bytes(b"nothing")
-    entries = {entry.name: Path(entry.options["poses"][0]).name for entry in read_entries(tmp_path, {})}
-    assert entries == {
-        "good": "good.npy", "X3D": "X3D.npy", "empty": "empty.npy", "results": "results.json",
-        "good.pkl": "good.pkl", "walk": "walk.trc", "gone": "gone.mat",
-    }  # fmt: skip
-    (tmp_path / "v.mp4").write_bytes(b"")
-    assert {entry.name for entry in read_entries(tmp_path, {})} == {"v", *entries}
-
-
-def test_no_file_with_a_person_in_it_is_left_out_in_silence(tmp_path, facing_camera, capsys):
-    """As soon as there was one video, readable poses were; keypoints that lie beside none always were."""
-    for video in ("one.mp4", "Visit.mp4"):
-        (tmp_path / video).write_bytes(b"")
-    for poses in ("one.poses.npy", "one.npy", "two.npy"):
-        np.save(tmp_path / poses, np.tile(facing_camera, (10, 1, 1)).astype(np.float32))
-    (tmp_path / "three.npy").write_bytes(b"")
-    person = {"image_id": "0.jpg", "category_id": 1, "keypoints": [1.0, 2.0, 0.9] * 17, "score": 2.0}
-    for name in ("people.json", "orphan.keypoints.json"):
-        (tmp_path / name).write_text(json.dumps([person]))
-    assert {entry.name for entry in read_entries(tmp_path, {})} == {"one", "Visit", "two", "three"}
-    said = capsys.readouterr().err.splitlines()
-    assert [line.partition(" is not used")[0] for line in said] == [
-        f"note: {tmp_path / name}" for name in ("one.npy", "orphan.keypoints.json", "people.json")
-    ]
-    assert "one.poses.npy" in said[0]
-    assert "STEM" not in said[1]  # it is called that; what is missing is its video
-    assert "column 'keypoints'" in said[1]
-    assert "STEM.keypoints.json" in said[2]
-    (tmp_path / "two.npy").rename(tmp_path / "visit.npy")
-    with pytest.raises(InputError, match=r"visit\.npy.*call it Visit\.poses\.npy"):
-        read_entries(tmp_path, {})

@@ -15,11 +15,12 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.rotations import turn_deg, turned
 from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.pipeline.reading.mocap.clip import Clip, read_mocap, write_mocap
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
-from pcnet3d.stages.study.compare.align import correlated
+from pcnet3d.stages.study.compare.align import correlated, size_ratio
 from pcnet3d.stages.study.compare.command import compare
 from pcnet3d.stages.study.compare.comparison import compared
 from pcnet3d.stages.study.compare.cycles import spans
@@ -207,6 +208,12 @@ def test_no_stride_reaches_across_a_turn_between_two_walks(runs):
     }
     cut = spans(rows_of(measures))["strides", "r_knee_flexion"]
     np.testing.assert_array_equal(cut, [[0.0, 1.1], [3.3, 4.4]])
+
+
+def test_heading_and_size_are_found(sides):
+    joints = sides[0].level
+    assert turn_deg(joints, turned(joints, 75.0)) == pytest.approx(75)
+    assert size_ratio(joints, 3 * joints) == pytest.approx(3)
 
 
 def test_names_that_are_alike_are_told_apart(sides):
