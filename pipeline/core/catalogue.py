@@ -32,6 +32,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The file does not say which video frames its rows belong to; they are counted from 0."),
     "gaps-as-asked": ("repair", "files",
         "Treated as gaps, as asked: {counts}."),
+    "interlaced": ("warning", "view",
+        "The video is interlaced: each image shows two moments in turn, and edges of what moves are combs. Joints are "
+        "more certain in whole images: ffmpeg -i IN -vf bwdif OUT."),
     "video-cut-off": ("warning", "files",
         "The images of {file} end after {ends_s:.1f} s of {stated_s:.1f} s. It may be cut off or damaged: copy it "
         "again."),

@@ -32,14 +32,15 @@ AngleErrors = Literal["judged", "disagreement", "file", "none"]
 
 @dataclass(frozen=True, eq=False)
 class Video:
-    """A video file, described without decoding it.
+    """A video file, or a folder of images, described without decoding it.
 
     width, height: pixels as stored, before `rotation_deg` (0, 90, 180, 270; clockwise) is applied.
     time_s: (N,) time stamp of every frame in display order, from the first frame's 0.
     codec: name as FFmpeg writes it, such as "h264" or "mpeg4". focal_px: the focal length that the file states, about.
     capture_fps: frames a second of the camera, where the file states it: more than are shown is slow motion.
     part: the first and the last frame that the take is about; None for all. doubts: about a file that seems not to be
-    whole. key_frames: numbers of those that are decoded without the ones before.
+    whole, or not fit. key_frames: numbers of those that are decoded without the ones before. images: of a folder, the
+    frames' files.
     """
 
     path: Path
@@ -53,6 +54,7 @@ class Video:
     part: tuple[int, int] | None = None
     doubts: tuple[Notice, ...] = ()
     key_frames: tuple[int, ...] = ()
+    images: tuple[Path, ...] = ()
 
     @property
     def span(self) -> tuple[int, int]:
@@ -63,7 +65,8 @@ class Video:
     def span_bytes(self) -> int:
         """About how many bytes of the file hold these frames."""
         first, last = self.span
-        return self.path.stat().st_size * (last + 1 - first) // len(self.time_s)
+        size = sum(file.stat().st_size for file in self.images or (self.path,))
+        return size * (last + 1 - first) // len(self.time_s)
 
     @property
     def fps(self) -> float:

@@ -9,6 +9,14 @@ import numpy as np
 from ..core.errors import InputError, readable
 from .atomic import whole_file
 
+_SUFFIXES = (".jpg", ".jpeg", ".png", ".bmp", ".tif", ".tiff", ".webp")
+
+
+def images_in(folder: Path) -> list[Path]:
+    """The images of a folder, by the ends of their names, sorted; none of anything else."""
+    files = sorted(folder.iterdir()) if folder.is_dir() else []
+    return [file for file in files if file.suffix.lower() in _SUFFIXES and not file.name.startswith(".")]
+
 
 def is_image(path: Path) -> bool:
     """Whether a file begins like an image that OpenCV reads (PNG, JPEG, WebP, TIFF, BMP and others). Never raises."""

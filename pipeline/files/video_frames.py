@@ -14,6 +14,7 @@ import numpy as np
 from ..core.cores import cores
 from ..core.errors import InputError
 from ..core.take import Take, Video
+from .images import read_image
 
 if TYPE_CHECKING:
     from av import VideoFrame
@@ -23,7 +24,7 @@ _NEAR = 12  # frames that are decoded sooner than searched for
 _AHEAD = 2  # images that are decoded before they are asked for
 _BACK_S = 10.0  # before where a key frame should be, in a file that is searched without an index
 # FFmpeg's names of those that adapters/video.py recognises.
-CONTAINERS = "mov,matroska,avi,asf,flv,mpeg,mpegts"
+CONTAINERS = "mov,matroska,avi,asf,flv,mpeg,mpegts,gif"
 _THIS_FILE = {"protocol_whitelist": "file", "format_whitelist": CONTAINERS}
 _NO_SEEKING = ("mpeg",)  # MPEG programme streams: behind a seek FFmpeg's stamps are one frame early
 
@@ -82,10 +83,13 @@ def images_at(video: Video, frames: Iterable[int], grey_side: int | None = None)
 
 
 @contextmanager
-def _opened(video: Video) -> Iterator[_Film]:
+def _opened(video: Video) -> Iterator[_Film | _Images]:
     """InputError for a video that cannot be decoded, also while the block runs."""
     from av.error import FFmpegError
 
+    if video.images:
+        yield _Images(video)
+        return
     film = None
     try:
         with _container(video) as container:
@@ -115,6 +119,32 @@ def _container(video: Video) -> Iterator[InputContainer]:
         stream = container.streams.video[0]
         stream.thread_type, stream.codec_context.thread_count = "AUTO", cores()
         yield container
+
+
+class _Images:
+    """A folder of images. number: of the last one that was read."""
+
+    def __init__(self, video: Video) -> None:
+        self.number = 0
+        self._video = video
+
+    def frames_from(self, first: int) -> Iterator[tuple[int, VideoFrame]]:
+        """Frame numbers and frames, from the one numbered `first` on. InputError for one that cannot be decoded, or is
+        of another size."""
+        import av
+
+        size = self._video.height, self._video.width
+        for number, file in enumerate(self._video.images[first:], first):
+            self.number = number
+            image = read_image(file)
+            if image.shape[:2] != size:
+                raise InputError(
+                    "files-apart",
+                    f"Expected images of {size[1]}x{size[0]} pixels, as the first one of {self._video.path} is, got "
+                    f"{image.shape[1]}x{image.shape[0]} in {file.name}; keep each video's images in a folder of their "
+                    "own.",
+                )
+            yield number, av.VideoFrame.from_ndarray(image, "rgb24")
 
 
 class _Film:

@@ -31,6 +31,7 @@ from ..signals.findings import (
 )
 from ..signals.swaps import Swap, as_frames, find_swaps
 from ..signals.together import Fit, together
+from .video import AS_IF_FPS
 
 __all__ = ["Inspection", "Person", "inspect"]
 
@@ -125,7 +126,7 @@ def inspect(
     adapter, options: as for read_all. person: only this one, "longest" or "largest". keypoints, video: 2D of the same
     recording, and the recording itself, to compare with. Raises InputError when a file cannot be read at all.
     """
-    recording = None if video is None else read_video(video)
+    recording = None if video is None else read_video(video, AS_IF_FPS)
     read = load(path, adapter, None, options or {}, None if recording is None else shown_size(recording))
     sources = read.people if person is None else (choose_person(read.people, person, str(path)),)
     tracks = () if keypoints is None else read_all(keypoints, gives="keypoints")

@@ -17,6 +17,7 @@ from ..plugins import registry
 from ..reading.load import read_video
 from ..signals.rates import rate_doubts
 
+AS_IF_FPS = 30.0  # of a folder of images, whose rate only a run has to know
 _FOCAL_BY = {"told": "as told", "file": "by the video file", "lines": "by the lines", "prior": "a guess"}
 
 
@@ -35,11 +36,12 @@ class InspectedVideo:
         """Plain values; None where unknown."""
         video = self.video
         width, height = shown_size(video)
+        timed = not video.images
         return {
             "file": str(video.path), "codec": video.codec, "width": width, "height": height,
-            "rotation_deg": video.rotation_deg, "frames": len(video.time_s), "fps": video.fps,
+            "rotation_deg": video.rotation_deg, "frames": len(video.time_s), "fps": video.fps if timed else None,
             "capture_fps": video.capture_fps,
-            "duration_s": float(video.time_s[-1] + np.nan_to_num(1 / video.fps)),
+            "duration_s": float(video.time_s[-1] + np.nan_to_num(1 / video.fps)) if timed else None,
             **_of_camera(self.take),
         }  # fmt: skip
 
@@ -48,7 +50,9 @@ class InspectedVideo:
         turned = f", turned by {said['rotation_deg']} degrees" if said["rotation_deg"] else ""
         lines = [
             f"{said['file']}: video, {said['codec']}, {said['width']} x {said['height']} pixels{turned}",
-            f"{how_many(said['frames'], 'frame')}{rate_in_words(said['fps'], ', ')}, {said['duration_s']:.1f} s",
+            f"{how_many(said['frames'], 'frame')}, at the rate that --fps tells a run"
+            if self.video.images
+            else f"{how_many(said['frames'], 'frame')}{rate_in_words(said['fps'], ', ')}, {said['duration_s']:.1f} s",
             *(each.text for each in (*self.video.doubts, *rate_doubts(None, self.video))),
             *_camera_in_words(self.take),
         ]
@@ -96,7 +100,7 @@ def _camera_in_words(take: Take) -> list[str]:
 
 def inspect_video(path: Path) -> InspectedVideo:
     """A video file's facts and its camera. InputError when it is none, or cannot be read."""
-    take = Take(path.name, video=read_video(path))
+    take = Take(path.name, video=read_video(path, AS_IF_FPS))
     return InspectedVideo(registry.load("stages", "calibrate")()(take))
 
 

@@ -18,7 +18,6 @@ from ..files.names import KEYPOINTS, RECORDING
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK"
 _KINDS = {  # by how files begin, some behind their length
-    b"GIF8": "a GIF; make a video of it (ffmpeg -i NAME.gif NAME.mp4), or save the recording itself as one",
     b"\x89PNG": "a PNG image",
     b"\xff\xd8\xff": "a JPEG image",
     b"WEBP": "a WebP image; save the recording itself as a video",

@@ -61,6 +61,8 @@ def viewable(video: Video) -> tuple[Iterator[Part], tuple[Notice, ...]]:
         reason = "only a part of it is processed"
     elif video.rotation_deg:
         reason = f"its image is stored turned by {video.rotation_deg} degrees, which the viewer ignores"
+    elif video.images:
+        reason = "it is a folder of images"
     elif video.codec not in _VIEWER_CODECS:
         reason = f"the viewer does not play its codec, {video.codec}"
     elif (whole := _as_it_is(video)) is not None:
@@ -203,21 +205,22 @@ def _upright(video: Video) -> Iterator[VideoFrame]:
     from av.filter import Graph
 
     try:
-        with opened(video.path) as source:
-            stream = source.streams.video[0]
-            graph = Graph()
-            graph.threads = cores()
-            filters = (*_UPRIGHT[video.rotation_deg], _EVEN, ("format", "yuv420p"), ("buffersink",))
-            graph.link_nodes(graph.add_buffer(template=stream), *(graph.add(*f) for f in filters)).configure()
-            stamps = np.round(video.time_s / float(TICK)).astype(int).tolist()
-            first, last = video.span
-            for number, frame in frames_from(video, first):
-                graph.vpush(frame)
-                image = graph.vpull()
-                image.pts, image.time_base = stamps[number], TICK
-                yield image
-                if number == last:
-                    break
+        graph = None
+        stamps = np.round(video.time_s / float(TICK)).astype(int).tolist()
+        first, last = video.span
+        for number, frame in frames_from(video, first):
+            if graph is None:
+                graph = Graph()
+                graph.threads = cores()
+                filters = (*_UPRIGHT[video.rotation_deg], _EVEN, ("format", "yuv420p"), ("buffersink",))
+                buffer = graph.add_buffer(None, frame.width, frame.height, frame.format, time_base=TICK)
+                graph.link_nodes(buffer, *(graph.add(*f) for f in filters)).configure()
+            graph.vpush(frame)
+            image = graph.vpull()
+            image.pts, image.time_base = stamps[number], TICK
+            yield image
+            if number == last:
+                break
     except FFmpegError as error:
         raise _unreadable(video, error) from None
 

@@ -31,6 +31,8 @@ def film_of(
         stream = container.add_stream(codec, rate=30, options={name: str(of) for name, of in options.items()})
         stream.width, stream.height = width, height
         stream.pix_fmt = "yuv420p" if width % 2 == height % 2 == 0 else "yuv444p"
+        if codec == "gif":
+            stream.pix_fmt = "rgb8"
         stream.codec_context.time_base = stream.time_base = tick
         if pixels is not None:
             stream.codec_context.sample_aspect_ratio = pixels
@@ -64,6 +66,16 @@ def film(
         muxing=muxing,
         **how,
     )
+
+
+def images(folder: Path, numbers, size=(64, 48)) -> Path:
+    """A folder of PNG images of those numbers, each of one grey that is the number."""
+    import cv2
+
+    folder.mkdir(exist_ok=True)
+    for number in numbers:
+        cv2.imwrite(str(folder / f"walk_{number:04d}.png"), np.full((*size[::-1], 3), number, np.uint8))
+    return folder
 
 
 def pressing_ctrl_c(

@@ -8,9 +8,9 @@ import pytest
 
 from golden.recordings import Recording
 from pcnet3d.adapters import video as video_adapter
-from pcnet3d.pipeline import InputError
 from pcnet3d.stages.drawing.rerun_video import transcoded, viewable
 from pcnet3d.stages.record.stage import record
+from refusals import refused
 
 BLOB, STAMP, PART = "AssetVideo:blob", "VideoFrameReference:timestamp", "VideoFrameReference:video_reference"
 UNEVEN_MS = (0, 33, 66, 133, 140, 200, 300, 333, 366, 400, 433, 500)
@@ -268,7 +268,7 @@ def test_video_that_ends_with_the_poses_still_running(make_take, read_back, film
 def test_broken_video_is_refused(film, make_take, tmp_path):
     video = film("mpeg4")
     video.path.write_bytes(b"no video at all" * 99)
-    with pytest.raises(InputError, match="cannot be converted"):
+    with refused("file-damaged"):
         record(make_take().with_(video=video), tmp_path / "take.rrd")
     assert [file.name for file in tmp_path.iterdir()] == ["film.mp4"]
 
