@@ -18,9 +18,9 @@ from ..pipeline.core.take import Take
 from ..pipeline.files.atomic import SUMMARY, check_replaceable, whole_folder
 from ..pipeline.reading.flags import Force
 from ..pipeline.reading.settings import OnDevice, RunOptions
-from ..pipeline.running.conclusion import conclude, point_to, show_files
+from ..pipeline.running.conclusion import conclude
 from ..pipeline.running.plan import planned
-from ..pipeline.running.progress import stages, tell
+from ..pipeline.running.progress import stages
 from ..pipeline.running.run import run_files
 from .walker.camera import Camera, R_camera_from_body, side_camera
 from .walker.files import ExampleFiles, write_files
@@ -53,10 +53,8 @@ def demo(
             (folder / SUMMARY).write_text(json.dumps(made) + "\n", encoding="utf-8")
             done("example", time.perf_counter() - start)
             take = run_files(options, output, force=force, done=done)
-    tell(take)
     truth = R_camera_from_body(walk, camera)[take.need("poses").frame_index]
     show(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
-    show_files(output)
     show(_comparison(take.need("rectified"), truth))
     show(_way(take, walk, camera))
     video, poses, keypoints = (inputs / path.name for path in (files.video, files.poses, files.keypoints))
@@ -64,8 +62,7 @@ def demo(
         f"the same by hand: pcnet3d run {video} --poses {poses} --keypoints {keypoints} "
         f"--stature {walk.stature_m} --focal {camera.focal_px:g} -o DIR"
     )
-    conclude({"": take})
-    point_to(output)
+    conclude({"": take}, output)
 
 
 def _comparison(rectified: Rectified, truth: np.ndarray) -> str:

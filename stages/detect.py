@@ -34,7 +34,8 @@ class Detect:
     """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files. person_kind: "yolox" or
     "rtmdet". looks: how often each person in each image is looked at, 1 to 4; the mean is taken. By default 2, or 1 for
     a network that finds people by itself. folder: where keypoints.npz goes. checkpoint: a file for the detections so
-    far, written every minute. resume: the checkpoint of an interrupted run, to go on from.
+    far, written every minute. resume: the checkpoint of an interrupted run, to go on from. everybody: to be found, by
+    YOLOX where no person_detector is given.
 
     The keypoints are those of the person that the user names, else of the longest track (`choose_detected`)."""
 
@@ -45,6 +46,7 @@ class Detect:
     folder: Path | None = None
     checkpoint: Path | None = None
     resume: Path | None = None
+    everybody: bool = False
 
     name: ClassVar[str] = "detect"
     needs: ClassVar[tuple[str, ...]] = ("video",)
@@ -54,7 +56,9 @@ class Detect:
         video, told = take.need("video"), take.told
         if told.fps is not None:
             check_fps(told.fps)  # before the minutes that detection takes
-        detector = load_detector(self.detector, self.person_detector, self.person_kind, self.looks)
+        detector = load_detector(
+            self.detector, self.person_detector, self.person_kind, self.looks, self.everybody
+        )
         before = None if self.resume is None else load_detections(self.resume)
         digest = next((entry["sha256"] for entry in take.inputs if entry["role"] == "video"), None)
         source = f"{digest or sha256(video.path)} {package_version()}"

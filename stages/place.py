@@ -121,7 +121,7 @@ def _said(
     placed, frames, bridged = int((there & seen).sum()), len(seen), int((there & ~seen).sum())
     bridges = f" and bridges {bridged} in which the person is hidden" if bridged else ""
     metres = 1.0 if stature_m is None else stature_m / implied_stature(poses.joints)
-    guess = "; the focal length is a guess (--focal)" if camera.focal_source == "prior" else ""
+    guess = "; the focal length is a guess" if camera.focal_source == "prior" else ""
     return notice(
         "placed",
         placed=placed,

@@ -20,6 +20,7 @@ __all__ = ["Detector", "Found", "load_detector"]
 
 
 PersonKind = Literal["yolox", "rtmdet"]
+_USUAL_PERSONS = "yolox"
 _USUAL_LOOKS = 2  # twice the time, and most of what four gain
 
 
@@ -28,14 +29,16 @@ def load_detector(
     person_detector: str | Path | None = None,
     person_kind: PersonKind = "yolox",
     looks: int | None = 1,
+    everybody: bool = False,
 ) -> Detector:
     """The detector of a name of `pcnet3d list models`, downloaded if need be, or the one in an .onnx file.
 
     Files may hold MoveNet (one person, or up to six), RTMPose and other SimCC networks, and BlazePose's landmarks. One
     that looks at a single person follows it through the images, or gets everybody's box from `person_detector`, a name
-    or the .onnx file of a YOLOX or RTMDet; `person_kind` says which, for their files look alike. looks: at every person
-    that such a network looks at, 1 to 4 (looks.py); None for 2, or 1 where the network finds people by itself.
-    InputError when there is no such name or file, or it is of another kind.
+    or the .onnx file of a YOLOX or RTMDet; `person_kind` says which, for their files look alike. everybody: get the
+    boxes from YOLOX where no other is named. looks: at every person that such a network looks at, 1 to 4 (looks.py);
+    None for 2, or 1 where the network finds people by itself. InputError when there is no such name or file, or it is
+    of another kind.
     """
     if looks is not None and not 1 <= looks <= MOST_LOOKS:
         raise InputError(
@@ -57,9 +60,9 @@ def load_detector(
             )
         if not isinstance(opened, MultiMoveNet):
             count = _USUAL_LOOKS if looks is None else looks
-            if person_detector is None:
+            if person_detector is None and not everybody:
                 return Follower(opened, count)
-            return TopDown(opened, _persons(person_detector, person_kind), count)
+            return TopDown(opened, _persons(person_detector or _USUAL_PERSONS, person_kind), count)
     if person_detector is not None:
         raise InputError(
             "option-conflict", f"{name} finds people by itself; leave --set detect.person_detector out."

@@ -69,7 +69,8 @@ def answer(
 ) -> list[str]:
     """Sentences about a take's movements, the most frequent first, and the joints that range furthest for their error;
     then what was not there, what cannot be told, and what was not looked for. Nothing of a take without
-    measures. reasons: where a reader finds why. with_ranges: in a sentence, where no table shows `joint_ranges`."""
+    measures. reasons: where a reader finds why. with_ranges: in a sentence, where no movement was found and no table
+    shows `joint_ranges`."""
     if not take.measures:
         return []
     measures = grouped(take.measures)
@@ -83,7 +84,7 @@ def answer(
         *_jumped(subgroup(measures, "jumps")),
     ]
     moved = [words for _, words in sorted(done, key=lambda told: -told[0])]
-    ranges = _ranges(subgroup(measures, "range_of_motion"), with_ranges)
+    ranges = _ranges(subgroup(measures, "range_of_motion"), with_ranges and not done)
     sentences = ("; ".join(moved), ranges, *_not_seen(measures, poses.duration_s, f"(why: {reasons})"))
     said = sentences if done else (*sentences[2:], sentences[1])
     return [f"{words[:1].upper()}{words[1:]}." for words in said if words]

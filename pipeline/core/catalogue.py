@@ -106,10 +106,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "camera's (--fps); about {fits:.2g} would fit."),
     "rows-lost": ("suspicious", "clock",
         "At {count:~row} the whole body moves further than in one frame, {how}. Write the file with frame numbers or "
-        "times, or give --fps."),
+        "times, or give run --fps."),
     "rows-added": ("suspicious", "clock",
         "{count} of {of:~row} {count:?lies/lie} exactly midway between the rows beside {count:?it/them}: a program put "
-        "{count:?it/them} there. Give the file as it was made, or the rate of its rows (--fps)."),
+        "{count:?it/them} there. Give the file as it was made, or the rate of its rows (run --fps)."),
     # Keypoints and video
     "video-not-compared": ("note", "files",
         "It is unclear whether the keypoints belong to this video: {reason}."),
@@ -124,13 +124,13 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "others-missed": ("note", "files",
         "The detector follows one person at a time; anybody else in view is missed. Use --set "
         "detect.person_detector=yolox to find everybody."),
-    "person-chosen": ("note", "files",
-        "People were tracked under {people:~number} (how many frames, from which to which): {listed}. Number "
-        "{person} was used; --person chooses another."),
+    "person-chosen": ("warning", "files",
+        "Person {person} was processed; {others:~other was/others were} visible and left out: {listed}. --everyone "
+        "processes all, --person NAME another."),
     "cut-or-another": ("warning", "view",
         "At frame {frame} one person is lost and another found: it may be the same person under another number."),
-    "lost-and-found": ("note", "files",
-        "{again} may be {person} again: a person who is lost for a second gets a new number."),
+    "lost-and-found": ("warning", "files",
+        "Person {again} may be {person} again, whose frames under that number are left out."),
     "hardly-a-person": ("warning", "view",
         "Person {person} may not be a person: shoulders and hips score {score:.2f} (people have 0.6 or more). Look "
         "at the key frames."),
@@ -406,9 +406,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "limbs-unlike": ("suspicious", "poses",
         "The bone from {bone} is {times:.2f} times as long as the left one."),
     "mirrored": ("unusable", "poses",
-        "The body is mirrored or its left and right are exchanged (--set read.handedness=mirror or swap): {evidence}."),
+        "The body is mirrored or its left and right are exchanged (run --set read.handedness=mirror or swap): "
+        "{evidence}."),
     "legs-against-arms": ("unusable", "poses",
-        "Left and right of the legs contradict those of the arms (--set read.handedness=swap-legs): {evidence}."),
+        "Left and right of the legs contradict those of the arms (run --set read.handedness=swap-legs): {evidence}."),
     "left-and-right": ("suspicious", "poses",
         "Left and right are doubtful: {evidence}."),
     "stature": ("suspicious", "poses",
@@ -460,8 +461,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The motion capture has no thorax, so for both the trunk line goes from the middle of the hips to the middle "
         "of the shoulders."),
     "neutral-of-some": ("warning", "motion",
-        "The angles of {with_neutral} are relative to a neutral posture (--neutral), those of {without} are not, so "
-        "they differ by that posture."),
+        "The angles of {with_neutral} are relative to a neutral posture (run --neutral), those of {without} are not, "
+        "so they differ by that posture."),
     "cutoffs-differ": ("warning", "motion",
         "The runs were filtered at different cut-offs ({cutoffs})."),
     "rates-differ": ("warning", "clock",
@@ -490,7 +491,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         f"{_FITS} The shift nearest to {{offset_s:g}} s (--offset) was used: {_NARROW}."),
     "partly-common": ("warning", "motion",
         "{run} and {other} have only {common_s:.1f} of {longest_s:.1f} s in common, but their figures are of the "
-        "whole takes. Run both on the common part (--time-range)."),
+        "whole takes. Run both on the common part (run --time-range)."),
     # Comparing with inertial sensors
     "imu-unit": ("repair", "files",
         "Accelerations were in {unit} (gravity is {gravity:.3g} in that unit) and were converted to m/s^2."),

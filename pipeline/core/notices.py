@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from string import Formatter
@@ -57,6 +58,11 @@ class Notice:
     def warns(self) -> bool:
         """Whether it is graver than a note or a repair."""
         return self.weight in WARNS
+
+    @property
+    def advises(self) -> bool:
+        """Whether it names an option."""
+        return re.search(r"(^|[\s(])-(O |-[a-z])", self.text) is not None
 
     def as_dict(self) -> dict[str, Any]:
         """As summary.json has it."""

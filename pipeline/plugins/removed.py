@@ -42,6 +42,7 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "compare --device": "leave it out; compare uses no network",
         "compare --rectifier": "run with --set rectify.rectifier=NAME, and compare that run",
         "live --stream": "--json prints poses on standard output, for a program that sends them on",
+        "run --person all": "--everyone processes everybody, also of a video alone",
     },
     "settings": {
         "calibrate.gravity_network": "give up as that network tells it, --set read.gravity=X,Y,Z in the camera's axes",

@@ -31,15 +31,16 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
 
     people: as an adapter gives them. "longest": the one with the most frames. "largest": the one who takes the most of
     the image, by the mean area of the box around the joints of each frame, in pixels for 2D; 3D poses of a camera
-    count as a camera far away would see them, in their own unit, whatever their distance.
+    count as a camera far away would see them, in their own unit, whatever their distance. Of a choice by rank a notice
+    says who else is there.
     """
-    rank = person if person in RANKS else None
+    everybody, rank = people, person if person in RANKS else None
     if rank is not None:
         values = [RANKS[rank](poses, where) for poses in people]
         people = tuple(poses for poses, value in zip(people, values, strict=True) if value == max(values))
         person = None
     if person is None and len(people) == 1:
-        return people[0]
+        return _beside(people[0], everybody)
     names: dict[str, Any] = {poses.person: poses for poses in people}
     listed = _listed(people)
     if rank is not None:
@@ -63,17 +64,19 @@ def choose_detected(people: tuple[PoseSequence, ...], person: str | None, where:
     """As choose_person, of people whom a detector of ours found: without a name the one in the most frames, of several
     the largest in the image. Unless a name was given, a notice says who else is there."""
     if person in (None, "longest"):
-        chosen = max(people, key=lambda poses: (len(poses), _area(poses, "")))
+        chosen = _beside(max(people, key=lambda poses: (len(poses), _area(poses, ""))), people)
     else:
         chosen = choose_person(people, person, where)
-    chosen = chosen.saying(*_back_as_another(chosen, people), *_adjoined(chosen, people))
-    if len(people) == 1 or person not in (None, *RANKS):
+    return chosen.saying(*_back_as_another(chosen, people), *_adjoined(chosen, people))
+
+
+def _beside(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> PoseSequence:
+    """The chosen one, with a notice of the others."""
+    others = sorted((one for one in people if one.person != chosen.person), key=len, reverse=True)
+    if not others:
         return chosen
-    tracks = [
-        f"{one.person} ({len(one)}, {one.frame_index[0]} to {one.frame_index[-1]})"
-        for one in sorted(people, key=len, reverse=True)
-    ]
-    values = {"people": len(tracks), "listed": listed(tracks), "person": chosen.person}
+    tracks = [f"{one.person} (frames {one.frame_index[0]} to {one.frame_index[-1]})" for one in others]
+    values = {"others": len(others), "listed": listed(tracks), "person": chosen.person}
     return chosen.saying(notice("person-chosen", **values))
 
 

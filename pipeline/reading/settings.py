@@ -27,7 +27,7 @@ from ..plugins.removed import refuse_removed
 from .normalise import Guards, Missing
 
 OFF = "off"  # as the value of a whole stage: leave it out
-_OF_RUN = ("folder", "checkpoint", "resume")  # options of stages that the run itself gives them
+_OF_RUN = ("folder", "checkpoint", "resume", "everybody")  # options of stages that the run itself gives them
 READ, KEYPOINTS = "read", "keypoints"  # not stages, but what --set names like them
 
 _INPUT, _PERSON, _CAMERA, _OUTPUT = "Input", "Person", "Camera", "Output"
@@ -74,6 +74,11 @@ def _vector(value: Any) -> Any:
             "bad-value", f"Expected --set read.gravity=X,Y,Z such as 0,1,0, got '{value}'."
         ) from None
     return x, y, z
+
+
+def _person(value: Any) -> Any:
+    refuse_removed("flags", f"run --person {value}")
+    return value
 
 
 def _date(value: Any) -> Any:
@@ -184,13 +189,17 @@ class RunOptions(BaseModel):
     device: OnDevice = "auto"
     person: Annotated[
         str | None,
+        BeforeValidator(_person),
         _option(
             _PERSON,
-            "Which person: an ID in the file, longest, largest, or all (a folder for each). With pick "
-            "nothing is computed: DIR-people.png shows who has which ID.",
+            "Which person: an ID in the file, longest or largest. With pick nothing is computed: DIR-people.png "
+            "shows who has which ID.",
         ),
         Tells("person", by_reading=True),
     ] = None
+    everyone: Annotated[
+        bool, _option(_PERSON, "Process everybody who is visible, each into a folder.", "--everyone")
+    ] = False
     stature: Annotated[
         float | None,
         _option(_PERSON, "The person's height in metres; it sets the scale."),
@@ -199,7 +208,9 @@ class RunOptions(BaseModel):
     neutral: Annotated[
         tuple[float, float] | str | None,
         BeforeValidator(_neutral),
-        typer.Option(hidden=True),  # `run --help` has 22 options at most; the page of angles tells this one
+        typer.Option(
+            hidden=True
+        ),  # `run --help` has 22 options at most; the documents tell this one and `recipe`
         Tells("neutral"),
     ] = None
     camera: Annotated[
@@ -221,9 +232,10 @@ class RunOptions(BaseModel):
     no_frames: Annotated[
         bool, _option(_OUTPUT, "Keep images of the person out of the results.", "--no-frames")
     ] = False  # of Told.images
-    recipe: Annotated[Path | None, _option(_OUTPUT, "TOML file that lists the stages and their options.")] = (
-        None
-    )
+    recipe: Annotated[
+        Path | None,
+        typer.Option(hidden=True, help="TOML file that lists the stages and their options."),
+    ] = None
     settings: Annotated[
         dict[str, Any],
         _option(

@@ -20,6 +20,7 @@ from ..signals.bounds import check_times
 from ..signals.findings import findings_of
 from ..signals.swaps import treated
 from ..signals.together import together
+from ..signals.visibility import check_size
 from .choose import RANKS, choose_detected, choose_person, same_person
 from .clock import (
     Clock,
@@ -52,8 +53,7 @@ class _Files:
         if lead is None:
             raise InputError(
                 "needs-input",
-                "Expected a file of several people (--poses or --keypoints), got a video alone; a run without "
-                "--person all writes one, keypoints.npz.",
+                "Expected a file of several people (--poses or --keypoints), got a video alone.",
             )
         return lead
 
@@ -182,6 +182,8 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         clock = replace(clock, other=lead if keypoints.time_s is None else keypoints)
         keypoints = keypoints.with_(time_s=clock.seconds(keypoints.frame_index, options.keypoints))
     poses = None if poses is None else lead
+    if keypoints is not None:
+        check_size(keypoints, _size(files))
     strange = _misfit(files, poses, keypoints)
     source = _source(files, lead) if poses is not None else None
     told = []
@@ -254,10 +256,14 @@ def _misfit(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     """A notice where the keypoints show somebody else than the poses, or other frames."""
     if poses is None or keypoints is None or poses.frame.family != "camera":
         return []
-    size = shown_size(files.video) if files.video else files.options.image_size
-    fit = together(poses, keypoints, size, files.options.focal)
+    fit = together(poses, keypoints, _size(files), files.options.focal)
     found = None if fit is None else fit.notice()
     return [found] if found else []
+
+
+def _size(files: _Files) -> tuple[int, int] | None:
+    """Width and height of the image, from the video or the user."""
+    return shown_size(files.video) if files.video else files.options.image_size
 
 
 def _without_altered(

@@ -5,12 +5,13 @@ from __future__ import annotations
 import typer
 
 from ..core.messages import debug
+from ..core.take import Take
 from ..files.atomic import check_replaceable
 from ..reading.flags import Force, Output, Resume, Strict, offering
 from ..reading.settings import RunOptions
-from .conclusion import conclude, point_to, show_files
+from .conclusion import conclude, conclude_people
 from .plan import planned
-from .progress import stages, tell, tell_people, telling_of_kept
+from .progress import stages, telling_of_kept
 from .run import checkpoint_of, inputs_of, run_files, run_people
 
 
@@ -35,21 +36,12 @@ def run(
     for entry in chosen.stages:
         debug(entry.use, ", ".join(f"{key}={value}" for key, value in entry.options.items()) or "defaults")
     with telling_of_kept(kept, resume), stages(names) as done:
-        if options.person == "all":
-            people = run_people(options, output, resume=resume, force=force, done=done)
-            takes = {f"person {run.person}: ": run.take for run in people if run.take}
-            shown = output / next(run.folder for run in people if run.folder)
-        else:
-            take = run_files(options, output, resume=resume, force=force, done=done)
-            people, takes, shown = (), {"": take}, output
-    if people:
-        tell_people(people)
+        go = run_people if options.everyone else run_files
+        ended = go(options, output, resume=resume, force=force, done=done)
+    if isinstance(ended, Take):
+        code = conclude({"": ended}, output, strict)
+        code = 130 if any(each.code == "interrupted" for each in ended.notices) else code
     else:
-        tell(takes[""])
-    show_files(output)
-    code = conclude(takes, strict)
-    point_to(shown)
-    if not people and any(each.code == "interrupted" for each in takes[""].notices):
-        code = 130
+        code = conclude_people(ended, output, strict)
     if code:
         raise typer.Exit(code)

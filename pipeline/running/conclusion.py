@@ -1,24 +1,36 @@
-"""The last lines of a command: how far its result can be trusted, what was seen, and which page to open."""
+"""What a command says of finished runs: the result first, how far it can be trusted, what changes a decision, and where
+its files are."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ..core.answer import answer
-from ..core.messages import bound_in_words, how_many, show
-from ..core.notices import EXIT_CODES, verdict, verdict_words
+from ..core.messages import bound_in_words, how_many, is_verbose, say, show
+from ..core.notices import EXIT_CODES, Notice, verdict, verdict_words
 from ..core.system import quoted
 from ..core.take import Take
 from ..files.names import RECORDING, find_page
 from ..signals.checks import nobody_upright
+from .people import PersonRun
+
+_MOST = 3  # notices of a command; the rest is in the report
+_FIRST = ("person-chosen", "lost-and-found")  # who was visible and left out comes before the result
+_SAID = (
+    "note",
+    "repair",
+    "warning",
+)  # graver ones are in the verdict, and a mark is a place in the recording
 
 
-def conclude(takes: Mapping[str, Take], strict: bool = False) -> int:
-    """Print two lines of each take by its name, how far it can be trusted and what was seen, and return the exit code:
-    with `strict` that of the worst take, as `trust` has it, else 0."""
+def conclude(takes: Mapping[str, Take], folder: Path, strict: bool = False, within: str = "") -> int:
+    """Print what came of each take by its name, how far that can be trusted, what changes a decision, and where the
+    files are: in `folder`, of several takes the first's `within` it. Returns the exit code: with `strict` that of the
+    worst take, as `trust` has it, else 0."""
     worst = 0
     for who, take in takes.items():
         code, words = trust(take)
@@ -28,23 +40,61 @@ def conclude(takes: Mapping[str, Take], strict: bool = False) -> int:
                 if strict
                 else f" (--strict makes the exit code {code})"
             )
-        print(f"{who}{words}")
+        for each in take.notices:
+            if each.code in _FIRST:
+                print(f"{who}{each.text}")
         print(f"{who}{seen(take)}")
+        print(f"{who}{words[:1].upper()}{words[1:]}.")
         worst = max(worst, code)
+    more = _say(takes)
+    point_to(folder, within)
+    if more:
+        show(f"{how_many(more, 'more note')} in the report (-v)")
     return worst if strict else 0
 
 
-def show_files(folder: Path) -> None:
-    """Name the files of a finished run, and what opens its recording."""
-    show(f"{folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}")
-    if (folder / RECORDING).is_file():
-        show(f"the recording: pcnet3d view {quoted(folder)}")
+def conclude_people(runs: Sequence[PersonRun], folder: Path, strict: bool = False) -> int:
+    """The same of several people's runs, after who was left out."""
+    for run in runs:
+        if run.take is None:
+            say("warning", f"person {run.person} was left out: {run.reason}")
+    takes = {f"person {run.person}: ": run.take for run in runs if run.take}
+    return conclude(takes, folder, strict, next(run.folder for run in runs if run.folder))
 
 
-def point_to(folder: Path) -> None:
-    """Print the last line, where the folder has a page: what opens it."""
-    if (page := find_page(folder)) is not None:
-        print(f"open {quoted(page)}")
+def point_to(folder: Path, within: str = "") -> None:
+    """Print where the files are, and what opens the page and the recording among them. within: name of the folder that
+    has these, where each person has one."""
+    page, recording = find_page(folder / within), (folder / within / RECORDING).is_file()
+    opened = [] if page is None else [f"open {quoted(page)}"]
+    if recording:
+        opened.append(f"the recording: pcnet3d view {quoted(folder / within)}")
+    each = ", a folder for each person" * bool(within)
+    print(f"results in {folder}{each}{': ' * bool(opened)}{'; '.join(opened)}")
+    if is_verbose():
+        show(f"files: {', '.join(sorted(path.name for path in folder.iterdir()))}")
+
+
+def _say(takes: Mapping[str, Take]) -> int:
+    """Say the notices that change a decision, warnings before notes, what names an option before what does not, each
+    code once; with -v all of them. Returns how many are not said."""
+    if sys.stdout is not None:
+        sys.stdout.flush()  # what was printed stands before what is said on stderr
+    whose: dict[Notice, list[str]] = {}
+    for who, take in takes.items():
+        for each in take.notices:
+            if each.weight in _SAID and each.code not in _FIRST:
+                whose.setdefault(each, []).append(who)
+    chosen = [*whose]
+    if not is_verbose():
+        of_codes: dict[str, Notice] = {}
+        for each in chosen:
+            of_codes.setdefault(each.code, each)
+        deciding = [each for each in of_codes.values() if each.warns or each.advises]
+        chosen = sorted(deciding, key=lambda each: (not each.warns, not each.advises))[:_MOST]
+    for each in chosen:
+        say(each.weight, f"{'' if len(whose[each]) == len(takes) else ''.join(whose[each])}{each.text}")
+    return len(whose) - len(chosen)
 
 
 def trust(take: Take) -> tuple[int, str]:

@@ -1,18 +1,16 @@
-"""What a job says on stderr: where it is (a bar on a terminal, else a line a stage or nothing), what it found."""
+"""Where a job is, on stderr: a bar on a terminal; elsewhere, of long work, a line now and then."""
 
 from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Protocol, TypeVar
 
 from ..core.errors import InputError
-from ..core.messages import is_quiet, is_verbose, on_terminal, say, say_all
-from ..core.take import Take
-from .people import PersonRun
+from ..core.messages import debug, is_quiet, is_verbose, on_terminal, say
 
 _SECONDS_A_LINE = 20.0
 Item = TypeVar("Item")
@@ -26,9 +24,9 @@ class Done(Protocol):
 
 @contextmanager
 def stages(names: list[str]) -> Iterator[Callable[[str, float], None]]:
-    """A callback (stage, seconds) to be called after each of the named stages."""
+    """A callback (stage, seconds) to be called after each of the named stages: a bar, or with -v a line each."""
     if is_quiet() or is_verbose() or not on_terminal():
-        yield lambda stage, seconds: say(stage, f"{seconds:.2f} s")
+        yield lambda stage, seconds: debug(stage, f"{seconds:.2f} s")
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -117,19 +115,3 @@ def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
             the = "put right what is named below, and the" if isinstance(error, InputError) else "the same"
             say("note", f"finished work is kept; {the} command with --resume continues from there")
         raise
-
-
-def tell(take: Take, who: str = "") -> None:
-    """The take's notes, repairs and, nearest to the result, warnings, one line each."""
-    for weight in ("note", "repair", "warning"):
-        texts = [each.text for each in take.notices if each.weight == weight]
-        say_all(weight, [f"{who}{text}" for text in texts])
-
-
-def tell_people(runs: Sequence[PersonRun]) -> None:
-    """The same of several people's, and who was left out."""
-    for run in runs:
-        if run.take is None:
-            say("warning", f"person {run.person} was left out: {run.reason}")
-        else:
-            tell(run.take, f"person {run.person}: ")

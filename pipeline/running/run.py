@@ -80,6 +80,10 @@ def run_people(
         raise InputError(
             "option-conflict", "A stature is for one person: leave it out, or run one --person at a time."
         )
+    if options.person is not None:
+        raise InputError(
+            "option-conflict", f"Expected everybody or --person {options.person}, got both; leave one out."
+        )
     if options.person_id is not None:
         raise InputError(
             "option-conflict",
@@ -95,13 +99,26 @@ def _run(
     recipe = _checked(recipe)
     recipe = _resumed(recipe, output) if how.get("resume") else recipe
     kept = checkpoint_of(output)
-    if not everybody:
-        recipe = recipe.with_options("detect", checkpoint=kept)
+    recipe = recipe.with_options("detect", checkpoint=kept, everybody=everybody)
+    done = how.get("done", lambda stage, seconds: None)
     with whole_folder(output, how.get("force", False), inputs_of(options, recipe)) as folder:
-        runs = run_into(folder, options, recipe, how.get("done", lambda stage, seconds: None), everybody)
-    if not everybody:
-        kept.unlink(missing_ok=True)
+        if everybody and recipe.has("detect"):
+            options, recipe = _detected(folder, options, recipe, done), recipe.without("detect")
+        runs = run_into(folder, options, recipe, done, everybody)
+    kept.unlink(missing_ok=True)
     return runs
+
+
+def _detected(
+    folder: Path, options: RunOptions, recipe: Recipe, done: Callable[[str, float], None]
+) -> RunOptions:
+    """The options of a run of everybody whom the recipe's stage `detect` finds in the video, with the file of keypoints
+    that it writes into the folder."""
+    with computing_on(options.device):
+        take = recipe.only("detect").with_options("detect", folder=folder).build()(open_take(options), done)
+    if any(each.code == "interrupted" for each in take.notices):
+        raise KeyboardInterrupt
+    return options.with_(keypoints=folder / KEYPOINTS)
 
 
 def check_plan(recipe: Recipe, told: Told, *given: str) -> None:
@@ -257,7 +274,7 @@ def _resumed(recipe: Recipe, output: Path) -> Recipe:
 
 def _checked(recipe: Recipe) -> Recipe:
     for entry in recipe.stages:
-        if entry.use in _WRITERS and entry.options.keys() & {"folder", "checkpoint"}:
+        if entry.use in _WRITERS and entry.options.keys() & {"folder", "checkpoint", "everybody"}:
             raise InputError(
                 "option-conflict",
                 f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..core.errors import InputError
 from ..core.layouts import H36M17, remap
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
@@ -25,6 +26,7 @@ _BORDER_PX = 1.0
 _SHORTEST_S = 0.3  # of a time that is worth a sentence
 _NEAR = 0.012  # of the image's side: so far from it detectors put joints that are beyond it
 _BEYOND = 0.05  # of the side, and of the points: detectors put few of those that they see so far outside
+_MOST_BEYOND = 0.5  # of the points: such a size is wrong, whoever is in the image
 _INSIDE = 3.0  # of that: from here on a joint is well inside again
 _SHORT = 0.85  # of a limb's own length: shorter at the edge, and its end is beyond it
 _FEWEST = 8  # frames well inside, by which a limb's own length is known
@@ -97,15 +99,36 @@ def certain(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Pose
 def size_doubted(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Notice | None:
     """A warning where many keypoints that were seen lie far beyond an image of that size, as told by the user; None
     where they do not, or it is not known."""
-    points = keypoints.joints[is_finite(keypoints.joints) & ~(keypoints.confidence < LEAST_SCORE)]
-    if image_size is None or not len(points):
-        return None
-    share = float((points > (1 + _BEYOND) * np.array(image_size)).any(axis=-1).mean())
-    if share <= _BEYOND:
+    share, fits = _beyond(keypoints, image_size)
+    if image_size is None or share <= _BEYOND:
         return None
     width, height = image_size
-    reach = dict(zip(("right", "down"), points.max(axis=0).tolist(), strict=True))
+    reach = dict(zip(("right", "down"), fits, strict=True))
     return notice("image-size-doubtful", width=width, height=height, share_percent=100 * share, **reach)
+
+
+def check_size(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> None:
+    """InputError where most keypoints lie far beyond an image of that size: without it every pose would be thrown away
+    as out of the image."""
+    share, fits = _beyond(keypoints, image_size)
+    if image_size is not None and share > _MOST_BEYOND:
+        raise InputError(
+            "bad-value",
+            f"Expected the size of the image that the keypoints are of, got {image_size[0]}x{image_size[1]}, outside "
+            f"which {100 * share:.0f} % of them lie: give --set read.image_size=WIDTHxHEIGHT, at least "
+            f"{fits[0]}x{fits[1]}, or the video that they were detected in.",
+        )
+
+
+def _beyond(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> tuple[float, tuple[int, int]]:
+    """Which share of the keypoints that were seen lies far beyond an image of that size, and the smallest that has them
+    all."""
+    points = keypoints.joints[is_finite(keypoints.joints) & ~(keypoints.confidence < LEAST_SCORE)]
+    if image_size is None or not len(points):
+        return 0.0, (0, 0)
+    share = float((points > (1 + _BEYOND) * np.array(image_size)).any(axis=-1).mean())
+    width, height = np.ceil(points.max(axis=0)).astype(int).tolist()
+    return share, (width, height)
 
 
 def _out(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndarray:

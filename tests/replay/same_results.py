@@ -134,7 +134,7 @@ _WORDS = {
     "MOVENET": "--detector DATA/models/movenet_lightning_int8.onnx",
     "ALPHAPOSE": "--keypoints MOTIONBERT/boxing_alphapose-results.json --fps 30",
     "SKATER": "--keypoints MHFORMER/input_2D/keypoints.npz --fps 25",
-    "EVERYONE": "--person all",
+    "EVERYONE": "--everyone",
     "ALSO": "--also csv --also trc --also mot --also c3d --also netcdf --also bvh --also glb --also measures",
     "WRIST": "--imu INPUTS/r_forearm.csv --segment r_forearm",
     "PELVIS": "--imu INPUTS/pelvis.csv --segment pelvis",

@@ -25,10 +25,10 @@ from ....pipeline.files.viewer import following
 from ....pipeline.plugins.options import call
 from ....pipeline.reading.flags import Force, Output, offering
 from ....pipeline.reading.settings import RunOptions
-from ....pipeline.running.conclusion import conclude, point_to, show_files
+from ....pipeline.running.conclusion import conclude, point_to
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
-from ....pipeline.running.progress import counted, stages, tell
+from ....pipeline.running.progress import counted, stages
 from ....pipeline.running.recipe import Recipe
 from ....pipeline.running.run import check_plan, inputs_of, run_into
 from ...detect import Detect
@@ -115,23 +115,20 @@ def _live(
             with stages(["read", *(entry.use for entry in recipe.stages)]) as done:
                 (run,) = run_into(folder, recorded, recipe, done)
             take = run.take
-            assert take is not None
-            tell(take)
         except (Exception, KeyboardInterrupt) as error:  # none may cost a recording that cannot be made again
             if seen.person is None and (video is None or shown.video or not any(seen.size)):  # none is kept
                 raise
             fault = error
             say("warning", "recorded, but not processed as a take, for the reason below")
         add_to_summary(folder, device=where.summary(), live=seen.summary)
-    show_files(output)
-    show(f"what was known at the time: pcnet3d view {quoted(output / LIVE)}")
-    if fault is not None and seen.full is not None:
-        say("warning", str(seen.full))
     if fault is not None:
+        point_to(output)
+        if seen.full is not None:
+            say("warning", str(seen.full))
         raise fault
     assert take is not None
-    conclude({"": take})
-    point_to(output)
+    conclude({"": take}, output)
+    show(f"what was known at the time: pcnet3d view {quoted(output / LIVE)}")
     if seen.full is not None:
         raise seen.full
 

@@ -20,15 +20,13 @@ from pcnet3d.stages.export.stage import Export
 
 
 def test_a_video_alone_gives_everything(walk_film, toy, tmp_path, call):
-    said = succeeded(call(walk_film.path, "--detector", toy, "-o", tmp_path / "out")).stderr
+    succeeded(call(walk_film.path, "--detector", toy, "-o", tmp_path / "out"))
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     assert {"keypoints.npz", "poses.npz", "take.rrd", "report.html"} <= set(summary["files"])
     assert [entry["role"] for entry in summary["inputs"]] == ["video"]
     made_by = summary["keypoints"]["made_by"]
     assert (made_by["kind"], made_by["by"].partition("@")[0]) == ("estimated", "movenet")
-    assert "The 2D keypoints were detected in the video by movenet@" in said
-    assert "anybody else in view is missed" in said
-    assert [said["weight"] for said in summary["notices"] if said["code"] == "others-missed"] == ["note"]
+    assert {"detected", "others-missed"} <= {said["code"] for said in summary["notices"]}
     with np.load(tmp_path / "out/poses.npz") as poses:
         np.testing.assert_array_equal(poses["frame_index"], np.arange(40))
 

@@ -38,7 +38,7 @@ def served(tmp_path, toy, monkeypatch):
 def _network(url: str, toy: Path, **changes: str) -> Network:
     digest = hashlib.sha256(toy.read_bytes()).hexdigest()
     return Network(**{
-        "name": "toy", "kind": "detector", "about": "a toy", "url": url, "sha256": digest,
+        "name": "toy", "given": "--detector FILE.onnx", "about": "a toy", "url": url, "sha256": digest,
         "megabytes": 0.1, "licence": "MIT-0", **changes,
     })  # fmt: skip
 

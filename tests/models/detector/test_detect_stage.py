@@ -5,11 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.detections import detected, scored
+from golden.detections import AS_COCO, detected, scored
+from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.detector.protocols import Found
 from pcnet3d.pipeline import InputError, Take
 from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.pipeline.reading.settings import RunOptions
+from pcnet3d.pipeline.running.run import run_people
 from pcnet3d.stages.detect import Detect, _may_be
+from refusals import refused
 
 
 class _Two:
@@ -34,7 +39,7 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
     default = Detect()(take)
     assert default.keypoints.person == "0"
     chosen = default.notices[1]
-    assert (chosen.code, chosen.values["listed"]) == ("person-chosen", "0 (40, 0 to 39), 1 (35, 5 to 39)")
+    assert (chosen.code, chosen.values["listed"]) == ("person-chosen", "1 (frames 5 to 39)")
     assert not any(each.code == "others-missed" for each in default.notices)
     assert not any(each.code == "lost-and-found" for each in default.notices)
     assert not any(each.code == "interrupted" for each in default.notices)
@@ -43,6 +48,34 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
     assert not any(each.code == "person-chosen" for each in named.notices)
     with pytest.raises(InputError, match="no person '7'"):
         Detect()(take.telling(person="7"))
+
+
+def test_everybody_of_a_plain_video_gets_a_run(walk_film, quick, monkeypatch, tmp_path):
+    """There was one run a video; the rest needed a network's name, a second command and a file of the first."""
+    walk = walker(seconds=2)
+    points = side_camera(walk).project(walk.world)[:, AS_COCO]
+    asked = []
+
+    class Walkers(_Two):
+        def people(self, image, before=()):
+            self._frame += 1
+            own = [points[self._frame] + [x, 0] for x in (0, 80)]
+            boxes = [np.array([*each.min(axis=0), *each.max(axis=0)]) for each in own]
+            return tuple(Found(xy, np.full(17, 0.9), box) for xy, box in zip(own, boxes, strict=True))
+
+    monkeypatch.setattr(
+        "pcnet3d.stages.detect.load_detector", lambda *given: asked.append(given[-1]) or Walkers()
+    )
+    options = RunOptions(video=walk_film.path, recipe=quick)
+    runs = run_people(options, tmp_path / "out")
+    assert asked == [True]
+    assert [(run.folder, run.frames) for run in runs] == [("0", 40), ("1", 40)]
+    assert not any("person-chosen" in [each.code for each in run.take.notices] for run in runs)
+    kept = {path.name for path in (tmp_path / "out").iterdir()}
+    assert kept == {"0", "1", "keypoints.npz", "summary.json"}
+    assert not any(path.name.startswith(".") for path in tmp_path.iterdir())
+    with refused("option-conflict", "--person 0"):
+        run_people(options.with_(person="0"), tmp_path / "other")
 
 
 @pytest.mark.parametrize(("found_in", "again"), [(2, False), (32, True)])
@@ -62,7 +95,7 @@ def test_who_is_lost_and_found_again_is_not_counted_as_somebody_else(walk_film, 
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Lost())
     video = Take("walk", video=walk_film)
     notices = Detect()(video).notices
-    assert notices[1].values["people"] == 2
+    assert notices[1].values["others"] == 1
     assert any(each.code == "lost-and-found" for each in notices) == again
 
 
@@ -112,7 +145,7 @@ def test_a_detector_that_goes_on_with_somebody_else_gives_two_people(walk_film, 
 
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Crossing())
     said = {each.code: each.values for each in Detect()(Take("walk", video=walk_film)).notices}
-    assert said["person-chosen"]["listed"] == "1 (30, 10 to 39), 0 (10, 0 to 9)"
+    assert said["person-chosen"]["listed"] == "0 (frames 0 to 9)"
     assert said["cut-or-another"]["frame"] == 10
 
 

@@ -40,10 +40,7 @@ def raised(start_s: float, peak_at_s: float, stop_s: float, peak_deg: float = 97
 
 
 def test_a_walk_with_its_cadence_speed_and_knees():
-    assert answer(take(**walking())) == [
-        "Walked 4 steps in 2.4 s, 98 ± 3 a minute, at 1.15 ± 0.082 m/s.",
-        "In nine of ten frames, in degrees (± for each end): knees 8 to 68 (right) and 10 to 80 (left) ± 12.",
-    ]
+    assert answer(take(**walking())) == ["Walked 4 steps in 2.4 s, 98 ± 3 a minute, at 1.15 ± 0.082 m/s."]
 
 
 @pytest.mark.parametrize(
@@ -150,8 +147,7 @@ def test_the_joints_that_range_furthest_for_their_error_are_told():
         "r_knee_flexion": ranging(2.0, 34.0, None), "l_knee_flexion": ranging(15.0, 77.0, None),
         "r_shoulder_elevation": ranging(22.0, 159.0, None), "r_elbow_flexion": ranging(-1.0, 43.0, None),
     }  # fmt: skip
-    held = arms({"count": 0, "holds": {"count": 1, "longest_s": 3.2}}, {"count": 0})
-    assert "knees 2 to 34 (right) and 15 to 77 (left)" in answer(take(range_of_motion=cycling, **held))[1]
+    assert "knees 2 to 34 (right) and 15 to 77 (left)" in answer(take(range_of_motion=cycling))[-1]
 
 
 def test_what_was_done_most_comes_first():

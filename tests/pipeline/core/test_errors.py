@@ -47,5 +47,8 @@ def test_every_refusal_has_a_code_of_the_table_and_every_code_is_used():
             for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                 if isinstance(call, ast.Call) and ast.unparse(call.func).endswith("InputError"):
                     code, _ = call.args
-                    used.add(code.value if isinstance(code, ast.Constant) else ast.unparse(code))
+                    either = [code.body, code.orelse] if isinstance(code, ast.IfExp) else [code]
+                    used |= {
+                        each.value if isinstance(each, ast.Constant) else ast.unparse(each) for each in either
+                    }
     assert used == {*REFUSALS, "error.code"}

@@ -1,5 +1,6 @@
 """Notices: one catalogue of codes and sentences, which the documents hold too."""
 
+import ast
 import json
 import re
 from pathlib import Path
@@ -7,11 +8,22 @@ from string import Formatter
 
 import pytest
 
+from pcnet3d.pipeline.cli import load_command
 from pcnet3d.pipeline.core.catalogue import CATALOGUE
 from pcnet3d.pipeline.core.notices import Notice, notice, own_notice, verdict, without_doubles
 from pcnet3d.pipeline.core.take import Take
+from pcnet3d.pipeline.plugins import registry
+from pcnet3d.pipeline.plugins.options import option_types
+from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.settings import RunOptions, reading_options
 
 ROOT = Path(__file__).parents[3]
+SOURCES = {
+    path.relative_to(ROOT): path.read_text(encoding="utf-8")
+    for room in ("pipeline", "adapters", "models", "stages", "examples")
+    for path in sorted((ROOT / room).rglob("*.py"))
+    if "lab" not in path.parts and path.name != "catalogue.py"
+}
 
 
 def test_a_notice_has_its_sentence_and_plain_values():
@@ -63,8 +75,58 @@ def test_codes_are_words_and_sentences_end():
 
 
 def test_every_code_is_said_somewhere():
-    rooms = ("pipeline", "adapters", "models", "stages")
-    sources = [path for room in rooms for path in (ROOT / room).rglob("*.py") if "catalogue" not in path.name]
-    text = "\n".join(path.read_text(encoding="utf-8") for path in sources)
+    text = "\n".join(SOURCES.values())
     made = {code for code in CATALOGUE if f'"{code}"' in text or f'"{code.replace("-", "_")}"' in text}
     assert sorted(set(CATALOGUE) - made) == []
+
+
+COMMANDS = ("run", "inspect", "compare", "batch", "live", "view", "list", "demo")
+OTHERS = {"--disable-rebase-keypoint", "--focus"}  # of MMPose, of MotionBERT
+FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z](?![\w-])")
+
+
+def flags_of(command: str) -> set[str]:
+    return {
+        flag for option in load_command(command).params for flag in (*option.opts, *option.secondary_opts)
+    }
+
+
+def sayers(code: str) -> set[str]:
+    """The commands that can say it, by where it is said."""
+    files = {path for path, text in SOURCES.items() if f'"{code}"' in text}
+    compares = all("compare" in path.parts for path in files)
+    inspects = any({"inspect", "findings.py", "altered.py", "checks.py"} & set(path.parts) for path in files)
+    return {"compare"} if compares else {"run", "inspect"} if inspects else {"run"}
+
+
+@pytest.mark.parametrize("code", [code for code, entry in CATALOGUE.items() if "-" in entry.template])
+def test_a_notice_advises_what_the_commands_that_say_it_have(code):
+    """`inspect` and `run` say findings: an option that `inspect` lacks is told as that of `run`."""
+    template = CATALOGUE[code].template
+    for command in sayers(code):
+        told = (
+            re.sub(r"\brun --", "--", template) if command == "run" else re.sub(r"\brun --\S+", "", template)
+        )
+        assert set(FLAG.findall(told)) - OTHERS <= flags_of(command), command
+    for place, _, value in re.findall(r"--set ([a-z]+\.[a-z_]+)(=([a-z-]+))?", template):
+        stage, _, key = place.partition(".")
+        if stage == "read":
+            assert key in reading_options()
+            if value:
+                RunOptions(poses="x.npy", settings={place: value})
+        elif stage == "keypoints":
+            assert any(key in option_types(each.read) for each in adapters().values())
+        else:
+            assert key in option_types(registry.load("stages", stage))
+    for key in re.findall(r"-O ([a-z_]+)=", template):
+        assert any(key in option_types(each.read) for each in adapters().values())
+
+
+def test_a_refusal_names_options_that_some_command_has():
+    """A download that failed advised --person-detector, which there is not."""
+    known = set().union(OTHERS, *map(flags_of, COMMANDS))
+    for path, source in SOURCES.items():
+        calls = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call))
+        raised = [call for call in calls if ast.unparse(call.func) == "InputError"]
+        parts = [part.value for call in raised for part in ast.walk(call) if isinstance(part, ast.Constant)]
+        assert {flag for part in parts for flag in FLAG.findall(str(part))} <= known, path

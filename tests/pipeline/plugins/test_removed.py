@@ -23,8 +23,8 @@ def typed(kind: str, name: str) -> list[str]:
     if kind == "commands":
         return [name, "x"]
     if kind == "flags":
-        command, flag = name.split()
-        return [command, "x", flag]
+        command, *words = name.split()
+        return [command, "x", *words, "-o", "out"]
     if kind == "settings":
         return [*run, "--set", name if "=" in name else f"{name}=1"]
     if kind == "stages":
@@ -86,8 +86,9 @@ def test_nothing_of_that_name_is_there(kind, name):
     if kind == "commands":
         assert name not in cli._points()
     elif kind == "flags":
-        command, flag = name.split()
-        assert flag not in {option for each in cli.load_command(command).params for option in each.opts}
+        command, flag, *value = name.split()
+        options = {option for each in cli.load_command(command).params for option in each.opts}
+        assert value or flag not in options
     elif kind != "settings":
         assert name not in registry.registered(kind)
     elif name.startswith("read.") and "=" not in name:

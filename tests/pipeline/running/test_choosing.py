@@ -87,8 +87,8 @@ def test_of_a_runs_own_detections_the_run_on_them_takes_whom_the_first_one_took(
     found = detected(frames[rows], scored((scale * points)[rows]), people[rows], source=source)
     found.save(tmp_path / "keypoints.npz")
     options = RunOptions(keypoints=tmp_path / "keypoints.npz", image_size=(640, 360))
-    listed = "1 (12, 0 to 11), 2 (12, 0 to 11), 0 (11, 0 to 11)"
-    told = [{"people": 3, "listed": listed, "person": "1"}]
+    listed = "2 (frames 0 to 11), 0 (frames 0 to 11)"
+    told = [{"others": 2, "listed": listed, "person": "1"}]
     for asked, used, said in ((None, "1", told), ("longest", "1", told), ("0", "0", [])):
         take = open_take(options.model_copy(update={"person": asked}))
         assert take.keypoints.person == used

@@ -1,4 +1,4 @@
-"""The last lines of a command: the result in two lines, then what to open."""
+"""What a command says: the result, how far it can be trusted, at most three notices, then what to open."""
 
 import webbrowser
 from dataclasses import replace
@@ -10,9 +10,10 @@ import pytest
 from golden.measures import rows_of
 from pcnet3d.pipeline import Z_UP, InputError, Take
 from pcnet3d.pipeline.core.answer import answer
-from pcnet3d.pipeline.core.notices import own_notice
+from pcnet3d.pipeline.core.messages import set_detail
+from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.files.viewer import view_page
-from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, show_files, trust
+from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, trust
 from pcnet3d.stages import rectify
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.export.stage import summary
@@ -25,19 +26,76 @@ def take(scene):
     return Take("walk", poses=poses, rectified=rectify(poses, "geometric"), findings=(), measures=())
 
 
-def test_two_lines_and_the_page(take, tmp_path, capsys):
-    (tmp_path / "take.rrd").touch()
-    conclude({"": take})
+def test_the_result_then_trust_then_the_files(take, tmp_path, capsys):
+    conclude({"": take}, tmp_path)
+    for name in ("take.rrd", "report.html"):
+        (tmp_path / name).touch()
     point_to(tmp_path)
-    (tmp_path / "report.html").touch()
-    show_files(tmp_path)
-    point_to(tmp_path)
-    trusted, what, files, view, page = capsys.readouterr().out.splitlines()
-    assert trusted.startswith("the poses are good; the take is levelled, up is known to within")
+    what, trusted, bare, files = capsys.readouterr().out.splitlines()
     assert what == f"{take.poses.times[-1]:.1f} s, {len(take.poses)} frames."
-    assert files == f"{tmp_path}: report.html, take.rrd"
-    assert view == f"the recording: pcnet3d view {tmp_path}"
-    assert page == f"open {tmp_path / 'report.html'}"
+    assert trusted.startswith("The poses are good; the take is levelled, up is known to within")
+    assert bare == f"results in {tmp_path}"
+    opened = (f"open {tmp_path / 'report.html'}", f"the recording: pcnet3d view {tmp_path}")
+    assert files == f"results in {tmp_path}: {'; '.join(opened)}"
+
+
+@pytest.fixture
+def said(take, tmp_path, capsys):
+    """said(notices, ...): what is said of takes with these, on stderr and on stdout."""
+
+    def call(*notices, names=("",), detail="normal"):
+        set_detail(detail)
+        conclude({name: take.saying(*own) for name, own in zip(names, notices, strict=True)}, tmp_path)
+        set_detail("normal")
+        out, err = capsys.readouterr()
+        return err.splitlines(), out.splitlines()
+
+    return call
+
+
+WARNINGS = [own_notice(f"test.{name}", f"It is {name}.", "warning") for name in "abcd"]
+NOTES = [own_notice("test.plain", "It is so.", "note"), own_notice("test.told", "Give --focal.", "note")]
+
+
+def test_at_most_three_notices_are_said_the_gravest_and_those_to_act_on_first(said):
+    advises = own_notice("test.z", "It is z (--fps).", "warning")
+    again = own_notice("test.z", "It is z again.", "warning")
+    err, out = said([*NOTES, *WARNINGS, advises, again])
+    assert err == ["warning: It is z (--fps).", "warning: It is a.", "warning: It is b."]
+    assert out[-1] == "5 more notes in the report (-v)"
+    err, out = said([*NOTES, WARNINGS[0]])
+    assert err == ["warning: It is a.", "note: Give --focal."]  # what changes no decision is not said
+    assert out[-1] == "1 more note in the report (-v)"
+
+
+def test_all_are_said_with_v_and_none_with_q(said):
+    every = [*NOTES, *WARNINGS]
+    err, out = said(every, detail="verbose")
+    assert [line.partition(": ")[2] for line in err] == [each.text for each in every]
+    assert "more" not in out[-1]
+    err, out = said(every, detail="quiet")
+    assert err == []
+    assert len(out) == 3  # the result, how far it can be trusted, and where it is
+
+
+def test_marks_and_what_the_verdict_says_are_not_said_again(said):
+    err, out = said([notice("seam", rows=[3]), own_notice("test.x", "Why.", "suspicious")])
+    assert err == []
+    assert "Why" in out[1]
+    assert out[-1].startswith("results in")
+
+
+def test_what_is_said_of_everybody_is_said_once(said):
+    err, _ = said(WARNINGS[:2], WARNINGS[:1], names=("person 1: ", "person 2: "))
+    assert err == ["warning: It is a.", "warning: person 1: It is b."]
+
+
+def test_who_was_visible_and_left_out_comes_first(said):
+    left = notice("person-chosen", person="1", others=1, listed="2 (frames 0 to 9)")
+    err, out = said([left])
+    assert out[0] == left.text
+    assert "--everyone" in out[0]
+    assert err == []
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ def run(joints, tmp_path):
         given = ["--poses", tmp_path / "poses.npy", "--adapter", "videopose3d", "--fps", 30, "-o", out]
         done = pcnet3d("run", *given, f"--recipe={recipe}", *words)
         assert out.is_dir(), done.stderr
-        return done.returncode, done.stdout.splitlines()[-2], out
+        return done.returncode, done.stdout.splitlines()[1].removesuffix("."), out
 
     return call
 

@@ -11,11 +11,12 @@ from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.signals.angles import UNSEEN
 from pcnet3d.pipeline.signals.reprojection import limb_scores, unsure_joints
-from pcnet3d.pipeline.signals.visibility import mean_scores, not_seen, size_doubted, unseen
+from pcnet3d.pipeline.signals.visibility import check_size, mean_scores, not_seen, size_doubted, unseen
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
+from refusals import refused
 
 SIZE = (640, 480)
 FRAMES = 90
@@ -185,6 +186,19 @@ def test_a_size_that_many_keypoints_exceed_is_doubted_not_the_keypoints():
     assert size_doubted(keypoints, None) is None
     hardly = keypoints.with_(confidence=np.full((30, 17), 0.1))
     assert size_doubted(hardly, (640, 360)) is None
+    check_size(keypoints, (640, 360))
+    check_size(hardly, (64, 36))
+    check_size(keypoints, None)
+
+
+def test_a_size_that_most_keypoints_exceed_is_refused_with_the_smallest_that_fits():
+    """Every pose was thrown away as out of the image: 320 x 240 was told, which was 854 x 480."""
+    points = np.random.default_rng(0).uniform((200, 70), (599.5, 469.5), (30, 17, 2))
+    points[0, 0] = 599.5, 469.5
+    keypoints = PoseSequence(points, H36M17, IMAGE, np.full((30, 17), 0.9))
+    with refused("bad-value", "320x240", "600x470"):
+        check_size(keypoints, (320, 240))
+    check_size(keypoints, (600, 470))
 
 
 def test_scores_are_means_over_a_quarter_of_a_second_and_of_movenet_only():

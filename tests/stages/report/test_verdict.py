@@ -42,8 +42,8 @@ def test_a_run_repeats_what_inspect_says(takes, capsys, tmp_path):
     for name, take in takes.items():
         word = verdict(take.findings)
         assert (word == "good") == (name == "good")
-        conclude({"": take}, strict=False)
-        assert capsys.readouterr().out.startswith(f"the poses are {word}")
+        conclude({"": take}, tmp_path)
+        assert f"\nThe poses are {word}" in capsys.readouterr().out
         assert f"the poses are {word}" in summary_markdown(take)
         page = report(take)
         assert f"The poses are {word}</dt>" in page
@@ -62,9 +62,9 @@ def test_a_run_repeats_what_inspect_says(takes, capsys, tmp_path):
         assert f"<td>{word}</td>" in shown
 
 
-def test_nothing_is_said_of_poses_that_nobody_looked_at(takes, capsys):
+def test_nothing_is_said_of_poses_that_nobody_looked_at(takes, capsys, tmp_path):
     take = takes["good"].with_(findings=None)
-    conclude({"": take}, strict=False)
+    conclude({"": take}, tmp_path)
     assert "poses are" not in capsys.readouterr().out
     assert summary(take)["verdict"] is None
     assert "poses are" not in report(take)

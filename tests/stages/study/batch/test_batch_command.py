@@ -212,7 +212,7 @@ def test_a_full_disk_fails_what_does_not_fit_and_keeps_the_rest(finished, apart,
 def test_everybody_of_a_take_has_a_row(pcnet3d, tmp_path):
     write_pair(tmp_path / "pair.json")
     study = write_study(tmp_path, 1)
-    study.write_text("name,poses,fps,person,recipe,subject\nboth,pair.json,30,all,quick.toml,s\n")
+    study.write_text("name,poses,fps,everyone,recipe,subject\nboth,pair.json,30,yes,quick.toml,s\n")
     succeeded(pcnet3d("batch", study, "-o", tmp_path / "out"))
     rows = parquet.read_table(tmp_path / "out" / "study.parquet").to_pylist()
     assert [(row["name"], row["subject"], row["person"], row["frames"]) for row in rows] == [

@@ -152,7 +152,7 @@ def test_files_in_metres_of_a_person_without_a_height_are_refused_before_anythin
 
 VALUES = {
     "person_kind": "yolox", "looks": "1", "swaps": "mask", "fps": "60",
-    "folder": "there", "checkpoint": "part.npz", "resume": "part.npz", "person": "0",
+    "folder": "there", "checkpoint": "part.npz", "resume": "part.npz", "person": "0", "everybody": "true",
 }  # fmt: skip
 
 
