@@ -122,8 +122,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "detected": ("note", "files",
         "The 2D keypoints were detected in the video by {detector}."),
     "others-missed": ("note", "files",
-        "The detector follows one person at a time; anybody else in view is missed. Use --set "
-        "detect.person_detector=yolox to find everybody."),
+        "The detector follows one person at a time; --everyone finds and processes everybody."),
     "person-chosen": ("warning", "files",
         "Person {person} was processed; {others:~other was/others were} visible and left out: {listed}. --everyone "
         "processes all, --person NAME another."),
@@ -196,8 +195,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "lifted-by": ("note", "",
         "The poses were lifted by {model}, a network of the kind {kind}."),
     "focal-guessed": ("note", "camera",
-        "The focal length is unknown; it was assumed to be {focal_px:.0f} pixels (--focal). It was also assumed that "
-        "the video is not cropped off-centre."),
+        "The focal length was assumed to be {focal_px:.0f} pixels, and the video not to be cropped off-centre; --focal "
+        "PIXELS makes place and speed more certain."),
     "lifters-own-path": ("note", "place",
         "The path of the pelvis is the lifter's own{at}; it has no stated error."),
     "focal-not-used": ("note", "camera",
@@ -235,7 +234,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "not-seen": ("warning", "view",
         "The detector does not see the {part} {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("note", "",
-        "Lengths are in units of the source. For metres give the person's height (--stature METRES)."),
+        "Lengths have no unit; --stature METRES gives them metres."),
     "scaled": ("repair", "",
         "Lengths were scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scale-assumed": ("warning", "",

@@ -60,7 +60,7 @@ class Entry:
         for name, values in self.options.items():
             if name not in _FIELDS:
                 words += [f"--set={name}={value}" for value in values]
-            elif name == "no_frames":
+            elif RunOptions.model_fields[name].annotation is bool:
                 words.append(flag_of(name))
             elif name != "video":
                 words += [f"{flag_of(name)}={value}".replace("--set ", "--set=") for value in values]

@@ -20,7 +20,10 @@ from pcnet3d.stages.export.stage import Export
 
 
 def test_a_video_alone_gives_everything(walk_film, toy, tmp_path, call):
-    succeeded(call(walk_film.path, "--detector", toy, "-o", tmp_path / "out"))
+    said = succeeded(call(walk_film.path, "--detector", toy, "-o", tmp_path / "out"))
+    assert (
+        len((said.stdout + said.stderr).split()) <= 120
+    )  # it was 430 words, and the result the last of them
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     assert {"keypoints.npz", "poses.npz", "take.rrd", "report.html"} <= set(summary["files"])
     assert [entry["role"] for entry in summary["inputs"]] == ["video"]

@@ -59,7 +59,7 @@ def test_everybody_of_a_plain_video_gets_a_run(walk_film, quick, monkeypatch, tm
     class Walkers(_Two):
         def people(self, image, before=()):
             self._frame += 1
-            own = [points[self._frame] + [x, 0] for x in (0, 80)]
+            own = [0.4 * points[self._frame] + [x, 0] for x in (0, 40)]
             boxes = [np.array([*each.min(axis=0), *each.max(axis=0)]) for each in own]
             return tuple(Found(xy, np.full(17, 0.9), box) for xy, box in zip(own, boxes, strict=True))
 

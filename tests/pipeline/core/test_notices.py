@@ -81,7 +81,13 @@ def test_every_code_is_said_somewhere():
 
 
 COMMANDS = ("run", "inspect", "compare", "batch", "live", "view", "list", "demo")
-OTHERS = {"--disable-rebase-keypoint", "--focus"}  # of MMPose, of MotionBERT
+OTHERS = {
+    "--disable-rebase-keypoint",
+    "--focus",
+    "--format",
+    "--pixel",
+    "--fit",
+}  # of other programs, and of the lab
 FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z](?![\w-])")
 
 
