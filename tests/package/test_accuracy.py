@@ -59,12 +59,17 @@ def test_every_document_follows_the_figures():
 
 
 def twice(figures: Any) -> Any:
-    """With every number doubled."""
+    """With every number doubled, also of "5.7 (4.9 to 6.6)"."""
     if isinstance(figures, dict):
         return {key: twice(value) for key, value in figures.items()}
     if isinstance(figures, list):
         return [twice(value) for value in figures]
-    return figures if isinstance(figures, str) or figures is None else 2 * figures
+    if isinstance(figures, str):
+        interval = re.fullmatch(r"[\d.]+ \([\d.]+ to [\d.]+\)", figures)
+        return (
+            re.sub(r"[\d.]+", lambda number: f"{2 * float(number[0]):.1f}", figures) if interval else figures
+        )
+    return None if figures is None else 2 * figures
 
 
 def test_new_rows_of_stated_errors_replace_those_of_their_configuration_and_people():
