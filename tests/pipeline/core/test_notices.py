@@ -87,6 +87,8 @@ OTHERS = {
     "--format",
     "--pixel",
     "--fit",
+    "--force-reinstall",
+    "--no-nanny",
 }  # of other programs, and of the lab
 FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z](?![\w-])")
 
