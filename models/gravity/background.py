@@ -94,12 +94,14 @@ def stands(images: Mapping[int, np.ndarray], boxes: Mapping[int, np.ndarray]) ->
 @dataclass(frozen=True)
 class Glimpse:
     """Two images `apart_s` seconds from each other, the first at `time_s`. person: (2,) by how much the person moves in
-    the image from one to the other, in its longer sides; NaN where nobody is seen."""
+    the image from one to the other, in its longer sides; NaN where nobody is seen. onward: from the first image to that
+    of the next glimpse, None where the place is not found again there."""
 
     time_s: float
     apart_s: float
     shift: Shift
     person: np.ndarray
+    onward: Shift | None = None
 
 
 def background_of(glimpses: Sequence[Glimpse]) -> Background | None:
@@ -116,7 +118,16 @@ def background_of(glimpses: Sequence[Glimpse]) -> Background | None:
     speeds = np.array([[each.shift.right, each.shift.down] for each in glimpses]) / apart[:, None]
     at = np.array([each.time_s for each in glimpses])
     lasts = np.diff(at, append=at[-1] + apart[-1])
+    # Where the place is found again in the next glimpse its way is measured: of a camera that shakes, speeds that last
+    # until then add up to many times that.
     steps = lasts[:, None] * speeds
+    for row, onward in enumerate(each.onward for each in glimpses):
+        if (
+            onward is not None
+            and max(onward.together, onward.still) >= _ONE_PICTURE
+            and onward.spread >= _SPREAD
+        ):
+            steps[row] = onward.right, onward.down
     path = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
     reach = float(np.hypot(*np.ptp(path, axis=0)))
     speed = float(np.median(np.hypot(*speeds.T)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import zip_longest
 from typing import Literal
 
 import numpy as np
@@ -22,7 +23,7 @@ from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Video
 from ...pipeline.files.video_frames import images_at, images_from, shown_size
 from ...pipeline.running.progress import counted
-from .background import Glimpse, background_of, shift, stands
+from .background import Glimpse, Shift, background_of, shift, stands
 from .images import TOLD_SPREAD, Unknown, up_from_images
 
 # Of a focal length that the video file states: the sensor's crop and stabilisation are not told.
@@ -83,14 +84,18 @@ def _background(video: Video, people: Sequence[PoseSequence], span: tuple[int, i
     pairs = [(int(start), int(start) + soon) for start in np.unique(starts)]
     frames = sorted({frame for pair in pairs for frame in pair})
     images, boxes, side = images_at(video, frames), _boxes(people, frames), max(shown_size(video))
+
+    def moved(start: int, end: int) -> Shift | None:
+        return shift(images[start], images[end], [boxes[start], boxes[end]])
+
+    pairs = [(start, end) for start, end in pairs if start in images and end in images]
+    known = [(start, end, way) for start, end in pairs if (way := moved(start, end)) is not None]
     glimpses = []
-    for start, end in pairs:
-        if start in images and end in images:
-            moved = shift(images[start], images[end], [boxes[start], boxes[end]])
-            if moved is not None:
-                apart_s = float(video.time_s[end] - video.time_s[start])
-                way = (_middle(boxes[end]) - _middle(boxes[start])) / side
-                glimpses.append(Glimpse(float(video.time_s[start]), apart_s, moved, way))
+    for (start, end, way), after in zip_longest(known, known[1:]):
+        apart_s = float(video.time_s[end] - video.time_s[start])
+        person = (_middle(boxes[end]) - _middle(boxes[start])) / side
+        onward = moved(start, after[0]) if after else None
+        glimpses.append(Glimpse(float(video.time_s[start]), apart_s, way, person, onward))
     return background_of(glimpses)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -102,6 +104,22 @@ def test_how_a_camera_moves(right, person, zoom, kind, moves):
     assert found is not None
     assert (found.kind, found.moves) == (kind, moves)
     assert found.moves == (found.kind not in ("still", "hand-held") or found.reach > TREMBLE)
+
+
+def test_a_camera_that_shakes_reaches_no_further_than_it_was_shown_to():
+    """A phone shaken by 17 pixels was said to wander by 116: speeds of a tenth of a second, a second apart."""
+    rng = np.random.default_rng(3)
+    at = 0.01 * rng.uniform(-1, 1, 10)
+    shaken = [
+        replace(each, onward=Shift(float(after - here), 0.0, 0.0, 1.0, 0.7, 0.0))
+        for each, here, after in zip(glimpses(0.05 * np.sign(at)), at, [*at[1:], at[-1]], strict=True)
+    ]
+    measured, by_speeds = background_of(shaken), background_of(glimpses(0.05 * np.sign(at)))
+    assert measured is not None
+    assert by_speeds is not None
+    assert measured.kind == "hand-held"
+    assert measured.reach == pytest.approx(np.ptp(at), rel=0.3)
+    assert by_speeds.reach > 3 * measured.reach
 
 
 def test_nothing_is_told_without_a_glimpse_or_of_a_crowd():
