@@ -16,11 +16,9 @@ from ...pipeline.signals.angles import EXCHANGED, FINE, UNTRUSTED
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ...pipeline.signals.reprojection import LIMBS, Residuals
 from ...pipeline.signals.visibility import SURE_SCORE
+from ..common.motion import agrees, steady
 from .take_angles import MAX_SD_DEG, AngleSeries
 
-# Of the take's usual residual, within which a limb agrees with its keypoints: what is usual tells how good these are,
-# 0.026 statures with the noisy keypoints of the test bed, 0.012 with exact ones.
-_USUAL = 3.0
 # Root mean square errors of elbows and knees on lifted validation takes with noisy keypoints are 13 to 14 and 10 to 12
 # degrees up to 0.08 statures, 17 and 16 at 0.12, 25 and 20 beyond 0.15: by so much a stature, as squares.
 _GROWS_DEG = 120.0
@@ -40,22 +38,6 @@ _OF_ARMS = (
 # these about a line between hips or shoulders: the thorax against the pelvis 10 and 16 for 5.
 _EXCHANGED = {"leg": ("knee", "heel"), "arm": ("elbow",)}
 _ABOUT = {"leg": ("thorax_pelvis_rotation", "pelvis_obliquity"), "arm": ("thorax_pelvis_rotation",)}
-_FRAMES = 5  # median over so many: an error of one frame is the keypoint's, which the lifter has not followed
-
-
-def agrees(residuals: Residuals) -> float:
-    """Up to which residual, in statures, a limb of the take agrees with its keypoints; NaN where none is known."""
-    every = np.concatenate([residuals.limb(limb) for limb in LIMBS])
-    every = every[np.isfinite(every)]
-    return _USUAL * float(np.median(every)) if len(every) else float("nan")
-
-
-def steady(residual: np.ndarray) -> np.ndarray:
-    """(T,) a limb's residual without what lasts for a frame or two; NaN where it is not known."""
-    from scipy.ndimage import median_filter
-
-    known = np.isfinite(residual)
-    return np.where(known, median_filter(np.where(known, residual, 0.0), _FRAMES, mode="nearest"), np.nan)
 
 
 def widened(

@@ -135,9 +135,20 @@ def shipped() -> dict[str, Any]:
 def same_part(one: Group, other: Group) -> bool:
     """Whether two figures, or those of both sides, rest on about as large a share of their frames: else one of them may
     have missed a part of the movement, which no error tells."""
-    shares = [measure(of, "nan_share") for of in (one, other)]
-    unseen = [0.0 if share is None else share.value for share in shares]
-    return abs(unseen[1] - unseen[0]) < _ANOTHER_PART
+    return same_shares(_unseen(one), _unseen(other))
+
+
+def same_shares(one: float, other: float) -> bool:
+    """Whether two shares of frames in which a figure was not seen are about alike."""
+    return abs(one - other) < _ANOTHER_PART
+
+
+def _unseen(of: Group) -> float:
+    """The share of the frames on which the figures of a group do not rest."""
+    lost, judged = measure(of, "nan_share"), measure(of, "observable")
+    if lost is not None:
+        return lost.value
+    return 0.0 if judged is None else 1 - judged.value / 100
 
 
 def same_place(one: Rectified, other: Rectified) -> bool:

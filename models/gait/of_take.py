@@ -1,4 +1,4 @@
-"""The gait of a rectified take: where its stages meet models/gait."""
+"""The gait of a take's motion, and how far the legs come apart in its noise."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ...pipeline.core.pose import PoseSequence, Rectified
-from ...pipeline.core.rotations import rotate, transpose
-from ...pipeline.signals.filters import breaks
+from ...pipeline.core.rotations import transpose
+from ..common.motion import Motion
 from .gait import LEAST_STEP, Gait, facing_deg, find_gait
 
 SIDES = {"right": "r", "left": "l"}
@@ -16,32 +15,14 @@ _USUAL = 0.12  # lengths of a leg: the separation's deviation by the built-in li
 NOISE = 2.0 * float(np.sqrt(2))  # standard deviations of a frame's value: twice that of a difference of two
 
 
-def body_joints(filtered: PoseSequence, rectified: Rectified) -> np.ndarray:
-    """(T, 17, 3) the filtered joints in BODY axes: no turn of the path and no pan of the camera changes them."""
-    R_body_from_level = transpose(rectified.R_source_from_body) @ rectified.R_source_from_level
-    return rotate(R_body_from_level, filtered.joints)  # in double precision, as the rotations are
-
-
-def gait_of(
-    body: np.ndarray, filtered: PoseSequence, rectified: Rectified, columns: Mapping[str, np.ndarray]
-) -> Gait:
-    """Stances and walks of the joints (T, 17, 3) in BODY axes, with steps beyond the noise that the columns (T,) state.
-    Where the camera moves, turns of the person are not told from the camera's and end no walk."""
-    facing = None
-    if rectified.camera != "moving":
+def gait_of(motion: Motion) -> Gait:
+    """Stances and walks, with steps beyond the noise that the columns state. Where the camera moves, turns of the
+    person are not told from the camera's and end no walk."""
+    rectified, facing = motion.rectified, None
+    if not motion.moving_camera:
         facing = facing_deg(transpose(rectified.R_source_from_level) @ rectified.R_source_from_body)
-    return find_gait(
-        body,
-        filtered.times,
-        breaks(filtered),
-        facing_deg=facing,
-        least=least_step(columns, unjudged(filtered, rectified)),
-    )
-
-
-def unjudged(poses: PoseSequence, rectified: Rectified) -> bool:
-    """Whether angles without a stated error come from a lifter whose errors were not measured, not from capture."""
-    return poses.made_by.kind != "measured" and not rectified.in_world
+    least = least_step(motion.columns, motion.unjudged)
+    return find_gait(motion.body, motion.times, motion.seams, facing_deg=facing, least=least)
 
 
 def least_step(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> float:

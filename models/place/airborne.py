@@ -11,120 +11,84 @@ import numpy as np
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.layouts import H36M17
-from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
-from ...pipeline.signals.doubtful_flights import BRIEF_S, Hop, cut_off, hidden, hops
-from ...pipeline.signals.filters import on_lines, rate
-from ...pipeline.signals.flights import GRAVITY, LIFTED, MEASURED, NEEDED, SCALE_SD, Flight, Rule, flights
+from ...pipeline.signals.filters import on_lines
+from ...pipeline.signals.flights import (
+    GRAVITY,
+    LIFTED,
+    MEASURED,
+    NEEDED,
+    SCALE_SD,
+    Flight,
+    Rule,
+    cut,
+    flights,
+)
 from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
 
 BUILT_IN = "pcnet3d"  # lifter
 _FEWEST = 10  # frames
 _LEVEL = 0.5  # least share of the view that is horizontal: steeper, heights are depths
-_ANY_PACE = replace(LIFTED, fall_s=np.nan, noise=MEASURED.noise, high=MEASURED.high)
-_USUAL_M = 1.7  # stature of an adult
 _FALLS_SHORT = 0.975  # of gravity, as lifted paths tell it: median of lifted flights
 _NEAREST = 0.1  # statures before the camera
 _ROBUST = 0.03  # statures off the usual height at which a joint's say is halved
 _ROUNDS = 5  # of weighing joints
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Airborne:
-    """A take's flights, in order. reason: why there may be others that cannot be told, "" where there are none. lifted:
-    that they are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known.
-    still: that the camera is known to stand still. looked: False where nothing could be looked at. uncertain: beside
-    these, when the feet may have left the floor too. cut: (begin, end) in seconds of flights of which only the begin or
-    the end was seen. hides: in words, what may hide others. ankle: (T,) statures, how high the lower ankle is in each
-    frame by itself; None where that is not known."""
+    """A take's flights, in order. observable: (T,) in which frames the body and its place are known well enough for
+    one; None where flights are not looked for at all. cut: whether an end of the take or a gap cuts one. lifted: that
+    they are of lifted poses, whose errors are larger; judged: by the built-in lifter, of which these are known. still:
+    that the camera is known to stand still. ankle: (T,) statures, how high the lower ankle is in each frame by itself;
+    None where that is not known."""
 
     flights: tuple[Flight, ...] = ()
-    reason: str = ""
+    observable: np.ndarray | None = None
+    cut: bool = False
     lifted: bool = False
     judged: bool = False
     still: bool = True
-    looked: bool = True
-    uncertain: tuple[Hop, ...] = ()
-    cut: tuple[tuple[float, float], ...] = ()
-    hides: tuple[str, ...] = ()
     ankle: np.ndarray | None = None
-
-
-def no_place(rectified: Rectified) -> str:
-    """Why there is no path of the pelvis over the floor."""
-    moves = rectified.camera == "moving"
-    return "the camera moves" if moves else "where the person is in the room is not known"
 
 
 def airborne(take: Take) -> Airborne:
     """The flights of a rectified take. InputError without poses, or where nothing has rectified them."""
     poses, rectified, level = take.need("poses"), take.need("rectified"), take.need("rectified").level
-    if level.root is None:
-        return Airborne(reason=no_place(rectified), looked=False)
-    if not rectified.level_ok:
-        return Airborne(reason=f"the take is not levelled: {rectified.level_reason}")
-    seen = is_finite(level.joints[:, level.layout.indices(NEEDED)]).all(axis=1)
-    if seen.sum() < _FEWEST:
-        return Airborne(reason=f"fewer than {_FEWEST} frames have the trunk, both arms and both legs")
-    if (seen & is_finite(level.root)).sum() < _FEWEST:
-        return Airborne(reason=f"the person's place is known in fewer than {_FEWEST} frames")
+    if level.root is None or not rectified.level_ok:
+        return Airborne()
+    body = is_finite(level.joints[:, level.layout.indices(NEEDED)]).all(axis=1)
+    if (body & is_finite(level.root)).sum() < _FEWEST:
+        return Airborne()
     if level.measured_root is not None:
-        found, cut = flights(level, MEASURED), cut_off(level, MEASURED)
-        return Airborne(
-            tuple(found),
-            uncertain=tuple(hops(level, MEASURED, found, _stature_m(level))),
-            cut=tuple(cut),
-            hides=_hides(level, MEASURED),
-            ankle=_lower_ankle(level),
-        )
+        return _airborne(level, MEASURED)
     if take.keypoints is None or take.camera is None or rectified.in_world:
-        return Airborne(reason="without 2D keypoints heights are too uncertain for flights", looked=False)
+        return Airborne()
     rays, trust = keypoint_rays(poses, take.keypoints, take.camera)
     height = own_height(level, rectified, rays, trust)
     if height is None:
-        return Airborne(reason="the camera looks down or up too steeply for heights")
+        return Airborne()
     root = np.column_stack([level.root[:, :2], height])
     level = level.with_(joints=bridged(level.joints, level.times), root=root, root_covariance=None)
-    stature_m = _stature_m(level)
-    found = flights(level, LIFTED, stature_m)
-    if not found and (slow := flights(level, _ANY_PACE)):
-        share = np.median([flight.fall for flight in slow]) * (stature_m or _USUAL_M) / GRAVITY
-        return Airborne(
-            reason=f"the body falls at {share:.2g} of gravity: the frame rate or up is wrong", lifted=True
-        )
-    still = take.stands
-    unknown = "nothing says that the camera stands still, as --camera static would"
+    found = _airborne(level, LIFTED, _stature_m(level))
     judged = poses.made_by.in_run and poses.made_by.by.partition("@")[0] == BUILT_IN
-    return Airborne(
-        tuple(found),
-        "" if still else unknown,
-        lifted=True,
-        judged=judged,
-        still=still,
-        uncertain=tuple(hops(level, LIFTED, found, stature_m)),
-        cut=tuple(cut_off(level, LIFTED, stature_m)),
-        hides=_hides(level, LIFTED),
-        ankle=_lower_ankle(level),
-    )
+    return replace(found, lifted=True, judged=judged, still=take.stands)
 
 
-def _hides(level: PoseSequence, rule: Rule) -> tuple[str, ...]:
-    fps, spans = rate(level.times), hidden(level, rule)
-    few = f"at {fps:.3g} frames per second a flight of {BRIEF_S:g} s has {BRIEF_S * fps:.2g} frames"
-    unseen = f"not seen from {spans_in_words(spans)}"
-    return (*[few] * (round(BRIEF_S * fps) < rule.fewest), *[unseen] * bool(spans))
+def _airborne(level: PoseSequence, rule: Rule, stature_m: float | None = None) -> Airborne:
+    """By a path (T, 3) of which each frame has its own height."""
+    assert level.root is not None
+    joints = level.joints[:, level.layout.indices(NEEDED)]
+    known = is_finite(joints).all(axis=1) & is_finite(level.root)
+    ankles = level.joints[:, level.layout.indices(("r_ankle", "l_ankle")), 2].min(axis=1)
+    ankle = (ankles + level.root[:, 2]) / implied_stature(level.joints)
+    return Airborne(tuple(flights(level, rule, stature_m)), known, cut(level, rule), ankle=ankle)
 
 
 def _stature_m(level: PoseSequence) -> float | None:
     return implied_stature(level.joints) if level.frame.unit == "m" else None
-
-
-def _lower_ankle(level: PoseSequence) -> np.ndarray:
-    assert level.root is not None
-    ankles = level.joints[:, level.layout.indices(("r_ankle", "l_ankle")), 2].min(axis=1)
-    return (ankles + level.root[:, 2]) / implied_stature(level.joints)
 
 
 def units_a_metre(level: PoseSequence, found: Sequence[Flight]) -> tuple[float, float]:

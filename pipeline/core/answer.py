@@ -5,32 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from .measures import (
-    CANNOT_BE_TOLD,
-    NONE,
-    NOT_LOOKED_FOR,
-    Group,
-    Measure,
-    grouped,
-    measure,
-    moments,
-    numbered,
-    subgroup,
-    text,
-    value,
-)
+from .measures import Group, Measure, grouped, measure, moments, numbered, subgroup, text, value
 from .messages import how_many
 from .take import Take
 
 _AT_ONCE = 0.25  # of a raise, from which the arms' highest points are apart: half of the way up or down
 _MOST = 4  # depths that are told one by one
 _SIDES = ("right", "left")
-_MOVEMENTS = {
-    "walking": "walking",
-    "knee_bends": "bends of both knees",
-    "arm_raises": "arm raises",
-    "jumps": "jumps",
-}
 _TIMES = ("never", "once", "twice")
 _Told = tuple[int, str]  # how often it was done, and the words
 _JOINTS = {  # each joint once: its other angles move along
@@ -64,45 +45,22 @@ class JointRange:
         return f"{self.joint} {parts}" + ("" if self.bar is None else f" ± {self.bar:.0f}")
 
 
-def answer(
-    take: Take, reasons: str = "in the report, under What happened", with_ranges: bool = True
-) -> list[str]:
-    """Sentences about a take's movements, the most frequent first, and the joints that range furthest for their error;
-    then what was not there, what cannot be told, and what was not looked for. Nothing of a take without
-    measures. reasons: where a reader finds why. with_ranges: in a sentence, where no movement was found and no table
-    shows `joint_ranges`."""
+def answer(take: Take, with_ranges: bool = True) -> list[str]:
+    """Sentences about a take's movements, the most frequent first, and the joints that range furthest for their error.
+    Nothing of a take without measures. with_ranges: in a sentence, where no movement was found and no
+    table shows `joint_ranges`."""
     if not take.measures:
         return []
-    measures = grouped(take.measures)
-    poses = take.need("poses")
-    metric = poses.frame.unit == "m"
-    walking, bends = subgroup(measures, "walking"), subgroup(measures, "knee_bends")
+    measures, metric = grouped(take.measures), take.need("poses").frame.metric
     done = [
-        *_walked(walking, metric),
-        *_bent(bends),
+        *_walked(subgroup(measures, "walking"), metric),
+        *_bent(subgroup(measures, "knee_bends")),
         *_raised(subgroup(measures, "arm_raises")),
         *_jumped(subgroup(measures, "jumps")),
     ]
     moved = [words for _, words in sorted(done, key=lambda told: -told[0])]
-    ranges = _ranges(subgroup(measures, "range_of_motion"), with_ranges and not done)
-    sentences = ("; ".join(moved), ranges, *_not_seen(measures, poses.duration_s, f"(why: {reasons})"))
-    said = sentences if done else (*sentences[2:], sentences[1])
-    return [f"{words[:1].upper()}{words[1:]}." for words in said if words]
-
-
-def _not_seen(measures: Group, seconds: float, why: str) -> list[str]:
-    """A sentence each on what was not there, what cannot be told, and what was not looked for, where there is any. why:
-    in brackets, where the reasons are."""
-    outcomes = {words: text(subgroup(measures, name), "outcome") for name, words in _MOVEMENTS.items()}
-    none, untold, passed = (
-        [words for words, code in outcomes.items() if code == which]
-        for which in (NONE, CANNOT_BE_TOLD, NOT_LOOKED_FOR)
-    )
-    return [
-        f"no {_and(none, 'or')} in {seconds:.1f} s" if none else "",
-        f"cannot be told: {_and(untold)}{f' {why}' * (not passed)}" if untold else "",
-        f"not looked for: {_and(passed)} {why}" if passed else "",
-    ]
+    ranges = "" if done or not with_ranges else _ranges(subgroup(measures, "range_of_motion"))
+    return [f"{words[:1].upper()}{words[1:]}." for words in ("; ".join(moved), ranges) if words]
 
 
 def _walked(walking: Group, metric: bool) -> list[_Told]:
@@ -110,24 +68,22 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
     if not steps:
         return []
     words = {"running": "ran", "walking or running": "walked or ran"}.get(text(walking, "gait"), "walked")
-    words += f" {'at least ' * bool(unseen := text(walking, 'count_reason'))}{how_many(steps, 'step')}"
+    words += f" {_least(walking, 'steps')}{how_many(steps, 'step')}"
     if back := _count(walking, "backward_steps"):
         words += " backwards" if back == steps else f", {back} of them backwards"
     landed = [at for side in _SIDES for at in moments(subgroup(walking, side), "landings")]
     if _count(walking, "walks") == 1 and landed:
         words += f" in {max(landed) - min(landed):.1f} s"
-    words += f" ({unseen})" * bool(unseen)
     if cadence := measure(walking, "cadence"):
         words += f", {_figure(cadence, 'a minute')}"
     if metric and (speed := measure(walking, "walking_speed")):
-        words += f", at {'a speed that ' * speed.untold}{_figure(speed, 'm/s')}"
+        words += f", at {_figure(speed, 'm/s')}"
     return [(steps, words)]
 
 
 def _bent(bends: Group) -> list[_Told]:
     count, squats = _count(bends), _count(bends, "squats")
-    least = "at least " * bool(text(bends, "squats_reason"))
-    among = f", {least}{how_many(squats, 'squat')} among them" if 0 < squats < count else ""
+    among = f", {_least(bends, 'squats')}{how_many(squats, 'squat')} among them" if 0 < squats < count else ""
     did = "squatted" if squats == count else "bent the knees"
     return [
         *([(count, f"{did} {_counted([bends], ', the less bent knee to')}{among}")] if count else []),
@@ -137,24 +93,17 @@ def _bent(bends: Group) -> list[_Told]:
 
 def _raised(arms: Group) -> list[_Told]:
     sides = {side: subgroup(arms, side) for side in _SIDES}
-    right, left = ((_count(of), text(of, "count_reason")) for of in sides.values())
-    held = {side: _held(f"held the {side} arm up", of) for side, of in sides.items()}
     counts = {side: _count(of) for side, of in sides.items()}
-    if right == left and right[0] and _together(*sides.values()):
-        return [
-            (right[0], f"raised both arms {_counted(list(sides.values()))}"),
-            *held["right"],
-            *held["left"],
-        ]
-    seen = [side for side in _SIDES if counts[side] or held[side]]
-    unknown = [side for side in _SIDES if side not in seen and text(sides[side], "reason")]
-    other = f"; whether the {unknown[0]} arm was raised cannot be told" if seen and unknown else ""
-    told = []
-    for side in _SIDES:
-        raised = f"raised the {side} arm {_counted([sides[side]])}" if counts[side] else ""
-        each = [*[(counts[side], raised)] * bool(raised), *held[side]]
-        told += [*each[:-1], *((count, words + other) for count, words in each[-1:])]
-    return told
+    held = [told for side, of in sides.items() for told in _held(f"held the {side} arm up", of)]
+    alike = len({(counts[side], _least(of)) for side, of in sides.items()}) == 1
+    if alike and counts["right"] and _together(*sides.values()):
+        return [(counts["right"], f"raised both arms {_counted(list(sides.values()))}"), *held]
+    raised = [
+        (counts[side], f"raised the {side} arm {_counted([of])}")
+        for side, of in sides.items()
+        if counts[side]
+    ]
+    return [*raised, *held]
 
 
 def _together(one: Group, other: Group) -> bool:
@@ -175,15 +124,19 @@ def _held(what: str, of: Group) -> list[_Told]:
     count, longest = _count(holds), value(holds, "longest")
     if not count or longest is None:
         return []
-    least = "at least " * bool(text(holds, "longest_reason"))
-    words = f"{what} {_often(count)}, {'' if count == 1 else 'the longest '}for {least}{longest:.1f} s"
-    return [(count, words)]
+    words = f"{what} {_often(count)}, {'' if count == 1 else 'the longest '}for {_least(holds, 'longest')}"
+    return [(count, f"{words}{longest:.1f} s")]
 
 
 def _counted(moved: Sequence[Group], to: str = " to") -> str:
-    """Such as "3 times to 102 ± 7 degrees"; and when there may have been more that nobody saw. moved: of one count."""
-    often, unseen = _often(_count(moved[0])), text(moved[0], "count_reason")
-    return f"{f'at least {often} ({unseen})' if unseen else often}{_peaks(moved, to)}"
+    """Such as "at least 3 times to 102 ± 7 degrees". moved: of one count."""
+    return f"{_least(moved[0])}{_often(_count(moved[0]))}{_peaks(moved, to)}"
+
+
+def _least(of: Group, name: str = "count") -> str:
+    """ "at least " of a figure that may be more."""
+    figure = measure(of, name)
+    return "at least " if figure and figure.at_least else ""
 
 
 def _peaks(moved: Sequence[Group], to: str) -> str:
@@ -216,18 +169,16 @@ def _jumped(jumps: Group) -> list[_Told]:
     told = [f"{height.value:.0f}" for height in found]
     each = f"each {told[0]} cm" if 1 < len(told) == told.count(told[0]) else f"{_and(told)} cm"
     heights = f", {each} high by the time in the air{within}"
-    unseen = text(jumps, "count_reason")
-    often = f"at least {_often(count)} ({unseen})" if unseen else _often(count)
+    often = f"{_least(jumps)}{_often(count)}"
     return [(count, f"jumped {often}{heights if 0 < len(found) <= _MOST else ''}")]
 
 
-def _ranges(ranges: Group, each: bool) -> str:
-    """A sentence, in which each joint is named only if asked for."""
+def _ranges(ranges: Group) -> str:
+    """A sentence; empty where no joint moves by more than its error."""
     if not (told := joint_ranges(ranges)):
-        known = any(_range(ranges, name).sides for name in _JOINTS)
-        return "no joint moves by more than its error" * known
+        return ""
     of_ends = " (± for each end)" if any(one.bar is not None for one in told) else " (errors not known)"
-    return f"in nine of ten frames, in degrees{of_ends}: {'; '.join(map(str, told))}" * each
+    return f"in nine of ten frames, in degrees{of_ends}: {'; '.join(map(str, told))}"
 
 
 def joint_ranges(ranges: Group) -> list[JointRange]:

@@ -12,8 +12,6 @@ from typing import Any, Literal, NamedTuple
 
 Side = Literal["", "right", "left"]
 SD_90 = 1.645  # standard deviations of a Gaussian to each side that hold nine in ten
-# What became of looking for a movement: the text of the remark `outcome`.
-SEEN, NONE, CANNOT_BE_TOLD, NOT_LOOKED_FOR = "seen", "none", "cannot-be-told", "not-looked-for"
 # Names of all Moments.
 MOMENTS = ("start", "stop", "peak_at", "stride_start", "stride_stop", "landings", "toe_offs")
 
@@ -40,6 +38,25 @@ UNITS = {
     "speed": Unit("", "{}/s", "{}/s"),
 }
 OF_LENGTH = ("length", "speed")  # units that say something only where the take has a scale
+# Why a figure, or all figures of a group, are not given: the text of the remark `withheld`, and what pages say of it.
+WITHHELD = {
+    "camera-moves": "the camera moves",
+    "detector-unsure": "the detector is unsure of its joints",
+    "error-too-large": "its error is too large",
+    "error-unknown": "its error is not known",
+    "few-frames": "too few frames have it",
+    "few-strides": "too few strides",
+    "few-values": "too few values",
+    "frames-missing": "frames without a value may show more",
+    "no-paths": "the stage trajectories has not run",
+    "not-levelled": "the take is not levelled",
+    "place-unknown": "where the person is in the room is not known",
+    "range-too-small": "both ranges are too small",
+    "side-missing": "one side has no range",
+    "sides-doubtful": "left and right are doubtful",
+    "sides-unlike": "each side was seen in another part of the movement",
+    "take-too-short": "the take is too short",
+}
 
 
 @dataclass(frozen=True)
@@ -49,7 +66,8 @@ class Measure:
     group: names of what it belongs to, the outermost first, such as ("walking", "right"). name: without a unit. value:
     unrounded, as in files; pages show it `with_bar`. unit: one of UNITS. error: one standard deviation, None if it is
     not known. number: number of its repetition, from 0; None for a figure of the whole take. within_error: for a
-    difference of the sides, whether zero lies in its 90 % band; None if that cannot be told, and for other figures.
+    difference of the sides, whether zero lies in its 90 % band; None if its error is not known, and for other figures.
+    at_least: of a count, whether there may be more, for an end of the take or a gap cuts one.
     """
 
     name: str
@@ -59,6 +77,7 @@ class Measure:
     side: Side = ""
     number: int | None = None
     within_error: bool | None = None
+    at_least: bool = False
     group: tuple[str, ...] = ()
 
     @property
@@ -66,22 +85,10 @@ class Measure:
         """`half_bar` of its error, None where that is not known."""
         return None if self.error is None else half_bar(self.error)
 
-    @property
-    def untold(self) -> bool:
-        """Whether all of a walk's length or speed may be error: pages say that it cannot be told, files have the code
-        beside it."""
-        of_walk = self.group[:1] == ("walking",) and self.unit in OF_LENGTH
-        return of_walk and self.bar is not None and self.bar >= self.value
-
     def in_words(self, unit: str = "") -> str:
-        """With its bar, as people read it, or that it is `untold`; without an error in two digits. unit: to be written
-        behind it."""
-        behind = f" {unit}" * bool(unit)
-        if self.untold:
-            return f"cannot be told (± {self.bar:g}{behind})"
-        return (
-            f"{without_error(self.value) if self.error is None else with_bar(self.value, self.error)}{behind}"
-        )
+        """With its bar, as people read it; without an error in two digits. unit: to be written behind it."""
+        words = without_error(self.value) if self.error is None else with_bar(self.value, self.error)
+        return f"{words} {unit}".rstrip()
 
     @property
     def key(self) -> str:
@@ -94,10 +101,9 @@ class Measure:
         return f"{self.name}_error{UNITS[self.unit].ending}"
 
     @property
-    def judged(self) -> dict[str, bool | str]:
-        """What files say of it beside it: `step_time_within_error` of `step_time_symmetry_index`, and an `_outcome`
-        where it is `untold`."""
-        said: dict[str, bool | str] = {f"{self.name}_outcome": CANNOT_BE_TOLD} if self.untold else {}
+    def judged(self) -> dict[str, bool]:
+        """What files say of it beside it: `step_time_within_error` of `step_time_symmetry_index`, `count_at_least`."""
+        said = {f"{self.name}_at_least": True} if self.at_least else {}
         if self.within_error is not None:
             said[self.name.replace("symmetry_index", "within_error")] = self.within_error
         return said
@@ -105,8 +111,7 @@ class Measure:
 
 @dataclass(frozen=True)
 class Remark:
-    """A text about a group: `outcome`, a code of those above, `reason` why it has no figures, `count_reason` why there
-    may be more, `longest_reason` why it may last longer, and others."""
+    """A text about a group: `gait`, `counted`, and others; or of `withheld` a code."""
 
     name: str
     text: str
@@ -163,6 +168,15 @@ class Curves:
 
 
 Row = Measure | Remark | Moments | Curves
+
+
+def withheld(code: str, figure: str = "") -> Remark:
+    """That a figure of a group is not given, or all of it. code: of WITHHELD, else KeyError."""
+    if code not in WITHHELD:
+        raise KeyError(code)
+    return Remark(f"{figure}_withheld" if figure else "withheld", code)
+
+
 # Rows by name; what is numbered in a list.
 Group = dict[str, "Group | Row | list[Measure]"]
 
@@ -254,14 +268,6 @@ def moments(of: Mapping[str, Any], name: str) -> tuple[float, ...]:
     """Seconds by that name, none where there are none."""
     found = of.get(name)
     return found.at_s if isinstance(found, Moments) else ()
-
-
-def why_untold(of: Group) -> str:
-    """The reason of a movement, or of its sides, and that none was found where they were counted all the same."""
-    for own in (of, subgroup(of, "right"), subgroup(of, "left")):
-        if why := text(own, "reason"):
-            return f"none was found, but {why}" if value(own, "count") == 0 else why
-    return ""
 
 
 def nested(rows: Iterable[Row]) -> dict[str, Any]:

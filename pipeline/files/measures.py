@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -79,18 +80,23 @@ def _read(line: dict[str, str]) -> Measure | Remark:
 
 
 def _joined(figures: list[Measure | Remark]) -> Iterator[measures.Row]:
-    """Moments in one row each; without what the figure before says itself."""
-    said: dict[str, bool | str] = {}
-    for (group, name), same in groupby(figures, lambda row: (row.group, row.name)):
-        if name in said:
-            continue
+    """Moments in one row each; counts that may be more as such; without what the figure before says itself."""
+    for (group, name), same in groupby(_with_least(figures), lambda row: (row.group, row.name)):
         rows = list(same)
-        said = rows[-1].judged if isinstance(rows[-1], Measure) else {}
         if name in MOMENTS:
             at_s = tuple(row.value for row in rows if isinstance(row, Measure))
             yield Moments(name, at_s, rows[0].side, group)
         else:
             yield from rows
+
+
+def _with_least(figures: list[Measure | Remark]) -> Iterator[Measure | Remark]:
+    more = {(row.group, row.name) for row in figures if isinstance(row, Remark)}
+    for row in figures:
+        if isinstance(row, Measure):
+            yield replace(row, at_least=(row.group, f"{row.name}_at_least") in more)
+        elif not row.name.endswith("_at_least"):
+            yield row
 
 
 def _curves(measures: Mapping[str, Any], group: tuple[str, ...] = ()) -> Iterator[Curves]:

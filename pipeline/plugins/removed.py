@@ -49,6 +49,7 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "lift.lifter_kind=blazepose": _FILE,
         "lift.lifter_kind=instanthmr": _FILE,
         "lift.lifter_kind=rtmw3d": _FILE,
+        "measures.repeated": "--set measures.repeat=ANGLE counts the repetitions of any angle",
         "trajectories.foot_lock": "leave it out; feet of an estimated path slide within its stated error",
         "read.swaps=repair": "correct the keypoints where they were made, or give read.swaps=mask",
     },

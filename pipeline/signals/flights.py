@@ -43,7 +43,7 @@ _FLOOR = 20  # per cent of the time in which an ankle that stands is lower
 _TRIMMED = 0.1  # of the frames at either end, in which a foot may still push
 GRAVITY = 9.81  # m / s2
 PEOPLE_M = (1.0, 2.2)  # statures of those who jump
-OVER_FEET = 0.2  # statures from the feet to the centre of mass; who hops on the hands does not jump
+_OVER_FEET = 0.2  # statures from the feet to the centre of mass; who hops on the hands does not jump
 _BEFORE_S = 0.3  # before the feet leave the floor: where it is
 # Which leaves the floor so long before the other, or lands after it, has no part in the jump.
 _ONE_FOOT_S = 0.12
@@ -118,14 +118,23 @@ def flights(level: PoseSequence, rule: Rule = MEASURED, stature_m: float | None 
     person's stature where it is not known. rise is half of the fall times the square of the time that it takes
     (Linthorne, Am J Phys 69(11), 2001); of lifted poses that of rises.py, which is nearer to the captured rise.
     """
-    path = body_path(level, rule)
+    path = _body_path(level, rule)
     if path is None:
         return []
-    found = (_flight(path, rows, line, stature_m) for rows, line in _spells(path, level.seams))
+    found = (
+        _flight(path, rows, line, stature_m) for rows, line, whole in _spells(path, level.seams) if whole
+    )
     return [flight for flight in found if flight is not None]
 
 
-def body_path(level: PoseSequence, rule: Rule) -> BodyPath | None:
+def cut(level: PoseSequence, rule: Rule = MEASURED) -> bool:
+    """Whether both ankles are off the floor where an end of the take, a clip boundary or a gap hides how they left it
+    or meet it again. Arguments of `flights`."""
+    path = _body_path(level, rule)
+    return path is not None and any(not whole for _, _, whole in _spells(path, level.seams))
+
+
+def _body_path(level: PoseSequence, rule: Rule) -> _BodyPath | None:
     """The paths that tell flights, of arguments of `flights`; None without a root, or of nobody."""
     stature = implied_stature(level.joints) if len(level) else np.nan
     if level.root is None or not stature > 0:
@@ -138,36 +147,34 @@ def body_path(level: PoseSequence, rule: Rule) -> BodyPath | None:
     ]
     ankles, knees = (world[:, H36M17.indices((f"r_{at}", f"l_{at}")), 2] for at in ("ankle", "knee"))
     legs = (1 - rule.knees) * ankles + rule.knees * knees
-    centre, either = np.sum(parts, axis=0), np.fmin(*ankles.T)
-    return BodyPath(level.times, centre, ankles.min(axis=1), ankles.max(axis=1), either, legs, rule)
+    centre = np.sum(parts, axis=0)
+    return _BodyPath(level.times, centre, ankles.min(axis=1), ankles.max(axis=1), legs, rule)
 
 
 @dataclass(frozen=True)
-class BodyPath:
-    """time_s (T,); in statures the centre of mass (T, 3), and the heights of the lower and the higher ankle (T,), of
-    the one that is known where one is missing (T,), and of both legs (T, 2), by which is told when the feet leave the
-    floor."""
+class _BodyPath:
+    """time_s (T,); in statures the centre of mass (T, 3), and the heights of the lower and the higher ankle (T,), and
+    of both legs (T, 2), by which is told when the feet leave the floor."""
 
     time_s: np.ndarray
     centre: np.ndarray
     lowest: np.ndarray
     highest: np.ndarray
-    either: np.ndarray
     legs: np.ndarray
     rule: Rule
 
 
-def _flight(path: BodyPath, rows: slice, line: np.ndarray, stature_m: float | None) -> Flight | None:
+def _flight(path: _BodyPath, rows: slice, line: np.ndarray, stature_m: float | None) -> Flight | None:
     """The flight in rows in which both ankles are above a line (T,); None where the body does not fall freely."""
     rule, time_s = path.rule, path.time_s
     ends, fit = [rows.start, rows.stop - 1], _fall(path.centre[rows], time_s[rows], rule)
-    if (path.centre[ends, 2] - path.lowest[ends] < OVER_FEET).any():
+    if (path.centre[ends, 2] - path.lowest[ends] < _OVER_FEET).any():
         return None
     if fit is None:
         return None
     if not np.isnan(rule.fall_s):  # within 2.6 standard deviations
         slack = 2.6 * np.hypot(rule.fall_s / np.ptp(time_s[rows]), SCALE_SD)
-        if not is_free(np.array(fit.fall), slack, stature_m):
+        if not _is_free(np.array(fit.fall), slack, stature_m):
             return None
     edges = ((rows.start, -1), (rows.stop - 1, 1))
     feet = [1 if _apart_s(path.highest - line, time_s, *edge) > _ONE_FOOT_S else 2 for edge in edges]
@@ -190,7 +197,7 @@ def _passes(height: np.ndarray, time_s: np.ndarray, row: int) -> float:
     return float(time_s[row] + share * (time_s[row + 1] - time_s[row]))
 
 
-def _edge(path: BodyPath, line: np.ndarray, rows: slice, way: int, feet: int) -> float:
+def _edge(path: _BodyPath, line: np.ndarray, rows: slice, way: int, feet: int) -> float:
     """When the body leaves the floor before (way -1) or meets it after (1) rows in which the lower ankle is above the
     line, on so many feet; NaN where that was not seen."""
     row, time_s = rows.start if way < 0 else rows.stop - 1, path.time_s
@@ -222,41 +229,29 @@ def _apart_s(height: np.ndarray, time_s: np.ndarray, row: int, way: int) -> floa
     return float(abs(time_s[last] - time_s[row]))
 
 
-def _spells(path: BodyPath, seams: tuple[int, ...]) -> list[tuple[slice, np.ndarray]]:
-    """Rows in which the lower ankle is well above the floor, between two lows that were seen, and the line (T,) that it
-    is above."""
-    return [
-        (rows, line)
-        for rows, line, before, after in above(path, seams)
-        if before and after and lasts_s(path, rows) >= path.rule.least_s
-    ]
-
-
-def above(
-    path: BodyPath, seams: tuple[int, ...], up: float = _UP, fewest: int | None = None
-) -> Iterator[tuple[slice, np.ndarray, bool, bool]]:
-    """Rows in which the lower ankle is well above the floor, the line (T,) that it is above, and whether the lows
-    before and after them were seen."""
+def _spells(path: _BodyPath, seams: tuple[int, ...]) -> Iterator[tuple[slice, np.ndarray, bool]]:
+    """Rows in which the lower ankle is well above the floor for as long as in a flight, the line (T,) that it is above,
+    and whether the lows before and after them were seen."""
     height, time_s, rule = path.lowest, path.time_s, path.rule
     for start, stop in pairwise([0, *seams, len(height)]):
         piece, times = height[start:stop], time_s[start:stop]
         if not np.isfinite(piece).any():
             continue
         line = np.full(len(height), np.nan)
-        line[start:stop] = floor_around(piece, times, rule.floor_s) + up
+        line[start:stop] = _floor_around(piece, times, rule.floor_s) + _UP
         for a, b in stretches(piece > line[start:stop]):
-            if b - a >= (fewest or rule.fewest):
-                before = a > 0 and bool(np.isfinite(piece[a - 1]))
-                after = b < len(piece) and bool(np.isfinite(piece[b]))
-                yield slice(start + a, start + b), line, before, after
+            rows = slice(start + a, start + b)
+            whole = a > 0 and b < len(piece) and bool(np.isfinite(piece[[a - 1, b]]).all())
+            if not whole or (b - a >= rule.fewest and _lasts_s(path, rows) >= rule.least_s):
+                yield rows, line, whole
 
 
-def lasts_s(path: BodyPath, rows: slice) -> float:
+def _lasts_s(path: _BodyPath, rows: slice) -> float:
     """With half of a frame to either side, in which the ankle passes its line."""
     return float(np.gradient(path.time_s)[rows].sum())
 
 
-def floor_around(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np.ndarray:
+def _floor_around(height: np.ndarray, time_s: np.ndarray, around_s: float) -> np.ndarray:
     """(T,) what a height (T,) is for a fifth of the time around, or of the whole time."""
     from scipy.ndimage import percentile_filter
 
@@ -277,7 +272,7 @@ class _Fit:
 
 def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
     """The parabola of a path (N, 3) that rises and falls; None where it is none."""
-    inner = without_ends(centre)
+    inner = _without_ends(centre)
     middle_s = float(time_s[inner].mean())
     centre, time_s = centre[inner], time_s[inner] - middle_s
     if not np.isfinite(centre).all():
@@ -295,12 +290,12 @@ def _fall(centre: np.ndarray, time_s: np.ndarray, rule: Rule) -> _Fit | None:
     return _Fit(-float(bend), middle_s - float(speed / bend))
 
 
-def without_ends(centre: np.ndarray) -> slice:
+def _without_ends(centre: np.ndarray) -> slice:
     """The rows of a path (N, ...) in the air in which no foot may still push."""
     return slice(int(_TRIMMED * len(centre)), len(centre) - int(_TRIMMED * len(centre)))
 
 
-def is_free(fall: np.ndarray, slack: float, stature_m: float | None) -> np.ndarray:
+def _is_free(fall: np.ndarray, slack: float, stature_m: float | None) -> np.ndarray:
     """Whether falls (...,), statures / s2, are those of gravity within a share, of a person of that stature, or of any;
     of the same shape."""
     least, most = PEOPLE_M if stature_m is None else (stature_m, stature_m)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...models.angle_error.repeatability import known_median
 from ...models.gait.events import Stride
-from ...pipeline.core.measures import Measure, Row, Side, grouped, moments, subgroup
+from ...pipeline.core.measures import Measure, Moments, Row, Side
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import near, unwrapped
 from ...pipeline.signals.filters import around, breaks, each_path, resample
@@ -20,6 +20,7 @@ from .cycles import POINTS
 from .figures import spread, with_error
 
 _OTHER: dict[str, Side] = {"right": "left", "left": "right"}
+_WITH_CYCLES = ("knee_bends", "arm_raises", "repetitions", "walking")
 _OF_CYCLE = ("movement", "side", "number", "percent", "time_s", "event")
 
 
@@ -35,19 +36,12 @@ class Cycle(NamedTuple):
 
 def cycles_of(measures: Sequence[Row]) -> Iterator[Cycle]:
     """All strides and repetitions that the measures of a take have found, in the order of summary.json."""
-    groups = grouped(measures)
-    named = {"knee_bends": ("", subgroup(groups, "knee_bends"))}
-    for side in _OTHER:
-        named[f"arm_raises.{side}"] = (side, subgroup(groups, "arm_raises", side))
-    for name in subgroup(groups, "repetitions"):
-        named[f"repetitions.{name}"] = ("", subgroup(groups, "repetitions", name))
-    for side in _OTHER:
-        named[f"walking.{side}"] = (side, subgroup(groups, "walking", side))
-    for movement, (side, group) in named.items():
-        of = "stride_" if movement.startswith("walking") else ""
-        spans = zip(moments(group, f"{of}start"), moments(group, f"{of}stop"), strict=True)
-        for number, (start_s, stop_s) in enumerate(spans):
-            yield Cycle(movement, side, number, start_s, stop_s)  # type: ignore[arg-type]
+    times = {(row.group, row.name): row for row in measures if isinstance(row, Moments)}
+    for (group, name), starts in times.items():
+        stops = times.get((group, name.replace("start", "stop")))
+        if group[0] in _WITH_CYCLES and "holds" not in group and name in ("start", "stride_start") and stops:
+            for number, span in enumerate(zip(starts.at_s, stops.at_s, strict=True)):
+                yield Cycle(".".join(group), starts.side, number, *span)
 
 
 def columns_of(take: Take) -> list[str]:
@@ -66,14 +60,13 @@ def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
     if take.measures is None or take.filtered is None:
         return
     times, seams, columns = take.filtered.times, breaks(take.filtered), take.need("kinematics")
-    walking = subgroup(grouped(take.measures), "walking")
     own, degrees = _of_angles(take), [f"{name}_deg" for name in _angles(take)]
     angles = np.stack(
         [unwrapped(columns[name]) if name in degrees else columns[name] for name in own], axis=-1
     )
     for cycle in cycles_of(take.measures):
         at_s = np.linspace(cycle.start_s, cycle.stop_s, POINTS)
-        events = _events(walking, cycle) if cycle.movement.startswith("walking") else {}
+        events = _events(take.measures, cycle) if cycle.movement.startswith("walking") else {}
         near = around(times, at_s)
         own_seams = [seam - near.start for seam in seams if near.start < seam < near.stop]
         at_percents = partial(resample, time_s=times[near], at_s=at_s, seams=own_seams)
@@ -106,8 +99,8 @@ def peaks(
 
     knee_at_contact: knee flexion at initial contact. knee_loading_peak: its highest in the first half of stance.
     knee_swing_peak: its highest in swing. thigh_trunk_lowest: the thigh's lowest flexion against the trunk in the
-    stride, in place of hip extension. columns: (T,) with angles at times (T,); unknown: of Columns, where they state no
-    error. A stride in which the angle is missing there has none.
+    stride, in place of hip extension. columns: (T,) with angles at times (T,); unknown: the error where
+    they state none. A stride in which the angle is missing there has none.
     """
     result: list[Row] = []
     for name, (part, sign, span) in _PEAKS.items():
@@ -146,12 +139,13 @@ def _angles(take: Take) -> list[str]:
     return [name for name in ALL_ANGLES if f"{name}_deg" in take.need("kinematics")]
 
 
-def _events(walking: Mapping[str, Any], cycle: Cycle) -> dict[int, str]:
+def _events(measures: Sequence[Row], cycle: Cycle) -> dict[int, str]:
     """By the nearest per cent of a stride: initial contacts and toe-offs of its own foot and of the other."""
+    walked = [row for row in measures if isinstance(row, Moments) and row.group[0] == "walking"]
     found = {}
     for prefix, side in (("other ", _OTHER[cycle.side]), ("", cycle.side)):
         for name, words in (("toe_offs", "toe-off"), ("landings", "initial contact")):
-            for at_s in moments(subgroup(walking, side), name):
+            for at_s in (at_s for row in walked if (row.name, row.side) == (name, side) for at_s in row.at_s):
                 percent = 100 * (at_s - cycle.start_s) / (cycle.stop_s - cycle.start_s)
                 if -0.5 <= percent <= 100.5:
                     found[round(percent)] = f"{prefix}{words}"

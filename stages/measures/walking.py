@@ -1,14 +1,15 @@
-"""Walking and running: steps, times of the gait cycle, lengths and speed, each with its error, or why they cannot be
-had."""
+"""Walking and running: steps, times of the gait cycle, lengths and speed, each with its error, or why they are
+withheld."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
+from ...models.common.motion import Motion
 from ...models.gait.contact import leg_length
 from ...models.gait.errors import (
     FEWEST_OF_A_SIDE,
@@ -20,7 +21,7 @@ from ...models.gait.errors import (
     shipped_errors,
     style_of,
 )
-from ...models.gait.events import Step, contact_times
+from ...models.gait.events import contact_times
 from ...models.gait.gait import (
     Gait,
     Values,
@@ -30,31 +31,23 @@ from ...models.gait.gait import (
     separation,
     time_values,
 )
-from ...models.gait.of_take import SIDES, unjudged
-from ...models.place.airborne import no_place
-from ...pipeline.core.measures import SD_90, Curve, Curves, Measure, Remark, Row, within
-from ...pipeline.core.messages import how_many, spans_in_words
+from ...models.gait.of_take import SIDES
+from ...pipeline.core.measures import Curves, Measure, Remark, Row, withheld, within
+from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
-from ...pipeline.core.pose import PoseSequence, Rectified
-from ...pipeline.core.rotations import is_finite, transpose
-from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, runs
-from ...pipeline.signals.flights import Flight
-from .figures import basis, deviation, moments, symmetry, with_error
-from .jumps import goes_on
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import transpose
+from ...pipeline.signals.filters import runs
+from .cycles import mean_curve
+from .figures import deviation, moments, observable, symmetry, unknown_deg, with_error
 from .strides import peaks
-from .unseen_steps import HIDES_S, cut_walk, passings, uncountable
 
-FEWEST = 10  # frames
 _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
 # Seconds of a lifted step: quicker ones without flights may be of a run whose flights were not seen. Of 64 captured
 # walks (train and validation people) none has a mean below 0.45, of 94 runs 79 have one below 0.4.
 _QUICK_S = 0.4
-# Times that the legs pass each other, from which it is no rest: a walk whose feet's contacts are not seen, perhaps.
-_PASSES = 4
-# Lengths of a leg by which the pelvis moves over the floor, from which the person does not stay in place: who lies down
-# or gets up moves it by up to 1.4.
-_TRAVELS = 1.5
 _BELT_SHARE = 0.12  # of a belt's speed by the feet's drift: what lifted stances are off (validation subjects)
+_LEGS = tuple(f"{side}_{joint}" for side in "rl" for joint in ("hip", "knee", "ankle"))
 _IN_STRIDES = (
     "thigh_trunk_flexion",
     "knee_flexion",
@@ -80,105 +73,94 @@ _NAMED = {
 }
 
 
-def walking(
-    body: np.ndarray,
-    gait: Gait,
-    columns: Mapping[str, np.ndarray],
-    curves: Callable[[str, np.ndarray], Curve | None],
-    filtered: PoseSequence,
-    rectified: Rectified,
-    source: PoseSequence,
-    belt_speed: float | None = None,
-    jumped: Sequence[Flight] = (),
-) -> list[Row]:
-    """The group `walking` (stages/measures/stage.py). body: joints in BODY axes. curves: of an angle over spans (N, 2).
-    source: the poses that were rectified. belt_speed: a treadmill's, where it is told, in the unit of the poses a
-    second. jumped: what ends a walk. `count_reason`: why there may be more steps."""
-    apart = separation(body, filtered.times, breaks(filtered))[:, 0]
-    if not rectified.level_ok:
-        return [Remark("reason", f"the take is not levelled: {rectified.level_reason}")]
-    if np.isfinite(apart).sum() < FEWEST:
-        return [Remark("reason", f"fewer than {FEWEST} frames have both legs"), *basis(apart)]
+def walking(motion: Motion, gait: Gait, belt_speed: float | None, why_sides: str = "") -> list[Row]:
+    """The group `walking`. belt_speed: a treadmill's, where the user gives it, in the unit of the poses a second.
+    why_sides: a code of WITHHELD where right and left are not compared."""
+    apart = separation(motion.body, motion.times, motion.seams)[:, 0]
+    if not motion.rectified.level_ok:
+        return [observable(np.zeros(len(apart), dtype=bool))]
+    judged = observable(motion.has(_LEGS))
     if not gait.walks:
-        if why := uncountable(apart, columns, filtered, rectified, source.frame):
-            return [Remark("reason", "; ".join(why)), *basis(apart)]
-        hidden, passed_s = _hidden(apart, filtered.times), passings(apart, filtered.times)
-        if len(passed_s) >= _PASSES:
-            hidden = f"; but the legs pass each other {len(passed_s)} times{hidden}"
-        elif rectified.camera != "moving" and cut_walk(passed_s, apart, filtered, leg_length(body)):
-            hidden = f"; but the first or last steps that are seen may be part of a walk{hidden}"
-        elif travels := _travels(body, filtered, rectified, jumped):
-            hidden = f"; but {travels}{hidden}"
-        hides = [Remark("reason", f"no three steps in a row, nor two of a run{hidden}")] if hidden else []
-        return [Measure("steps", 0), *hides, *basis(apart)]
-    lifted, errors = source.lifted, errors_of(source)
-    unknown = float("nan") if unjudged(filtered, rectified) else 0.0  # errors of angles that state none
-    root_sd, share = _path_error(filtered, rectified, gait.walks)
-    R_camera_from_body = source.frame.basis.T @ rectified.R_source_from_body
-    depth = depth_of_steps(R_camera_from_body, filtered.times, gait.walks) if lifted else 0.0
-    values = time_values(gait)
-    said = _Means(gait.kind, errors, leg_length(body), root_sd, depth, style_of(values))
-    both = "flight_time_s" if gait.kind == "running" else "double_support_percent"
-    phases = (*_PHASES, *[both] * (not gait.mixed))
-    timed: tuple[Sequence[str], Sequence[str]] = ("step_time_s", "stance_time_s", *phases), (*_TIMES, *phases)
-    fewest, why_untimed = _STRIDES[gait.kind], list[Row]()
-    if errors is None and len(gait.strides) < fewest:  # nobody knows how far single ones of them are off
-        timed = (), ()
-        why_untimed = [Remark("timing_reason", f"fewer than {fewest} strides, whose errors are not known")]
-    lengths, over_floor, belt_share = _lengths(
-        gait, filtered, rectified, belt_speed, _BELT_SHARE if lifted and errors else float("nan")
-    )
-    share = float(np.hypot(share, belt_share))
-    quick = lifted and gait.kind == "walking" and said.style["step_time_s"] < _QUICK_S
-    strides = gait.strides
-    spans = {
-        side: np.array([(s.start_s, s.stop_s) for s in strides if s.side == side]).reshape(-1, 2)
-        for side in SIDES.values()
-    }
-    cycles = [curves(f"{side}_{part}", spans[side]) for part in _IN_STRIDES for side in SIDES.values()]
-
-    def of_side(side: str) -> list[Row]:
-        return [
-            Measure("steps", sum(step.side == side for step in gait.steps)),
-            Measure("strides", len(spans[side])),
-            *said(values, timed[0], side),
-            *said(lengths, ("step_length",), side, share),
-            *peaks(
-                columns, filtered.times, [s for s in strides if s.side == side], breaks(filtered), unknown
-            ),
-            moments("stride_start", spans[side][:, 0]),
-            moments("stride_stop", spans[side][:, 1]),
-            moments("landings", contact_times(gait.walks, side)),
-            moments("toe_offs", (s.off_s for s in strides if s.side == side and np.isfinite(s.off_s))),
-        ]
-
-    seen = runs(np.isfinite(apart), filtered.times, breaks(filtered))
-    more = [why] if (why := goes_on(gait, seen, filtered.times, jumped)) else []
-    if (beside := _passes_beside(gait, apart, filtered.times)) >= _PASSES:
-        more.append(f"outside what was counted the legs pass each other {beside} times")
-    back = backward_steps(gait, apart, filtered.times)
+        return [judged]
+    said = _means(motion, gait)
+    values, strides = time_values(gait), gait.strides
+    timed = len(strides) >= _STRIDES[gait.kind]
+    phases = _phases(gait) if said.errors or timed else ()
+    lengths, over_floor, share = _lengths(motion, gait, belt_speed, said)
+    quick = motion.source.lifted and gait.kind == "walking" and said.style["step_time_s"] < _QUICK_S
+    back = backward_steps(gait, apart, motion.times)
     landed = len(gait.steps) + len(gait.walks)
-    counted = f"{how_many(len(gait.steps), 'step')} between {how_many(landed, 'landing')}" + (
-        f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""
-    )
+    walks = f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""
+    indices = _symmetries(said, {**values, **lengths})
+    if why_sides:
+        indices = [withheld(why_sides, row.name.removesuffix("_withheld")) for row in indices]
     return [
+        judged,
         Remark("gait", "walking or running" if quick or gait.mixed else gait.kind),
         Measure("walks", len(gait.walks)),
-        Measure("steps", len(gait.steps)),
+        Measure("steps", len(gait.steps), at_least=_cut(motion, gait, apart)),
         *([Measure("backward_steps", back)] if back else []),
-        Remark("counted", counted),
-        *([Remark("count_reason", "; ".join(more))] if more else []),
+        Remark(
+            "counted", f"{how_many(len(gait.steps), 'step')} between {how_many(landed, 'landing')}{walks}"
+        ),
         *over_floor,
         *said(lengths, _OF_BOTH, share=share),
-        _cadence(said, values, len(strides), fewest),
-        *said(values, timed[1]),
-        *why_untimed,
-        *_symmetries(said, {**values, **lengths}),
-        *basis(apart),
-        *within("right", of_side("r"), "right"),
-        *within("left", of_side("l"), "left"),
-        Curves(tuple(curve for curve in cycles if curve)),
+        _cadence(said, values, timed),
+        *said(values, (*_TIMES, *phases) if phases else ()),
+        *([] if phases else [withheld("error-unknown", "timing")]),
+        *indices,
+        *_sides(motion, gait, said, values, lengths, phases, share),
+        *_curves(motion, gait),
     ]
+
+
+def _phases(gait: Gait) -> tuple[str, ...]:
+    both = "flight_time_s" if gait.kind == "running" else "double_support_percent"
+    return (*_PHASES, *[both] * (not gait.mixed))
+
+
+def _sides(
+    motion: Motion,
+    gait: Gait,
+    said: _Means,
+    values: Values,
+    lengths: Values,
+    phases: tuple[str, ...],
+    share: float,
+) -> Iterator[Row]:
+    for words, side in SIDES.items():
+        strides = [stride for stride in gait.strides if stride.side == side]
+        rows: list[Row] = [
+            Measure("steps", sum(step.side == side for step in gait.steps)),
+            Measure("strides", len(strides)),
+            *said(values, ("step_time_s", "stance_time_s", *phases) if phases else (), side),
+            *said(lengths, ("step_length",), side, share),
+            *peaks(motion.columns, motion.times, strides, motion.seams, unknown_deg(motion)),
+            moments("stride_start", (stride.start_s for stride in strides)),
+            moments("stride_stop", (stride.stop_s for stride in strides)),
+            moments("landings", contact_times(gait.walks, side)),
+            moments("toe_offs", (stride.off_s for stride in strides if np.isfinite(stride.off_s))),
+        ]
+        yield from within(words, rows, "right" if side == "r" else "left")
+
+
+def _curves(motion: Motion, gait: Gait) -> list[Row]:
+    found = []
+    for name in (f"{side}_{part}" for part in _IN_STRIDES for side in SIDES.values()):
+        spans = np.array([(s.start_s, s.stop_s) for s in gait.strides if s.side == name[0]]).reshape(-1, 2)
+        found += mean_curve(name, motion.angle(name), motion.times, spans, motion.seams)
+    return [Curves(tuple(found))]
+
+
+def _cut(motion: Motion, gait: Gait, apart: np.ndarray) -> bool:
+    """Whether a walk may have more steps than were seen whole: who stops stays for more than a stride, as in
+    models/gait/events.py, and an end of the take or a gap lies nearer. apart: (T,) known where both legs are."""
+    stride_s = 2 * float(np.mean([step.stop_s - step.start_s for step in gait.steps]))
+    pieces = runs(np.isfinite(apart), motion.times, motion.seams)
+    starts_s, stops_s = motion.times[[(rows.start, rows.stop - 1) for rows in pieces]].T
+    first_s, last_s = np.array([(walk[0].start_s, walk[-1].stop_s) for walk in gait.walks]).T
+    before, behind = np.subtract.outer(first_s, starts_s), np.subtract.outer(stops_s, last_s)
+    return any(bool(((gap >= 0) & (gap < stride_s)).any()) for gap in (before, behind))
 
 
 def errors_of(source: PoseSequence) -> GaitErrors | None:
@@ -189,75 +171,41 @@ def errors_of(source: PoseSequence) -> GaitErrors | None:
     return shipped_errors("lifted") if made_by_the_built_in(source) else None
 
 
-def doubts(gait: Gait, source: PoseSequence) -> list[Notice]:
+def doubts(motion: Motion, gait: Gait) -> list[Notice]:
     """That the errors of the figures are not known; or that stance or step time lies outside those that they were
     fitted on. Empty where both lie within, and without a walk."""
-    if not gait.walks:
+    if not gait.walks or not motion.rectified.level_ok:
         return []
-    errors = errors_of(source)
+    errors, made_by = errors_of(motion.source), motion.source.made_by
     if errors is None:
-        by = f" by {source.made_by.by}" if source.made_by.by else ""
-        return [notice("gait-errors-unknown", by=by)]
+        return [notice("gait-errors-unknown", by=f" by {made_by.by}" if made_by.by else "")]
     style = style_of(time_values(gait))
     told = {"stance_percent": "a stance of {:.0f} % of the stride", "step_time_s": "a step time of {:.2f} s"}
     beyond = " and ".join(told[name].format(style[name]) for name in errors.beyond(gait.kind, style))
     return [notice("gait-unlike-any-seen", gait=gait.kind, figures=beyond)] if beyond else []
 
 
-def _passes_beside(gait: Gait, apart: np.ndarray, time_s: np.ndarray) -> int:
-    """How many of those are of no walk. apart: (T,) at time_s (T,)."""
-    inside = [(time_s >= walk[0].start_s) & (time_s <= walk[-1].stop_s) for walk in gait.walks]
-    return len(passings(apart, time_s)) - sum(len(passings(apart[rows], time_s[rows])) for rows in inside)
-
-
-def _travels(body: np.ndarray, filtered: PoseSequence, rectified: Rectified, jumped: Sequence[Flight]) -> str:
-    """That the pelvis moves over the floor, between jumps, by more than where somebody stands, and than its error; ""
-    where it does not, or its path or the error of that are not known."""
-    if rectified.camera == "moving" or filtered.root is None or not len(filtered):
-        return ""
-    times, leg = filtered.times, leg_length(body)
-    sd, share = _path_error(filtered, rectified, [[Step("r", float(times[0]), float(times[-1]))]])
-    flown = np.ravel([(flight.off_s, flight.land_s) for flight in jumped])
-    piece = np.searchsorted(flown, times)  # odd: in the air
-    known = is_finite(filtered.root)
-    places = [filtered.root[known & (piece == each), :2] for each in np.unique(piece[known]) if each % 2 == 0]
-    far = max((float(np.linalg.norm(np.ptp(of, axis=0))) for of in places), default=0.0)
-    # What all of the path shares makes it longer or shorter, but never none.
-    if not (far > _TRAVELS * leg and far > SD_90 * np.sqrt(2) * sd * (1 + SD_90 * share)):
-        return ""
-    how = "in steps that were not found, perhaps to the side"
-    return f"the person moves over the floor by {far / leg:.2g} leg lengths {how}"
-
-
-def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
-    """What gaps of the separation (T,) at time_s (T,) have to do with it; "" where there are none between frames that
-    have it, nor any before and after in which somebody may walk."""
-    seen = np.flatnonzero(np.isfinite(apart))
-    missing = int(seen[-1] - seen[0] + 1 - len(seen))
-    words = (
-        f"; the legs are hidden in {how_many(missing, 'frame')} between, where a walk ends" if missing else ""
-    )
-    ends = [(float(time_s[0]), float(time_s[seen[0]])), (float(time_s[seen[-1]]), float(time_s[-1]))]
-    if ends := [(start, stop) for start, stop in ends if stop - start >= HIDES_S]:
-        words += f"; the legs are not seen from {spans_in_words(ends)}"
-    rows = holes(time_s, BRIDGED_S)
-    rows = rows[(seen[0] < rows) & (rows <= seen[-1])]
-    if len(rows):
-        lacking = spans_in_words(time_s[np.c_[rows - 1, rows]].tolist())
-        words += f"; there is no image from {lacking}, where a walk ends"
-    return words
+def _means(motion: Motion, gait: Gait) -> _Means:
+    source = motion.source
+    R_camera_from_body = source.frame.basis.T @ motion.rectified.R_source_from_body
+    depth = depth_of_steps(R_camera_from_body, motion.times, gait.walks) if source.lifted else 0.0
+    root_sd, share = _path_error(motion, gait)
+    style = style_of(time_values(gait))
+    return _Means(gait.kind, errors_of(source), leg_length(motion.body), root_sd, share, depth, style)
 
 
 @dataclass(frozen=True)
 class _Means:
     """Means of gait figures with their errors. gait: "walking" or "running". errors: those of the poses' source; None
-    states none. leg: length of a leg, root_sd: of the pelvis path, in the poses' unit, NaN where unknown. depth:
-    errors.depth_of_steps. style: errors.style_of the values."""
+    states none. leg: length of a leg, root_sd: of the pelvis path, in the poses' unit, NaN where unknown. path_share:
+    of lengths, that the path makes wrong in all alike. depth: errors.depth_of_steps. style: errors.style_of the
+    values."""
 
     gait: str
     errors: GaitErrors | None
     leg: float
     root_sd: float
+    path_share: float
     depth: float
     style: dict[str, float]
 
@@ -303,13 +251,15 @@ class _Means:
             if not len(found):
                 continue
             plain, unit = _NAMED[name]
-            mean = float(found.mean())
-            error = float(np.hypot(self.error(name, len(found), both, side is not None), share * mean))
-            if name == "walking_speed":
-                result.append(with_error(plain, unit, mean, error))
+            mean, own = float(found.mean()), self.error(name, len(found), both, side is not None)
+            figure = plain if name == "walking_speed" else f"mean_{plain}"
+            row = with_error(figure, unit, mean, float(np.hypot(own, share * mean)))
+            if name in OF_LENGTH and row.bar is not None and row.bar >= mean:
+                result.append(withheld("error-too-large", figure))
                 continue
-            result.append(with_error(f"mean_{plain}", unit, mean, error))
-            result += deviation(plain, unit, found, self.single(name))
+            result.append(row)
+            if name != "walking_speed":
+                result += deviation(plain, unit, found, self.single(name))
         return result
 
 
@@ -333,10 +283,10 @@ def _symmetries(said: _Means, values: Values) -> list[Row]:
     return result
 
 
-def _cadence(said: _Means, values: Values, strides: int, fewest: int) -> Row:
-    """Steps a minute by the mean step time."""
-    if strides < fewest:
-        return Remark("cadence_reason", f"fewer than {fewest} strides")
+def _cadence(said: _Means, values: Values, timed: bool) -> Row:
+    """Steps a minute by the mean step time. timed: whether there are strides enough."""
+    if not timed:
+        return withheld("few-strides", "cadence")
     step_time = _both(values, "step_time_s")
     mean = float(step_time.mean())
     return with_error(
@@ -344,43 +294,43 @@ def _cadence(said: _Means, values: Values, strides: int, fewest: int) -> Row:
     )
 
 
-def _path_error(
-    filtered: PoseSequence, rectified: Rectified, walks: Sequence[Sequence[Step]]
-) -> tuple[float, float]:
+def _path_error(motion: Motion, gait: Gait) -> tuple[float, float]:
     """models.gait.errors.path_error of a path that was estimated (stages/place.py); NaN of one whose estimator states
     no error; 0, 0 for others."""
+    filtered = motion.filtered
     covariance, shared = filtered.root_covariance, filtered.root_shared
     if filtered.root is None or filtered.measured_root is not None:
         return 0.0, 0.0
     if covariance is None or shared is None:
         return float("nan"), float("nan")
-    axis = rectified.R_source_from_level[2]
-    return path_error(filtered.root, covariance, axis, *shared, filtered.times, walks)
+    axis = motion.rectified.R_source_from_level[2]
+    return path_error(filtered.root, covariance, axis, *shared, filtered.times, gait.walks)
 
 
 def _lengths(
-    gait: Gait, filtered: PoseSequence, rectified: Rectified, belt_speed: float | None, belt_share: float
+    motion: Motion, gait: Gait, belt_speed: float | None, said: _Means
 ) -> tuple[Values, list[Row], float]:
-    """Lengths and speed of the walks, what is said of the belt or why there are none, and the share of the belt's speed
-    by which that is off. belt_share: this share where the speed is not told; NaN where unknown."""
-    if rectified.camera == "moving" or (filtered.root is None and belt_speed is None):
-        return {}, [Remark("lengths_reason", no_place(rectified))], 0.0
-    level, seams = filtered.joints.astype(np.float64), breaks(filtered)
+    """Lengths and speed of the walks, what is said of the belt or why there are none, and the share by which they are
+    all off alike. belt_speed: of `walking`."""
+    filtered, rectified = motion.filtered, motion.rectified
+    if motion.moving_camera or (filtered.root is None and belt_speed is None):
+        return {}, [withheld("camera-moves" if motion.moving_camera else "place-unknown", "lengths")], 0.0
+    level = filtered.joints.astype(np.float64)
     ankles = {side: level[:, filtered.layout.index(f"{side}_ankle"), :2] for side in SIDES.values()}
     root = np.zeros((len(level), 2)) if filtered.root is None else filtered.root[:, :2]
     R_level_from_body = transpose(rectified.R_source_from_level) @ rectified.R_source_from_body
     ahead = np.nanmean(-R_level_from_body[:, :2, 0], axis=0)
     ahead = ahead / np.linalg.norm(ahead)
-    path, belt = over_belt(root, ankles, filtered.times, gait, ahead, belt_speed, seams)
-    values = length_values(gait, path, ankles, filtered.times, seams)
+    path, belt = over_belt(root, ankles, motion.times, gait, ahead, belt_speed, motion.seams)
+    values = length_values(gait, path, ankles, motion.times, motion.seams)
     if not len(_both(values, "step_length")):
-        return {}, [Remark("lengths_reason", "the person's place is missing in every stride")], 0.0
+        return {}, [withheld("place-unknown", "lengths")], 0.0
     if not belt:
-        return values, [], 0.0
-    told = belt_speed is not None
-    share = 0.0 if told else belt_share
+        return values, [], said.path_share
+    share = 0.0 if belt_speed is not None else float("nan")
+    if belt_speed is None and motion.source.lifted and said.errors:
+        share = _BELT_SHARE
     speed = with_error("belt_speed", "speed", belt, share * belt or float("nan"))
-    how = Remark(
-        "belt", "its speed was given" if told else "its speed is that at which the standing foot drifts back"
-    )
-    return values, [speed, how], share
+    how = "its speed is that at which the standing foot drifts back"
+    how = how if belt_speed is None else "its speed was given"
+    return values, [speed, Remark("belt", how)], float(np.hypot(said.path_share, share))

@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.angle_error.repeatability import difference_chance, differing
-from ...pipeline.core.measures import CANNOT_BE_TOLD, Group, half_bar, measure, subgroup, text
+from ...pipeline.core.measures import WITHHELD, Group, half_bar, measure, subgroup, text
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
@@ -69,17 +69,19 @@ def _range(of: Group, bars: bool) -> Cell:
 
 def _without_range(found: Group) -> list[str]:
     """Which angles have no range, and why. found: the group `range_of_motion`."""
-    why = {name: reason for name in found if (reason := text(subgroup(found, name), "reason"))}
+    why = {name: reason for name in found if (reason := text(subgroup(found, name), "withheld"))}
     angles: dict[str, list[str]] = {}
     for name, reason in why.items():
         alike = {why.get(f"{side}_{of_both(name)}") for side in "rl"} == {reason}
         angles.setdefault(reason, []).append(spoken(of_both(name) if alike else name))
-    return [f"No range of {', '.join(dict.fromkeys(of))}: {reason}." for reason, of in angles.items()]
+    return [
+        f"No range of {', '.join(dict.fromkeys(of))}: {WITHHELD[reason]}." for reason, of in angles.items()
+    ]
 
 
 def sides_compared(measures: Group) -> list[str]:
     """Sentences on whether the sides differ, in ranges of motion and steps, told apart from the one difference in ten
-    that chance makes, and why that cannot be told; none where no error is stated. measures: of a take."""
+    that chance makes; none where no error is stated. measures: of a take."""
     walking, symmetry = subgroup(measures, "walking"), subgroup(measures, "symmetry")
     indices = {
         f"range of {spoken(name)}": measure(subgroup(symmetry, name), "symmetry_index") for name in symmetry
@@ -90,13 +92,8 @@ def sides_compared(measures: Group) -> list[str]:
         for words, of in indices.items()
         if of and of.error and of.bar is not None
     }
-    whys = [
-        text(subgroup(symmetry, name), "reason") for name in symmetry if _untold(subgroup(symmetry, name))
-    ]
-    untold = "; ".join(dict.fromkeys(filter(None, whys)))
     if not stated:
-        return [f"Whether right and left differ cannot be told: {untold}."] if untold else []
-    rest = [f"Whether right and left differ in other figures cannot be told: {untold}."] if untold else []
+        return []
     differ = differing(difference_chance(np.array([value / error for value, error, _ in stated.values()])))
     apart = [
         f"{words} {value:+z.0f} ± {bar:.0f} %"
@@ -107,7 +104,6 @@ def sides_compared(measures: Group) -> list[str]:
         compared = how_many(len(stated), "figure")
         return [
             f"Right and left differ in {', '.join(apart)} (right minus left; {compared} compared).",
-            *rest,
         ]
     beyond = sum(abs(value) > bar for value, _, bar in stated.values())
     steps = " or steps" if any(words in stated for words in _STEPS.values()) else ""
@@ -116,17 +112,14 @@ def sides_compared(measures: Group) -> list[str]:
         if beyond
         else ""
     )
-    return [f"Between right and left no difference in range of motion{steps} is certain{chance}.", *rest]
-
-
-def _untold(symmetry: Group) -> bool:
-    return text(symmetry, "symmetry_outcome") == CANNOT_BE_TOLD
+    return [f"Between right and left no difference in range of motion{steps} is certain{chance}."]
 
 
 def _difference(symmetry: Group, errors: AngleErrors | None) -> Cell:
     of = measure(symmetry, "symmetry_index")
     if of is None:
-        return Soft("cannot be told") if _untold(symmetry) else None
+        why = text(symmetry, "symmetry_index_withheld")
+        return Soft(WITHHELD[why]) if why else None
     bar = "" if of.bar is None else f" ±\u00a0{of.bar:.0f}"
     words = f"{of.value:z.0f}{bar}\u00a0%"
     return Soft(words) if of.within_error or (of.bar is None and errors is not None) else words

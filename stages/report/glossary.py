@@ -52,15 +52,6 @@ _EXPLAINED = {
     "mean_speed": "Path length divided by time.",
 }  # fmt: skip
 
-
-# What counts as a movement, for readers who see one where none was counted: docs/movements.md.
-COUNTED = {
-    "walking": "three steps alternate, or two of a run",
-    "knee_bends": "both knees bend and straighten by 35 degrees or more while the feet stay in place",
-    "arm_raises": "an arm rises from the trunk and comes back by 50 degrees or more",
-    "jumps": "both feet leave the floor while the body rises and falls freely",
-}
-
 # Of a walk, not of a run.
 _USUAL = {
     "cadence": "Adults at ease walk 100 to 120.",

@@ -10,12 +10,9 @@ import numpy as np
 from markupsafe import Markup
 
 from ...pipeline.core.measures import (
-    CANNOT_BE_TOLD,
-    NONE,
-    NOT_LOOKED_FOR,
     SD_90,
-    SEEN,
     UNITS,
+    WITHHELD,
     Curves,
     Group,
     Measure,
@@ -28,7 +25,6 @@ from ...pipeline.core.measures import (
     subgroup,
     text,
     value,
-    why_untold,
 )
 from ...pipeline.core.measures import Curve as MeanCurve
 from ...pipeline.core.messages import how_many
@@ -37,9 +33,7 @@ from ..drawing.page import (
     Cell,
     Soft,
     Told,
-    bullets,
     charts,
-    details,
     figure,
     heading,
     joined,
@@ -48,7 +42,7 @@ from ..drawing.page import (
     told,
 )
 from ..drawing.words import spoken
-from .glossary import COUNTED, explained
+from .glossary import explained
 
 _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
@@ -56,13 +50,11 @@ _WORDS = {
     "walking_speed": "speed", "walks": "walks or runs",
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
-    "count_reason": "there may be more", "longest_reason": "the longest may last longer",
     "peak_at": "peak at", "take_off_feet": "feet at take-off", "landing_feet": "feet at landing",
     "thigh_trunk_lowest": "thigh furthest back",
     "peak_mdc90": "MDC90 from peak to peak",
-    "nan_share": "share without a value",
+    "nan_share": "share without a value", "observable": "could be judged",
 }  # fmt: skip
-_OUTCOMES = {CANNOT_BE_TOLD: "cannot be told", NOT_LOOKED_FOR: "not looked for"}
 _ABOUT = "Click a figure to see what it is. SD: standard deviation."
 _ERRORS = (
     f"The true figure lies within ± in nine of ten cases; without ± the error is not known. {_ABOUT} "
@@ -72,10 +64,7 @@ _ORDER = {"walking": -1}  # of the groups
 _ELSEWHERE = ("range_of_motion", "symmetry", "paths", "off_keypoints")  # beside the angles and the speeds
 _RANGES = ("lowest", "highest", "full_range", "p05_p95")
 # What a reader of the page needs a textbook for: summary.json and measures.csv have it.
-FOR_FILES = (
-    "sd_reason",
-    "step_time_symmetry_outcome", "stance_time_symmetry_outcome", "step_length_symmetry_outcome",
-)  # fmt: skip
+FOR_FILES = ("sd_withheld",)
 _LARGE = ("walking_speed", "cadence", "mean_step_length")  # of a walk: the figures to be read first
 _FEW = 3  # members, which are a table's columns
 _MANY = 20  # a list of more is too long for a table
@@ -83,42 +72,29 @@ _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
 
 
 def happened(rows: Iterable[Row], length: str) -> Markup:
-    """HTML of the movements that were recognised, each under its name, and on demand of what was not found and why.
-    rows: a take's, whatever groups there are. length: the unit of lengths, "m" or "units"."""
+    """HTML of the movements that were recognised, each under its name. rows: a take's, whatever groups there are.
+    length: the unit of lengths, "m" or "units"."""
     measures = grouped(rows)
-    parts, absent = [], []
+    parts = []
     for name, group in sorted(measures.items(), key=lambda one: _ORDER.get(one[0], 0)):
-        if name in _ELSEWHERE or not isinstance(group, dict):
-            continue
-        if _found(group):
+        if name not in _ELSEWHERE and isinstance(group, dict) and _found(group):
             shown = gait(group, length) if name == "walking" else measure_tables(group, length, level=3)
             parts.append(heading(_title(name, group)) + shown)
-        else:
-            outcome = _OUTCOMES.get(text(group, "outcome"), "not known" if "reason" in group else "none")
-            if text(group, "outcome") == NONE and name in COUNTED:
-                outcome += f" (counted where {COUNTED[name]})"
-            absent.append(
-                f"{worded(name).capitalize()}: {': '.join(filter(None, (outcome, why_untold(group))))}."
-            )
     single: Group = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict)}
     shown = measure_tables(single, length) + joined(parts)
-    missed = details("Movements that were not found, and why", bullets(absent), shown=True)
-    if shown:
-        return small(_ERRORS if "±" in shown else f"No error of a figure is known. {_ABOUT}") + missed + shown
-    return small("No movement was counted.") + missed if absent else Markup("")
+    if not shown:
+        return shown
+    return small(_ERRORS if "±" in shown else f"No error of a figure is known. {_ABOUT}") + shown
 
 
 def _found(group: Group) -> bool:
-    """Whether there is more in it than a count of nothing, or a reason."""
-    if (holds := subgroup(group, "holds")) and _found(holds):
-        return True
-    if "outcome" in group:
-        return text(group, "outcome") == SEEN
-    for name in ("steps", "count"):
-        if name in group:
-            return bool(value(group, name))
-    inner = [leaf for leaf in group.values() if isinstance(leaf, dict)]
-    return any(map(_found, inner)) if inner else bool(group) and "reason" not in group
+    """Whether there is more in it than how much could be judged, or why there is nothing."""
+    return any(
+        _found(leaf)
+        if isinstance(leaf, dict)
+        else name not in ("observable", "withheld", "frames", "nan_share")
+        for name, leaf in group.items()
+    )
 
 
 def _title(name: str, group: Group) -> str:
@@ -154,19 +130,18 @@ def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup
         name: _in_cm(leaf) if name == "jump_height" and isinstance(leaf, list) else leaf
         for name, leaf in measures.items()
         if not isinstance(leaf, dict | Curves)
-        and (name != "count" or "holds" not in measures or value(measures, name))  # the holds are counted
         and not (name == "jump_height" and length != "m")  # beside the one in cm
     }
     groups = {name: leaf for name, leaf in measures.items() if isinstance(leaf, dict | Curves)}
     flat = {name: leaf for name, leaf in groups.items() if level > 2 and _is_flat(leaf)}
     said = {name: leaf for name, leaf in own.items() if isinstance(leaf, Remark) and name not in FOR_FILES}
     running = "running" in text(own, "gait")  # or walking: nobody knows
-    hidden = {*said, "frames", "nan_share", *_repeated(own), *FOR_FILES}
+    hidden = {*said, "frames", "nan_share", "observable", *_repeated(own), *FOR_FILES}
     return (
         joined(
-            small(f"{worded(name).capitalize()}: {_OUTCOMES.get(leaf.text, leaf.text)}.")
+            small(f"{worded(name).capitalize()}: {_in_words(leaf.text)}.")
             for name, leaf in said.items()
-            if name not in ("outcome", "gait")
+            if name != "gait"
         )
         + told(_told(leaf, length, running) for name, leaf in own.items() if name not in hidden)
         + _repetitions(own, length)
@@ -192,8 +167,8 @@ def worded(name: str) -> str:
     for prefix, words in (("mean_", "mean"), ("sd_", "SD of")):
         if name.startswith(prefix):
             return f"{words} {worded(name.removeprefix(prefix))}"
-    if name.endswith("_reason"):
-        return f"why no {spoken(name.removesuffix('_reason'))}"
+    if name.endswith("_withheld"):
+        return f"why no {spoken(name.removesuffix('_withheld'))}"
     return spoken(name)
 
 
@@ -220,7 +195,9 @@ def _is_flat(leaf: Any) -> bool:
 
 
 def _basis(own: Mapping[str, Any]) -> Markup:
-    frames, share = value(own, "frames"), value(own, "nan_share")
+    frames, share, judged = (value(own, name) for name in ("frames", "nan_share", "observable"))
+    if judged is not None and judged < 99.5:
+        return small(f"{judged:.0f} % of the take could be judged.")
     if frames is None:
         return Markup("")
     lost = f"; {_percent(share)} of the take have no value" if share else ""
@@ -253,9 +230,8 @@ def _told(leaf: Any, length: str, running: bool) -> Told:
     about = explained(_name(leaf), running, length == "m")
     if _many(leaf) > _MANY:
         return Told(words, _both(leaf), about)
-    if isinstance(leaf, Measure) and leaf.untold:
-        return Told(words, leaf.in_words(unit), about, soft=True)
-    both = f"{_both(leaf)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
+    least = "at least " * (isinstance(leaf, Measure) and leaf.at_least)
+    both = f"{least}{_both(leaf)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
     within = isinstance(leaf, Measure) and leaf.within_error is True
     of_walk = _name(leaf) == "walking_speed" or _name(leaf).startswith("mean_")
     unknown = (
@@ -274,6 +250,7 @@ def _rows(members: Mapping[str, Any], length: str) -> Markup:
         for name in member
         if name not in FOR_FILES
         and (name != "nan_share" or value(member, name))
+        and (name != "observable" or round(value(member, name) or 0) < 100)
         and not _of_one(members, name)
     )
     columns = [_whole([_cell_of(member, name) for member in members.values()]) for name in order]
@@ -282,7 +259,10 @@ def _rows(members: Mapping[str, Any], length: str) -> Markup:
     alike = {name: {text(member, name) for member in members.values()} for name in order}
     said = [name for name, texts in alike.items() if len(texts) == 1 and "" not in texts]
     if said and len(members) > 1:
-        once = joined(small(f"{worded(name).capitalize()}: {alike[name].pop()}.") for name in said)
+        once = joined(
+            small(f"{worded(name).capitalize()}: {WITHHELD.get(which := alike[name].pop(), which)}.")
+            for name in said
+        )
         rest = {key: {name: of[name] for name in of if name not in said} for key, of in members.items()}
         return once + _rows(rest, length)
     names = [named(shown[name], length) for name in order]
@@ -342,16 +322,24 @@ def _cell_of(member: Mapping[str, Any], name: str) -> Cell:
     if name == "nan_share":
         return _percent(value(member, name) or 0)
     if leaf is None or isinstance(leaf, Remark):
-        return None if leaf is None else leaf.text
+        return None if leaf is None else _in_words(leaf.text)
     if name == "usual_error" and isinstance(leaf, Measure):
         return _shown(half_bar(leaf.value))
     whole = isinstance(leaf, Measure) and not leaf.unit  # a count
     of = len(moments(member, "start"))
+    if isinstance(leaf, Measure) and leaf.at_least:
+        return f"at least {_shown(leaf.value)}"
     cell = _cell(leaf.value) if whole else _both(leaf, of * isinstance(leaf, list))
-    says_nothing = isinstance(leaf, Measure) and (leaf.within_error or leaf.untold)
-    if says_nothing or (name in _RANGES and value(member, "beyond_anatomy_frames")):
+    if (isinstance(leaf, Measure) and leaf.within_error) or (
+        name in _RANGES and value(member, "beyond_anatomy_frames")
+    ):
         return Soft(cell if isinstance(cell, str) else _shown(cell))
     return cell
+
+
+def _in_words(text: str) -> str:
+    """What a remark says."""
+    return WITHHELD.get(text, text)
 
 
 def _percent(share: float) -> str:

@@ -68,7 +68,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
     facts, measures = facts_of(take), grouped(take.measures or ())
     give_memory_back()
-    said = [*seen(take, "below, under What happened", with_ranges=False), *sides_compared(measures)]
+    said = [*seen(take, with_ranges=False), *sides_compared(measures)]
     joints = joint_ranges(subgroup(measures, "range_of_motion"))
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
     stated = any(isinstance(row, Measure) and row.error is not None for row in take.measures or ())
@@ -114,7 +114,7 @@ def _furthest(joints: Sequence[JointRange]) -> Markup:
 
 def _motion(take: Take, measures: Group) -> Markup:
     length = length_unit(take.need("poses"))
-    paths: Group = {name: path for name, path in subgroup(measures, "paths").items() if name != "reason"}
+    paths: Group = {name: path for name, path in subgroup(measures, "paths").items() if name != "withheld"}
     lengths = small(_PATHS) + measure_tables(paths, length, level=3) if paths else Markup("")
     return motion_charts(take) + details("Lengths of the paths", lengths)
 

@@ -36,7 +36,7 @@ def rows_of(figures: dict) -> tuple[Row, ...]:
             rows.append(Remark(key, value))
         elif key in _MOMENTS:
             rows.append(Moments(key.removesuffix("_s"), tuple(value)))
-        elif not ("_error" in key or key == "within_error"):
+        elif not ("_error" in key or key == "within_error" or key.endswith("_at_least")):
             rows += [one for one in _measures(key, value, figures) if one.value is not None]
     return tuple(rows)
 
@@ -59,8 +59,9 @@ def _measures(key: str, value: float | list, figures: dict) -> list[Measure]:
     one = Measure(name, 0.0, unit, side=side)
     errors = figures.get(one.error_key)
     judged = figures.get(name.replace("symmetry_index", "within_error")) if "symmetry_index" in name else None
+    least = figures.get(f"{name}_at_least", False)
     if not isinstance(value, list):
-        return [Measure(name, value, unit, errors, side, within_error=judged)]
+        return [Measure(name, value, unit, errors, side, within_error=judged, at_least=least)]
     errors = errors or [None] * len(value)
     return [
         Measure(name, each, unit, error, side, i)

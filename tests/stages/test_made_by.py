@@ -194,9 +194,9 @@ def test_a_file_of_errors_is_believed_and_another_file_refused(seen, tmp_path):
 def test_a_path_that_an_estimator_made_shows_no_jumps_and_doubts_no_rate(walk):
     """It may float or be smoothed: how it falls says nothing about gravity."""
     measured = STAGES(Take("vicon", poses=walk.poses))
-    assert "count" in nested(measured.measures)["jumps"]
+    assert nested(measured.measures)["jumps"] == {"observable_percent": 100.0}
     estimated = STAGES(Take("gem", poses=walk.poses.with_(made_by=MadeBy("estimated", "GEM-X"))))
-    assert nested(estimated.measures)["jumps"]["outcome"] == "not-looked-for"
+    assert nested(estimated.measures)["jumps"] == {"observable_percent": 0.0}
     flying = jumping(4)
     assert clock_doubts(flying)
     assert clock_doubts(flying.with_(made_by=MadeBy("estimated", "GEM-X"))) == []

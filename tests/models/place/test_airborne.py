@@ -11,13 +11,11 @@ from pcnet3d.models.lab.evaluation.finished import Configuration, finished
 from pcnet3d.models.lab.evaluation.sets import EvaluationSet, Question
 from pcnet3d.models.place.airborne import airborne, units_a_metre
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
-from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.camera import Camera
-from pcnet3d.pipeline.core.measures import CANNOT_BE_TOLD, NONE, SEEN, nested
+from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Told
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.measures.jumps import lands
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
@@ -102,10 +100,9 @@ def of_an_unknown_camera(take: Take) -> Take:
 @pytest.mark.parametrize("high_m", [0.15, 0.45])
 def test_a_known_fall_has_its_height_and_time(fps, noise_px, high_m):
     found = airborne(filmed(*jumping(fps=fps, high_m=high_m), noise_px))
-    assert (len(found.flights), found.lifted, found.reason) == (2, True, "")
+    assert (len(found.flights), found.lifted, found.cut) == (2, True, False)
     time_s = 2 * np.sqrt(2 * high_m / G)
-    frames_s = np.arange(len(found.ankle)) / fps
-    assert all(lands(found.ankle, frames_s, flight.land_s + 0.1) for flight in found.flights)
+    assert np.ptp(found.ankle) > high_m / STATURE_M
     for flight, apex_s in zip(found.flights, (1.5, 3.0), strict=True):
         assert flight.apex_s == pytest.approx(apex_s, abs=0.02)
         assert G / 8 * (flight.land_s - flight.off_s) ** 2 == pytest.approx(high_m, abs=0.035)
@@ -184,43 +181,31 @@ def treadmill() -> tuple[np.ndarray, np.ndarray]:
 def test_who_stays_on_the_floor_does_not_fly(still, noise_px):
     take = filmed(*still(), noise_px)
     found = airborne(take)
-    assert (found.flights, found.reason, found.uncertain, found.cut) == ((), "", (), ())
-    assert not any(lands(found.ankle, take.poses.times, at_s) for at_s in take.poses.times)
+    assert (found.flights, found.cut) == ((), False)
 
 
-@pytest.mark.parametrize("fps", [30.0, 60.0])
-@pytest.mark.parametrize("noise_px", [0.0, 3.0])
-@pytest.mark.parametrize(
-    ("seen", "outcome"), [("fall", CANNOT_BE_TOLD), ("rise", CANNOT_BE_TOLD), ("floor", NONE)]
-)
-def test_of_a_jump_that_the_take_begins_or_ends_in_a_part_was_seen(seen, outcome, fps, noise_px):
-    """A man fell in the first frames of a take, landed in a squat, and the page said that there were no jumps."""
-    world, time_s = jumping((1.5,), fps)
-    rows = {"fall": time_s >= 1.5, "rise": time_s <= 1.5, "floor": time_s > 1.8}[seen]
-    take = filmed(world[rows], time_s[rows], noise_px)
-    jumps = told_jumps(take)
-    assert (jumps["outcome"], jumps["count"]) == (outcome, 0)
+@pytest.mark.parametrize("seen", ["fall", "rise"])
+def test_a_jump_that_an_end_of_the_take_cuts_makes_the_others_the_least(seen):
+    """A man fell in the first frames of a take, landed and jumped again."""
+    world, time_s = jumping((1.5, 4.0))
+    rows = time_s >= 1.5 if seen == "fall" else time_s <= 4.0
+    jumps = told_jumps(filmed(world[rows], time_s[rows]))
+    assert (jumps["count"], jumps["count_at_least"]) == (1, True)
 
 
-def test_none_and_cannot_be_told_are_two_things():
-    assert airborne(filmed(*squats(), camera="moving")).reason
-    assert airborne(of_an_unknown_camera(filmed(*squats()))).reason
-    seen = airborne(of_an_unknown_camera(filmed(*jumping())))
-    assert (len(seen.flights), bool(seen.reason)) == (2, True)
-    take = filmed(*jumping())
-    assert "too uncertain" in airborne(take.with_(keypoints=None)).reason
+def test_where_nothing_flies_nothing_is_counted():
+    for take, percent in ((filmed(*squats()), 100.0), (filmed(*squats(), camera="moving"), 0.0)):
+        assert told_jumps(take) == {"observable_percent": percent}
+    assert airborne(filmed(*jumping()).with_(keypoints=None)).observable is None
+    assert len(airborne(of_an_unknown_camera(filmed(*jumping()))).flights) == 2
 
 
-def test_a_jump_before_a_camera_that_may_move_is_one_at_least_without_an_error():
+def test_a_jump_before_a_camera_that_may_move_has_no_error():
     """A height of 6 cm was "within 3" of a jump of 10 cm before a camera of which nobody knows."""
     known = told_jumps(take := filmed(*jumping()))
     unknown = told_jumps(of_an_unknown_camera(take))
-    assert (known["count"], "count_reason" in known, "height_by_flight_time_error_cm" in known) == (
-        2,
-        False,
-        True,
-    )
-    assert (unknown["outcome"], unknown["count"], "count_reason" in unknown) == (SEEN, 2, True)
+    assert (known["count"], "height_by_flight_time_error_cm" in known) == (2, True)
+    assert unknown["count"] == 2
     assert not [name for name in unknown if "error" in name]
 
 
@@ -235,37 +220,6 @@ def test_a_fall_of_another_pace_is_none():
     world, time_s = jumping()
     found = airborne(filmed(world, 2 * time_s))
     assert found.flights == ()
-    assert "at 0.2" in found.reason
-
-
-def test_hops_that_are_too_brief_to_tell_make_a_count_at_least():
-    """Of four hops of two jumping jacks one was counted, without "at least"."""
-    time_s = np.arange(0, 5, 1 / 30)
-    world = standing() + np.tile(AT_M, (len(time_s), 1, 1))
-    high, low = rises(time_s, (1.5,), 0.3), rises(time_s, (3.0,), 0.04)
-    world[..., 2] += (high + low)[:, None]
-    take = filmed(world, time_s)
-    found = airborne(take)
-    assert len(found.flights) == 1
-    (hop,) = found.uncertain
-    assert 2.8 < hop.start_s < 3.0 < hop.stop_s < 3.2
-    done = run(take)
-    jumps = nested(done.measures)["jumps"]
-    assert (jumps["count"], bool(jumps["count_reason"])) == (1, True)
-    assert "umped at least once (" in answer(done)[0]
-    assert airborne(filmed(*jumping())).uncertain == ()
-
-
-@pytest.mark.parametrize("fps", [30.0, 60.0])
-@pytest.mark.parametrize(("noise_px", "high_m"), [(0.0, 0.03), (0.0, 0.05), (3.0, 0.05)])
-def test_hops_that_are_too_brief_to_tell_are_not_denied(fps, noise_px, high_m):
-    """A man hopped four times in two jumping jacks, and the page said that there were no jumps."""
-    take = filmed(*jumping(fps=fps, high_m=high_m), noise_px)
-    found = airborne(take)
-    assert found.flights == ()
-    assert [round((hop.start_s + hop.stop_s) / 2, 1) for hop in found.uncertain] == [1.5, 3.0]
-    jumps = told_jumps(take)
-    assert (jumps["outcome"], jumps["count"]) == (CANNOT_BE_TOLD, 0)
 
 
 def test_falls_give_metres_with_their_error():
@@ -313,39 +267,8 @@ def test_rebounds_have_the_time_on_the_floor_between():
         assert min(jumps[figure]) > 0
 
 
-@pytest.mark.parametrize(("fps", "outcome"), [(15.0, CANNOT_BE_TOLD), (25.0, NONE), (29.97, NONE)])
-def test_what_so_few_frames_do_not_show_is_not_denied(fps, outcome):
-    """Of two jumping jacks at 15 frames a second the page said that there were no jumps: a hop has three frames."""
-    assert told_jumps(filmed(*squats(fps)))["outcome"] == outcome
-
-
-@pytest.mark.parametrize(
-    ("joints", "from_s", "outcome"),
-    [
-        (("r_ankle", "l_ankle"), 6.0, CANNOT_BE_TOLD),
-        (("r_ankle", "l_ankle"), 7.9, NONE),
-        (("r_ankle",), 6.0, NONE),
-        (("r_wrist", "l_wrist"), 6.0, NONE),
-    ],
-)
-def test_what_is_not_seen_is_not_denied_unless_a_foot_stands(joints, from_s, outcome):
-    """The legs were out of the image for the second half of a walk, and the page said that there were no jumps."""
-    take = filmed(*squats())
-    rows = np.flatnonzero(take.poses.times >= from_s)
-    jumps = told_jumps(without(take, *np.ix_(rows, H36M17.indices(joints))))
-    assert (jumps["outcome"], jumps["count"]) == (outcome, 0)
-
-
-@pytest.mark.parametrize(("high_m", "outcome"), [(0.12, CANNOT_BE_TOLD), (0.0, NONE)])
-def test_a_hop_of_which_the_middle_is_hidden_is_not_denied(high_m, outcome):
-    """What was seen in the air and the gap were each too brief for a flight, and were not added."""
-    take = filmed(*jumping((1.5,), high_m=high_m))
-    rows = np.flatnonzero(np.abs(take.poses.times - 1.5) < 0.09)
-    jumps = told_jumps(without(take, *np.ix_(rows, H36M17.indices(("r_ankle", "l_ankle")))))
-    assert (jumps["outcome"], jumps["count"]) == (outcome, 0)
-
-
 def test_jumps_are_the_least_where_some_are_not_seen():
     take = filmed(*jumping((1.5, 4.0)))
-    jumps = told_jumps(without(take, (take.poses.times > 3.2) & (take.poses.times < 4.8)))
-    assert (jumps["count"], bool(jumps["count_reason"])) == (1, True)
+    jumps = told_jumps(without(take, (take.poses.times > 4.0) & (take.poses.times < 4.8)))
+    assert (jumps["count"], jumps["count_at_least"]) == (1, True)
+    assert jumps["observable_percent"] < 90

@@ -9,8 +9,7 @@ from golden.jumps import STATURE_M, jumping, standing
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.clock import clock_doubts
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
-from pcnet3d.pipeline.signals.doubtful_flights import hops
-from pcnet3d.pipeline.signals.flights import MEASURED, falls, flights
+from pcnet3d.pipeline.signals.flights import falls, flights
 
 
 def squats(slowed: float = 1.0) -> PoseSequence:
@@ -64,21 +63,6 @@ def test_a_flight_whose_beginning_or_end_was_not_seen_is_none():
         (found,) = flights(poses.with_(joints=joints))
         assert found.apex_s == pytest.approx(second.apex_s, abs=0.01)
         assert np.isfinite([found.off_s, found.land_s, found.rise]).all()
-
-
-def test_captured_hops_are_uncertain_where_the_frames_are_too_few_for_flights():
-    """Who skipped with captured joints, 8 to 10 cm high at 30 frames a second, made "no jumps"."""
-    time_s = np.arange(0, 4, 1 / 30)
-    up = np.maximum(0, 0.11 - 9.81 / 2 * (time_s - 2.0) ** 2)
-    root = np.stack([time_s, 0 * up, 0.9 + up], axis=-1)
-    joints = np.repeat(standing()[None], len(time_s), axis=0)
-    feet = H36M17.indices(("r_ankle", "l_ankle"))
-    joints[:, feet, 2] += np.where(np.abs(time_s - 2) < 0.15, 0.03, 0.0)[:, None]  # the knees give way
-    poses = PoseSequence(joints, H36M17, LEVEL, time_s=time_s, root=root)
-    assert flights(poses) == []
-    (hop,) = hops(poses, MEASURED, [], STATURE_M)
-    assert 1.8 < hop.start_s < 2.0 < hop.stop_s < 2.2
-    assert hops(squats(), MEASURED, [], STATURE_M) == []
 
 
 @pytest.mark.data

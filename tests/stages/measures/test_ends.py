@@ -18,7 +18,7 @@ def knee(lifter: str):
     take = measured(walker().poses.with_(made_by=MadeBy("estimated", lifter)), GEOMETRIC[:3])
     angle = take.kinematics["r_knee_flexion_deg"]
     columns = {**take.kinematics, "r_knee_flexion_sd_deg": np.where(angle < 20, 3.0, 9.0)}
-    measures = grouped(Measures(repeated=("r_knee_flexion",))(take.with_(kinematics=columns)).measures)
+    measures = grouped(Measures(repeat=("r_knee_flexion",))(take.with_(kinematics=columns)).measures)
     return measures["range_of_motion"]["r_knee_flexion"], measures["repetitions"]["r_knee_flexion"]
 
 

@@ -3,19 +3,20 @@
 import numpy as np
 import pytest
 
+from golden.motions import CAPTURED, motion_with
 from pcnet3d.pipeline.core.measures import nested
-from pcnet3d.stages.measures.columns import Columns
-from pcnet3d.stages.measures.figures import spread
+from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.stages.measures.figures import spread, unknown_deg
 
 
 def test_a_standard_deviation_takes_six_values():
     five = nested(spread("rise", "deg", np.arange(5.0)))
     assert "sd_rise_deg" not in five
-    assert "6" in five["sd_reason"]
+    assert five["sd_withheld"] == "few-values"
     six = nested(spread("rise", "deg", np.arange(6.0)))
     assert six["sd_rise_deg"] == pytest.approx(1.87, abs=0.01)
-    assert "sd_reason" not in six
-    assert "sd_reason" not in nested(spread("rise", "deg", np.arange(1.0)))
+    assert "sd_withheld" not in six
+    assert "sd_withheld" not in nested(spread("rise", "deg", np.arange(1.0)))
 
 
 def test_one_or_two_durations_are_known_no_better_than_frames_allow():
@@ -30,8 +31,10 @@ def test_one_or_two_durations_are_known_no_better_than_frames_allow():
 def test_the_spread_of_repetitions_is_no_error_where_what_they_share_is_unknown():
     """Of a lifter's poses; motion capture has all of them right."""
     values, error = np.array([30.0, 38.0, 46.0]), "mean_rise_error_deg"
-    lifted, captured = (Columns({}, np.arange(3.0), (), False, unstated) for unstated in (8.0, 0.0))
-    assert error not in nested(spread("rise", "deg", values, shared=lifted.unknown))
-    assert nested(spread("rise", "deg", values, shared=captured.unknown))[error] == pytest.approx(
-        4.6, abs=0.1
+    lifted, captured = (
+        motion_with({}, np.arange(3.0), made_by=made_by)
+        for made_by in (MadeBy("estimated", "another"), CAPTURED)
     )
+    assert error not in nested(spread("rise", "deg", values, shared=unknown_deg(lifted)))
+    found = nested(spread("rise", "deg", values, shared=unknown_deg(captured)))
+    assert found[error] == pytest.approx(4.6, abs=0.1)

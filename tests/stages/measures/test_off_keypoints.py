@@ -4,21 +4,27 @@ keypoints."""
 import numpy as np
 import pytest
 
-from pcnet3d.models.angle_error.off_keypoints import agrees, steady, widened, without_exchanged
+from pcnet3d.models.angle_error.off_keypoints import widened, without_exchanged
 from pcnet3d.models.angle_error.take_angles import AngleSeries
+from pcnet3d.models.common.motion import Motion, agrees, motion_of, steady
 from pcnet3d.pipeline import H36M17, Take
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES, EXCHANGED
-from pcnet3d.pipeline.signals.reprojection import Residuals, limb_scores, residuals_of
+from pcnet3d.pipeline.signals.reprojection import Residuals, limb_scores
 from pcnet3d.pipeline.signals.swaps import in_doubt, kinds, left_exchanged, treated
-from pcnet3d.stages.measures.off_keypoints import exchanged, not_shown
-from pcnet3d.stages.measures.outcomes import doubts_of
+from pcnet3d.stages.measures.off_keypoints import exchanged
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.trajectories import Trajectories
 
 LEGS, ARMS = kinds(H36M17, depth=False)
 
 
+def motion(take: Take) -> Motion:
+    return motion_of(Trajectories()(Rectify("geometric")(take)))
+
+
 def codes(take: Take) -> list[str]:
-    return [each.code for each in exchanged(take, residuals_of(take))]
+    return [each.code for each in exchanged(take, motion(take))]
 
 
 @pytest.mark.parametrize("which", ["poses", "keypoints"])
@@ -36,7 +42,7 @@ def test_legs_that_are_elsewhere_are_not_said_to_be_exchanged(filmed):
     joints[20:50, H36M17.indices(("r_ankle", "l_ankle"))] += [0.4, 0.0, 0.0]
     assert codes(filmed.with_(poses=filmed.poses.with_(joints=joints))) == []
     assert codes(filmed) == []
-    assert exchanged(filmed.with_(keypoints=None), None) == []
+    assert codes(filmed.with_(keypoints=None)) == []
 
 
 def scored(take: Take, joint: str, score: float, detector: str = "movenet@0") -> Take:
@@ -60,18 +66,34 @@ def test_errors_grow_where_the_detector_is_unsure_of_an_arm_and_nowhere_else(fil
     assert found["r_shoulder_elevation"].sd_deg.max() == found["l_knee_flexion"].sd_deg.max() == 7
 
 
-def test_raises_rest_on_the_elbow(filmed):
-    times = filmed.poses.times
+@pytest.mark.parametrize(
+    ("joint", "score", "detector", "known"),
+    [
+        ("l_elbow", 0.4, "movenet@0", False),
+        ("l_elbow", 0.55, "movenet@0", True),
+        ("l_elbow", 0.4, "yolo@0", True),
+    ],
+)
+def test_a_joint_of_which_the_detector_is_unsure_is_not_known(filmed, joint, score, detector, known):
+    of = motion(scored(filmed, joint, score, detector))
+    assert of.has([joint])[25:45].all() == known
+    assert of.has([joint])[:15].all()
+    assert of.has(["r_elbow", "l_knee"]).all()
 
-    def arms(*scores):
-        take = scored(filmed, *scores)
-        return [not_shown(take, residuals_of(take)).get(f"{side}_elbow", []) for side in "lr"]
 
-    ((begin, end),), right = arms("l_elbow", 0.4)
-    assert right == []
-    assert times[18] <= begin <= times[22]
-    assert times[47] <= end <= times[52]
-    assert arms("l_wrist", 0.4) == arms("l_elbow", 0.55) == arms("l_elbow", 0.4, "yolo@0") == [[], []]
+def test_a_limb_that_contradicts_its_keypoints_or_may_be_exchanged_is_not_known(filmed):
+    joints = filmed.poses.joints.copy()
+    joints[20:50, H36M17.indices(("r_ankle", "l_ankle"))] += [0.4, 0.0, 0.0]
+    elsewhere = motion(filmed.with_(poses=filmed.poses.with_(joints=joints)))
+    assert not elsewhere.has(["r_ankle"])[25:45].any()
+    assert elsewhere.has(["r_ankle"])[:15].all()
+    joints = filmed.poses.joints.copy()
+    joints[20:26] = ARMS.applied(joints[20:26])
+    wrong = filmed.poses.with_(joints=joints)
+    _, _, said, _ = treated(wrong, None, "report")
+    exchanged_arms = motion(filmed.with_(poses=wrong, keypoints=None).saying(*said))
+    assert not exchanged_arms.has(["l_elbow"])[20:26].any()
+    assert exchanged_arms.has(["l_knee"]).all()
 
 
 def test_errors_grow_where_a_limb_contradicts_its_keypoints_and_nowhere_else():
@@ -137,4 +159,3 @@ def test_legs_that_were_masked_leave_no_doubt_which_leg_is_which(filmed, how, do
     joints[30:33], joints[45:] = legs.applied(joints[30:33]), arms.applied(joints[45:])
     _, _, said, _ = treated(None, filmed.keypoints.with_(joints=joints), how)
     assert {limb for limb, *_ in left_exchanged(said)} == {"arm", *["leg"] * doubted}
-    assert bool(doubts_of(said, {}).legs) == doubted

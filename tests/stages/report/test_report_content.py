@@ -325,8 +325,7 @@ def test_one_frame_has_no_empty_charts_and_its_angles_in_a_table():
     assert not re.search(r"\bnan\b", words)
     assert "<svg" not in said.split("Joint angles</h2>")[1]
     assert "right knee flexion" in said
-    assert "<h3>" not in said.split("What happened</h2>")[1].split("<h2>")[0]
-    assert "0 s is too short" not in said
+    assert "What happened</h2>" not in said
 
 
 def test_a_knee_bend_is_drawn_with_the_angle_that_is_counted(walk_take):

@@ -1,0 +1,195 @@
+"""Ranges of motion, and right compared with left."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...models.angle_error.repeatability import ends, known_median, same_shares
+from ...models.common.motion import Motion
+from ...models.gait.of_take import SIDES
+from ...pipeline.core.measures import SD_90, Measure, Remark, Row, side_of, withheld, within
+from ...pipeline.core.take import Take
+from ...pipeline.signals.angles import ANGLES, EXCHANGED, MIDLINE, UNDEFINED, UNTRUSTED, continuous, of_both
+from ...pipeline.signals.foot_angles import ALL_ANGLES
+from ...pipeline.signals.reprojection import limb_scores
+from ...pipeline.signals.visibility import SURE_SCORE
+from .figures import basis, error_of_difference, error_of_range, symmetry, unstated_deg, with_error
+
+FEWEST = 10  # frames
+_OUTERMOST = 0.05  # of the frames: what the 5th to the 95th percentile leaves out at either end
+_UNSURE = (
+    0.5  # of the frames, in which the detector is unsure of a joint: the others do not show what it does
+)
+_NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
+# Of the frames, in which the detector may be unsure of a limb. In profile it guesses the far leg: of a cyclist who
+# pedals evenly it was unsure of one leg in 43 to 55 % of the frames, and the ranges of his thighs differed by twice
+# their ±; of two people who walk, in up to 3 %.
+_UNSURE_SIDE = 0.2
+_LOST = 0.1  # of a side's range, that the frames with both sides may lack
+_BRIEF_S = 1.5  # less than a stride of each leg: the sides show different parts of a movement
+_DOUBTFUL = (
+    "left-and-right",
+    "legs-against-arms",
+    "limbs-copied",
+    "mirrored",
+    "sides-doubtful",
+    "sides-wrong-as-asked",
+)
+# What is compared, the limb that it is of, and how many of that limb's two outer joints it rests on.
+_PARTS = {"leg": ("leg", 2), "upper arm": ("arm", 1), "forearm": ("arm", 2)}
+_FORMULA = (
+    "100 (right - left) / ((right + left) / 2) of the ranges between the 5th and 95th percentile; positive when the "
+    "right is larger"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Range:
+    """An angle's range in a take. values: (T,) degrees in the frames that count. deg: from the 5th to the 95th
+    percentile, sd_deg: its standard deviation, NaN where not known. why: a code of WITHHELD, "" where there is one."""
+
+    angle: str
+    values: np.ndarray
+    why: str = ""
+    low: tuple[float, float] = (np.nan, np.nan)
+    high: tuple[float, float] = (np.nan, np.nan)
+    sd_deg: float = np.nan
+
+    @property
+    def deg(self) -> float:
+        """From the 5th to the 95th percentile."""
+        return self.high[0] - self.low[0]
+
+
+def ranges(motion: Motion) -> dict[str, Range]:
+    """Of every angle of the body, and of the feet where the take has them."""
+    named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in motion.columns]
+    return {name: _range(motion, name) for name in named}
+
+
+def _range(motion: Motion, name: str) -> Range:
+    """By the frames in which the detector is sure of the angle's joints; none where the others may have shown more."""
+    every, sd = continuous(motion.angle(name), ALL_ANGLES[name].centre_deg), motion.sd(name)
+    joints = ANGLES[name].joints if name in ANGLES else ()
+    guessed = np.any(
+        [motion.unsure[joint] for joint in joints if joint in motion.unsure] or [[False]], axis=0
+    )
+    values = np.where(guessed, np.nan, every)
+    if guessed.mean() > _UNSURE:
+        return Range(name, values, "detector-unsure")
+    if np.isfinite(values).sum() < FEWEST:
+        return Range(name, values, "few-frames")
+    lifted = motion.unjudged or np.isfinite(sd).any()
+    if lifted and _untold(motion, name) > _OUTERMOST:
+        # A lift's frames near the axis are the outermost, of an arm raised sideways; which they are differs by camera.
+        return Range(name, values, "frames-missing")
+    (low, high), (at_low, at_high) = ends(values, sd)
+    lowest, highest = np.percentile(every[np.isfinite(every)], [5, 95])
+    error = SD_90 * float(np.nanmax([at_low, at_high, unstated_deg(motion)]))
+    if guessed.any() and max(low - lowest, highest - high) > error:
+        return Range(name, values, "detector-unsure")
+    own_sd = error_of_range(motion, name, high - low, (at_low, at_high))
+    return Range(name, values, "", (low, at_low), (high, at_high), own_sd)
+
+
+def _untold(motion: Motion, angle: str) -> float:
+    """The share of the frames in which the joints were seen, and the angle is not known all the same: near the axis
+    that it turns about, by an error that is too large, or by limbs that may be exchanged."""
+    reason = motion.columns.get(f"{angle}_reason")
+    return 0.0 if reason is None else float(np.isin(reason, (UNDEFINED, UNTRUSTED, EXCHANGED)).mean())
+
+
+def range_rows(motion: Motion, found: Mapping[str, Range], own_zero: bool) -> list[Row]:
+    """The group `range_of_motion`. own_zero: angles are 0 where docs/angles.md says, not in somebody's neutral posture:
+    then anatomy limits them."""
+    return [
+        row for name, of in found.items() for row in within(name, _rows(motion, of, own_zero), side_of(name))
+    ]
+
+
+def _rows(motion: Motion, of: Range, own_zero: bool) -> list[Row]:
+    if of.why:
+        return [withheld(of.why), *basis(of.values)]
+    known, sd = of.values[np.isfinite(of.values)], motion.sd(of.angle)
+    least, most = ALL_ANGLES[of.angle].anatomy_deg
+    beyond = int(((known < least) | (known > most)).sum()) if own_zero else 0
+    return [
+        with_error("lowest", "deg", known.min(), of.low[1]),
+        with_error("highest", "deg", known.max(), of.high[1]),
+        Measure("full_range", float(known.max() - known.min()), "deg"),
+        with_error("p05", "deg", *of.low),
+        with_error("p95", "deg", *of.high),
+        with_error("p05_p95", "deg", of.deg, of.sd_deg),
+        *([Measure("usual_error", known_median(sd), "deg")] if np.isfinite(sd).any() else []),
+        *([Measure("beyond_anatomy_frames", beyond)] if beyond else []),
+        *basis(of.values),
+    ]
+
+
+def sides_withheld(take: Take) -> dict[str, str]:
+    """{one of "leg", "upper arm", "forearm": a code of WITHHELD} of what is not compared: which is which is doubtful,
+    or the detector is unsure of one of them too often."""
+    if any(each.code in _DOUBTFUL for each in take.said):
+        return dict.fromkeys(_PARTS, "sides-doubtful")
+    why, scores = {}, limb_scores(take)
+    for part, (limb, joints) in _PARTS.items() if scores else ():
+        least = [scores[f"{side}_{limb}"][:, :joints].min(axis=1) for side in "rl"]
+        shares = [
+            float((each[np.isfinite(each)] < SURE_SCORE).mean()) for each in least if np.isfinite(each).any()
+        ]
+        if max(shares, default=0.0) > _UNSURE_SIDE:
+            why[part] = "detector-unsure"
+    return why
+
+
+def symmetry_rows(motion: Motion, found: Mapping[str, Range], why: Mapping[str, str]) -> list[Row]:
+    """The group `symmetry`, of ranges of both sides. why: of `sides_withheld`."""
+    if motion.duration_s < _BRIEF_S:
+        return [withheld("take-too-short")]
+    pairs = dict.fromkeys(of_both(name) for name in found if name not in MIDLINE)
+    rows = [row for name in pairs for row in within(name, _compared(motion, name, found, why))]
+    return [Remark("formula", _FORMULA), *rows]
+
+
+def _compared(motion: Motion, both: str, found: Mapping[str, Range], why: Mapping[str, str]) -> Iterator[Row]:
+    right, left = (found[f"{side}_{both}"] for side in SIDES.values())
+    if right.why or left.why:
+        yield withheld("side-missing")
+        return
+    yield Measure("right", right.deg, "deg", side="right")
+    yield Measure("left", left.deg, "deg", side="left")
+    code = why.get(_part(both), "")
+    if max(right.deg, left.deg) < _NO_RANGE:
+        code = "range-too-small"
+    elif not code and not _alike(right, left):
+        code = "sides-unlike"
+    if code:
+        yield withheld(code, "symmetry_index")
+        return
+    error = error_of_difference(motion, f"range_of_motion.{both}", (right.sd_deg, left.sd_deg), "sides")
+    yield from symmetry(right.deg, left.deg, error)
+
+
+def _alike(right: Range, left: Range) -> bool:
+    """Whether each side was seen in as much of the take, and the frames that have both show about the whole range of
+    each: one of them may have missed a part of the movement that the other shows."""
+    known = [np.isfinite(of.values) for of in (right, left)]
+    shared = known[0] & known[1]
+    if not shared.any() or not same_shares(*(1 - float(rows.mean()) for rows in known)):
+        return False
+    return all(
+        of.deg - float(np.ptp(np.percentile(of.values[shared], [5, 95])))
+        <= max(_LOST * of.deg, float(np.nan_to_num(of.sd_deg)))
+        for of in (right, left)
+    )
+
+
+def _part(both: str) -> str:
+    """Of which of _PARTS an angle of both sides is."""
+    joints = ANGLES[f"r_{both}"].joints if f"r_{both}" in ANGLES else ()
+    if not {"r_elbow", "r_wrist"} & set(joints):
+        return "leg"
+    return "forearm" if "r_wrist" in joints else "upper arm"

@@ -1,0 +1,102 @@
+"""Ranges of frames in which the detector is sure, and right compared with left where both were seen."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from golden.motions import motion_with
+from pcnet3d.pipeline import H36M17, Take
+from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.notices import notice
+from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.signals.angles import ANGLES
+from pcnet3d.stages.measures.ranges import ranges, sides_withheld, symmetry_rows
+
+TIME = np.arange(90) / 30
+
+
+def swinging(seen=slice(None), deeper: float = 0.0, **how):
+    """A motion whose angles go from 0 to 50 degrees in each second, the right ones only in some frames; in the first
+    half second to `deeper` more."""
+    swing = 25 - 25 * np.cos(2 * np.pi * TIME) + np.where(TIME < 0.5, deeper * np.sin(2 * np.pi * TIME), 0)
+    right = np.full(len(TIME), np.nan)
+    right[seen] = swing[seen]
+    return motion_with({name: right if name.startswith("r_") else swing for name in ANGLES}, TIME, **how)
+
+
+@pytest.mark.parametrize(
+    ("deeper", "seen", "why"),
+    [
+        (0.0, slice(None), None),
+        (80.0, slice(None), None),
+        (0.0, slice(15, None), None),  # what was not seen is like the rest
+        (80.0, slice(15, None), "sides-unlike"),
+        (0.0, slice(60, None), "sides-unlike"),
+    ],
+)
+def test_sides_are_compared_where_both_were_seen(deeper, seen, why):
+    """Of somebody who crouched and walked off the right knee was seen in the walk alone: "knee flexion -64 ± 17 %"."""
+    motion = swinging(seen, deeper)
+    knee = nested(symmetry_rows(motion, ranges(motion), {}))["knee_flexion"]
+    assert knee.get("symmetry_index_withheld") == why
+    assert ("symmetry_index_percent" in knee) == (why is None)
+
+
+def unsure(take: Take, joint: str, share: float, detector: str = "movenet@0") -> Take:
+    """The detector is unsure of that joint in a share of the frames, in a row."""
+    confidence = np.full(take.keypoints.joints.shape[:2], 0.8)
+    confidence[: round(share * len(confidence)), H36M17.index(joint)] = 0.4
+    made_by = MadeBy("estimated", detector)
+    return take.with_(keypoints=take.keypoints.with_(confidence=confidence, made_by=made_by))
+
+
+@pytest.mark.parametrize(
+    ("joint", "parts"),
+    [
+        ("l_ankle", ["leg"]),
+        ("r_knee", ["leg"]),
+        ("r_elbow", ["upper arm", "forearm"]),
+        ("l_wrist", ["forearm"]),
+    ],
+)
+def test_a_limb_that_the_detector_is_unsure_of_is_not_compared(filmed, joint, parts):
+    """A cyclist in profile, who pedals evenly: "Right and left differ in range of thigh forward -75 ± 35 %"."""
+    assert list(sides_withheld(unsure(filmed, joint, 0.4))) == parts
+    for other in (unsure(filmed, joint, 0.1), unsure(filmed, joint, 0.4, "yolo@0"), filmed):
+        assert sides_withheld(other) == {}
+
+
+def test_sides_that_are_doubtful_are_not_compared(filmed):
+    """A report named differences of right and left, and said that these are doubtful in the whole take."""
+    doubtful = filmed.saying(notice("left-and-right", evidence="bones"))
+    assert sides_withheld(doubtful) == dict.fromkeys(["leg", "upper arm", "forearm"], "sides-doubtful")
+
+
+@pytest.mark.parametrize(
+    ("part", "kept", "lost"),
+    [("leg", "elbow_flexion", "knee_flexion"), ("forearm", "thigh_sagittal", "elbow_flexion")],
+)
+def test_only_what_rests_on_a_doubtful_part_is_withheld(part, kept, lost):
+    motion = swinging()
+    found = nested(symmetry_rows(motion, ranges(motion), {part: "detector-unsure"}))
+    assert "symmetry_index_percent" in found[kept]
+    assert found[lost]["symmetry_index_withheld"] == "detector-unsure"
+
+
+@pytest.mark.parametrize(
+    ("unsure", "deeper", "told"),
+    [
+        (slice(0, 0), 0.0, True),
+        (slice(0, 12), 0.0, True),  # the other frames show the same
+        (slice(0, 12), 60.0, False),  # a knee behind a car: "22 to 95" of one that bends to 30
+        (slice(0, 50), 0.0, False),  # a banner over the legs
+    ],
+)
+def test_a_range_is_of_frames_in_which_the_detector_is_sure(unsure, deeper, told):
+    guessed = np.isin(np.arange(len(TIME)), np.arange(len(TIME))[unsure])
+    motion = swinging(deeper=deeper, made_by=MadeBy("estimated", "another"))
+    motion = replace(motion, unsure={"r_ankle": guessed, "l_knee": ~guessed})
+    found = ranges(motion)["r_knee_flexion"]
+    assert found.why == ("" if told else "detector-unsure")
+    assert np.isfinite(found.values).sum() == (~guessed).sum()
