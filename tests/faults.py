@@ -74,7 +74,7 @@ FAULTS = [
     Fault("models/angle_error/neutral.py", "np.hypot(angle.sd_deg, sd)", "angle.sd_deg", "models/test_neutral.py"),
     Fault("models/lab/mocap/split.py", "combinations(PARTS, 2)", "combinations(PARTS[1:], 2)",
           "models/lab/mocap/test_own_data.py"),
-    Fault("models/lab/synthetic/cameras.py", "needed.max(axis=(-2, -1))", "needed.mean(axis=(-2, -1))",
+    Fault("models/lab/synthetic/cameras.py", "needed.amax(dim=(1, 2))", "needed.mean(dim=(1, 2))",
           "models/lab/synthetic/test_cameras.py"),
     Fault("models/lifter/features.py", "HALF_WINDOW + 1", "HALF_WINDOW",
           "models/lifter/test_lifter.py"),

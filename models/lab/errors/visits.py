@@ -19,6 +19,8 @@ from pathlib import Path
 from typing import Literal, get_args
 
 import numpy as np
+import torch
+from torch import Tensor
 
 from ....pipeline.core.camera import pitch_roll_deg, view_rotation
 from ....pipeline.core.measures import Measure, grouped, subgroup, text
@@ -46,6 +48,7 @@ from ..evaluation.sets import EvaluationSet, evaluation_sets
 from ..evaluation.testbed import BEDS, see
 from ..mocap.clips import lying
 from ..synthetic.cameras import Cameras, ViewRange, place
+from ..synthetic.draw import NumpyDraw
 from . import judge
 from .fit import STRANGERS, fitted, with_bars
 from .judge import Stated
@@ -106,9 +109,9 @@ def visits(clip: Clip, configuration: Configuration, seed: int) -> Iterator[Visi
     """The figures of every kind of pair of a clip, of which the first visit is the same in all; and of every run the
     pairs within it and its ranges (`_within`)."""
     rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode()), 4])
-    world = clip.joints[None].astype(np.float64)
+    world = torch.from_numpy(clip.joints[None].astype(np.float64))
     views = BEDS[configuration.bed]
-    first = place(world, rng, views)
+    first = place(world, NumpyDraw(rng), views)
     cameras = {
         "same tripod": first,
         "set up again": set_up_again(first, world, rng),
@@ -155,7 +158,7 @@ def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip, seed: int) -> 
 
 
 def _run(
-    clip: Clip, cameras: Cameras[np.ndarray], configuration: Configuration, seed: int
+    clip: Clip, cameras: Cameras, configuration: Configuration, seed: int
 ) -> tuple[Take, dict[str, np.ndarray]]:
     """As a run leaves it, and its true angles."""
     seen = see(clip, seed, cameras=cameras)
@@ -184,17 +187,15 @@ def _figures(take: Take) -> dict[tuple[str, str], Measure]:
     return found
 
 
-def set_up_again(
-    first: Cameras[np.ndarray], world: np.ndarray, rng: np.random.Generator
-) -> Cameras[np.ndarray]:
+def set_up_again(first: Cameras, world: Tensor, rng: np.random.Generator) -> Cameras:
     """The camera (1,) about where it was, as far away as every joint (1, T, J, 3) stays inside the image."""
-    R = first.R_camera_from_world[0, 0]
+    R, place = first.R_camera_from_world[0, 0].numpy(), first.position[0].numpy()
     pitch, roll = pitch_roll_deg(R[:, 2])
     yaw = np.degrees(np.arctan2(R[2, 1], R[2, 0])) + _YAW_DEG * rng.standard_normal()
     pitch, roll = np.array([pitch, roll]) + rng.uniform(-_PITCH_DEG, _PITCH_DEG, 2)
-    points = world.reshape(-1, 3)
+    points = world.reshape(-1, 3).numpy()
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
-    offset = rotate(R, (centre - first.position[0])[None])[0]
+    offset = rotate(R, (centre - place)[None])[0]
     distance = float(np.linalg.norm(offset))
     offset = offset * rng.uniform(1 - _DISTANCE, 1 + _DISTANCE)
     offset[:2] += _AIM * distance * rng.standard_normal(2)
@@ -202,28 +203,28 @@ def set_up_again(
     while True:
         cameras = replace(
             first,
-            R_camera_from_world=turned[None, None],
-            position=centre[None] - rotate(turned.T, offset[None]),
+            R_camera_from_world=torch.from_numpy(turned[None, None]),
+            position=torch.from_numpy(centre[None] - rotate(turned.T, offset[None])),
         )
         if _inside(cameras, world):
             return cameras
         offset = offset * [0.97, 0.97, 1.02]
 
 
-def elsewhere(
-    first: Cameras[np.ndarray], world: np.ndarray, rng: np.random.Generator, views: ViewRange
-) -> Cameras[np.ndarray]:
+def elsewhere(first: Cameras, world: Tensor, rng: np.random.Generator, views: ViewRange) -> Cameras:
     """Another camera (1,) of these views that sees every joint (1, T, J, 3), at least _ELSEWHERE_DEG about the vertical
     from where it was."""
-    away = first.R_camera_from_world[0, 0, 2]
+    away = first.R_camera_from_world[0, 0, 2].numpy()
     yaw = float(np.degrees(np.arctan2(away[1], away[0])))
-    return place(world, rng, replace(views, yaw_deg=(yaw + _ELSEWHERE_DEG, yaw + 360 - _ELSEWHERE_DEG)))
+    return place(
+        world, NumpyDraw(rng), replace(views, yaw_deg=(yaw + _ELSEWHERE_DEG, yaw + 360 - _ELSEWHERE_DEG))
+    )
 
 
-def _inside(cameras: Cameras[np.ndarray], world: np.ndarray) -> bool:
+def _inside(cameras: Cameras, world: Tensor) -> bool:
     joints = cameras.to_camera(world)
     half = cameras.image_size[0] / 2
-    off = np.abs(cameras.project(joints)[0] - half)
+    off = (cameras.project(joints)[0] - half).abs()
     return bool((joints[..., 2] > 0).all() and (off <= _MARGIN * half).all())
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
+import torch
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
@@ -26,6 +27,7 @@ from ....pipeline.reading.load import read
 from ....pipeline.signals.filters import each_path
 from ...common.metrics import relative
 from ...lifter.builtin import lift
+from ..synthetic.draw import NumpyDraw
 from ..synthetic.keypoint_noise import detect
 from .testbed import BEDS, Bed, SeenTake, file_name
 
@@ -116,8 +118,9 @@ class Simulated:
             return seen.with_(joints=relative(joints), frame=frame, confidence=None, made_by=made_by)
         at = truth.joints_camera[None]
         exact = truth.focal_px * at[..., :2] / at[..., 2:] + np.array(truth.image_size) / 2
-        pixels, confidence = detect(exact, at, rng, fps=seen.fps)
-        poses = lift(seen.with_(joints=pixels[0], confidence=confidence[0]), truth.image_size)
+        pixels, confidence = detect(torch.from_numpy(exact), torch.from_numpy(at), NumpyDraw(rng), seen.fps)
+        found = seen.with_(joints=pixels[0].numpy(), confidence=confidence[0].numpy())
+        poses = lift(found, truth.image_size)
         joints = _changed(poses.joints.astype(np.float64), kind, poses.fps, rng)
         return poses.with_(joints=relative(joints), covariance=None, made_by=made_by)
 

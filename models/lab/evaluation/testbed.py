@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
+import torch
 import typer
 
 from ....pipeline.core.canonical import R_world_from_body
@@ -38,6 +39,7 @@ from ...lifter.features import body_rays
 from ..mocap.clips import Subjects, lying, read_clips
 from ..synthetic.bodies import BodyRange, vary
 from ..synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place
+from ..synthetic.draw import NumpyDraw
 from ..synthetic.keypoint_noise import Noise, detect
 from .motion_class import motion_classes
 
@@ -159,32 +161,35 @@ def see(
     noise: Noise | None = None,
     bodies: BodyRange | None = None,
     views: ViewRange = WILD,
-    cameras: Cameras[np.ndarray] | None = None,
+    cameras: Cameras | None = None,
 ) -> SeenTake:
     """A clip before one camera and a noisy detector; deterministic in the seed and the clip's name. cameras: that one,
     of leading shape (1,), in place of one that is drawn."""
-    rng = _rng(clip, seed)
-    world = clip.joints[None].astype(np.float64)
+    draw = NumpyDraw(_rng(clip, seed))
+    moving = torch.from_numpy(clip.joints[None].astype(np.float64))
     if bodies is not None:
-        world = vary(world, rng, bodies)
-    cameras = place(world, rng, views) if cameras is None else cameras
-    joints = cameras.to_camera(world)
-    pixels, confidence = detect(cameras.project(joints), joints, rng, noise, clip.fps)
-    R_camera_from_world = cameras.R_camera_from_world[0]
+        moving = vary(moving, draw, bodies)
+    cameras = place(moving, draw, views) if cameras is None else cameras
+    shown = cameras.to_camera(moving)
+    pixels, confidence = (
+        found[0].numpy() for found in detect(cameras.project(shown), shown, draw, clip.fps, noise)
+    )
+    world, joints = moving[0].numpy(), shown[0].numpy()
+    R_camera_from_world = cameras.R_camera_from_world[0].numpy()
     if not views.pans:
         R_camera_from_world = R_camera_from_world[0]
     time_s = np.arange(len(clip)) / clip.fps
-    keypoints = PoseSequence(pixels[0], H36M17, IMAGE, confidence[0], time_s, np.arange(len(clip)))
+    keypoints = PoseSequence(pixels, H36M17, IMAGE, confidence, time_s, np.arange(len(clip)))
     width, height = (int(side) for side in cameras.image_size[0])
     return SeenTake(
         keypoints=keypoints,
         image_size=(width, height),
         focal_px=float(cameras.focal_px[0]),
-        joints_camera=joints[0],
-        R_camera_from_body=R_camera_from_world @ R_world_from_body(world[0]),
+        joints_camera=joints,
+        R_camera_from_body=R_camera_from_world @ R_world_from_body(world),
         R_camera_from_world=R_camera_from_world,
-        R_camera_from_ray=body_rays(joints[0]),
-        lying=lying(world[0]),
+        R_camera_from_ray=body_rays(joints),
+        lying=lying(world),
         clip=clip.name,
         subject=clip.subject,
         source=clip.source,

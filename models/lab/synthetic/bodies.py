@@ -1,17 +1,21 @@
 """Other people's proportions on a captured motion: bone lengths change, bone directions (joint angles) do not.
-
-What draws nothing takes arrays of numpy and of torch."""
+And other definitions of where a joint is."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import torch
+from torch import Tensor
 
 from ....pipeline.core.layouts import H36M17
-from ...common.vectors import Array, length, library_of, picked
+from ....pipeline.reading.mocap.clip import Clip
+from ...common.vectors import Array, across, length, picked, unit
+from ..mocap.clips import OWN_SKELETON, person
+from .draw import Draw
 
 # Child by parent, each parent before its children. "nose" and "head" hang on the thorax and the nose.
 _TREE = {
@@ -25,6 +29,11 @@ _TREE = {
 CHILDREN = H36M17.indices(list(_TREE))
 PARENTS = H36M17.indices(list(_TREE.values()))
 _LEGS = [bone for bone, joint in enumerate(_TREE) if joint[2:] in ("knee", "ankle")]
+_PARENT_OF = list(range(len(H36M17)))  # of each joint, the pelvis's being itself
+for _child, _parent in zip(CHILDREN, PARENTS, strict=True):
+    _PARENT_OF[_child] = _parent
+_LOWER = ("pelvis", *(f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")))
+_UPPER = [joint not in _LOWER for joint in H36M17.joints]
 STANDARD_SIZE_M = 3.9  # sum of the 16 bones of a person about 1.7 m tall
 
 
@@ -83,46 +92,102 @@ def mirror(joints: Array) -> Array:
     return out
 
 
-def drawn_factors(
-    joints: Array,
-    bodies: BodyRange,
-    spread: Callable[[float], Array],
-    within: Callable[[tuple[float, float]], Array],
-) -> Array:
-    """(..., 17) factors on the bone that ends in each joint of joints (..., T, 17, 3); left and right alike. spread:
-    draws (...,) factors whose logarithms have that standard deviation; within: (...,) numbers of that range."""
+def drawn_factors(joints: Tensor, draw: Draw, bodies: BodyRange) -> Tensor:
+    """(B, 17) factors on the bone that ends in each joint of joints (B, T, 17, 3); left and right alike."""
+    count = len(joints)
+
+    def spread(std: float) -> Tensor:
+        return (std * draw.normal(count, most=2)).exp()
+
     legs, arms = spread(bodies.limbs / 2), spread(bodies.limbs / 2)
     limbs = (("knee", legs), ("ankle", legs), ("elbow", arms), ("wrist", arms))
-    of: dict[str, Any] = {part: limb * spread(bodies.limbs) for part, limb in limbs}
+    of = {part: limb * spread(bodies.limbs) for part, limb in limbs}
     for joint, std in (("spine", bodies.trunk), ("thorax", bodies.trunk), ("nose", 0.15), ("head", 0.15)):
         of[joint] = spread(std)
-    size: Any = size_m(joints)
+    size = size_m(joints)
     for part, between in (("hip", bodies.hips), ("shoulder", bodies.shoulders)):
         width = length(vector(joints, f"r_{part}", f"l_{part}")).mean(-1)
-        of[part] = within(between) * size / width.clip(1e-3)
-    of["pelvis"] = library_of(joints).ones_like(size)
-    return library_of(joints).stack([of[_without_side(joint)] for joint in H36M17.joints], -1)
+        of[part] = draw.uniform(between, count) * size / width.clamp_min(1e-3)
+    of["pelvis"] = torch.ones_like(size)
+    return torch.stack([of[joint.removeprefix("l_").removeprefix("r_")] for joint in H36M17.joints], -1)
 
 
-def _without_side(joint: str) -> str:
-    return joint.removeprefix("l_").removeprefix("r_")
+def bone_lengths(joints: Tensor) -> Tensor:
+    """(..., T, 17) length of the bone that ends in each joint of (..., T, 17, 3); 0 at the pelvis."""
+    return length(joints - picked(joints, _PARENT_OF))
 
 
-def draw_factors(joints: np.ndarray, rng: np.random.Generator, bodies: BodyRange | None = None) -> np.ndarray:
-    """(..., 17) of `drawn_factors`, 1 for a share of the windows."""
-    bodies, lead = bodies or BodyRange(), joints.shape[:-3]
-    factors = drawn_factors(
-        joints,
-        bodies,
-        lambda std: np.exp(std * np.clip(rng.standard_normal(lead), -2, 2)),
-        lambda between: np.asarray(rng.uniform(*between, size=lead)),
+def combine(lower: Tensor, upper: Tensor) -> Tensor:
+    """The legs and the path of one motion under the trunk, head and arms of another; both (..., T, 17, 3), +Z up.
+
+    The upper body is turned about the vertical in every frame until both motions' hips point the same way. A motion
+    whose hip axis is ever steeper than 60 degrees keeps its own upper body: it has no such direction.
+    """
+    hips = [vector(motion, "r_hip", "l_hip") for motion in (lower, upper)]
+    level = [length(axis[..., :2]) / length(axis).clamp_min(1e-9) for axis in hips]
+    turn = torch.atan2(hips[0][..., 1], hips[0][..., 0]) - torch.atan2(hips[1][..., 1], hips[1][..., 0])
+    c, s = turn.cos()[..., None], turn.sin()[..., None]
+    pelvis = [H36M17.index("pelvis")]
+    x, y, z = (upper - upper[..., pelvis, :]).unbind(-1)
+    turned = torch.stack([c * x - s * y, s * x + c * y, z], dim=-1) + lower[..., pelvis, :]
+    fits = (torch.minimum(*level) > 0.5).all(dim=-1)[..., None, None, None]
+    return torch.where(fits & torch.tensor(_UPPER, device=lower.device)[:, None], turned, lower)
+
+
+def proportions(clips: Sequence[Clip]) -> Tensor:
+    """(people, 17) mean bone lengths in metres of the clips' people who come with their own skeleton; may be empty."""
+    found: dict[str, list[np.ndarray]] = {}
+    for clip in clips:
+        if clip.source in OWN_SKELETON:
+            lengths = bone_lengths(torch.from_numpy(clip.joints)).mean(0)
+            found.setdefault(person(clip) or clip.subject, []).append(lengths.numpy())
+    rows = [np.mean(parts, axis=0) for parts in found.values()]
+    return torch.from_numpy(np.array(rows, dtype=np.float32).reshape(-1, len(H36M17)))
+
+
+def vary(
+    joints: Tensor, draw: Draw, bodies: BodyRange, people: Tensor | None = None, real: float = 0.0
+) -> Tensor:
+    """joints (B, T, 17, 3), +Z up, on other bodies, some mirrored. people: of `proportions`; real: share of windows
+    whose lengths are one of theirs (left and right alike, every limb a few per cent off) instead of drawn."""
+    count = len(joints)
+    factors = drawn_factors(joints, draw, bodies)
+    if real and people is not None and len(people):
+        now = bone_lengths(joints).mean(1)
+        wanted = people[draw.integers(len(people), count)]
+        wanted = (wanted + wanted[:, H36M17.mirror.tolist()]) / 2 * _spread(draw, count)
+        theirs = torch.where(now > 1e-3, wanted / now.clamp_min(1e-3), 1.0)
+        factors = torch.where(draw.share(real, count, 1), theirs, factors)
+    factors = torch.where(draw.share(bodies.unchanged, count, 1), 1.0, factors)
+    out = resize(joints, factors)
+    return torch.where(draw.share(bodies.mirrored, count)[:, None, None, None], mirror(out), out)
+
+
+def _spread(draw: Draw, count: int) -> Tensor:
+    """(B, 17) factors of the bones, left and right alike."""
+    factors = (0.03 * draw.normal(count, len(H36M17), most=2)).exp()
+    for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"):
+        factors[:, H36M17.index(f"r_{part}")] = factors[:, H36M17.index(f"l_{part}")]
+    return factors
+
+
+def redefined(joints: Tensor, draw: Draw, std_m: float, share: float) -> Tensor:
+    """joints (B, T, 17, 3) as another source defines them, for a share of the windows: spine, thorax, nose and head
+    moved in the sagittal plane, hips and shoulders across and along the trunk; the same in every frame of a window."""
+    count = len(joints)
+    left = unit(vector(joints, "r_shoulder", "l_shoulder") + vector(joints, "r_hip", "l_hip"))
+    up = across(vector(joints, "pelvis", "thorax"), left)
+    axes = torch.stack([torch.cross(left, up, dim=-1), left, up], dim=-1)  # (B, T, 3, 3): front, left, up
+    std = std_m * draw.share(share, count, 1, 1)
+    offsets = torch.zeros(count, len(H36M17), 3, device=joints.device)
+    middle = H36M17.indices(("spine", "thorax", "nose", "head"))
+    offsets[:, middle] = draw.normal(count, len(middle), 3, most=2) * torch.tensor(
+        [1.0, 0.0, 1.0], device=joints.device
     )
-    return np.where((rng.uniform(size=lead) < bodies.unchanged)[..., None], 1.0, factors)
-
-
-def vary(joints: np.ndarray, rng: np.random.Generator, bodies: BodyRange | None = None) -> np.ndarray:
-    """joints (..., T, 17, 3), +Z up, on other bodies, some mirrored; every window of the batch on its own."""
-    bodies = bodies or BodyRange()
-    out = resize(joints, draw_factors(joints, rng, bodies).astype(joints.dtype))
-    flipped = rng.uniform(size=joints.shape[:-3]) < bodies.mirrored
-    return np.where(flipped[..., None, None, None], mirror(out), out)
+    for part in ("hip", "shoulder"):
+        moved = 0.6 * draw.normal(count, 3, most=2)
+        for side, sign in (("l", 1.0), ("r", -1.0)):
+            offsets[:, H36M17.index(f"{side}_{part}")] = moved * torch.tensor(
+                [1.0, sign, 1.0], device=joints.device
+            )
+    return joints + torch.einsum("btij,bkj->btki", axes, std * offsets)

@@ -8,20 +8,28 @@ The formula, for a person whose box has a longer side of s pixels (the height of
 - left and right: in profile, legs or arms are exchanged for runs of frames;
 - missing: single joints for runs of frames, hidden ones three times as often; rarely the whole person;
 - confidence: falls with the joint's error and when hidden; 0 and NaN coordinates when missing.
+
+Training adds what else spoils keypoints (Spoilt): the image's border, long occlusions, joints that a detector does not
+have, good and bad detectors.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+import math
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 
-import numpy as np
+import torch
+from pydantic import AfterValidator
+from torch import Tensor
 
+from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ...common.vectors import Array, dot, length, picked
+from ..common.toml_config import Share, Size
 from .bodies import vector
+from .draw import Draw
 
-# What draws nothing is of models/lab/synthetic/on_device/keypoint_noise.py too, the same formula in torch.
 FAR_JOINTS = ("l_wrist", "r_wrist", "l_ankle", "r_ankle")
 HIDDEN_MISSING = 3.0  # times as often missing when hidden
 # What hides joints: thick lines between joints, with their radius in trunk lengths.
@@ -42,12 +50,6 @@ def _exchanged(*parts: str) -> list[int]:
 
 # Orders of joints.
 EXCHANGED_LIMBS = (_exchanged("hip", "knee", "ankle"), _exchanged("shoulder", "elbow", "wrist"))
-
-
-def confidence_of(miss: Any, hidden: Any, gaussian: Any) -> Any:
-    """A detector's score (..., J), before it is cut to [0.05, 1]; arrays of numpy or torch. miss: how far the joint is
-    off, in shares of the box. hidden: where it is. gaussian: of unit variance."""
-    return 0.9 - 5.0 * miss - 0.2 * hidden + 0.06 * gaussian
 
 
 @dataclass(frozen=True)
@@ -109,54 +111,105 @@ def hidden_joints(joints_camera: Array) -> Array:
     return hidden
 
 
-def detect(
-    pixels: np.ndarray,
-    joints_camera: np.ndarray,
-    rng: np.random.Generator,
-    noise: Noise | None = None,
-    fps: float = 30.0,
-) -> tuple[np.ndarray, np.ndarray]:
-    """What a detector would answer.
+_GROUPS = (
+    ("l_knee", "l_ankle"), ("r_knee", "r_ankle"), ("l_ankle", "r_ankle"),
+    ("l_elbow", "l_wrist"), ("r_elbow", "r_wrist"),
+    ("l_wrist", "r_wrist"), ("nose", "head"), ("l_knee", "r_knee", "l_ankle", "r_ankle"),
+)  # fmt: skip
 
-    pixels: (..., T, 17, 2) exact projections of joints_camera (..., T, 17, 3), H36M17, metres, origin at the
-    camera. -> keypoints (..., T, 17, 2) pixels, NaN where missing, and confidence (..., T, 17) in [0, 1].
+SLOW_S = 3.0  # MoveNet's and OpenPose's errors stay for seconds where a person holds a posture
+
+
+def _known(joint: str) -> str:
+    if joint not in H36M17.joints:
+        raise InputError("bad-value", f"expected a joint of {', '.join(H36M17.joints)}")
+    return joint
+
+
+Joint = Annotated[str, AfterValidator(_known)]
+
+
+@dataclass(frozen=True)
+class Spoilt:
+    """What spoils keypoints besides the formula, as shares of the windows.
+
+    quality: spread (of the logarithm) of a window's noise, for detectors are not alike. good: a good detector's, with
+    the errors, outliers, exchanges and gaps of GOOD. slow: standard deviation, as a share of the body's size, of an
+    error that lasts SLOW_S, which the confidence does not know of. truncated: the image ends somewhere in the body,
+    mostly below. occluded: a part of the body is not seen for long. absent: joints that the detector does not have at
+    all, each by its own share.
+    """
+
+    quality: Size = 0.0
+    good: Share = 0.0
+    slow: Size = 0.0
+    truncated: Share = 0.0
+    occluded: Share = 0.0
+    absent: dict[Joint, Share] = field(default_factory=dict)
+
+
+def detect(
+    pixels: Tensor,
+    joints_camera: Tensor,
+    draw: Draw,
+    fps: float = 30.0,
+    noise: Noise | None = None,
+    spoilt: Spoilt | None = None,
+) -> tuple[Tensor, Tensor]:
+    """What a detector would answer. noise: the formula's constants. spoilt: what spoils keypoints besides.
+
+    pixels: (B, T, 17, 2) exact projections of joints_camera (B, T, 17, 3), H36M17, metres, origin at the camera.
+    -> keypoints (B, T, 17, 2) pixels, NaN where missing, and confidence (B, T, 17) in [0, 1].
     """
     noise = noise or Noise()
-    lead, frames = pixels.shape[:-3], pixels.shape[-3]
-    size = np.ptp(pixels, axis=-2).max(axis=-1)[..., None, None]
+    count, frames, joints = pixels.shape[:3]
+    size = (pixels.amax(2) - pixels.amin(2)).amax(-1)[..., None, None]
     hidden = hidden_joints(joints_camera)
+    good, quality = torch.zeros_like(hidden[:, :1, :1]), torch.ones_like(pixels[:, :1, :1, 0])
+    if spoilt is not None:
+        good = draw.share(spoilt.good, count, 1, 1)
+        quality = (spoilt.quality * draw.normal(count, 1, 1, most=2)).exp()
 
-    std = np.where(hidden, noise.hidden, 1.0)
-    std[..., H36M17.indices(FAR_JOINTS)] *= noise.far_joints
-    error = std[..., None] * _ar1(rng, pixels.shape, noise.correlation ** (30 / fps))
-    error *= noise.std
-    far = rng.uniform(size=hidden.shape) < noise.outliers
-    angle = rng.uniform(0, 2 * np.pi, hidden.shape)
-    jump = np.where(far, rng.uniform(*noise.outlier_size, hidden.shape), 0.0)
-    error += jump[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    def level(name: str) -> Tensor:
+        """(B, 1, 1) a constant of the window's detector."""
+        return torch.where(good, *(pixels.new_tensor(getattr(of, name)) for of in (GOOD, noise)))
+
+    far_joints = torch.zeros(joints, dtype=torch.bool, device=draw.device)
+    far_joints[H36M17.indices(FAR_JOINTS)] = True
+    factor = torch.where(far_joints, level("far_joints"), 1.0)
+    spread = (quality * torch.where(hidden, noise.hidden, 1.0) * factor)[..., None]
+    error = spread * draw.ar1(noise.correlation ** (30 / fps), *pixels.shape) * level("std")[..., None]
+    far = draw.share(level("outliers") * quality, count, frames, joints)
+    angle = draw.uniform((0.0, math.tau), count, frames, joints)
+    jump = torch.where(far, draw.uniform(noise.outlier_size, count, frames, joints), 0.0)
+    error = error + jump[..., None] * torch.stack([angle.cos(), angle.sin()], dim=-1)
     keypoints = pixels + error * size
+    if spoilt is not None and spoilt.slow:
+        lasting = draw.ar1(math.exp(-1 / (SLOW_S * fps)), *pixels.shape)
+        keypoints = keypoints + spoilt.slow * spread * lasting * size
+    seen = draw.normal(count, frames, joints)
+    confidence = (0.9 - 5.0 * length(error) - 0.2 * hidden.to(seen) + 0.06 * seen).clamp(0.05, 1.0)
 
-    confidence = confidence_of(np.linalg.norm(error, axis=-1), hidden, rng.standard_normal(hidden.shape))
-    confidence = np.clip(confidence, 0.05, 1.0)
-
-    swapped = in_profile(joints_camera, noise.profile_cosine)
+    profile = in_profile(joints_camera, noise.profile_cosine)
     for order in EXCHANGED_LIMBS:
-        rate = noise.swap_rate * swapped * 30 / fps
-        swap = _runs(rng, rate, noise.swap_run * fps / 30)[..., None]
-        keypoints = np.where(swap[..., None], keypoints[..., order, :], keypoints)
-        confidence = np.where(swap, confidence[..., order], confidence)
+        swap = draw.runs(level("swap_rate")[..., 0] * profile * 30 / fps, noise.swap_run * fps / 30)
+        keypoints = torch.where(swap[..., None, None], picked(keypoints, order), keypoints)
+        confidence = torch.where(swap[..., None], confidence[..., order], confidence)
 
     if noise.derived:
-        derived = rng.uniform(size=lead) < noise.derived
-        height = rng.uniform(*HEAD_HEIGHT, lead)
-        made = derive(keypoints, height[..., None, None])
-        keypoints = np.where(derived[..., None, None, None], made, keypoints)
+        made = derive(keypoints, draw.uniform(HEAD_HEIGHT, count)[:, None, None])
+        keypoints = torch.where(draw.share(noise.derived, count)[:, None, None, None], made, keypoints)
 
-    rate = noise.missing_rate * np.where(hidden, HIDDEN_MISSING, 1.0) * 30 / fps
-    lost = _runs(rng, rate, noise.missing_run * fps / 30, axis=-2)
-    absent = _runs(rng, np.full((*lead, frames), noise.absent_rate * 30 / fps), noise.absent_run * fps / 30)
-    lost |= absent[..., None]
-    return np.where(lost[..., None], np.nan, keypoints), np.where(lost, 0.0, confidence)
+    rate = level("missing_rate") * torch.where(hidden, HIDDEN_MISSING, 1.0) * 30 / fps
+    lost = draw.runs(rate.transpose(1, 2), noise.missing_run * fps / 30).transpose(1, 2)
+    nobody = (level("absent_rate")[..., 0] * 30 / fps).expand(count, frames)
+    lost = lost | draw.runs(nobody, noise.absent_run * fps / 30)[..., None]
+    if spoilt is not None:
+        lost = lost | _truncated(keypoints, draw, spoilt.truncated)
+        lost = lost | _occluded(draw, spoilt.occluded, count, frames, fps)
+        for joint, share in spoilt.absent.items():
+            lost[..., H36M17.index(joint)] |= draw.share(share, count, 1)
+    return torch.where(lost[..., None], torch.nan, keypoints), torch.where(lost, 0.0, confidence)
 
 
 def in_profile(joints_camera: Array, cosine: float = Noise.profile_cosine) -> Array:
@@ -180,19 +233,28 @@ def derive(keypoints: Array, head_height: Array) -> Array:
     return out
 
 
-def _ar1(rng: np.random.Generator, shape: tuple[int, ...], coefficient: float) -> np.ndarray:
-    """Stationary AR(1) noise of unit variance along the time axis of (..., T, J, 2)."""
-    from scipy.signal import lfilter
+def _truncated(keypoints: Tensor, draw: Draw, share: float) -> Tensor:
+    """(B, T, 17) True beyond a border that cuts off up to half of the body's extent over the window: below for most,
+    else at the left or right; above never, for no lifter can do without the trunk."""
+    count = len(keypoints)
+    low, high = keypoints.amin(dim=(1, 2)), keypoints.amax(dim=(1, 2))
+    cut = draw.uniform((0.0, 0.5), count)
+    kind = draw.uniform((0.0, 1.0), count)
+    below = keypoints[..., 1] > (high[:, 1] - cut * (high[:, 1] - low[:, 1]))[:, None, None]
+    left = keypoints[..., 0] < (low[:, 0] + cut * (high[:, 0] - low[:, 0]))[:, None, None]
+    right = keypoints[..., 0] > (high[:, 0] - cut * (high[:, 0] - low[:, 0]))[:, None, None]
+    beyond = torch.where(
+        (kind < 0.7)[:, None, None], below, torch.where((kind < 0.85)[:, None, None], left, right)
+    )
+    return beyond & draw.share(share, count)[:, None, None]
 
-    white = rng.standard_normal(shape, dtype=np.float32)
-    white[..., 1:, :, :] *= np.sqrt(1 - coefficient**2)
-    return np.asarray(lfilter([1.0], [1.0, -coefficient], white, axis=-3))
 
-
-def _runs(rng: np.random.Generator, rate: np.ndarray, mean_length: float, axis: int = -1) -> np.ndarray:
-    """Booleans of rate's shape: runs that start with that probability a frame and last geometrically long."""
-    rate = np.moveaxis(rate, axis, -1)
-    start = rng.uniform(size=rate.shape) < rate
-    frame = np.arange(rate.shape[-1])
-    ends = np.where(start, frame + rng.geometric(1 / mean_length, rate.shape), 0)
-    return np.moveaxis(np.maximum.accumulate(ends, axis=-1) > frame, -1, axis)
+def _occluded(draw: Draw, share: float, count: int, frames: int, fps: float) -> Tensor:
+    """(B, T, 17) True for a part of the body in runs of about two seconds."""
+    rows = torch.zeros(len(_GROUPS), len(H36M17), dtype=torch.bool, device=draw.device)
+    for i, group in enumerate(_GROUPS):
+        rows[i, H36M17.indices(group)] = True
+    start = torch.full((count, frames), 0.5 / fps, device=draw.device)
+    start[:, 0] = 0.5
+    when = draw.runs(start, 2.0 * fps) & draw.share(share, count, 1)
+    return when[..., None] & rows[draw.integers(len(_GROUPS), count)][:, None]

@@ -31,7 +31,7 @@ from ...common.training import (
 )
 from ...mocap.clips import data_set, read_clips
 from ...mocap.split import read_parts, trained_on
-from ...synthetic.on_device.draw import Draw
+from ...synthetic.draw import Draw
 from .exported import export, weights_of
 from .net import LifterNet, NetConfig
 from .validation import judged, whole_takes

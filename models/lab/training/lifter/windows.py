@@ -19,14 +19,11 @@ from ....common.vectors import rotate, transpose, unit
 from ....lifter.features import ASSUMED_FOCAL, body_rays, features
 from ...common.toml_config import Share, Size
 from ...mocap.clips import lying
-from ...synthetic.bodies import STANDARD_SIZE_M, BodyRange, size_m
-from ...synthetic.cameras import TYPICAL, ViewRange
-from ...synthetic.keypoint_noise import Noise
-from ...synthetic.on_device.bodies import proportions, redefined
-from ...synthetic.on_device.cameras import place
-from ...synthetic.on_device.draw import Draw
-from ...synthetic.on_device.keypoint_noise import Spoilt, detect
-from ...synthetic.on_device.motion import MotionRange, varied
+from ...synthetic.bodies import STANDARD_SIZE_M, BodyRange, proportions, redefined, size_m
+from ...synthetic.cameras import TYPICAL, ViewRange, place_among
+from ...synthetic.draw import Draw
+from ...synthetic.keypoint_noise import Noise, Spoilt, detect
+from ...synthetic.motion import MotionRange, varied
 
 _FPS = (20.0, 60.0)
 _CAPTURED_FPS = 30.0
@@ -111,12 +108,12 @@ class Windows:
         captured = partial(self._motion, draw, frames, fps)
         world = varied(captured, count, draw, material, self.bodies, self.people, fps)
         views = TYPICAL, ViewRange(pans=material.pans)
-        cameras = place(world, draw, *views, material.typical, material.placed)
+        cameras = place_among(world, draw, *views, material.typical, material.placed)
         joints = cameras.to_camera(world)
         shown = joints
         if material.redefined:
             shown = redefined(joints, draw, material.redefined_m, material.redefined)
-        keypoints, confidence = detect(cameras.project(shown), shown, draw, material, fps, self.noise)
+        keypoints, confidence = detect(cameras.project(shown), shown, draw, fps, self.noise, material)
         focal_px = self._told_focal(draw, cameras.focal_px, cameras.image_size)
         up = self._told_up(draw, cameras.R_camera_from_world[..., 2])
         x, _ = features(keypoints, _other_scores(confidence, draw), cameras.image_size, focal_px, up)

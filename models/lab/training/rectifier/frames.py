@@ -21,11 +21,10 @@ from .....pipeline.reading.mocap.clip import Clip
 from ....common.vectors import rotate
 from ...common.toml_config import Share, Size
 from ...mocap.clips import lying
-from ...synthetic.bodies import BodyRange
-from ...synthetic.on_device.bodies import proportions, redefined
-from ...synthetic.on_device.draw import Draw
-from ...synthetic.on_device.joint_errors import flipped, noisy, present
-from ...synthetic.on_device.motion import MotionRange, varied
+from ...synthetic.bodies import BodyRange, proportions, redefined
+from ...synthetic.draw import Draw
+from ...synthetic.joint_errors import flipped, noisy, present
+from ...synthetic.motion import MotionRange, varied
 from ...synthetic.views import Lifted, Targets, about, mixed_views, seen
 
 _FPS = 30.0  # of poses that move; a single frame of them is taken

@@ -22,7 +22,7 @@ from ...common.toml_config import read_toml
 from ...common.training import State, Training, device_of, fingerprint, fit, load_weights, optimisers_of
 from ...mocap.clips import Subjects, lying, read_clips
 from ...mocap.split import Parts, read_parts, trained_on
-from ...synthetic.on_device.draw import Draw
+from ...synthetic.draw import Draw
 from ...synthetic.views import Lifted, Targets, View, read_lifted, refuse_shared_subjects, seen, views
 from .export import Deployed, export, started
 from .frames import Frames, Mixture, TrainingFrames

@@ -1,39 +1,52 @@
-"""Virtual cameras: the truth that they state is the truth."""
+"""Virtual cameras: the truth that they state is the truth; people placed as in real videos."""
 
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place
+from golden.bodies import facing_camera
+from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.camera import view_rotation
+from pcnet3d.pipeline.core.layouts import LIMBS
+
+torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
+from pcnet3d.models.lab.synthetic import cameras as module  # noqa: E402
+from pcnet3d.models.lab.synthetic.cameras import TYPICAL, WILD, Cameras, ViewRange, place  # noqa: E402
+from pcnet3d.models.lab.synthetic.draw import Draw, NumpyDraw  # noqa: E402
+from pcnet3d.models.lab.synthetic.places import PLACES  # noqa: E402
+
+
+@pytest.fixture
+def draw(rng):
+    return NumpyDraw(rng)
 
 
 @pytest.fixture
 def windows(rng):
     """(40, 25, 17, 3): people of scattered joints that wander over metres."""
     person = rng.uniform([-0.4, -0.4, 0], [0.4, 0.4, 1.8], (40, 1, 17, 3))
-    return person + np.cumsum(rng.normal(0, 0.05, (40, 25, 1, 3)), axis=1)
+    return torch.from_numpy(person + np.cumsum(rng.normal(0, 0.05, (40, 25, 1, 3)), axis=1))
 
 
-def test_everything_is_inside_the_image(windows, rng):
-    cameras = place(windows, rng)
-    joints = cameras.to_camera(windows)
-    pixels = cameras.project(joints)
-    assert (joints[..., 2] > 0.9).all()
-    assert (pixels >= 0).all()
-    assert (pixels <= cameras.image_size[:, None, None]).all()
+def all_inside(cameras, world, slack=0.0):
+    joints = cameras.to_camera(world)
+    pixels, size = cameras.project(joints), cameras.image_size[:, None, None]
+    return bool((joints[..., 2] > 0.9).all() and ((pixels >= -slack) & (pixels <= size + slack)).all())
 
 
-def test_people_stand_anywhere_in_the_image(windows, rng):
-    cameras = place(windows, rng)
-    place_in_image = cameras.project(cameras.to_camera(windows)).mean(axis=(1, 2)) / cameras.image_size
-    assert (place_in_image.std(axis=0) > 0.1).all()
+def test_people_stand_anywhere_inside_the_image(windows, draw):
+    cameras = place(windows, draw)
+    assert all_inside(cameras, windows)
+    where = cameras.project(cameras.to_camera(windows)).mean(dim=(1, 2)) / cameras.image_size
+    assert bool((where.std(dim=0) > 0.1).all())
 
 
-def test_distances_in_metres_are_kept_where_everything_fits(rng):
-    dots = rng.uniform(-0.05, 0.05, (400, 1, 17, 3))  # so small that 2 m are enough for every lens
-    views = ViewRange(distance_m=(2.0, 6.0))
-    middle = (dots.min(axis=-2) + dots.max(axis=-2)) / 2
-    depth = place(dots, rng, views).to_camera(middle[..., None, :])[:, 0, 0, 2]
+def test_distances_in_metres_are_kept_where_everything_fits(rng, draw):
+    dots = torch.from_numpy(
+        rng.uniform(-0.05, 0.05, (400, 1, 17, 3))
+    )  # so small that 2 m are enough for every lens
+    middle = (dots.amin(dim=-2) + dots.amax(dim=-2)) / 2
+    cameras = place(dots, draw, ViewRange(distance_m=(2.0, 6.0)))
+    depth = cameras.to_camera(middle[..., None, :])[:, 0, 0, 2].numpy()
     assert 2.0 <= depth.min() < 2.1
     assert 5.8 < depth.max() <= 6.0
     assert np.median(depth) == pytest.approx(np.sqrt(12.0), rel=0.1)  # log-uniform
@@ -41,58 +54,106 @@ def test_distances_in_metres_are_kept_where_everything_fits(rng):
 
 def test_a_distance_at_which_not_everything_fits_becomes_the_least_that_does(windows):
     near, least = (
-        place(windows, np.random.default_rng(1), views)
+        place(windows, NumpyDraw(np.random.default_rng(1)), views)
         for views in (ViewRange(distance_m=(0.1, 0.2)), ViewRange(distance=(1.0, 1.0)))
     )
-    pixels = near.project(near.to_camera(windows))
-    assert (pixels >= 0).all()
-    assert (pixels <= near.image_size[:, None, None]).all()
+    assert all_inside(near, windows, 1e-6)
     np.testing.assert_allclose(near.position, least.position)
 
 
-def test_typical_views_are_level_and_wild_ones_are_the_default(windows, rng):
+def test_ranges_are_kept(windows, draw):
     assert ViewRange() == WILD
-    cameras = place(np.repeat(windows, 10, axis=0), rng, TYPICAL)
-    away, right = cameras.R_camera_from_world[:, 0, 2], cameras.R_camera_from_world[:, 0, 0]
-    pitch = np.degrees(np.arcsin(-away[:, 2]))
-    assert -5 <= pitch.min() < -4
-    assert 24 < pitch.max() <= 25
-    assert np.degrees(np.arcsin(np.abs(right[:, 2]))).max() <= 5.01
+    many = windows.repeat_interleave(10, 0)
+    for views, (low, high), most in ((WILD, (-30, 45), 10.01), (TYPICAL, (-5, 25), 5.01)):
+        cameras = place(many, draw, views)
+        away, right = (
+            cameras.R_camera_from_world[:, 0, 2].numpy(),
+            cameras.R_camera_from_world[:, 0, 0].numpy(),
+        )
+        pitch = np.degrees(np.arcsin(-away[:, 2]))
+        assert low <= pitch.min() < low + 5
+        assert high - 5 < pitch.max() <= high
+        assert np.abs(np.degrees(np.arcsin(right[:, 2] / np.cos(np.radians(pitch))))).max() <= most
+        assert np.abs(np.exp(1j * np.arctan2(away[:, 1], away[:, 0])).mean()) < 0.15  # all around
+        ratio = (cameras.focal_px / cameras.image_size.amax(-1)).numpy()
+        assert views.focal[0] <= ratio.min() < ratio.max() <= views.focal[1]
 
 
 def test_a_camera_one_metre_away_sees_half_a_metre_as_half_the_focal_length():
-    R = view_rotation(np.array(90.0), np.array(0.0), np.array(0.0))[None]
-    camera = Cameras(R, np.zeros(3), np.array(1000.0), np.array([640.0, 480.0]))
+    R = view_rotation(np.array(90.0), np.array(0.0), np.array(0.0))[None, None]
+    of = (R, np.zeros((1, 3)), np.array([1000.0]), np.array([[640.0, 480.0]]))
+    camera = Cameras(*map(torch.from_numpy, of))
     # Looking along +y: +x of the world is to the right and +z of the world is up, so smaller in pixels.
-    pixels = camera.project(camera.to_camera(np.array([[[0.5, 1.0, 0.0], [0.0, 1.0, 0.5]]])))
-    np.testing.assert_allclose(pixels, [[[320 + 500, 240], [320, 240 - 500]]])
+    points = torch.tensor([[[[0.5, 1.0, 0.0], [0.0, 1.0, 0.5]]]], dtype=torch.float64)
+    pixels = camera.project(camera.to_camera(points))
+    np.testing.assert_allclose(pixels[0], [[[320 + 500, 240], [320, 240 - 500]]])
 
 
-def test_ranges_are_kept(windows, rng):
-    views = ViewRange(pitch_deg=(-30, 45), roll_deg=(-10, 10), focal=(0.65, 2.0))
-    cameras = place(np.repeat(windows, 10, axis=0), rng, views)
-    away = cameras.R_camera_from_world[:, 0, 2]
-    pitch = np.degrees(np.arcsin(-away[:, 2]))
-    roll = np.degrees(np.arcsin(cameras.R_camera_from_world[:, 0, 0, 2] / np.cos(np.radians(pitch))))
-    assert -30 <= pitch.min() < -25
-    assert 40 < pitch.max() <= 45
-    assert -10.01 <= roll.min() < -9
-    assert 9 < roll.max() <= 10.01
-    yaw = np.arctan2(away[:, 1], away[:, 0])
-    assert np.abs(np.exp(1j * yaw).mean()) < 0.15  # all around
-    ratio = cameras.focal_px / cameras.image_size.max(axis=-1)
-    assert ratio.min() >= 0.65
-    assert ratio.max() <= 2.0
-
-
-def test_a_pan_turns_the_camera_and_moves_nothing_else(windows, rng):
-    walk = windows + np.linspace(0, 3, 25)[:, None, None] * np.array([1.0, 0, 0])
-    cameras = place(walk, rng, ViewRange(pans=1.0))
-    R = cameras.R_camera_from_world
+def test_a_pan_turns_the_camera_and_moves_nothing_else(windows, draw):
+    walk = windows + torch.linspace(0, 3, 25)[:, None, None] * torch.tensor([1.0, 0, 0])
+    cameras = place(walk, draw, ViewRange(pans=1.0))
+    R = cameras.R_camera_from_world.numpy()
     assert R.shape == (40, 25, 3, 3)
     np.testing.assert_allclose(np.linalg.det(R), 1)
-    np.testing.assert_allclose(
-        np.linalg.norm(cameras.to_camera(walk), axis=-1),
-        np.linalg.norm(walk - cameras.position[:, None, None], axis=-1),
-    )
+    away = (walk - cameras.position[:, None, None]).norm(dim=-1)
+    np.testing.assert_allclose(cameras.to_camera(walk).norm(dim=-1), away)
     assert (np.abs(R[:, -1] - R[:, 0]).max(axis=(1, 2)) > 0.01).mean() > 0.8
+
+
+ROWS = np.array(PLACES)
+
+
+def people(count, walks_m=0.0):
+    """(count, 9, 17, 3) somebody upright, +Z up, who walks so far along x."""
+    body = facing_camera()[:, [0, 2, 1]] * [1, 1, -1]
+    path = np.linspace(0, walks_m, 9)[:, None, None] * np.array([1.0, 0, 0])
+    return torch.from_numpy(np.tile(body + path, (count, 1, 1, 1)).astype(np.float32))
+
+
+def off(cameras, world):
+    """(B, rows, 3) of each image from each row of PLACES, mirrored or not: x, y, logarithm of the size; infinite where
+    the images differ in shape."""
+    pixels = cameras.project(cameras.to_camera(world))
+    longer = cameras.image_size.amax(-1)[:, None, None, None]
+    points = (pixels - cameras.image_size[:, None, None] / 2) / longer
+    spot, size = (part.numpy() for part in module.place_and_size(points[:, :, H36M17.indices(LIMBS)]))
+    aspect = (cameras.image_size[:, 0] / cameras.image_size[:, 1]).numpy()
+    x = np.abs(np.abs(spot[:, None, 0]) - np.abs(ROWS[:, 0]))
+    y, larger = np.abs(spot[:, None, 1] - ROWS[:, 1]), np.abs(np.log(size[:, None] / ROWS[:, 2]))
+    same = np.abs(aspect[:, None] - ROWS[:, 3]) < 1e-3
+    return np.where(same[..., None], np.stack([x, y, larger], axis=-1), np.inf)
+
+
+@pytest.fixture
+def exactly(monkeypatch):
+    for spread in ("PLACE_SPREAD", "SIZE_SPREAD"):
+        monkeypatch.setattr(module, spread, 0.0)
+
+
+def test_place_and_size_of_people_are_those_of_the_table(exactly):
+    world = people(600)
+    fits = (off(place(world, Draw(2, 0), placed=1.0), world) < [0.001, 0.001, 0.01]).all(-1)
+    assert fits.any(1).mean() > 0.95  # the others do not fit into the image there
+    assert fits.any(0).all()  # every row is drawn
+
+
+@pytest.mark.parametrize("walks_m", [0.0, 15.0])
+def test_everybody_is_inside_the_image_however_far_they_walk(walks_m):
+    world = people(200, walks_m)
+    assert all_inside(place(world, Draw(2, 0), placed=1.0), world, 0.1)
+
+
+def test_a_share_is_placed_which_does_not_pan_and_a_share_is_before_typical_cameras(exactly):
+    world = people(500, 0.5)
+    cameras = module.place_among(world, Draw(2, 0), ViewRange(pans=1.0), ViewRange(pans=1.0), 0.5, 0.4)
+    turns = (cameras.R_camera_from_world[:, -1] - cameras.R_camera_from_world[:, 0]).abs().amax((1, 2)) > 1e-6
+    assert float(turns.float().mean()) == pytest.approx(0.6, abs=0.06)
+    matches = (off(cameras, world) < [0.02, 0.02, 0.1]).all(-1).any(1)
+    assert matches[~turns.numpy()].mean() > 0.9
+    assert matches[turns.numpy()].mean() < 0.3
+    level = module.place_among(
+        world, Draw(2, 0), ViewRange(pitch_deg=(0, 0), roll_deg=(0, 0)), WILD, 0.7, 0.0
+    )
+    assert float((level.R_camera_from_world[:, 0, 2, 2].abs() < 1e-4).float().mean()) == pytest.approx(
+        0.7, abs=0.06
+    )

@@ -20,8 +20,8 @@ torch = pytest.importorskip("torch", reason="training needs torch, the extra 'tr
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
 module = pytest.importorskip("pcnet3d.models.lab.training.lifter.train")
 from golden.checkpoints import read_checkpoint, same  # noqa: E402
+from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402
 from pcnet3d.models.lab.synthetic.keypoint_noise import Noise  # noqa: E402
-from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
 from pcnet3d.models.lab.training.lifter.exported import weights_of  # noqa: E402
 from pcnet3d.models.lab.training.lifter.net import LifterNet, NetConfig, _depth  # noqa: E402
 from pcnet3d.models.lab.training.lifter.windows import Batch, Material, Windows  # noqa: E402

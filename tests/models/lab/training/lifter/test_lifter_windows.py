@@ -7,15 +7,15 @@ import pytest
 
 from pcnet3d.models.lab.mocap.clips import lying
 from pcnet3d.models.lab.synthetic.bodies import STANDARD_SIZE_M, size_m
+from pcnet3d.models.lifter import features as run_time
 from pcnet3d.models.lifter.features import CHANNELS
-from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-from pcnet3d.models.lab.synthetic.keypoint_noise import Noise  # noqa: E402
-from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
-from pcnet3d.models.lab.synthetic.on_device.keypoint_noise import Spoilt, detect  # noqa: E402
-from pcnet3d.models.lab.training.lifter.windows import Batch, Material, Windows  # noqa: E402
+from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402
+from pcnet3d.models.lab.synthetic.keypoint_noise import Noise, Spoilt, detect  # noqa: E402
+from pcnet3d.models.lab.training.lifter.windows import Batch, Material, Windows, target  # noqa: E402
 
 STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
 LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")])
@@ -93,7 +93,7 @@ def test_a_truncated_image_loses_the_legs_first_and_absent_joints_are_never_seen
     pixels, joints = filmed(facing_camera, 5)
 
     def lost(**spoilt):
-        keypoints, confidence = detect(pixels, joints, Draw(0, 0), Spoilt(**spoilt), 30.0)
+        keypoints, confidence = detect(pixels, joints, Draw(0, 0), spoilt=Spoilt(**spoilt))
         assert not confidence[keypoints.isnan().any(-1)].any()
         return keypoints.isnan().any(-1).float().mean((0, 1)).numpy()
 
@@ -113,7 +113,7 @@ def test_a_slow_error_lasts_for_seconds_and_the_confidence_does_not_know_of_it(f
     silent = Noise(std=1e-6, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
     hips = H36M17.indices(("l_hip", "r_hip"))
     (plain, sure), (slow, as_sure) = (
-        detect(pixels, joints, Draw(0, 0), Spoilt(slow=share), 30.0, silent) for share in (0.0, 0.02)
+        detect(pixels, joints, Draw(0, 0), 30.0, silent, Spoilt(slow=share)) for share in (0.0, 0.02)
     )
     body = np.ptp(pixels[0, 0].numpy(), axis=0).max()
     off = (slow - plain)[:, :, hips].numpy() / body
@@ -149,3 +149,31 @@ def test_clips_of_another_rate_are_refused(clips):
     odd = Clip("07_01", "07", "asfamc", 60.0, clips[0].joints)
     with pytest.raises(InputError, match="30 frames per second to train on, got 60"):
         Windows([*clips, odd], STILL)
+
+
+def test_training_and_run_time_make_the_same_features(rng):
+    """Torch's and numpy's, of keypoints with gaps."""
+    keypoints = rng.uniform(0, 1000, (4, 12, 17, 2))
+    keypoints[rng.uniform(size=keypoints.shape[:-1]) < 0.2] = np.nan
+    keypoints[1, :3] = keypoints[2, 5:8] = np.nan  # nobody at the start, nor in the middle
+    confidence = rng.uniform(size=keypoints.shape[:-1])
+    confidence[0] = np.nan
+    up = rng.normal(size=(4, 12, 3))
+    up /= np.linalg.norm(up, axis=-1, keepdims=True)
+    up[0], up[1, 4] = np.nan, [0, 0, 1]  # unknown, along the ray
+    given = keypoints, confidence, np.full((4, 2), 1000.0), np.full(4, 900.0), up
+    x, R = run_time.features(*given)
+    made_x, made_R = run_time.features(*map(torch.from_numpy, given))
+    np.testing.assert_allclose(made_x, x, atol=1e-5)
+    np.testing.assert_allclose(made_R, R, atol=1e-6)
+
+
+def test_the_target_is_the_skeleton_seen_along_its_ray(rng):
+    joints = rng.normal([1.0, -0.5, 4.0], 0.3, (2, 9, 17, 3))
+    unknown = torch.full((2, 1, 3), torch.nan, dtype=torch.float64)
+    answer, velocity = (part.numpy() for part in target(torch.from_numpy(joints), unknown))
+    R_camera_from_ray = run_time.body_rays(joints)
+    relative = joints - joints[:, :, :1]
+    scaled = relative * STANDARD_SIZE_M / size_m(relative)[:, None, None, None]
+    np.testing.assert_allclose(rotate(R_camera_from_ray, answer), scaled, atol=1e-6)
+    np.testing.assert_allclose(rotate(R_camera_from_ray, velocity), np.gradient(scaled, axis=1), atol=1e-6)

@@ -14,8 +14,8 @@ from refusals import refused
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 module = pytest.importorskip("pcnet3d.models.lab.training.rectifier.frames")
-from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
-from pcnet3d.models.lab.synthetic.on_device.poses import PoseRange, posed  # noqa: E402
+from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402
+from pcnet3d.models.lab.synthetic.poses import PoseRange, posed  # noqa: E402
 
 SPOILT = {
     "wide": 0.5, "combined": 0.3, "noisy": 0.5, "missing": 0.5, "flipped": 0.5, "unchanged": 0.3, "real": 0.2,

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from .....pipeline.core.layouts import H36M17
-from ....common.vectors import across, length, picked, rotate, transpose, unit
-from ...common.toml_config import Share
-from ..bodies import vector
+from ....pipeline.core.layouts import H36M17
+from ...common.vectors import across, length, picked, rotate, transpose, unit
+from ..common.toml_config import Share
+from .bodies import vector
 from .draw import Draw
 
 _LIMBS = {

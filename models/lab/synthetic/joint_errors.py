@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from .....pipeline.core.layouts import H36M17
+from ....pipeline.core.layouts import H36M17
 from .draw import Draw
 
 _FLIPPED = {

@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 import torch
 from torch import Tensor
 
-from ...common.toml_config import Share, Size
-from ..bodies import BodyRange
-from .bodies import combine, vary
+from ..common.toml_config import Share, Size
+from .bodies import BodyRange, combine, vary
 from .draw import Draw
 from .poses import PoseRange, posed
 
@@ -20,8 +19,8 @@ from .poses import PoseRange, posed
 class MotionRange:
     """How far motion is from the capture; the defaults change nothing. Shares are of a batch.
 
-    combined: share whose upper body comes from another motion. poses: of on_device.poses. unchanged, real: share on the
-    captured body, and with the bone lengths of one of the captured people (on_device.bodies.proportions). redefined:
+    combined: share whose upper body comes from another motion. poses: of poses. unchanged, real: share on the
+    captured body, and with the bone lengths of one of the captured people (bodies.proportions). redefined:
     share with joints defined as another source would, redefined_m (metres, standard deviation) away.
     """
 
@@ -44,7 +43,7 @@ def varied(
 ) -> Tensor:
     """(count, T, 17, 3) metres in the world: joints of captured(number) (number, T, 17, 3), changed by these shares.
 
-    bodies: what bodies are drawn from. people: (N, ...) of on_device.bodies.proportions. fps: of the motion.
+    bodies: what bodies are drawn from. people: (N, ...) of bodies.proportions. fps: of the motion.
     """
     motion = captured(count)
     mixed = round(of.combined * count)
