@@ -29,7 +29,7 @@ from ..pipeline.core.rotations import is_finite, rotate
 from ..pipeline.signals.filters import BRIDGED_S, holes, on_lines, rate
 from .common.splines import solved
 
-# Chosen on lifted takes of validation subjects (pcnet3d lab evaluate motion; bars by pcnet3d lab evaluate errors).
+# Chosen on lifted takes of validation subjects (bars by pcnet3d lab evaluate errors).
 ERROR_S = 1.5  # over which a lifter's error is forgotten
 # A lifter blurs fast motion too: by how much true errors of its positions, velocities and accelerations (wrists and
 # ankles) are larger than those of the model, so that nine in ten lie within the 90 % bars.

@@ -19,10 +19,7 @@ from .common.modules import run_command
 def train(
     config: Annotated[
         Path,
-        typer.Argument(
-            help="Config file, such as models/lab/training/lifter/lifter.toml; with --truth, the folder of a lifter's "
-            "answers."
-        ),
+        typer.Argument(help="Config file, such as models/lab/training/lifter/lifter.toml."),
     ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for weights, checkpoint and log.")],
     device: Annotated[str, typer.Option(help="auto (a GPU if there is one), cpu or cuda.")] = "auto",
@@ -30,33 +27,14 @@ def train(
     minutes: Annotated[
         float | None, typer.Option(min=0, help="Stop after this many minutes; the same command continues.")
     ] = None,
-    truth: Annotated[
-        Path | None,
-        typer.Option(help="Folder with the truth of the answers: trains a rectifier for that lifter."),
-    ] = None,
-    split: Annotated[
-        Path | None,
-        typer.Option(help="With --truth, a JSON file of train, val and test people; by default drawn."),
-    ] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="With --truth, number of training steps.")] = None,
 ) -> None:
     """Train a network of this package from a config file, or continue a stopped training."""
     with needed_for("Training"):
         import torch
 
         from .training.lifter.train import train_lifter
-        from .training.rectifier.own_lifter import STEPS, train_own_lifter
         from .training.rectifier.train import train_pcnet
     torch.set_num_threads(threads)
-    if truth is not None:
-        told = {"split": split, "steps": steps or STEPS, "device": device, "minutes": minutes}
-        if train_own_lifter(config, truth, output, **told):
-            print((output / "judged.md").read_text(encoding="utf-8"))
-        return
-    if split or steps:
-        raise InputError(
-            "option-conflict", "--split and --steps go with --truth; in a training config they are keys."
-        )
     trainers = {"lifter": train_lifter, "pcnet": train_pcnet}
     kind = _kind(config)
     if kind not in trainers:

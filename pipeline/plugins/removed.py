@@ -1,18 +1,19 @@
 """What there was and is not any more, with what to do instead.
 
 A name of `REMOVED` is refused with its sentence wherever an unknown name is refused: commands and flags in
-pipeline/cli.py, plug-ins in registry.py, `--set` in pipeline/reading/settings.py and pipeline/running/plan.py, which
-are the only callers of `refuse_removed`.
+pipeline/cli.py, plug-ins in registry.py, `--set` in pipeline/reading/settings.py and pipeline/running/plan.py, reports
+in models/lab/evaluation/evaluate.py, which are the only callers of `refuse_removed`.
 
 To add a row: choose the kind, write the name as a user typed it, and one sentence that says what to do instead, in the
 present, without a full stop. Names by kind:
 
 - "commands": "imu". "flags": "COMMAND --FLAG", such as "live --stream".
 - "settings": "STAGE.KEY" or "read.KEY", as `--set` and recipes have it; "STAGE.KEY=VALUE" if only a value went.
+- "reports": of `pcnet3d lab evaluate`.
 - a group of plug-ins ("adapters", "stages", "writers", "lifters", "detectors", "rectifiers"): the plug-in's name.
 
 tests/pipeline/plugins/test_removed.py tries every row. The table is for those who used an unreleased version: it goes,
-with this module and its four callers, with the first release.
+with this module and its five callers, with the first release.
 """
 
 from __future__ import annotations
@@ -22,7 +23,16 @@ from typing import Literal
 from ..core.errors import InputError
 
 Kind = Literal[
-    "commands", "flags", "settings", "adapters", "stages", "writers", "lifters", "detectors", "rectifiers"
+    "commands",
+    "flags",
+    "settings",
+    "adapters",
+    "stages",
+    "writers",
+    "lifters",
+    "detectors",
+    "rectifiers",
+    "reports",
 ]
 
 _ARRAY = "save its joints as .npy, for --adapter arrays -O layout=MPI3DHP17 -O frame=CAMERA -O unit=mm"
@@ -61,6 +71,14 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "totalcapture_imu": "turn the file into tables with `pcnet3d lab totalcapture`",
     },
     "writers": {"bids": "give --also csv and build the data set of it with a program for BIDS"},
+    "reports": {
+        "lifters": "`pcnet3d lab evaluate lifter --lifter FILE` judges one; compare its means by person",
+        "motion": "`pcnet3d lab evaluate errors` judges accelerations by the smoother that runs have",
+        "own-data": "it is `pcnet3d lab evaluate rectifiers --data FILE` now",
+        "swaps": "leave it out; docs/files.md says how many exchanges are found",
+        "verdicts": "leave it out; docs/trust.md says how verdicts follow errors",
+        "visits": "leave it out; `pcnet3d compare` states the error of each difference of two visits",
+    },
     "lifters": {"instanthmr": _FILE, "rtmw3d": _FILE},
 }
 

@@ -1,17 +1,18 @@
 """How well every part does where the truth is known:  pcnet3d lab evaluate REPORT -o DIR
 
-A subcommand a report; each writes a page and the same figures as JSON. People are those that networks are chosen by,
-unless `--sets test` asks for those that figures are published of. A report is a module with `tables`, which answers a
-Question with nested figures, and `PAGE`, what the page says of them.
+The one runner of all reports: it opens the networks, refuses looks at test people without a reason, asks the report,
+and writes a page and the same figures as JSON. People are those that networks are chosen by, unless `--sets test` asks
+for those that figures are published of. A report is a module with `tables`, which answers a Question with nested
+figures, and `PAGE`, what the page says of them; REPORTS has a row for each.
 """
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from datetime import date
 from importlib import import_module
-from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +21,8 @@ import typer
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import refuse_unwritable, write_json, write_text
+from ....pipeline.plugins.options import did_you_mean
+from ....pipeline.plugins.removed import refuse_removed
 from ....pipeline.reading.settings import OnDevice
 from ...common.metrics import plain
 from ...lifter.load import load_lifter
@@ -29,141 +32,159 @@ from .sets import Question, Sets
 from .tables import written
 from .testbed import Bed
 
-evaluate = typer.Typer(help="Test lifters, rectifiers and later stages where the truth is known.")
-
 ROOT = Path(__file__).parents[3]
 _LEDGER = ("date", "command", "networks", "because")
-_BOTH = ["geometric", "pcnet"]
 
 
-def _asked(
-    networks: Annotated[list[str], typer.Argument(help="pcnet3d (built-in), or .onnx files of lifters.")],
-    data: Annotated[Path, typer.Argument(help="Motion capture, a file of pcnet3d lab mocap.")],
+@dataclass(frozen=True)
+class Report:
+    """module: from this folder. takes: the options that it has, besides -o and --device. defaults: of these, where they
+    are not _USUAL. file: of its page and figures, without an ending."""
+
+    module: str
+    takes: tuple[str, ...]
+    defaults: dict[str, Any] = field(default_factory=dict)
+    file: str = "evaluation"
+
+
+_VIRTUAL = ("lifter", "seed", "bed", "sets", "because")  # of people before virtual cameras
+_USUAL: dict[str, Any] = {
+    "lifter": "pcnet3d", "rectifier": ("geometric", "pcnet"), "seed": 0, "bed": "wild", "sets": "val", "because": "",
+    "seeds": 3,
+}  # fmt: skip
+REPORTS = {
+    "takes": Report(".takes", ("rectifier", *_VIRTUAL)),
+    "rectifiers": Report(".rectifiers", ("rectifier", *_VIRTUAL, "data", "split", "targets")),
+    "lifter": Report(".lifter", ("lifter", "seed", "sets", "because")),
+    "gait": Report(".gait", ("rectifier", *_VIRTUAL), {"rectifier": ("pcnet",)}),
+    "jumps": Report(".jumps", _VIRTUAL, {"bed": "typical"}),
+    "repetitions": Report(".repetitions", ("lifter", "seeds", "bed"), {"bed": "typical"}),
+    "errors": Report(
+        "..errors.report",
+        ("lifter", "seed", "sets", "because", "part", "fit", "answers", "errors"),
+        file="stated_errors",
+    ),
+    "real-take": Report(".real_take", ("rectifier", "lifter")),
+    "real-clips": Report(".real_rectified", ("rectifier", "lifter")),
+}  # fmt: skip
+
+
+def evaluate(
+    report: Annotated[str, typer.Argument(help=f"What to test: {', '.join(REPORTS)}.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the report, .md and .json.")],
+    lifter: Annotated[str | None, typer.Option(help="pcnet3d (built-in), or an .onnx file.")] = None,
     rectifier: Annotated[
-        list[str], typer.Option(help="A rectifier, or a network's .onnx file; repeatable.")
-    ] = _BOTH,
-    split: Annotated[
-        Path | None, typer.Option(help="JSON file whose `test` lists the test people; by default all.")
+        list[str] | None, typer.Option(help="A rectifier, or a network's .onnx file; repeatable.")
     ] = None,
-    targets: Annotated[
-        Targets, typer.Option(help="True axes: gravity and heading (body), or the file's (axes).")
-    ] = "body",
-    lifter: Annotated[str, typer.Option(help="pcnet3d (built-in), or an .onnx file.")] = "pcnet3d",
-    seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
-    seeds: Annotated[int, typer.Option(min=1, help="How many random seeds to draw cameras from.")] = 3,
-    part: Annotated[
-        list[str] | None,
-        typer.Option(help='Only this part, such as "CMU val"; for `errors` also "real take"; repeatable.'),
-    ] = None,
-    bed: Annotated[
-        Bed,
-        typer.Option(
-            help="Cameras: wild (also steep, tilted, with long lenses) or typical (as people film)."
-        ),
-    ] = "wild",
     sets: Annotated[
-        Sets,
+        Sets | None,
         typer.Option(
             help="People to test on: validation people (val), or test people, which need --because."
         ),
-    ] = "val",
+    ] = None,
     because: Annotated[
-        str,
+        str | None,
         typer.Option(
             help="Reason for a look at test people; it is added to docs/accuracy/ledger.csv, or to DIR."
         ),
-    ] = "",
+    ] = None,
+    bed: Annotated[
+        Bed | None,
+        typer.Option(
+            help="Cameras: wild (also steep, tilted, with long lenses) or typical (as people film)."
+        ),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Random seed.")] = None,
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help="repetitions: number of cameras for each take.")
+    ] = None,
+    part: Annotated[
+        list[str] | None,
+        typer.Option(help='errors: only this configuration, such as "typical"; repeatable.'),
+    ] = None,
     fit: Annotated[
-        bool, typer.Option("--fit", help="Also fit angle errors and write DIR/joint_noise.json.")
-    ] = False,
+        bool | None, typer.Option("--fit", help="errors: also fit angle errors to DIR/joint_noise.json.")
+    ] = None,
     answers: Annotated[
         Path | None,
-        typer.Option(help="Test the poses in this folder, by another lifter from testbed --keypoints."),
+        typer.Option(
+            help="errors: test the poses in this folder, by another lifter from testbed --keypoints."
+        ),
     ] = None,
     errors: Annotated[
-        Path | None, typer.Option(help="Test the angle errors in this file, as --fit writes it.")
+        Path | None, typer.Option(help="errors: test the angle errors in this file, as --fit writes it.")
+    ] = None,
+    data: Annotated[
+        Path | None,
+        typer.Option(help="rectifiers: your own motion capture, a file of lab mocap, clean poses only."),
+    ] = None,
+    split: Annotated[
+        Path | None,
+        typer.Option(help="rectifiers: JSON file whose `test` lists the people of --data to test."),
+    ] = None,
+    targets: Annotated[
+        Targets | None,
+        typer.Option(help="rectifiers: true axes of --data, gravity and heading (body), or its own."),
     ] = None,
     device: OnDevice = "auto",
 ) -> None:
-    """Every option that a report may have."""
-
-
-_OPTIONS = signature(_asked, eval_str=True).parameters
-_BEFORE_CAMERAS = ("lifter", "seed", "bed", "sets", "because")  # of reports on virtual takes
-_SHARED = ("output", "device", "rectifier", *_BEFORE_CAMERAS)  # that no report's tables take
-
-
-def _report(
-    name: str,
-    module: str,
-    options: tuple[str, ...],
-    words: str,
-    file: str = "evaluation",
-    tables: str = "tables",
-    **changed: Any,
-) -> Callable[..., None]:
-    """The subcommand of a report. module: of this folder; tables: its function. options: of _OPTIONS, besides -o and
-    --device. words: its help. file: of the report, without its ending. changed: option=(annotation or
-    None for the usual one, default)."""
-    keyword = Parameter.KEYWORD_ONLY
-    taken = {
-        key: option.replace(kind=keyword)
-        for key, option in _OPTIONS.items()
-        if key in (*options, "output", "device")
-    }
-    for key, (annotation, default) in changed.items():
-        annotation = annotation or _OPTIONS[key].annotation
-        taken[key] = Parameter(key, keyword, default=default, annotation=annotation)
-
-    def command(**given: Any) -> None:
-        given = {key: option.default for key, option in taken.items()} | given
-        _write(name, {"rectifier": (), **given}, file, module, tables)
-
-    command.__signature__ = Signature([*taken.values()])  # type: ignore[attr-defined]  (what typer reads)
-    command.__annotations__ = {key: option.annotation for key, option in taken.items()}
-    command.__doc__ = words
-    evaluate.command(name)(command)
-    return command
-
-
-def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str) -> None:
-    """Judge and write. InputError for test subjects without a reason, and for a set without takes."""
-    output: Path = given["output"]
+    """Test lifters, rectifiers and later stages where the truth is known."""
+    options = {
+        "lifter": lifter, "rectifier": rectifier, "sets": sets, "because": because, "bed": bed, "seed": seed,
+        "seeds": seeds, "part": part, "fit": fit, "answers": answers, "errors": errors, "data": data, "split": split,
+        "targets": targets,
+    }  # fmt: skip
+    asked = _asked(report, {name: value for name, value in options.items() if value is not None})
+    of = REPORTS[report]
     refuse_unwritable(output)
-    people, because = given.get("sets"), given.get("because", "")
-    if (people not in (None, "val")) != bool(because.strip()):
+    module = import_module(of.module, __package__)
+    people, reason = asked.pop("sets", None), asked.pop("because", "")
+    question = {name: asked.pop(name) for name in ("lifter", "seed", "bed") if name in asked}
+    with computing_on(device) as where:
+        rectifiers = tuple(map(load_rectifier, asked.pop("rectifier", ())))
+        question = Question(rectifiers, people=None if "data" in asked else people, **question)
+        for judged in question.sets:
+            judged.clips()  # a set without takes is refused before the work
+        if "fit" in asked:
+            asked["output"] = output
+        results = {
+            "report": report,
+            **({"judged": people} if people else {}),
+            **module.tables(question, **asked),
+        }
+        methods = [load_lifter(str(question.lifter)).method] if "lifter" in of.takes else []
+        methods += [each.method for each in rectifiers]
+        results.setdefault("networks", [method for method in methods if "@" in method])
+    results |= {"date": date.today().isoformat(), "device": where.summary()}
+    output.mkdir(parents=True, exist_ok=True)
+    if reason:
+        note_look(output, f"pcnet3d lab evaluate {report} --sets {people}", results["networks"], reason)
+    text = written(results, module.PAGE)
+    write_text(output / f"{of.file}.md", text)
+    write_json(output / f"{of.file}.json", plain(results))
+    print(text)
+
+
+def _asked(report: str, given: dict[str, Any]) -> dict[str, Any]:
+    """The report's options: those given, and its own defaults. InputError for a report that there is not, an option
+    that it does not take, test people without a reason, and a reason without them."""
+    if report not in REPORTS:
+        refuse_removed("reports", report)
+        raise InputError("name-unknown", f"There is no report '{report}'; {did_you_mean(report, REPORTS)}")
+    of = REPORTS[report]
+    if strange := [name for name in given if name not in of.takes]:
+        raise InputError(
+            "option-conflict",
+            f"The report {report} has no --{strange[0]}, only --{', --'.join(of.takes)}; leave it out.",
+        )
+    usual = {name: value for name, value in {**_USUAL, **of.defaults}.items() if name in of.takes}
+    asked = {**usual, **given}
+    if (asked.get("sets", "val") != "val") != bool(asked.get("because", "").strip()):
         raise InputError(
             "needs-input",
             "Test subjects are looked at rarely: give --because REASON with --sets test or tennis, with these only.",
         )
-    report = import_module(module if module.startswith(".") else f".{module}", __package__)
-    names = given["rectifier"]
-    asked = {key: given[key] for key in ("lifter", "seed", "bed") if key in given}
-    own = {key: value for key, value in given.items() if key not in _SHARED}
-    if "fit" in given:
-        own["output"] = output
-    with computing_on(given["device"]) as where:
-        rectifiers = tuple(map(load_rectifier, [names] if isinstance(names, str) else names))
-        question = Question(rectifiers, people=people, **asked)
-        for judged in question.sets:
-            judged.clips()  # a set without takes is refused before the work
-        results = {
-            "report": name,
-            **({"judged": people} if people else {}),
-            **getattr(report, tables)(question, **own),
-        }
-        methods = [load_lifter(given["lifter"]).method] if "lifter" in given else []
-        methods += [rectifier.method for rectifier in rectifiers]
-        results.setdefault("networks", [method for method in methods if "@" in method])
-    results |= {"date": date.today().isoformat(), "device": where.summary()}
-    output.mkdir(parents=True, exist_ok=True)
-    if because:
-        note_look(output, f"pcnet3d lab evaluate {name} --sets {people}", results["networks"], because)
-    text = written(results, report.PAGE)
-    write_text(output / f"{file}.md", text)
-    write_json(output / f"{file}.json", plain(results))
-    print(text)
+    return asked
 
 
 def ledger_of(output: Path) -> Path:
@@ -181,80 +202,3 @@ def note_look(output: Path, command: str, networks: Sequence[str], because: str)
         if first:
             writer.writerow(_LEDGER)
         writer.writerow([date.today().isoformat(), command, " ".join(networks), " ".join(because.split())])
-
-
-errors = _report(
-    "errors", "..errors.report", ("lifter", "seed", "sets", "because", "part", "fit", "answers", "errors"),
-    """Test every stated error in every configuration of a run, and fit the errors of angles.
-
-    DIR/errors.json holds one row for each statement and configuration, like docs/accuracy/errors.json.
-    """,
-    file="stated_errors",
-)  # fmt: skip
-visits = _report(
-    "visits", "..errors.unchanged", ("seed", "sets", "because"),
-    "Judge differences of two visits between which nothing changed; their errors were fitted with seeds 0 and 1.",
-    file="visits",
-)  # fmt: skip
-lifters = _report(
-    "lifters", "lifters", ("networks", "seeds", "part"),
-    """Compare lifters person by person, to choose one.
-
-    It lifts whole validation takes from wild and typical cameras: with noisy and exact keypoints, with and without a
-    known focal length. A network takes some four minutes of a core.
-    """,
-    file="lifters",
-)  # fmt: skip
-lifter = _report(
-    "lifter", "lifter", ("lifter", "seed", "sets", "because"),
-    "Test a lifter by motion and posture, with and without a known focal length.",
-    beds=(Annotated[Bed | None, typer.Option("--bed", help="Cameras: wild or typical; both by default.")], None),
-)  # fmt: skip
-rectifiers = _report(
-    "rectifiers", "rectifiers", ("rectifier", *_BEFORE_CAMERAS),
-    "Test rectifiers frame by frame, on lifted and on clean poses.",
-)  # fmt: skip
-own_data = _report(
-    "own-data", "rectifiers", ("data", "rectifier", "split", "targets", "seed"),
-    "Test rectifiers on clean poses of your own motion capture.",
-    tables="own_tables",
-)  # fmt: skip
-takes = _report(
-    "takes", "takes", ("rectifier", *_BEFORE_CAMERAS),
-    "Test one gravity per take: errors of tilt, rotation, joints and accelerations.",
-)  # fmt: skip
-motion = _report(
-    "motion", "motion", _BEFORE_CAMERAS,
-    "Test the accelerations of wrists and ankles with each smoother.",
-)  # fmt: skip
-swaps = _report(
-    "swaps", "swaps", ("seed", "bed", "sets", "because"),
-    "Test how well exchanged limbs of simulated keypoints are found.",
-)  # fmt: skip
-gait = _report(
-    "gait", "gait", ("rectifier", *_BEFORE_CAMERAS),
-    "Test contacts, steps and figures of walks and runs, with their stated errors.",
-    rectifier=(Annotated[str, typer.Option(help="A rectifier, or a network's .onnx file.")], "pcnet"),
-)  # fmt: skip
-jumps = _report(
-    "jumps", "jumps", _BEFORE_CAMERAS,
-    "Test flights, jump heights and contact times of lifted takes, with their stated errors.",
-    bed=(None, "typical"),
-)  # fmt: skip
-verdicts = _report(
-    "verdicts", "verdicts", _BEFORE_CAMERAS,
-    "Test whether verdicts on poses follow their error, with the lifter as it is and made worse.",
-)  # fmt: skip
-repetitions = _report(
-    "repetitions", "repetitions", ("lifter", "seeds", "bed"),
-    "Test counts, starts and ends of repeated movements on labelled takes, captured and lifted.",
-    bed=(None, "typical"),
-)  # fmt: skip
-real_take = _report(
-    "real-take", "real_take", ("rectifier", "lifter"),
-    "Test upright joints and angles on real videos of four cameras, where the truth is known.",
-)  # fmt: skip
-real_clips = _report(
-    "real-clips", "real_rectified", ("rectifier", "lifter"),
-    "Compare lifters on real clips, raw and rectified, where the truth is not known.",
-)  # fmt: skip

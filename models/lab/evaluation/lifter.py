@@ -23,7 +23,7 @@ from .motion_class import CLASSES
 from .people import pooled
 from .sets import Question
 from .tables import Page, Table
-from .testbed import BEDS, Bed, LiftedTake, SeenTake
+from .testbed import BEDS, LiftedTake, SeenTake
 
 _POSTURES = ("upright", "lying")
 _ERRORS = ("MPJPE", "PA-MPJPE", "depth", "lateral", "vertical")
@@ -47,11 +47,11 @@ PAGE = Page(
 )
 
 
-def tables(question: Question, beds: Bed | None = None) -> dict[str, Any]:
+def tables(question: Question) -> dict[str, Any]:
     """{"beds": {bed: {"focal assumed", "focal known": {"SET GROUP": {"lifter": lifter_figures}}}}, "frames_per_s"}, the
-    group a posture or a motion that has frames. beds: the one bed to judge before; every one without."""
+    group a posture or a motion that has frames."""
     results = {**replace(question, people=None).heading(), "seed": question.seed, "beds": {}}
-    for bed in BEDS if beds is None else (beds,):
+    for bed in BEDS:
         before = replace(question, bed=bed)
         rows: dict[str, dict[str, Any]] = {"focal assumed": {}, "focal known": {}}
         for focal, table in rows.items():

@@ -158,30 +158,26 @@ def lifted(question: Question, of: EvaluationSet) -> list[Take]:
     return takes
 
 
-def tables(question: Question) -> dict[str, Any]:
-    """{"rectifiers": _tables} of the people that the shipped networks never saw, lifted and clean."""
-    kinds = {
-        one.label: {"lifted": partial(lifted, question, one), **_clean(one.clips(), question.seed, "body")}
-        for one in question.sets
-    }
-    return {**question.heading(), "rectifiers": _tables(question.rectifiers, kinds)}
-
-
-def own_tables(
-    question: Question, data: Path, split: Path | None = None, targets: Targets = "body"
+def tables(
+    question: Question, data: Path | None = None, split: Path | None = None, targets: Targets = "body"
 ) -> dict[str, Any]:
-    """The same of the test subjects of a file of clips, or of everybody without a split, clean only."""
+    """{"rectifiers": {method: {"rows": {set: Judged.row's figures}}}} of the people that the shipped networks never
+    saw, lifted and clean; or of the test people of a file of clips, of everybody without a split, clean alone."""
+    kinds: dict[str, dict[str, Callable[[], list[Take]]]]
+    if data is None:
+        kinds = {
+            one.label: {
+                "lifted": partial(lifted, question, one),
+                **_clean(one.clips(), question.seed, targets),
+            }
+            for one in question.sets
+        }
+        return {**question.heading(), "rectifiers": _judged(question.rectifiers, kinds)}
     clips = read_parts(data, split, ["test"]).clips["test"] if split else read_mocap(data)
     subjects = sorted({clip.subject for clip in clips})
-    whom = f"{data.name}, {'test' if split else 'everybody'}"
-    many = how_many(len(subjects), "subject")
-    about = f"pcnet3d {package_version()}, {data}, {many}, targets {targets}, seed {question.seed}"
-    return {
-        "pcnet3d": package_version(), "data": str(data), "split": str(split or ""), "targets": targets,
-        "seed": question.seed,
-        "subjects": subjects, "about": about,
-        "rectifiers": _tables(question.rectifiers, {whom: _clean(clips, question.seed, targets)}),
-    }  # fmt: skip
+    about = f"pcnet3d {package_version()}, {data}, {how_many(len(subjects), 'subject')}, targets {targets}"
+    kinds = {f"{data.name}, {'test' if split else 'everybody'}": _clean(clips, question.seed, targets)}
+    return {"about": about, "subjects": subjects, "rectifiers": _judged(question.rectifiers, kinds)}
 
 
 def _clean(clips: Sequence[Clip], seed: int, targets: Targets) -> dict[str, Callable[[], list[Take]]]:
@@ -189,7 +185,7 @@ def _clean(clips: Sequence[Clip], seed: int, targets: Targets) -> dict[str, Call
     return {kind: partial(clean_takes, clips, view, seed, targets) for kind, view in kinds.items()}
 
 
-def _tables(
+def _judged(
     rectifiers: Sequence[Rectifier], sets: dict[str, dict[str, Callable[[], list[Take]]]]
 ) -> dict[str, Any]:
     """{method: {"rows": {set: Judged.row's figures}}}."""

@@ -1,7 +1,5 @@
 """Lifted takes with truth: motion capture through a virtual camera, a noisy detector and the lifter.
 
-    pcnet3d lab testbed test -o takes.npz
-
 What everything after the lifter is judged on. A take depends on the seed and its clip's name only, so a subset of
 the clips gives the same takes.
 """
@@ -13,27 +11,19 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 import torch
-import typer
 
 from ....pipeline.core.canonical import R_world_from_body
-from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import IMAGE
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
-from ....pipeline.files.arrays import write_arrays
-from ....pipeline.files.atomic import refuse_unwritable, refuse_unwritable_file
 from ....pipeline.reading.mocap.clip import Clip
-from ....pipeline.reading.settings import OnDevice
-from ....pipeline.running.progress import each
 from ...common.metrics import relative
-from ...common.spread import stated_spread
 from ...lifter.builtin import lift, network
 from ...lifter.features import body_rays
 from ..mocap.clips import Subjects, lying, read_clips
@@ -201,106 +191,5 @@ def file_name(clip: str, bed: Bed, seed: int) -> str:
     return f"{clip}-{bed}-{seed}"
 
 
-def write_keypoints(subjects: Subjects, folder: Path, bed: Bed = "wild", seed: int = 0) -> int:
-    """Write what a lifter is given, and the truth: for every take a file in the folder. -> how many."""
-    folder.mkdir(parents=True, exist_ok=True)
-    clips = [clip for clip in read_clips(subjects) if len(clip) >= MIN_FRAMES]
-    for clip in each(iter(clips), "takes", len(clips)):
-        take = see(clip, seed, views=BEDS[bed])
-        write_arrays(
-            folder / f"{file_name(clip.name, bed, seed)}.npz",
-            keypoints=take.keypoints.joints,
-            confidence=take.keypoints.confidence,
-            image_size=np.array(take.image_size),
-            fps=np.array(clip.fps),
-            joint_names=np.array(take.keypoints.layout.joints),
-            joints=clip.joints,
-            R_camera_from_world=take.R_camera_from_world,
-        )
-    return len(clips)
-
-
 def _rng(clip: Clip, *seeds: int) -> np.random.Generator:
     return np.random.default_rng([*seeds, zlib.crc32(clip.name.encode())])
-
-
-def write_takes(
-    subjects: Annotated[Subjects, typer.Argument(help="Whose takes.")],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", help="The .npz file to write; with --keypoints, a folder.")
-    ],
-    seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
-    lifter: Annotated[
-        str,
-        typer.Option(help="pcnet3d (built-in), or an .onnx file; it must not be trained on the subjects."),
-    ] = "pcnet3d",
-    bodies: Annotated[bool, typer.Option("--bodies", help="Draw other proportions and mirror some.")] = False,
-    bed: Annotated[
-        Bed,
-        typer.Option(
-            help="Cameras: wild (also steep, tilted, with long lenses) or typical (as people film)."
-        ),
-    ] = "wild",
-    trained_on: Annotated[
-        bool,
-        typer.Option(
-            "--trained-on", help="Also subjects that the lifter was trained on: not for evaluation."
-        ),
-    ] = False,
-    laid: Annotated[
-        float, typer.Option(min=0, max=1, help="Only this share of the clips, with the bodies lying down.")
-    ] = 0.0,
-    keypoints: Annotated[
-        bool,
-        typer.Option(
-            "--keypoints", help="Only the input for a lifter of your own, with the truth, one file per take."
-        ),
-    ] = False,
-    device: OnDevice = "auto",
-) -> None:
-    """Write lifted takes with ground truth for training and evaluation.
-
-    One .npz of plain arrays, takes one after another: lifted, truth (N, 17, 3), R_camera_from_body (N, 3, 3),
-    up (N, 3), lying (N,), spread (N,), the lifter's stated error (models/common/spread.py); take_start (C + 1,),
-    clip, subject, source (C,); device (), where the lifter computed. With --keypoints instead, for every take
-    OUTPUT/TAKE.npz: keypoints (T, 17, 2) in pixels, NaN where missing, confidence (T, 17), image_size (2,), fps (),
-    joint_names (17,); and the truth: joints (T, 17, 3) in metres, z up, and R_camera_from_world (3, 3).
-    """
-    if keypoints:
-        if bodies or laid or trained_on or lifter != "pcnet3d":
-            raise InputError(
-                "option-conflict", "--keypoints goes with --seed and --bed alone; leave the others out."
-            )
-        refuse_unwritable(output)
-        print(f"{output}: {how_many(write_keypoints(subjects, output, bed, seed), 'take')}")
-        return
-    refuse_unwritable_file(output)
-    drawn = BodyRange() if bodies else None
-    with computing_on(device) as where:
-        takes = list(
-            lifted_takes(
-                subjects, seed, model=lifter, bodies=drawn, views=BEDS[bed], trained_on=trained_on, laid=laid
-            )
-        )
-    if not takes:
-        raise InputError(
-            "nothing-usable", f"There is no take of {MIN_FRAMES} frames or more of the subjects '{subjects}'."
-        )
-    frames = [len(take.lifted) for take in takes]
-    seen = [take.seen for take in takes]
-    output.parent.mkdir(parents=True, exist_ok=True)
-    write_arrays(
-        output,
-        lifted=np.concatenate([take.lifted.joints for take in takes]),
-        truth=np.concatenate([take.truth for take in seen]).astype(np.float32),
-        R_camera_from_body=np.concatenate([take.R_camera_from_body for take in seen]),
-        up=np.concatenate([np.tile(take.up, (len(take.lying), 1)) for take in seen]),
-        lying=np.concatenate([take.lying for take in seen]),
-        spread=np.concatenate([stated_spread(take.lifted) for take in takes]).astype(np.float32),
-        take_start=np.cumsum([0, *frames]),
-        clip=np.array([take.clip for take in seen]),
-        subject=np.array([take.subject for take in seen]),
-        source=np.array([take.source for take in seen]),
-        device=np.array(", ".join(sorted({*where.used.values()}))),
-    )
-    print(f"{output}: {how_many(len(takes), 'take')}, {sum(frames):,} frames")

@@ -30,7 +30,7 @@ from ...rectifier.load import load_rectifier
 from ..common.modules import in_own_process, run_command
 from ..errors import report, visits
 from ..evaluation.sets import Question
-from ..evaluation.testbed import write_takes
+from ..evaluation.write_takes import write_takes
 from . import contact, gait_errors, gravity_constants, joint_noise
 
 _JUDGED_SEED = 5  # of cameras and detectors, that nothing is fitted on

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from commands import pcnet3d, refused
+from pcnet3d.models.lab.evaluation.evaluate import REPORTS
 from pcnet3d.pipeline import cli
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.plugins.removed import REMOVED
@@ -27,6 +28,8 @@ def typed(kind: str, name: str) -> list[str]:
         return [command, "x", *words, "-o", "out"]
     if kind == "settings":
         return [*run, "--set", name if "=" in name else f"{name}=1"]
+    if kind == "reports":
+        return ["lab", "evaluate", name, "-o", "out"]
     if kind == "stages":
         return [*run, "--set", f"{name}=off"]
     return [*run, OPTION_OF[kind], name]
@@ -89,6 +92,8 @@ def test_nothing_of_that_name_is_there(kind, name):
         command, flag, *value = name.split()
         options = {option for each in cli.load_command(command).params for option in each.opts}
         assert value or flag not in options
+    elif kind == "reports":
+        assert name not in REPORTS
     elif kind != "settings":
         assert name not in registry.registered(kind)
     elif name.startswith("read.") and "=" not in name:

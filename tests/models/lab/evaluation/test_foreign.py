@@ -11,10 +11,12 @@ from pcnet3d.models.common.metrics import scaled
 from pcnet3d.models.lab.errors import report
 from pcnet3d.models.lab.evaluation import sets
 from pcnet3d.models.lab.evaluation import testbed as module
-from pcnet3d.models.lab.evaluation.evaluate import errors
+from pcnet3d.models.lab.evaluation import write_takes as writing
+from pcnet3d.models.lab.evaluation.evaluate import evaluate
 from pcnet3d.models.lab.evaluation.finished import Configuration, finished
 from pcnet3d.models.lab.evaluation.foreign import KINDS, Answers, Simulated
-from pcnet3d.models.lab.evaluation.testbed import see, write_takes
+from pcnet3d.models.lab.evaluation.testbed import see
+from pcnet3d.models.lab.evaluation.write_takes import write_takes
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES
@@ -26,6 +28,7 @@ def clip(monkeypatch):
     clip = walked(seconds=3)
     monkeypatch.setattr(sets, "read_clips", lambda subjects: (clip,))
     monkeypatch.setattr(module, "read_clips", lambda subjects: (clip,))
+    monkeypatch.setattr(writing, "read_clips", lambda subjects: (clip,))
     return clip
 
 
@@ -90,11 +93,19 @@ def test_errors_are_fitted_to_a_users_answers_and_judged_with_the_file(clip, fol
         report, "ANGLES", {name: ANGLES[name] for name in ("r_knee_flexion", "l_knee_flexion")}
     )
     asked = {"sets": "tennis", "because": "a test", "seed": 3, "answers": folder, "part": ["mine, wild"]}
-    errors(output=tmp_path / "fitted", fit=True, **asked)
+    evaluate("errors", tmp_path / "fitted", fit=True, **asked)
     path = tmp_path / "fitted" / "joint_noise.json"
     assert read_noise(path).lifter == "mine"
-    errors(output=tmp_path / "judged", errors=path, **asked)
+    evaluate("errors", tmp_path / "judged", errors=path, **asked)
     rows = json.loads((tmp_path / "judged" / "errors.json").read_text())
     (knee,) = [row for row in rows if row["statement"] == "knee_flexion"]
     assert knee["configuration"] == "mine, wild"
     assert knee["inside"] == pytest.approx(0.9, abs=0.05)
+
+
+def test_answers_become_takes_to_train_on(clip, folder, tmp_path):
+    write_takes("val", tmp_path / "takes.npz", seed=3, answers=folder)
+    with np.load(tmp_path / "takes.npz") as file:
+        (answer,) = folder.iterdir()
+        np.testing.assert_allclose(file["lifted"], np.load(answer) - np.load(answer)[:, :1], atol=1e-6)
+        np.testing.assert_allclose(file["truth"], see(clip, 3).truth, atol=1e-6)

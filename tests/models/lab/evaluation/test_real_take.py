@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.lab.evaluation import real_take as module
-from pcnet3d.models.lab.evaluation.evaluate import real_take
+from pcnet3d.models.lab.evaluation.evaluate import evaluate
 from pcnet3d.models.lab.evaluation.real_data import (
     LIMBS,
     RealCamera,
@@ -194,7 +194,7 @@ def test_the_whole_report(data, tmp_path, monkeypatch, capsys):
         return openpose_keypoints(truth.openpose["cam01"][: len(video.time_s)], video.time_s)
 
     monkeypatch.setattr(module, "found_keypoints", found)
-    real_take(output=tmp_path / "out", rectifier=["pcnet"])
+    evaluate("real-take", tmp_path / "out", rectifier=["pcnet"])
     results = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     assert list(results["lift"]["OpenPose"]) == ["cam01", "cam02", "cam03", "cam04", "mean"]
     assert 20 < results["lift"]["exact limbs"]["mean"]["pa_mm"] < 100

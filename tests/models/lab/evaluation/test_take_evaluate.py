@@ -235,8 +235,8 @@ def tiny(standing, monkeypatch):
 
 
 def test_the_command_writes_tables_and_json(tiny, tmp_path, capsys):
-    evaluate_module.takes(
-        output=tmp_path / "out", rectifier=["geometric"], sets="test", because="known answers"
+    evaluate_module.evaluate(
+        "takes", output=tmp_path / "out", rectifier=["geometric"], sets="test", because="known answers"
     )
     text = (tmp_path / "out" / "evaluation.md").read_text()
     assert text in capsys.readouterr().out
@@ -259,8 +259,13 @@ def test_another_seed_draws_other_errors_of_the_image(tiny, tmp_path, monkeypatc
     said = []
     for seed in (0, 1):
         drawn.clear()
-        evaluate_module.takes(
-            output=tmp_path / "out", rectifier=["geometric"], seed=seed, sets="test", because="known answers"
+        evaluate_module.evaluate(
+            "takes",
+            output=tmp_path / "out",
+            rectifier=["geometric"],
+            seed=seed,
+            sets="test",
+            because="known answers",
         )
         said.append(np.array([look.up for look in drawn]))
     assert said[0].shape == said[1].shape

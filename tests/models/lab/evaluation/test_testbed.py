@@ -3,7 +3,6 @@
 import csv
 import json
 from datetime import date
-from inspect import signature
 
 import numpy as np
 import pytest
@@ -16,7 +15,8 @@ from pcnet3d.models.lab.evaluation import evaluate as reports
 from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation import testbed as module
 from pcnet3d.models.lab.evaluation.lifter import groups, lifter_figures
-from pcnet3d.models.lab.evaluation.testbed import BEDS, LiftedTake, lay_down, lifted_takes, see, write_takes
+from pcnet3d.models.lab.evaluation.testbed import BEDS, LiftedTake, lay_down, lifted_takes, see
+from pcnet3d.models.lab.evaluation.write_takes import write_takes
 from pcnet3d.models.lab.mocap.clips import read_clips
 from pcnet3d.models.lifter.builtin import Network
 from pcnet3d.models.lifter.load import load_lifter
@@ -165,7 +165,7 @@ def test_evaluate_writes_tables_and_json(tmp_path, monkeypatch, capsys):
         evaluation_sets, "lifted_takes", lambda subjects, seed, **_: [exact(clip(), error=0.01)]
     )
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip(),))
-    reports.lifter(output=tmp_path / "out", sets="test", because="known answers")
+    reports.evaluate("lifter", tmp_path / "out", sets="test", because="known answers")
     text = (tmp_path / "out" / "evaluation.md").read_text()
     assert "| wild | focal known | HDM05 upright | 50 |" in text
     assert "| typical | focal assumed | CMU test upright | 50 |" in text
@@ -182,7 +182,7 @@ def test_evaluate_writes_tables_and_json(tmp_path, monkeypatch, capsys):
     assert text in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("report", ["lifter", "rectifiers", "takes", "motion", "swaps", "gait", "errors"])
+@pytest.mark.parametrize("report", ["lifter", "rectifiers", "takes", "gait", "jumps", "errors"])
 def test_a_set_without_takes_is_refused_before_the_work(tmp_path, monkeypatch, report):
     for clips, missing in [
         ((clip(), clip("accad-m1_01", 20), clip("tennis-a_01")), "ACCAD m1"),
@@ -192,7 +192,7 @@ def test_a_set_without_takes_is_refused_before_the_work(tmp_path, monkeypatch, r
         monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda *_, **__: pytest.fail("it works"))
         monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects, clips=clips: clips)
         with pytest.raises(InputError, match=f"30 frames or more for the set {missing}"):
-            getattr(reports, report)(output=tmp_path / "out")
+            reports.evaluate(report, tmp_path / "out")
         assert not (tmp_path / "out").exists()
 
 
@@ -213,21 +213,21 @@ def test_a_motion_has_a_row_of_its_own():
 def test_test_subjects_are_looked_at_for_a_reason_only(tmp_path, asked, monkeypatch):
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: pytest.fail("it looks"))
     with pytest.raises(InputError, match="--because"):
-        reports.takes(output=tmp_path / "out", **asked)
+        reports.evaluate("takes", tmp_path / "out", **asked)
     assert not (tmp_path / "out").exists()
 
 
-def test_every_report_judges_validation_people_and_asks_for_a_reason_for_others():
-    options = {
-        command.name: {key: one.default for key, one in signature(command.callback).parameters.items()}
-        for command in reports.evaluate.registered_commands
-    }
-    others = {name for name, given in options.items() if "sets" not in given}
-    # Those have no test subjects.
-    assert others == {"lifters", "own-data", "real-take", "real-clips", "repetitions"}
-    assert len(options) > len(others)
-    for name in set(options) - others:
-        assert (options[name]["sets"], options[name]["because"]) == ("val", ""), name
+def test_a_report_takes_its_own_options_alone(tmp_path):
+    for report, asked in (
+        ("gait", {"part": ["typical"]}),
+        ("real-take", {"seed": 1}),
+        ("lifter", {"bed": "wild"}),
+    ):
+        with refused("option-conflict"):
+            reports.evaluate(report, tmp_path / "out", **asked)
+    with refused("name-unknown"):
+        reports.evaluate("take", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_looks_at_test_subjects_are_kept(tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from golden.trainings import tiny
-from pcnet3d.models.lab.evaluation.evaluate import own_data
+from pcnet3d.models.lab.evaluation.evaluate import evaluate
 from pcnet3d.models.lab.mocap.split import read_parts
 from pcnet3d.models.lab.synthetic.views import seen, views
 from pcnet3d.pipeline import H36M17, InputError, rotate
@@ -88,7 +88,7 @@ def test_axes_are_the_views_own_rotation(clip_of):
 def test_batches_have_the_targets_asked_for(clip_of, targets):
     """Turned back by R everybody faces -x upright: left at -y, never mirrored to face +x."""
     pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-    from pcnet3d.models.lab.synthetic.on_device.draw import Draw
+    from pcnet3d.models.lab.synthetic.draw import Draw
     from pcnet3d.models.lab.training.rectifier.frames import Mixture, TrainingFrames
 
     material = TrainingFrames([clip_of("01_1")], Mixture(wide=0.5), targets=targets)
@@ -104,7 +104,7 @@ def test_batches_have_the_targets_asked_for(clip_of, targets):
 
 def test_evaluation_of_own_test_subjects(files, tmp_path, capsys):
     data, split = files
-    own_data(data=data, output=tmp_path / "out", rectifier=["geometric"], split=split)
+    evaluate("rectifiers", tmp_path / "out", rectifier=["geometric"], data=data, split=split)
     page = (tmp_path / "out" / "evaluation.md").read_text()
     assert page in capsys.readouterr().out
     assert "| geometric | clips.npz, test, clean, paper's views, upright | 80 |" in page
@@ -112,7 +112,7 @@ def test_evaluation_of_own_test_subjects(files, tmp_path, capsys):
     assert "lifted" not in page
     report = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     assert report["subjects"] == ["04"]
-    own_data(data=data, output=tmp_path / "out", rectifier=["geometric"])
+    evaluate("rectifiers", tmp_path / "out", rectifier=["geometric"], data=data)
     assert (
         "| geometric | clips.npz, everybody, clean, paper's views, upright | 320 |"
         in (tmp_path / "out" / "evaluation.md").read_text()
@@ -124,7 +124,9 @@ def test_own_axes_are_another_truth(files, tmp_path):
     data, split = files
     mean = {}
     for targets in ("body", "axes"):
-        own_data(data=data, output=tmp_path / targets, rectifier=["geometric"], split=split, targets=targets)
+        evaluate(
+            "rectifiers", tmp_path / targets, rectifier=["geometric"], data=data, split=split, targets=targets
+        )
         rows = json.loads((tmp_path / targets / "evaluation.json").read_text())["rectifiers"]["geometric"][
             "rows"
         ]
