@@ -24,7 +24,7 @@ class PCNetRectifier:
     of the file's SHA-256."""
 
     def __init__(self, path: str | Path, threads: int | None = None) -> None:
-        """path: an .onnx file of models/lab/training/rectifier/export.py. threads: chunks answered at the same time;
+        """path: an .onnx file of models/lab/training/rectifier/train.py. threads: chunks answered at the same time;
         as many as the process may use by default.
 
         InputError when there is no such file, or it is not a rectifier.

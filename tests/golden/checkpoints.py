@@ -1,8 +1,5 @@
-"""Checkpoints of a training, as its folder holds them in parts."""
+"""Checkpoints of a training, as its folder holds them."""
 
-import hashlib
-import io
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,25 +7,8 @@ import torch
 
 
 def read_checkpoint(folder: Path) -> dict[str, Any]:
-    """What was saved: net, average, optimisers, step, best."""
-    listed = json.loads((folder / "checkpoint.json").read_text())
-    content = b"".join((folder / name).read_bytes() for name in listed["parts"])
-    return torch.load(io.BytesIO(content), weights_only=True)
-
-
-def replace_checkpoint(folder: Path, content: bytes, **changes: Any) -> None:
-    """Another content in the first part, whose checksum is right; changes: of what checkpoint.json says."""
-    listed = json.loads((folder / "checkpoint.json").read_text())
-    (folder / listed["parts"][0]).write_bytes(content)
-    said = {"parts": listed["parts"][:1], "sha256": hashlib.sha256(content).hexdigest()}
-    (folder / "checkpoint.json").write_text(json.dumps({**listed, **said, **changes}))
-
-
-def saved(values: dict[str, Any]) -> bytes:
-    """As torch.save writes it."""
-    stream = io.BytesIO()
-    torch.save(values, stream)
-    return stream.getvalue()
+    """What was saved: config, learns_from, net, average, optimisers, step, best."""
+    return torch.load(folder / "checkpoint.pt", weights_only=True)
 
 
 def same(one: Any, other: Any) -> bool:

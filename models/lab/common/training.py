@@ -1,9 +1,9 @@
-"""The kit that every network here is trained with: schedule, averaged weights, log, checkpoints, pieces.
+"""The loop that every network here is trained with: schedule, averaged weights, log, checkpoints, pieces.
 
 A trainer says what a step's loss is and how the averaged network does on people it never saw; `fit` does the rest. The
-run's folder gets checkpoint.json with parts of at most 15 MB beside it (so that it can travel where files are limited),
-best.pt (the averaged weights that did best), and log.jsonl: a JSON object a line with `step`, `of`, `s` (seconds since
-this start), `loss` (mean since the last line, or since this start) and the figures of the validation. pandas draws it:
+run's folder gets checkpoint.pt, best.pt (the averaged weights that did best), and log.jsonl: a JSON object a line with
+`step`, `of`, `s` (seconds since this start), `loss` (mean since the last line, or since this start) and the figures of
+the validation. pandas draws it:
 pandas.read_json("log.jsonl", lines=True).plot(x="step", y="score")
 """
 
@@ -11,7 +11,6 @@ pandas.read_json("log.jsonl", lines=True).plot(x="step", y="score")
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import math
 import time
@@ -21,7 +20,7 @@ from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, Literal, Self, TypeVar
+from typing import Any, Literal, Self, TypeVar
 
 import numpy as np
 import torch
@@ -38,19 +37,19 @@ from pydantic import (
 from torch import Tensor, nn
 
 from ....pipeline.core.errors import InputError, readable
-from ....pipeline.files.atomic import whole_file, write_json
+from ....pipeline.files.atomic import whole_file
 from ....pipeline.files.unpacked import check_size
 from ....pipeline.running.progress import counted
 
-PART_BYTES = 15_000_000
+CHECKPOINT = "checkpoint.pt"
 _LOOK_EVERY = 50  # steps between looks at the losses: on a GPU each waits until all work is done
 Net = TypeVar("Net", bound=nn.Module)
 
 
 class Schedule(BaseModel):
-    """How a network learns: `warmup` steps up to the rate, constant, and down to nothing over the last `cooldown`
-    share of the steps, in a line or along half a cosine (Loshchilov & Hutter 2017). A run may be lengthened as long as
-    it does not cool down yet. optimiser: "muon" for matrices with AdamW for the rest, or AdamW for all."""
+    """How a network learns: `warmup` steps up to the rate, constant, and down to nothing over the last `cooldown` share
+    of the steps, in a line or along half a cosine (Loshchilov & Hutter 2017). optimiser: "muon" for matrices with AdamW
+    for the rest, or AdamW for all."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     steps: PositiveInt
@@ -68,13 +67,9 @@ class Schedule(BaseModel):
         """Of the highest rate, at a step counted from 1."""
         if step <= self.warmup:
             return step / self.warmup
-        left = min(1.0, (self.steps - step + 1) / max(self.steps - self.cools_from, 1))
+        cools_from = max(self.warmup, round(self.steps * (1 - self.cooldown)))
+        left = min(1.0, (self.steps - step + 1) / max(self.steps - cools_from, 1))
         return left if self.decline == "linear" else (1 - math.cos(math.pi * left)) / 2
-
-    @property
-    def cools_from(self) -> int:
-        """The last step at the full rate."""
-        return max(self.warmup, round(self.steps * (1 - self.cooldown)))
 
 
 class Training(BaseModel):
@@ -119,75 +114,43 @@ class State:
         self.average = deepcopy(self.net).eval()
 
     def save(self, folder: Path, config: BaseModel) -> None:
-        """Into numbered parts, then their list in checkpoint.json; killed at any moment, the last one stays whole."""
-        stream = io.BytesIO()
-        torch.save(
-            {
-                "net": self.net.state_dict(),
-                "average": self.average.state_dict(),
-                "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
-                "step": self.step,
-                "best": self.best,
-            },
-            stream,
-        )
-        content = stream.getvalue()
-        names = []
-        for number, start in enumerate(range(0, len(content), PART_BYTES)):
-            names.append(f"checkpoint-{self.step}.{number}")
-            with whole_file(folder / names[-1]) as partial:
-                partial.write_bytes(content[start : start + PART_BYTES])
-        listed = {
-            "config": config.model_dump_json(),
-            "parts": names,
-            "sha256": hashlib.sha256(content).hexdigest(),
-            "learns_from": self.learns_from,
-        }
-        write_json(folder / "checkpoint.json", listed)
-        for old in folder.glob("checkpoint-*"):
-            if old.name not in names:
-                old.unlink(missing_ok=True)
+        """Killed at any moment, the last checkpoint stays whole."""
+        with whole_file(folder / CHECKPOINT) as partial:
+            torch.save(
+                {
+                    "config": config.model_dump_json(),
+                    "learns_from": self.learns_from,
+                    "net": self.net.state_dict(),
+                    "average": self.average.state_dict(),
+                    "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
+                    "step": self.step,
+                    "best": self.best,
+                },
+                partial,
+            )
 
     def load(self, folder: Path, config: BaseModel, device: torch.device) -> None:
-        """Go on from the folder's checkpoint, if it has one. InputError when it is damaged, of another network, of
-        another config (more steps apart, before it cools down), or learned from something else."""
-        listing = folder / "checkpoint.json"
-        if not listing.exists():
+        """Go on from the folder's checkpoint, if it has one. InputError when it is damaged, of another network or
+        config, or learned from something else."""
+        path = folder / CHECKPOINT
+        if not path.exists():
             return
-        with reading(listing) as path:
-            listed = json.loads(path.read_text(encoding="utf-8"))
-            content = b"".join((folder / Path(name).name).read_bytes() for name in listed["parts"])
-            if hashlib.sha256(content).hexdigest() != listed["sha256"]:
-                raise ValueError("its parts are not those it lists")
-            before = type(config).model_validate_json(listed["config"])
-            saved = _unpickled(io.BytesIO(content), len(content), path, device)
-            _refuse_another(before, config, int(saved["step"]), path)
-            if listed["learns_from"] != self.learns_from:
-                raise InputError(
-                    "already-there",
-                    f"{path} learned from other recordings or another split than these; choose another -o DIR, or put "
-                    "back what it was made with.",
-                )
+        with reading(path):
+            saved = _unpickled(path, device)
+            for key, now, what in (
+                ("config", config.model_dump_json(), "was made with another config"),
+                ("learns_from", self.learns_from, "learned from other recordings or another split"),
+            ):
+                if saved[key] != now:
+                    raise InputError(
+                        "already-there",
+                        f"{path} {what} than this; choose another -o DIR, or put back what it was made with.",
+                    )
             self.net.load_state_dict(saved["net"])
             self.average.load_state_dict(saved["average"])
             for optimiser, state in zip(self.optimisers, saved["optimisers"], strict=True):
                 optimiser.load_state_dict(state)
-            self.step, self.best = saved["step"], saved["best"]
-
-
-def _refuse_another(before: Any, config: Any, step: int, path: Path) -> None:
-    longer = before.schedule.model_copy(update={"steps": config.schedule.steps})
-    if before.model_copy(update={"schedule": longer}) != config:
-        raise InputError(
-            "already-there",
-            f"{path} was made with another config; choose another -o DIR, or the config that it was made with.",
-        )
-    cooling = before.schedule.cools_from
-    if before.schedule.steps != config.schedule.steps and step > min(cooling, config.schedule.cools_from):
-        raise InputError(
-            "already-there",
-            f"{path} is at step {step} and cools down after {cooling}; its number of steps cannot be changed any more.",
-        )
+            self.step, self.best = int(saved["step"]), saved["best"]
 
 
 def fingerprint(arrays: Iterable[tuple[str, np.ndarray]]) -> str:
@@ -231,16 +194,18 @@ def load_weights(net: Net, path: Path) -> Net:
 
 def read_weights(path: Path) -> dict[str, Tensor]:
     """By their names in a network, as torch.save wrote them; InputError when they are not there."""
-    with reading(path, "weights"), open(path, "rb") as file:
-        return _unpickled(file, path.stat().st_size, path, torch.device("cpu"))
+    with reading(path, "weights"):
+        return _unpickled(path, torch.device("cpu"))
 
 
-def _unpickled(file: IO[bytes], size: int, path: Path, device: torch.device) -> Any:
+def _unpickled(path: Path, device: torch.device) -> Any:
     """What torch.save wrote: tensors and plain values, nothing else is unpickled, and no more than its size allows."""
-    with zipfile.ZipFile(file) as archive:
-        check_size(sum(entry.file_size for entry in archive.infolist()), size, f"a checkpoint at {path}")
-    file.seek(0)
-    return torch.load(file, weights_only=True, map_location=device)
+    with zipfile.ZipFile(path) as archive:
+        size = sum(entry.file_size for entry in archive.infolist())
+        check_size(size, path.stat().st_size, f"a checkpoint at {path}")
+        if archive.testzip() is not None:
+            raise ValueError("its content is not what it was")
+    return torch.load(path, weights_only=True, map_location=device)
 
 
 def device_of(name: str) -> torch.device:
@@ -380,5 +345,5 @@ def _refuse_lost(value: float, what: str, step: int, output: Path) -> None:
 
 
 def _kept(output: Path) -> str:
-    last = output / "checkpoint.json"
+    last = output / CHECKPOINT
     return f"the last good checkpoint, {last}, stays" if last.exists() else "there was no checkpoint yet"

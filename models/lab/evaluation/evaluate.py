@@ -145,7 +145,7 @@ def evaluate(
         question = Question(rectifiers, people=None if "data" in asked else people, **question)
         for judged in question.sets:
             judged.clips()  # a set without takes is refused before the work
-        if "fit" in asked:
+        if "fit" in of.takes:
             asked["output"] = output
         results = {
             "report": report,

@@ -177,8 +177,8 @@ def judge_net(net: PCNet, take: Take, symmetric: bool) -> Judged:
     not tell: the corrected pose, in the camera's axes, is canonicalised with the deployed rotation."""
     import torch
 
-    from ..training.rectifier.export import Deployed
     from ..training.rectifier.net import rotate as turned
+    from ..training.rectifier.train import Deployed
 
     deployed, parts = Deployed(net, symmetric), []
     for start in range(0, len(take.R), _CHUNK):

@@ -12,7 +12,7 @@ from pcnet3d.pipeline import H36M17, InputError
 from refusals import refused
 
 SHIPPED = ("lifter/lifter.onnx", "rectifier/pcnet.onnx", "rectifier/paper.onnx")
-NETS = {"mlp": True, "hybrid": True, "gcn": False, "transformer": False}
+NETS = {"pcnet": True, "paper": False}  # symmetric and aligned, or neither
 
 
 @pytest.fixture(scope="module")
@@ -20,14 +20,14 @@ def exported(tmp_path_factory):
     """{net: (torch network, file)} of small untrained networks."""
     torch = pytest.importorskip("torch", reason="export needs torch, the extra 'train'")
     pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
-    from pcnet3d.models.lab.training.rectifier.export import Deployed, export
     from pcnet3d.models.lab.training.rectifier.net import NetConfig, PCNet
+    from pcnet3d.models.lab.training.rectifier.train import Deployed, export
 
     torch.manual_seed(0)
     made = {}
     for net, align in NETS.items():
         network = PCNet(
-            NetConfig(net=net, width=16, output=24, heads=2, residual="off" if align else "free", align=align)
+            NetConfig(width=16, output=24, heads=2, residual="off" if align else "free", align=align)
         )
         torch.nn.init.normal_(network.rotation.weight, std=0.5)
         path = tmp_path_factory.mktemp("onnx") / f"{net}.onnx"
@@ -69,7 +69,7 @@ def test_it_answers_like_torch(exported, poses, net):
 def test_the_mirrored_body_gets_the_mirrored_answer(exported, poses):
     """By construction where the file was exported as symmetric, and only there."""
     across, body = np.diag([-1.0, 1, 1]), np.diag([1.0, -1, 1])
-    for net, symmetric in (("mlp", True), ("gcn", False)):
+    for net, symmetric in NETS.items():
         rectifier = PCNetRectifier(exported[net][1])
         R, _ = rectifier.rotation(poses)
         mirrored, _ = rectifier.rotation(poses[:, H36M17.mirror] * np.array([-1, 1, 1]))
@@ -77,7 +77,7 @@ def test_the_mirrored_body_gets_the_mirrored_answer(exported, poses):
 
 
 def test_chunks_and_threads_do_not_matter(exported, poses, monkeypatch):
-    path = exported["hybrid"][1]
+    path = exported["paper"][1]
     R, error_deg = PCNetRectifier(path).rotation(poses)
     one = [PCNetRectifier(path, threads=1).rotation(poses[i : i + 1])[0][0] for i in range(0, 300, 60)]
     np.testing.assert_allclose(one, R[::60], atol=1e-5)
@@ -86,7 +86,7 @@ def test_chunks_and_threads_do_not_matter(exported, poses, monkeypatch):
 
 
 def test_no_frames_and_no_usable_frames(exported, poses):
-    rectifier = PCNetRectifier(exported["mlp"][1])
+    rectifier = PCNetRectifier(exported["pcnet"][1])
     assert rectifier.rotation(poses[:0])[0].shape == (0, 3, 3)
     R, error_deg = rectifier.rotation(np.full((4, 17, 3), np.nan))
     assert np.isnan(R).all()
@@ -110,13 +110,13 @@ def test_no_frames_and_no_usable_frames(exported, poses):
 )
 def test_too_few_torso_joints_give_no_rotation(exported, poses, missing, fine):
     poses[3, H36M17.indices(missing)] = np.nan
-    R, error_deg = PCNetRectifier(exported["mlp"][1]).rotation(poses[:6])
+    R, error_deg = PCNetRectifier(exported["pcnet"][1]).rotation(poses[:6])
     assert np.isfinite(R[[0, 1, 2, 4, 5]]).all()
     assert np.isfinite(R[3]).all() == np.isfinite(error_deg[3]) == fine
 
 
 def test_a_missing_pelvis_is_the_middle_of_the_hips(exported, poses):
-    rectifier = PCNetRectifier(exported["mlp"][1])
+    rectifier = PCNetRectifier(exported["pcnet"][1])
     lost = poses.copy()
     poses[:, 0] = poses[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1)
     lost[:, 0] = np.nan
@@ -125,7 +125,7 @@ def test_a_missing_pelvis_is_the_middle_of_the_hips(exported, poses):
 
 def test_input_stays_untouched(exported, poses):
     before = poses.copy()
-    PCNetRectifier(exported["mlp"][1]).rotation(poses)
+    PCNetRectifier(exported["pcnet"][1]).rotation(poses)
     np.testing.assert_array_equal(poses, before)
 
 

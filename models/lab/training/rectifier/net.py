@@ -1,8 +1,7 @@
 """3DPCNet: which way is up and which way does the body face, from one frame's 3D joints (torch).
 
 The paper's network: a graph branch and a Transformer branch, fused by gated cross-attention, a 6D rotation head and
-an optional residual head. Beside it each branch alone and a plain residual MLP. NetConfig's defaults are the paper's;
-the presets are models/lab/training/rectifier/pcnet.toml and models/lab/training/rectifier/paper.toml.
+an optional residual head. NetConfig's defaults are the paper's; pcnet.toml and paper.toml beside it have other ones.
 """
 
 from __future__ import annotations
@@ -33,26 +32,23 @@ _TYPICAL_DEG = 6.0  # where the expected error starts
 class NetConfig:
     """What is built. The defaults are the paper's network; `align` is not in the paper.
 
-    net: both branches, one of them, or an MLP. width: features of a joint (of the whole pose for the MLP).
-    output: features of the pose before the heads. blocks: of the MLP.
+    width: features of a joint. output: features of the pose before the heads.
     residual: "off"; "free", an offset for every joint (the paper's).
     align: turn the joints into the torso's axes first and let the network correct those; the camera's axes
         are told beside them.
     """
 
-    net: Literal["hybrid", "gcn", "transformer", "mlp"] = "hybrid"
     width: PositiveInt = 256
     output: PositiveInt = 384
     graph_layers: PositiveInt = 3
     attention_layers: PositiveInt = 2
     heads: PositiveInt = 8
-    blocks: PositiveInt = 4
     dropout: float = 0.0
     residual: Literal["off", "free"] = "free"
     align: bool = False
 
     def __post_init__(self) -> None:
-        if self.net in ("hybrid", "transformer") and self.width % self.heads:
+        if self.width % self.heads:
             raise InputError(
                 "bad-value", f"expected a width that {self.heads} heads can share, got {self.width}"
             )
@@ -61,13 +57,13 @@ class NetConfig:
 class Answer(NamedTuple):
     """R: (B, 3, 3) R_camera_from_body. error_deg: (B,) its expected error. canonical: (B, 17, 3) in BODY, unit of
     the input. residual: (B, 17, 3) what the residual head added, over the body's size, or None. attention:
-    (B, heads, 17, 17) of the fusion, or None."""
+    (B, heads, 17, 17) of the fusion."""
 
     R: Tensor
     error_deg: Tensor
     canonical: Tensor
     residual: Tensor | None
-    attention: Tensor | None
+    attention: Tensor
 
 
 class PCNet(nn.Module):
@@ -77,10 +73,7 @@ class PCNet(nn.Module):
         super().__init__()
         self.config = config
         self.bf16 = False  # training may set it; the geometry stays in float32
-        per_joint = 4 + 9 * config.align
-        self.encoder = (
-            Mlp(JOINTS * 4 + 9 * config.align, config) if config.net == "mlp" else Branches(per_joint, config)
-        )
+        self.encoder = Branches(4 + 9 * config.align, config)
         self.norm = nn.LayerNorm(config.output)
         self.rotation = nn.Linear(config.output, 6)
         nn.init.normal_(self.rotation.weight, std=0.01)
@@ -122,7 +115,7 @@ class PCNet(nn.Module):
 
 
 class Branches(nn.Module):
-    """The graph branch, the Transformer branch, or both and their fusion; (B, 17, F) -> (B, output).
+    """The graph branch, the Transformer branch, and their fusion; (B, 17, F) -> (B, output).
 
     Inside, features are (17 * B, width), joint by joint: then layers are plain matrix products, the graph mixes joints
     in one more, and attention splits its heads without copying, in all a fifth faster than (B, 17, width).
@@ -131,33 +124,24 @@ class Branches(nn.Module):
     def __init__(self, inputs: int, config: NetConfig) -> None:
         super().__init__()
         width = config.width
-        if config.net != "transformer":
-            self.graph = GraphBranch(inputs, width, config.graph_layers)
-        if config.net != "gcn":
-            self.attention = AttentionBranch(inputs, width, config.attention_layers, config.heads)
-        if config.net == "hybrid":
-            self.norm_graph, self.norm_attention = nn.LayerNorm(width), nn.LayerNorm(width)
-            self.cross = Attention(width, config.heads)
-            self.gate = nn.Linear(2 * width, 2)
-        self.net = config.net
+        self.graph = GraphBranch(inputs, width, config.graph_layers)
+        self.attention = AttentionBranch(inputs, width, config.attention_layers, config.heads)
+        self.norm_graph, self.norm_attention = nn.LayerNorm(width), nn.LayerNorm(width)
+        self.cross = Attention(width, config.heads)
+        self.gate = nn.Linear(2 * width, 2)
         self.out = nn.Sequential(nn.Dropout(config.dropout), nn.Linear(JOINTS * width, config.output))
 
-    def forward(self, shape: Tensor, valid: Tensor, camera: Tensor | None) -> tuple[Tensor, Tensor | None]:
+    def forward(self, shape: Tensor, valid: Tensor, camera: Tensor | None) -> tuple[Tensor, Tensor]:
         parts = [shape, valid[..., None]]
         if camera is not None:
             parts.append(camera[:, None].expand(-1, JOINTS, -1))
-        x, weights = torch.cat(parts, dim=-1).transpose(0, 1).flatten(0, 1), None
-        if self.net == "gcn":
-            z = self.graph(x)
-        elif self.net == "transformer":
-            z = self.attention(x)
-        else:
-            graph, attention = self.norm_graph(self.graph(x)), self.norm_attention(self.attention(x))
-            fused, weights = self.cross(graph, attention)
-            graph, attention, fused = (_by_joint(part) for part in (graph, attention, fused))
-            gate = self.gate(torch.cat([graph.mean(0), attention.mean(0)], dim=-1)).softmax(-1)
-            z = fused + gate[:, :1] * graph + gate[:, 1:] * attention
-        return self.out(_by_joint(z).transpose(0, 1).flatten(1)), weights
+        x = torch.cat(parts, dim=-1).transpose(0, 1).flatten(0, 1)
+        graph, attention = self.norm_graph(self.graph(x)), self.norm_attention(self.attention(x))
+        fused, weights = self.cross(graph, attention)
+        graph, attention, fused = (_by_joint(part) for part in (graph, attention, fused))
+        gate = self.gate(torch.cat([graph.mean(0), attention.mean(0)], dim=-1)).softmax(-1)
+        z = fused + gate[:, :1] * graph + gate[:, 1:] * attention
+        return self.out(z.transpose(0, 1).flatten(1)), weights
 
 
 class GraphBranch(nn.Module):
@@ -240,35 +224,6 @@ class Attention(nn.Module):
         v = split(functional.linear(source, weight[width:], bias[width:]))
         weights = (q @ k.mT / q.shape[-1] ** 0.5).softmax(-1)  # (B, heads, 17, 17)
         return self.out((weights @ v).permute(2, 0, 1, 3).reshape(-1, width)), weights
-
-
-class Mlp(nn.Module):
-    """Residual MLP on the 51 coordinates and the 17 valid flags; (B, ...) -> (B, output)."""
-
-    def __init__(self, inputs: int, config: NetConfig) -> None:
-        super().__init__()
-        width = config.width
-        self.enter = nn.Linear(inputs, width)
-        self.blocks = nn.ModuleList(
-            nn.Sequential(
-                nn.LayerNorm(width),
-                nn.Linear(width, width),
-                nn.GELU(),
-                nn.Dropout(config.dropout),
-                nn.Linear(width, width),
-            )
-            for _ in range(config.blocks)
-        )
-        self.out = nn.Linear(width, config.output)
-
-    def forward(self, shape: Tensor, valid: Tensor, camera: Tensor | None) -> tuple[Tensor, None]:
-        parts = [shape.flatten(1), valid]
-        if camera is not None:
-            parts.append(camera)
-        x = self.enter(torch.cat(parts, dim=-1))
-        for block in self.blocks:
-            x = x + block(x)
-        return self.out(x), None
 
 
 def _by_joint(x: Tensor) -> Tensor:

@@ -95,11 +95,6 @@ def test_every_draw_sees_a_motion_in_another_configuration(monkeypatch):
     assert [seed for *_, seed in asked] == [0, 0, 1, 1, 2, 2, 3, 3]
 
 
-def test_two_draws_of_a_motion_are_two_comparisons():
-    one = pairs("range_of_motion.a", 3.0, "a", 1)[0]
-    assert one.visit != replace(one, seed=1).visit
-
-
 def pairs(
     figure: str, sd: float, people: str, each: int, kind: str = "same tripod", draw=None
 ) -> list[Visits]:

@@ -18,7 +18,7 @@ from pcnet3d.models.lab.evaluation.real_data import (
     read_truth,
     triangulated,
 )
-from pcnet3d.models.lab.evaluation.real_take import level_row, lift_row, mean_row, truth_row
+from pcnet3d.models.lab.evaluation.real_take import level_row, lift_row, truth_row
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
 from pcnet3d.pipeline.core.canonical import body_axes
 from pcnet3d.pipeline.core.layouts import COCO17
@@ -130,11 +130,6 @@ def test_exact_keypoints_keep_the_face_and_a_score_of_0_is_missing(world):
     np.testing.assert_allclose(
         exact.joints[:, COCO17.index("l_wrist")], camera.project(world[:, wrist]), rtol=1e-5
     )
-
-
-def test_means_are_over_rows():
-    rows = [{"up_deg": 1.0, "knee": {"rmse": 4.0}}, {"up_deg": 3.0, "knee": {"rmse": float("nan")}}]
-    assert mean_row(rows) == {"up_deg": 2.0, "knee": {"rmse": 4.0}}
 
 
 @pytest.mark.parametrize(

@@ -25,9 +25,7 @@ from pcnet3d.models.lab.evaluation.take_answers import (
 from pcnet3d.models.lab.evaluation.takes import group_of, judge, one_set, row
 from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.rectifier.geometric import Geometric
-from pcnet3d.pipeline import CAMERA, H36M17, rotate
-from pcnet3d.pipeline.core.canonical import R_world_from_body
-from pcnet3d.pipeline.core.frames import R_CAMERA_FROM_UPRIGHT
+from pcnet3d.pipeline import CAMERA, H36M17
 from pcnet3d.pipeline.core.rotations import angle_deg, transpose
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 
@@ -191,12 +189,6 @@ def test_an_answer_about_another_lift_has_that_lifts_accelerations(standing):
     assert scores["level"]["first"]["wrist"]["vertical"][0] > 1
     assert scores["level"]["again"]["wrist"]["vertical"] == pytest.approx((0, 1), abs=1e-5)
     assert scores["lift"]["again"] == scores["lift"]["first"]  # of the first lift, for all methods
-
-
-def test_a_straight_camera_in_front_of_a_person_needs_no_rotation(facing_camera):
-    upright = rotate(transpose(R_CAMERA_FROM_UPRIGHT), facing_camera)
-    assert upright[H36M17.index("head"), 2] > 0.7
-    np.testing.assert_allclose(R_world_from_body(upright[None])[0], np.eye(3), atol=0.05)
 
 
 def test_takes_are_grouped_by_posture_and_length(standing):

@@ -10,7 +10,6 @@ import pytest
 from golden.bodies import facing_camera
 from golden.virtual import exact
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.common.metrics import Figure
 from pcnet3d.models.lab.evaluation import evaluate as reports
 from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation import testbed as module
@@ -91,20 +90,6 @@ def test_no_take_is_lifted_by_who_saw_its_subject(subjects, trained_on, fine, mo
         assert list(lifted_takes(subjects, trained_on=True)) == []
 
 
-def test_typical_takes_show_the_same_person_to_other_cameras():
-    wild, typical = (see(clip(), 0, views=BEDS[bed]) for bed in ("wild", "typical"))
-    np.testing.assert_array_equal(wild.keypoints.joints, see(clip(), 0).keypoints.joints)  # the default
-    assert not np.allclose(wild.R_camera_from_world, typical.R_camera_from_world)
-    world = [take.truth @ take.R_camera_from_world for take in (wild, typical)]
-    np.testing.assert_allclose(*world, atol=1e-6)
-
-
-def test_only_the_clips_asked_for(monkeypatch):
-    monkeypatch.setattr(module, "read_clips", lambda subjects: (clip(), clip("accad-m1_x")))
-    (take,) = lifted_takes("val", only=lambda one: one.name.startswith("accad"))
-    assert take.seen.clip == "accad-m1_x"
-
-
 def test_a_laid_body_lies_and_moves_as_before():
     upright = clip()
     for seed in range(5):
@@ -138,12 +123,6 @@ def test_the_command_writes_plain_arrays(tmp_path, monkeypatch):
         assert str(file["device"]) == "cpu"
         np.testing.assert_allclose(file["truth"][:50], see(clip(), 0).truth, atol=1e-6)
         np.testing.assert_allclose(file["R_camera_from_body"][..., 2], file["up"], atol=1e-9)
-
-
-def test_a_figure_leaves_out_what_is_missing():
-    figure = Figure.of(np.array([1.0, np.nan, 3.0]))
-    assert (figure.p50, figure.mean) == (2.0, 2.0)
-    assert np.isnan(Figure.of(np.array([])).mean)
 
 
 @pytest.mark.data

@@ -9,8 +9,8 @@ from pcnet3d.pipeline import H36M17
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 from pcnet3d.models.lab.mmfi import command as module  # noqa: E402
-from pcnet3d.models.lab.training.rectifier.export import Deployed  # noqa: E402
 from pcnet3d.models.lab.training.rectifier.net import NetConfig, PCNet  # noqa: E402
+from pcnet3d.models.lab.training.rectifier.train import Deployed  # noqa: E402
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ class Telling(PCNet):
     """Answers the truth of the take, whose first frames come first: rotation and a corrected pose."""
 
     def __init__(self, take, corrected):
-        super().__init__(NetConfig(net="mlp", width=8, output=8, blocks=1))
+        super().__init__(NetConfig(width=8, output=8, heads=2))
         self.take, self.corrected, self.at = take, corrected, {}
 
     def forward(self, joints, valid):
@@ -76,7 +76,7 @@ def test_it_judges_what_the_deployed_network_answers(take, residual, symmetric, 
 
     monkeypatch.setattr(module, "_CHUNK", 7)
     torch.manual_seed(0)
-    config = NetConfig(net="mlp", width=16, output=8, blocks=1, residual=residual, align=True)
+    config = NetConfig(width=16, output=8, heads=2, residual=residual, align=True)
     net = PCNet(config).eval()
     torch.nn.init.normal_(net.rotation.weight, std=0.3)
     if residual != "off":

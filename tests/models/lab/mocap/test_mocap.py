@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.mocap.clips import OWN_SKELETON, data_folder, data_set, lying, person, read_clips
+from pcnet3d.models.lab.mocap.clips import data_folder, data_set, lying, person, read_clips
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.reading.mocap.clip import Clip, read_mocap
 from refusals import refused
@@ -142,13 +142,6 @@ def test_a_clip_says_whose_it_is():
     assert person(clip("x_01", "x")) == "x"  # somebody's own file of a person of that name
 
 
-def test_a_clip_says_what_data_set_it_is_from(folder):
-    sets = {data_set(one) for one in read_clips("train", folder)}
-    assert sets == {"cmu", "accad", "tennis"}
-    for one in read_clips("val", folder):
-        assert one.name in CLIPS[f"{data_set(one)}_mocap"]
-
-
 def test_a_subject_in_two_parts_is_refused(folder):
     split = {"train": ["01"], "val": ["07"], "test": ["01"]}
     (folder / "splits.json").write_text(json.dumps(SPLIT | {"cmu_mocap": split}))
@@ -201,23 +194,3 @@ def test_nobody_is_in_two_real_parts(real):
     halves = [{person(one) for one in real[part]} - {None} for part in ("train-a", "train-b")]
     assert not halves[0] & halves[1]
     assert halves[0] | halves[1] == parts[0] - {None}
-
-
-@pytest.mark.data("accad_mocap.npz", "tennis_mocap.npz")
-def test_the_real_halves_are_of_about_equal_minutes(real):
-    of_all = [minutes(real[part]) for part in ("train-a", "train-b")]
-    of_tennis = [
-        minutes([one for one in real[part] if data_set(one) == "tennis"]) for part in ("train-a", "train-b")
-    ]
-    assert of_all == pytest.approx([46.1, 46.3], abs=0.1)
-    assert of_tennis == pytest.approx([15.3, 13.8], abs=0.1)
-
-
-@pytest.mark.data("accad_mocap.npz", "tennis_mocap.npz")
-def test_tennis_players_bring_skeletons_of_their_own(real):
-    players = [one for part in ("train", "val", "tennis") for one in real[part] if data_set(one) == "tennis"]
-    assert {one.source for one in players} == {"arena"} < set(OWN_SKELETON)
-    knee, ankle = H36M17.indices(("l_knee", "l_ankle"))
-    shanks = {person(one): np.linalg.norm(one.joints[0, knee] - one.joints[0, ankle]) for one in players}
-    assert len(shanks) == 16
-    assert np.ptp(list(shanks.values())) > 0.03

@@ -43,13 +43,6 @@ def test_arrays_beside_the_recordings_are_not_left_out_silently(folder):
     assert "1 .npz file beside them not read; --format joints reads these alone" in read_folder(folder)[1]
 
 
-def test_quietly_the_last_line_is_all_that_is_said(folder, tmp_path):
-    (folder / "02" / "02_02.bvh").write_text("nothing")
-    done = pcnet3d("lab", "mocap", folder, "-o", tmp_path / "clips.npz", "-q")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == "2 subjects (clips): 01 (2), 02 (1)\n"
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -98,20 +91,11 @@ def test_two_clips_of_one_name_are_not_both_kept(folder):
     assert any("another clip named 01_01" in note for note in notes)
 
 
-def test_one_file_is_a_folder_too(folder):
-    assert [clip.name for clip in read_folder(folder / "01" / "01_02.bvh")[0]] == ["01_02"]
-
-
 def test_two_formats_in_one_folder_are_refused(folder):
     (folder / "01" / "01_03.amc").write_text("")
     with pytest.raises(InputError, match="asfamc and bvh"):
         read_folder(folder)
     assert len(read_folder(folder, "bvh")[0]) == 3
-
-
-def test_other_npz_files_beside_are_no_second_format(folder):
-    np.savez(folder / "clips.npz", anything=1)
-    assert len(read_folder(folder)[0]) == 3
 
 
 def moving(count, fps):
@@ -135,10 +119,6 @@ def test_other_ratios_interpolate(fps):
     np.testing.assert_allclose(out.joints, start + speed * t, atol=1e-5)
     assert out.fps == 30
     assert (len(out) - 1) / 30 <= 72 / fps + 1e-9 < len(out) / 30
-
-
-def test_one_frame_stays_one_frame():
-    assert len(resampled(moving(1, 50)[0], 30)) == 1
 
 
 def test_written_clips_are_read_back(tmp_path, clip_of):

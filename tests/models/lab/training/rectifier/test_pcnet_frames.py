@@ -13,7 +13,7 @@ from pcnet3d.pipeline.reading.mocap.clip import Clip
 from refusals import refused
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-module = pytest.importorskip("pcnet3d.models.lab.training.rectifier.frames")
+module = pytest.importorskip("pcnet3d.models.lab.training.rectifier.train")
 from pcnet3d.models.lab.synthetic.draw import Draw  # noqa: E402
 from pcnet3d.models.lab.synthetic.poses import PoseRange, posed  # noqa: E402
 
@@ -178,15 +178,6 @@ def test_lifted_frames_are_mirrored_and_rolled_with_their_truth(clips, standing,
     assert (one | other).all()
     rolled = np.abs(frames.R[:, None] - takes.R).max((2, 3)).min(1) > 0.01
     assert rolled.mean() > 0.9
-
-
-def test_a_batch_has_the_share_of_lifted_frames_that_was_asked_for(clips, standing, tmp_path):
-    takes = read_lifted([write_lifted(tmp_path / "takes.npz", standing)])
-    frames = module.TrainingFrames(clips, module.Mixture(lifted=0.25), takes).batch(Draw(0, 0), 200)
-    small = (
-        bone_lengths(frames.truth.numpy()).sum(-1) < 0.8 * bone_lengths(standing[None]).sum()
-    )  # lifted at 0.6 of the size
-    assert small.sum() == 50
 
 
 def test_what_cannot_be_made_is_refused(clips):

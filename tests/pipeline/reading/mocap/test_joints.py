@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.pipeline.reading.mocap import joints as mocap_joints
 from pcnet3d.pipeline.reading.mocap.common import How
 from refusals import refused
@@ -13,6 +13,13 @@ SMPL = [
     "r_toes", "neck", "l_collar", "r_collar", "head", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow",
     "l_wrist", "r_wrist",
 ]  # fmt: skip
+
+
+@pytest.fixture
+def standing(facing_camera):
+    """(17, 3) the upright person in a Z-up world, facing -x there."""
+    R_world_from_camera = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+    return rotate(R_world_from_camera, facing_camera) + np.array([0, 0, 0.9])
 
 
 @pytest.fixture
