@@ -29,7 +29,7 @@ def exported(tmp_path_factory):
         network = PCNet(
             NetConfig(width=16, output=24, heads=2, residual="off" if align else "free", align=align)
         )
-        torch.nn.init.normal_(network.rotation.weight, std=0.5)
+        torch.nn.init.normal_(network.rotation.weight, std=0.2)
         path = tmp_path_factory.mktemp("onnx") / f"{net}.onnx"
         deployed = Deployed(network, symmetric=align)
         export(deployed, path, trained_on="nobody")
