@@ -14,10 +14,10 @@ long run. Nothing is put right: what is certain may be masked.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -33,10 +33,18 @@ from .filters import breaks, stretches
 
 _LEG = ("hip", "knee", "ankle", "big_toe", "small_toe", "heel", "foot_index")
 _ARM = ("shoulder", "elbow", "wrist", "pinky", "index", "thumb")
+_INNER = ("hip", "knee", "shoulder", "elbow")
 _TRUNK = ("l_hip", "r_hip", "l_shoulder", "r_shoulder")
-# Log-likelihood that each end of a run must gain to be believed, also where the clip ends before it does. Depth is an
-# estimator's guess, and noisy.
-_PRICE, _DEPTH_PRICE = 3.0, 5.0
+# Joints of a limb that are exchanged by themselves: their names, which joint goes with them, and which shows that.
+_ALONE = (
+    ("knee", "leg", "ankle"),
+    ("ankle", "leg", "knee"),
+    ("elbow", "arm", "wrist"),
+    ("wrist", "arm", "elbow"),
+)
+# Log-likelihood that each end of a run must gain to be believed, also where the clip ends before it does. One pair of
+# joints is told wrongly more easily than a limb, and depth is an estimator's guess, and noisy.
+_PRICE, _ALONE_PRICE, _DEPTH_PRICE = 3.0, 3.4, 5.0
 _PER_SECOND = 0.5  # what wrong rows cost: of two halves of a take the shorter one is wrong
 _ANATOMY = 2.0  # a second, for each cue that says the opposite
 _CERTAIN = np.log(10)  # odds of ten to one
@@ -45,16 +53,14 @@ _CERTAIN = np.log(10)  # odds of ten to one
 _TURN_S = 0.35
 _FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
 _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
-# Two joints of one name leap to each other's places: within so many seconds, by so many trunk lengths a second, and so
-# many times faster than in nine of ten steps of the take. They are apart by so many trunk lengths, before as far as
-# after but for this share, and opposite by this cosine; what lies midway moves less than this share of the leap. Sound
-# validation takes, runners among them, reach 1.9 times, a boxer 2.6; real exchanges 2.2 to 35, most of them above 3.
-_LEAP_S, _LEAP_SPEED, _FASTER = 0.1, 15.0, 3.0
-_APART, _ALIKE, _OPPOSITE, _IN_PLACE = 0.4, 0.6, -0.8, 0.25
-_CROSSED = 0.1  # of the leap: from there on they cross
+_SAME_WAY = (
+    0.25  # trunk lengths, squared: of the pairs at both ends of a bone, which lie apart in the same direction
+)
 # Both limbs on one: their middle and outer joints are so near to each other in trunk lengths, for longer than limbs
-# need to pass, and come there or part in a leap.
-_NEAR, _PASSING_S, _ONE_SPEED, _IN_ONE_STEP = 0.25, 0.15, 12.0, 3.0
+# need to pass, and come there or part in one step: by so many trunk lengths, by so many a second, and by so many times
+# as much as in the steps before and after.
+_NEAR, _PASSING_S = 0.25, 0.15
+_APART, _SPEED, _IN_ONE_STEP = 0.4, 12.0, 3.0
 _LOOKED_AT = 1024  # rows whose states are compared at once
 _MOST_RANGES = 8  # named of one kind
 
@@ -82,12 +88,14 @@ class Swap:
 class Kind:
     """One way to be wrong: of pairs (M, 2) of joints. how: "exchanged", the two of a pair change places; "mirrored",
     the first one's depth is mirrored through the second one; "on one", both are where one is. Of the first two, which
-    are also the way back, vectors between joints change their sign. limb: "leg" or "arm", "" of the whole body."""
+    are also the way back, vectors between joints change their sign. limb: "leg" or "arm", "" of the whole body. price:
+    log-likelihood that each end of a run must gain."""
 
     name: str
     pairs: np.ndarray
-    how: str
+    how: Literal["exchanged", "mirrored", "on one"]
     limb: str = ""
+    price: float = _PRICE
 
     @property
     def exchanged(self) -> bool:
@@ -129,10 +137,24 @@ def kinds(layout: Layout, depth: bool) -> tuple[Kind, ...]:
     if depth:
         pelvis = layout.index("pelvis")
         body = [(joint, pelvis) for joint in range(len(layout)) if joint != pelvis]
-        found.append(Kind("body mirrored in depth", np.array(body), "mirrored"))
+        found.append(Kind("body mirrored in depth", np.array(body), "mirrored", "", _DEPTH_PRICE))
         for (side, limb), (root, *rest) in limbs.items():
             pairs = np.array([(joint, root) for joint in rest])
-            found.append(Kind(f"{side}_{limb} mirrored in depth", pairs, "mirrored", limb))
+            found.append(Kind(f"{side}_{limb} mirrored in depth", pairs, "mirrored", limb, _DEPTH_PRICE))
+    return tuple(found)
+
+
+def pairs_alone(layout: Layout) -> tuple[Kind, ...]:
+    """Knees, ankles, elbows or wrists that are exchanged alone; heels and toes go with the ankles, fingers with the
+    wrists."""
+    found = []
+    for way in kinds(layout, depth=False):
+        at = {layout.joints[left].removeprefix("l_"): (left, right) for left, right in way.pairs.tolist()}
+        for part, limb, _ in _ALONE:
+            if limb == way.limb and part in at:
+                ends = [name for name in at if part in ("ankle", "wrist") and name not in _INNER] or [part]
+                pairs = np.array([at[name] for name in dict.fromkeys((part, *ends))])
+                found.append(Kind(f"{part}s exchanged", pairs, "exchanged", limb, _ALONE_PRICE))
     return tuple(found)
 
 
@@ -144,7 +166,8 @@ def limbs_on_one(layout: Layout) -> tuple[Kind, ...]:
 
 
 def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
-    """Runs of rows in which limbs are exchanged, mirrored in depth, or both on one, clip by clip and by their rows.
+    """Runs of rows in which limbs, or one pair of their joints, are exchanged, mirrored in depth, or both on one, clip
+    by clip and by their rows.
 
     poses: 2D keypoints of any layout, or H36M17; a layout without hips or shoulders has no swaps. Depth is judged in
     CAMERA axes only. Clips between seams, missing frames and empty rows are judged one by one; NaN joints are ignored.
@@ -154,12 +177,14 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
     if any(joint not in poses.layout for joint in _TRUNK):
         return ()
     joints, times = without_made_nose(poses).joints.astype(np.float64), assumed_times(poses)
+    ways = _ways(poses)
     found: list[Swap] = []
     for first, last in _clips(poses):
         clip, seconds = joints[first:last], times[first:last]
-        of_clip = _runs(clip, seconds, kinds(poses.layout, has_depth(poses)), poses.layout)
-        for swap in (*_leapt(clip, seconds, poses), *_collapsed(clip, seconds, poses)):
-            if not any(_touch(swap, other) for other in of_clip):
+        size = float(np.nan_to_num(trunk_length(clip, poses.layout)))
+        of_clip = _limbs(clip, seconds, kinds(poses.layout, has_depth(poses)), poses.layout, size)
+        for swap in (*_alone(clip, seconds, poses, size), *_collapsed(clip, seconds, poses, size)):
+            if not any(_touch(swap, other, ways) for other in of_clip):
                 of_clip.append(swap)
         found += [
             replace(swap, first_row=swap.first_row + first, last_row=swap.last_row + first)
@@ -168,10 +193,11 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
     return tuple(found)
 
 
-def _touch(swap: Swap, other: Swap) -> bool:
-    """Whether two swaps of one kind share rows or are next to each other."""
+def _touch(swap: Swap, other: Swap, ways: Mapping[str, Kind]) -> bool:
+    """Whether two swaps of one limb share rows or are next to each other, but for joints that one has and the other
+    has not."""
     beside = swap.first_row - 1 <= other.last_row and other.first_row <= swap.last_row + 1
-    return swap.kind == other.kind and beside
+    return beside and bool(np.isin(ways[swap.kind].pairs, ways[other.kind].pairs).any())
 
 
 def assumed_times(poses: PoseSequence) -> np.ndarray:
@@ -186,23 +212,53 @@ def _clips(poses: PoseSequence) -> list[tuple[int, int]]:
     return [(a, b) for a, b in pairwise(edges) if b - a >= 3]
 
 
-def _runs(clip: np.ndarray, times: np.ndarray, ways: tuple[Kind, ...], layout: Layout) -> list[Swap]:
-    """Exchanges and depth mirrored in one clip (T, J, D)."""
-    floor = _FLOOR * float(np.nan_to_num(trunk_length(clip, layout)))
+def _limbs(
+    clip: np.ndarray, times: np.ndarray, ways: tuple[Kind, ...], layout: Layout, size: float
+) -> list[Swap]:
+    """Limbs exchanged and depth mirrored in one clip (T, J, D). size: of the trunk."""
     states = _states(len(ways))
-    continuity = np.stack([_continuity(way.vectors(clip), times, floor) for way in ways], axis=1)
     parts = (clip[rows] for rows in blocks(len(clip), _LOOKED_AT))
-    anatomy = np.concatenate(
-        [_anatomy(np.stack([_turned(part, state, ways) for state in states]), layout).T for part in parts]
-    )
+    anatomy = [
+        _anatomy(np.stack([_turned(part, state, ways) for state in states]), layout).T for part in parts
+    ]
+    return _runs(clip, times, ways, states, np.concatenate(anatomy), size)
+
+
+def _alone(clip: np.ndarray, times: np.ndarray, poses: PoseSequence, size: float) -> list[Swap]:
+    """Pairs of joints that are exchanged alone. The two knees lie apart in much the same direction as the two ankles,
+    elbows as wrists."""
+    beside = {f"{part}s exchanged": [f"{side}_{other}" for side in "lr"] for part, _, other in _ALONE}
+    image = clip[
+        ..., : 2 if has_depth(poses) else None
+    ]  # of a lift of wrong keypoints depth may be as it was
+    found: list[Swap] = []
+    for way in pairs_alone(poses.layout) if size else ():
+        other = poses.layout.indices(beside[way.name])
+        apart = way.vectors(image)[:, 0] * (image[:, other[0]] - image[:, other[1]])
+        cue = np.clip(np.nan_to_num(apart.sum(axis=-1)) / (_SAME_WAY * size**2), -1, 1)
+        found += _runs(image, times, (way,), np.array([[0], [1]]), np.stack([cue, -cue], axis=1), size)
+    return found
+
+
+def _runs(
+    clip: np.ndarray,
+    times: np.ndarray,
+    ways: tuple[Kind, ...],
+    states: np.ndarray,
+    anatomy: np.ndarray,
+    size: float,
+) -> list[Swap]:
+    """Of the likeliest states (S, K) of each row, the runs of each of K ways. anatomy: (T, S), how much the row looks
+    like a body in each state."""
+    continuity = np.stack([_continuity(way.vectors(clip), times, _FLOOR * size) for way in ways], axis=1)
     seconds = np.gradient(times)[:, None]
     cost = seconds * _ANATOMY * (anatomy[:, :1] - anatomy)
-    path = likeliest(continuity, cost + seconds * _PER_SECOND * states.any(axis=1), states, _prices(states))
+    wrong = seconds * _PER_SECOND * states.any(axis=1)
+    path = likeliest(continuity, cost + wrong, states, _prices(states, ways))
     odds = -np.take_along_axis(cost, path[:, None], axis=1)  # logarithms, by anatomy
-    wrong = states[path]
     runs = []
     for k, way in enumerate(ways):
-        on = np.concatenate([[0], wrong[:, k], [0, 0, 0]])
+        on = np.concatenate([[0], states[path, k], [0, 0, 0]])
         spans = np.flatnonzero(np.diff(on)).reshape(-1, 2)
         beside = np.diff(np.concatenate([[0], spans.ravel(), [len(clip)]]))[::2]  # rows that are right
         for i, (first, end) in enumerate(spans):
@@ -210,69 +266,22 @@ def _runs(clip: np.ndarray, times: np.ndarray, ways: tuple[Kind, ...], layout: L
             before, mid, now = on[rows - 1], on[rows], on[rows + 1]
             evidence = -float(continuity[rows, k, before ^ mid, mid ^ now].sum())
             # One end alone is what a cut between two shots looks like; for limbs that are exchanged, anatomy helps.
-            ended = first > 0 and end < len(clip)
-            if evidence < (_PRICE if way.exchanged else _DEPTH_PRICE) or not (ended or way.exchanged):
+            if evidence < way.price or not (way.exchanged or 0 < first < end < len(clip)):
                 continue
             # That it is short says nothing of a run as long as a turn, or longer than what is beside it.
             fewest = min((count for count in beside[i : i + 2] if count), default=0)
             open_side = way.exchanged and (seconds[first:end].sum() > _TURN_S or end - first > fewest)
-            sure = (
-                odds[first:end].sum() if open_side else evidence - (_PRICE if way.exchanged else _DEPTH_PRICE)
-            )
+            sure = odds[first:end].sum() if open_side else evidence - way.price
             runs.append(Swap(way.name, int(first), int(end - 1), evidence, bool(sure >= _CERTAIN)))
     return runs
 
 
-def _leapt(clip: np.ndarray, times: np.ndarray, poses: PoseSequence) -> list[Swap]:
-    """Where two joints of one name leap, each to where the other one was: the rows from there to where they cross,
-    before or after it, whichever is sooner. Which of these are wrong nothing says."""
-    found: list[Swap] = []
-    size = float(np.nan_to_num(trunk_length(clip, poses.layout)))
-    step_s = float(np.median(np.diff(times)))
-    for way in kinds(poses.layout, depth=False) if size else ():
-        ends = _in_image(clip, way.pairs[1:], poses) / size
-        apart, middle = ends[:, :, 0] - ends[:, :, 1], ends.mean(axis=2)
-        steps = np.linalg.norm(np.diff(apart, axis=0), axis=-1).T / step_s
-        fast = [np.percentile(of[np.isfinite(of)], 90) if np.isfinite(of).any() else np.inf for of in steps]
-        least = np.maximum(_LEAP_SPEED, _FASTER * np.array(fast))
-        wrong = np.zeros(len(clip), dtype=bool)
-        for rows in range(1, min(max(round(_LEAP_S / step_s), 1), len(clip) - 1) + 1):
-            old, new = apart[:-rows], apart[rows:]
-            lengths = np.linalg.norm([old, new], axis=-1)
-            leap = np.linalg.norm(new - old, axis=-1)
-            over = leap > least * (times[rows:] - times[:-rows])[:, None]
-            over &= np.linalg.norm(middle[rows:] - middle[:-rows], axis=-1) < _IN_PLACE * leap
-            over &= lengths.min(axis=0) > np.maximum(_APART, _ALIKE * lengths.max(axis=0))
-            over &= (old * new).sum(axis=-1) < _OPPOSITE * lengths.prod(axis=0)
-            for row, joint in np.argwhere(over):
-                axis, end = new[row, joint] - old[row, joint], row + rows
-                along = apart[:, joint] @ axis / (axis @ axis)
-                before, after = _until_crossed(-along[row::-1]), _until_crossed(along[end:])
-                wrong[slice(row + 1 - before, end) if before < after else slice(row + 1, end + after)] = True
-        spans = stretches(wrong).tolist()
-        found += [Swap(way.name, first, end - 1, 0.0, certain=False) for first, end in spans]
-    return found
-
-
-def _until_crossed(along: np.ndarray) -> int:
-    """How many of the first rows (T,) have the limbs apart, by the median of three."""
-    around = np.pad(along, 1, mode="edge")
-    apart = np.median([around[:-2], along, around[2:]], axis=0) > _CROSSED
-    return int(np.argmin(np.append(apart, False)))
-
-
-def _in_image(clip: np.ndarray, pairs: np.ndarray, poses: PoseSequence) -> np.ndarray:
-    """(T, M, 2, D) pairs of joints. A lift of wrong keypoints is wrong in the image; depth may be as it was."""
-    return clip[:, pairs, : 2 if has_depth(poses) else None]
-
-
-def _collapsed(clip: np.ndarray, times: np.ndarray, poses: PoseSequence) -> list[Swap]:
+def _collapsed(clip: np.ndarray, times: np.ndarray, poses: PoseSequence, size: float) -> list[Swap]:
     """Where both legs, or arms, lie on one, in which case the other was not found. Limbs that are side by side, as of
     who stands or squats seen from the side, come there and part without a leap."""
     found: list[Swap] = []
-    size = float(np.nan_to_num(trunk_length(clip, poses.layout)))
-    for way in limbs_on_one(poses.layout) if size and len(clip) > 1 else ():
-        ends = _in_image(clip, way.pairs[:2], poses) / size
+    for way in limbs_on_one(poses.layout) if size else ():
+        ends = clip[:, way.pairs[:2], : 2 if has_depth(poses) else None] / size
         apart = np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=-1)
         together = (apart < _NEAR).all(axis=1)
         for first, end in stretches(together).tolist():
@@ -292,7 +301,7 @@ def _parts(apart: np.ndarray, times: np.ndarray) -> bool:
         return False
     steps = np.abs(np.diff(apart[:5], axis=0))
     leap = np.median(apart[2:5], axis=0) - apart[1]
-    far = leap > max(_APART, _ONE_SPEED * (times[2] - times[1]))
+    far = leap > max(_APART, _SPEED * (times[2] - times[1]))
     return bool((far & (steps[1] > _IN_ONE_STEP * np.maximum(steps[0], steps[2]))).any())
 
 
@@ -353,13 +362,13 @@ def _anatomy(joints: np.ndarray, layout: Layout) -> np.ndarray:
     return np.nansum(handedness_cues(joints, layout), axis=-1)
 
 
-def _prices(states: np.ndarray) -> np.ndarray:
+def _prices(states: np.ndarray, ways: tuple[Kind, ...]) -> np.ndarray:
     """(S, S) what it costs to go from one state to another. states: (S, K)."""
-    changed = states[:, None] ^ states
-    changes = np.asarray(changed.any(axis=-1))
-    wrong, deep = (np.asarray(part.any(axis=1)) for part in (states, states[:, 2:]))
-    price = np.where(deep | deep[:, None], _DEPTH_PRICE, _PRICE) * changes
+    changes = (states[:, None] ^ states).any(axis=-1)
+    each = (np.array([way.price for way in ways]) * states).max(axis=1)
+    price = np.maximum(each, each[:, None]) * changes
     # Overturned depth shares its evidence with every other way, and it must not count for both.
+    wrong, deep = states.any(axis=1), states[:, [not way.exchanged for way in ways]].any(axis=1)
     price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
     return price
 
@@ -409,7 +418,8 @@ def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
 
 def _ways(poses: PoseSequence) -> dict[str, Kind]:
     """The ways to be wrong by their names."""
-    return {way.name: way for way in (*kinds(poses.layout, has_depth(poses)), *limbs_on_one(poses.layout))}
+    ways = (*kinds(poses.layout, has_depth(poses)), *pairs_alone(poses.layout), *limbs_on_one(poses.layout))
+    return {way.name: way for way in ways}
 
 
 def as_frames(poses: PoseSequence, swaps: Iterable[Swap]) -> list[dict[str, Any]]:

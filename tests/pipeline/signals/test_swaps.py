@@ -1,6 +1,7 @@
 """Exchanged and collapsed limbs, and overturned depth: put into the walker, found to the row, and nothing elsewhere."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -289,10 +290,10 @@ def test_an_exchange_that_a_lift_has_smoothed_is_told_as_doubtful(poses):
     """Of a cyclist whose arms are exchanged for 1.5 s: "No exchanged limbs were found", "chest turned 46 to 65"."""
     sound = reaching(poses)
     assert find_swaps(sound) == ()
-    (found,) = find_swaps(slid(sound, "arms exchanged", 100, 144))
-    assert found.kind == "arms exchanged"
-    assert abs(found.first_row - 100) + abs(found.last_row - 144) <= 4
-    assert not found.certain
+    found = find_swaps(slid(sound, "arms exchanged", 100, 144))
+    assert {swap.kind for swap in found} == {"elbows exchanged", "wrists exchanged"}
+    assert all(abs(swap.first_row - 100) + abs(swap.last_row - 144) <= 4 for swap in found)
+    assert not any(swap.certain for swap in found)
 
 
 def test_knees_that_leap_beside_ankles_that_flicker_are_told(pixels):
@@ -302,15 +303,27 @@ def test_knees_that_leap_beside_ankles_that_flicker_are_told(pixels):
     rng, joints = np.random.default_rng(0), pixels.joints.copy()
     for row in range(len(joints)):
         joints[row, ankles] = joints[row, ankles][rng.integers(2, size=2)]
-    assert find_swaps(pixels.with_(joints=joints)) == ()
     apart = np.abs(joints[:, knees[0], 0] - joints[:, knees[1], 0])
     first = WALK + int(np.argmin(apart[WALK : WALK + 15]))
     last = first + int(np.argmax(apart[first : first + 12]))
     joints[first : last + 1, knees] = joints[first : last + 1, knees[::-1]]
-    (found,) = find_swaps(pixels.with_(joints=joints))
-    assert found.kind == "legs exchanged"
-    assert not found.certain
-    assert found.first_row - 1 <= last <= found.last_row
+    assert ("knees exchanged", first, last) in rows(find_swaps(pixels.with_(joints=joints)))
+
+
+@pytest.mark.parametrize("length", [3, 10, 30])
+@pytest.mark.parametrize("part", ["knee", "ankle", "elbow", "wrist"])
+def test_a_pair_of_joints_that_is_exchanged_alone_is_found_to_the_row(pixels, poses, part, length):
+    """A slip of a tracker: right and left ankle exchanged, the knees as they were; knee 41 to 88 for 10 to 70."""
+    for take in (pixels, poses):
+        first = widest(take, part) - 1
+        joints, pair = take.joints.copy(), H36M17.indices((f"l_{part}", f"r_{part}"))
+        joints[first : first + length, pair] = joints[first : first + length, pair[::-1]]
+        found = find_swaps(take.with_(joints=joints))
+        (swap,) = (swap for swap in found if swap.kind == f"{part}s exchanged")
+        assert abs(swap.first_row - first) + abs(swap.last_row - first - length + 1) <= 3
+        missing = np.isnan(mask_swaps(take.with_(joints=joints), (replace(swap, certain=True),)).joints)
+        assert missing[swap.first_row, pair].all()
+        assert missing.any(axis=-1).sum() == 2 * len(swap)
 
 
 def test_limbs_that_swing_fast_are_not_told(pixels, poses):
