@@ -40,15 +40,11 @@ SEGMENTS: dict[str, tuple[str, str, float]] = {
 }
 
 _UNITS = {"m/s^2": 1.0, "g": GRAVITY_MPS2, "mg": GRAVITY_MPS2 / 1000}
-# What columns that were read as w x y z may hold instead: where the true w, x, y and z are among them.
-_ORDERS = {"x y z w": [3, 0, 1, 2], "w z y x": [0, 3, 2, 1], "z y x w": [3, 2, 1, 0]}
-_OTHER_SIGNAL = (
-    "export the accelerometer's own signal (not linear or free acceleration) and check the quaternions' order"
-)
 # Norm of the mean specific force over g, in the right unit; the mean of motion itself is about 0.
 _NEAR = (0.8, 1.25)
-_LEAN_DEG = 10.0  # a mean specific force that leans further from up was rotated wrongly
-_BETTER_DEG = 5.0  # inverse orientations under which it leans less by this are the right ones
+_UP = np.array([0.0, 0.0, 1.0])
+# A mean specific force that leans further from up was rotated wrongly, or than with the inverse by this.
+_LEAN_DEG, _BETTER_DEG = 10.0, 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,24 +101,13 @@ def imu_from_samples(time_s: np.ndarray, force: np.ndarray, R_world_from_sensor:
     """An Imu from specific force (T, 3) in a unit that the norm of its mean in the world, which is one g, tells, or
     the median of its norms where orientations are unknown.
 
-    InputError when the norm fits no unit, when gravity was removed already, and when the orientations do not turn the
-    mean specific force upwards, as the right ones do over any take: then they are the inverse, in another order, or
-    of a world whose z is not up.
+    InputError when the norm fits no unit, as without gravity, and when the orientations do not turn the mean specific
+    force upwards, as the right ones do over any take.
     """
     if R_world_from_sensor is None:
-        norm = (
-            float(np.median(np.linalg.norm(force[is_finite(force)], axis=-1)))
-            if is_finite(force).any()
-            else np.nan
-        )
-        unit, _ = _gravity_in(np.array([0.0, 0.0, norm]))
-        if not unit:
-            raise InputError(
-                "wrong-axes",
-                f"Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, got {norm:.3g} in the "
-                "middle; export the accelerometer's own signal (not linear or free acceleration).",
-            )
-        return _in_mps2(time_s, force, None, unit, norm)
+        norms = np.linalg.norm(force[is_finite(force)], axis=-1)
+        norm = float(np.median(norms)) if len(norms) else np.nan
+        return _in_mps2(time_s, force, None, _unit_of(norm), norm)
     rows = is_finite(force) & is_finite(R_world_from_sensor.reshape(-1, 9))
     if not rows.any():
         raise InputError(
@@ -130,36 +115,30 @@ def imu_from_samples(time_s: np.ndarray, force: np.ndarray, R_world_from_sensor:
             "Expected accelerations and orientations of an IMU, got no sample that has both.",
         )
     mean = _in_world(R_world_from_sensor, force)[rows].mean(axis=0)
+    norm = float(np.linalg.norm(mean))
     inverse = _in_world(transpose(R_world_from_sensor), force)[rows].mean(axis=0)
-    unit, lean = _gravity_in(mean)
-    if min(lean, _gravity_in(inverse)[1]) == np.inf:
+    unit, (lean, other) = _unit_of(norm), (float(angle_deg(each, _UP)) for each in (mean, inverse))
+    if lean > min(_LEAN_DEG, other + _BETTER_DEG):
         raise InputError(
             "wrong-axes",
-            "Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, and the orientations that "
-            f"belong to them; the mean norm is {np.linalg.norm(force[rows], axis=-1).mean():.3g}, and the norm of the "
-            f"mean in the world {np.linalg.norm(mean):.3g}: "
-            + (_order_that_fits(R_world_from_sensor, force) or _OTHER_SIGNAL)
-            + ".",
+            "Expected orientations that map the sensor's axes into a world whose z points up; with these, the mean "
+            f"acceleration, which is gravity's, leans {lean:.0f} degrees from up: check the order of the quaternions' "
+            "numbers (w x y z), which way they map (-O maps=sensor_from_world), and which axis is the vertical.",
         )
-    inverted = _gravity_in(inverse)[1] < lean - _BETTER_DEG
-    if inverted or lean > _LEAN_DEG:
-        vertical = int(np.abs(mean[:2]).argmax())
-        if _gravity_in(inverse)[1] <= _LEAN_DEG:
-            hint = "their inverse fits better, so they seem to map the world into the sensor"
-        elif order := _order_that_fits(R_world_from_sensor, force):
-            hint = order
-        elif inverted:
-            hint = "their inverse fits better, but not well: check the quaternions' order, and which way they map"
-        elif abs(mean[vertical]) > 2 * abs(mean[2]):
-            hint = f"in their world {'xy'[vertical]} seems to be the vertical"
-        else:
-            hint = "check the quaternions' order"
-        raise InputError(
-            "wrong-axes",
-            "Expected orientations that map the sensor's axes into a world whose z points up; but with these, the mean "
-            f"acceleration, which is gravity's, does not: {hint}.",
-        )
-    return _in_mps2(time_s, force, R_world_from_sensor, unit, float(np.linalg.norm(mean)))
+    return _in_mps2(time_s, force, R_world_from_sensor, unit, norm)
+
+
+def _unit_of(norm: float) -> str:
+    """The unit in which this is about one g; InputError where it is that in none."""
+    for name, size in _UNITS.items():
+        if _NEAR[0] < norm * size / GRAVITY_MPS2 < _NEAR[1]:
+            return name
+    raise InputError(
+        "wrong-axes",
+        "Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, and orientations that belong to "
+        f"them, got {norm:.3g} in the mean; export the accelerometer's own signal (not linear or free acceleration), "
+        "and check the order of the quaternions' numbers (w x y z).",
+    )
 
 
 def _in_mps2(
@@ -177,31 +156,6 @@ def point_on(segment: str, joints: np.ndarray) -> np.ndarray:
     """(T, 3) where the segment's sensor is on joints (T, 17, 3)."""
     start, end, share = SEGMENTS[segment]
     return (1 - share) * joints[:, H36M17.index(start)] + share * joints[:, H36M17.index(end)]
-
-
-def _order_that_fits(R_world_from_sensor: np.ndarray, force: np.ndarray) -> str:
-    """Which order of the quaternions' numbers would turn the mean force (T, 3) up, in words; "" for none."""
-    from scipy.spatial.transform import Rotation
-
-    rows = is_finite(force) & is_finite(R_world_from_sensor.reshape(-1, 9))
-    wxyz = np.roll(Rotation.from_matrix(R_world_from_sensor[rows]).as_quat(), 1, axis=-1)
-    leans = {}
-    for words, order in _ORDERS.items():
-        R = Rotation.from_quat(np.roll(wxyz[:, order], -1, axis=-1)).as_matrix()
-        for inverse, R_tried in (("", R), (", mapping the world into the sensor", transpose(R))):
-            leans[words + inverse] = _gravity_in(_in_world(R_tried, force[rows]).mean(axis=0))[1]
-    best = min(leans, key=leans.__getitem__)
-    if leans[best] > _LEAN_DEG:
-        return ""
-    return f"the quaternions' numbers seem to be {best}, not w x y z; put them into that order"
-
-
-def _gravity_in(mean: np.ndarray) -> tuple[str, float]:
-    """The unit in which a mean specific force is one g, and how many degrees it leans from up; infinite in no unit."""
-    for name, size in _UNITS.items():
-        if _NEAR[0] < np.linalg.norm(mean) * size / GRAVITY_MPS2 < _NEAR[1]:
-            return name, float(angle_deg(mean, np.array([0.0, 0.0, 1.0])))
-    return "", np.inf
 
 
 def _in_world(R_world_from_sensor: np.ndarray, vectors: np.ndarray) -> np.ndarray:

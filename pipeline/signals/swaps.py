@@ -364,11 +364,12 @@ def _anatomy(joints: np.ndarray, layout: Layout) -> np.ndarray:
 
 def _prices(states: np.ndarray, ways: tuple[Kind, ...]) -> np.ndarray:
     """(S, S) what it costs to go from one state to another. states: (S, K)."""
-    changes = (states[:, None] ^ states).any(axis=-1)
+    changes = np.asarray((states[:, None] ^ states).any(axis=-1))
     each = (np.array([way.price for way in ways]) * states).max(axis=1)
     price = np.maximum(each, each[:, None]) * changes
     # Overturned depth shares its evidence with every other way, and it must not count for both.
-    wrong, deep = states.any(axis=1), states[:, [not way.exchanged for way in ways]].any(axis=1)
+    mirrored = states[:, [not way.exchanged for way in ways]]
+    wrong, deep = (np.asarray(part.any(axis=1)) for part in (states, mirrored))
     price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
     return price
 

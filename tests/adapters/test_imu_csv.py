@@ -35,15 +35,16 @@ def test_what_is_no_specific_force_with_its_orientation_is_refused(walk):
     R, force, time_s = imu.R_world_from_sensor, imu.force_mps2, imu.time_s
     free = force - R[:, 2] * GRAVITY_MPS2
     y_up = R_Y_UP_FROM_Z_UP @ R
-    for bad_R, bad_force, words in (
-        (R, free, "include gravity"),
-        (np.swapaxes(R, 1, 2), force, "inverse fits better"),
-        (y_up, force, "y seems to be the vertical"),
-        (R, np.full_like(force, np.nan), "no sample"),
-        (R, force * 3, "mean norm"),
+    for bad_R, bad_force, code in (
+        (R, free, "wrong-axes"),
+        (np.swapaxes(R, 1, 2), force, "wrong-axes"),
+        (y_up, force, "wrong-axes"),
+        (R, np.full_like(force, np.nan), "nothing-usable"),
+        (R, force * 3, "wrong-axes"),
     ):
-        with pytest.raises(InputError, match=words):
+        with pytest.raises(InputError) as refused:
             imu_from_samples(time_s, bad_force, bad_R)
+        assert refused.value.code == code
 
 
 def test_csv_comes_back_and_has_words_for_what_is_wrong(walk, tmp_path):
@@ -62,7 +63,7 @@ def test_csv_comes_back_and_has_words_for_what_is_wrong(walk, tmp_path):
         (text, {}, ["r_forarm"], "did you mean r_forearm"),
         (text, {}, ["pelvis"], "pelvis IMU alone"),
         (text, {"rate_hz": 50}, ["r_forearm"], "contradict"),
-        (text, {"maps": "sensor_from_world"}, ["r_forearm"], "inverse fits better"),
+        (text, {"maps": "sensor_from_world"}, ["r_forearm"], "which way they map"),
         (text.replace("time_s", "clock"), {}, ["r_forearm"], "no column time_s"),
         (text.replace("qw", "q0"), {}, ["r_forearm"], "qw"),
         (text, {}, ["r_forearm", "r_forearm"], "one --segment for each --imu"),
@@ -91,13 +92,13 @@ def test_a_csv_without_a_clock_takes_the_rate_and_an_empty_cell_is_missing(walk,
 
 
 @pytest.mark.parametrize("order", ["xyzw", "wzyx", "zyxw"])
-def test_another_order_of_the_quaternions_is_named(walk, order):
+def test_another_order_of_the_quaternions_is_refused(walk, order):
     """As when columns x y z w are read as w x y z, which is what most tools of robotics write."""
     sensor = strapped(walk, "r_forearm", STILL)
     wxyz = np.roll(Rotation.from_matrix(sensor.R_world_from_sensor).as_quat(), 1, axis=-1)
     misread = wxyz[:, ["wxyz".index(letter) for letter in order]]
     R = Rotation.from_quat(np.roll(misread, -1, axis=-1)).as_matrix()
-    with pytest.raises(InputError, match=f"numbers seem to be {' '.join(order)}, not w x y z"):
+    with pytest.raises(InputError, match="order of the quaternions"):
         imu_from_samples(sensor.time_s, sensor.force_mps2, R)
 
 
