@@ -51,6 +51,7 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "batch --primary": "test a primary outcome on study.parquet, by the recipe of docs/visits.md",
         "compare --device": "leave it out; compare uses no network",
         "compare --rectifier": "run with --set rectify.rectifier=NAME, and compare that run",
+        "live --realtime": "leave it out; live prints the latency of a file, too",
         "live --stream": "--json prints poses on standard output, for a program that sends them on",
         "run --person all": "--everyone processes everybody, also of a video alone",
     },

@@ -1,4 +1,4 @@
-"""`pcnet3d live`: a camera, a stream or a pipe, estimated, lifted, rectified and recorded while it runs."""
+"""`pcnet3d live`: a camera, estimated, lifted, rectified and recorded while it runs."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say, show
 from ....pipeline.core.system import quoted
 from ....pipeline.core.take import Told
-from ....pipeline.files.atomic import add_to_summary, require_space, whole_folder
+from ....pipeline.files.atomic import add_to_list, add_to_summary, require_space, whole_folder
 from ....pipeline.files.names import KEYPOINTS
 from ....pipeline.files.viewer import following
 from ....pipeline.plugins.options import call
 from ....pipeline.reading.flags import Force, Output, offering
 from ....pipeline.reading.settings import RunOptions
-from ....pipeline.running.conclusion import conclude, point_to
+from ....pipeline.running.conclusion import conclude
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
 from ....pipeline.running.progress import counted, stages
 from ....pipeline.running.recipe import Recipe
-from ....pipeline.running.run import check_plan, inputs_of, run_into
+from ....pipeline.running.run import check_plan, inputs_of, run_files
 from ...detect import Detect
 from ...rectify import Rectify
-from .frames import LivePose, Networks, Watch
+from .frames import LivePose, Networks, Watch, percentiles
 from .lines import Send, json_lines
 from .recording import live_recording
 from .source import Incoming, Source, open_source
 
-LIVE = "live.rrd"
+LIVE, TAKE = "live.rrd", "take"
 _VIDEO = "video.ts"
 # What is left on the disk when live ends there: the encoder's last images, the ends of the files and the summary; and
 # of each frame its keypoints.
@@ -51,29 +51,24 @@ _KNOWN = ("detector", "person_detector", "person_kind", "looks")  # of the optio
 )  # fmt: skip
 def live(
     options: RunOptions,
-    source: Annotated[
-        str, typer.Argument(help="Number or device of a camera, a URL, - for a pipe, or a video file.")
-    ],
+    source: Annotated[str, typer.Argument(help="Number or device of a camera, or a video file.")],
     output: Output,
     view: Annotated[bool, typer.Option("--view", help="Open the viewer while it runs.")] = False,
     web: Annotated[bool, typer.Option("--web", help="Open the viewer in a browser on this machine.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print every pose as a line of JSON on standard output.")
     ] = False,
-    realtime: Annotated[
-        bool, typer.Option("--realtime", help="Play a video file at its own speed, like a camera.")
-    ] = False,
     force: Force = False,
 ) -> None:
-    """Process a live camera or stream until Ctrl-C, then run the whole pipeline on the recording.
+    """Process a live camera until Ctrl-C, then run the whole pipeline on the recording, into its folder `take`.
 
-    Each pose uses its own frame and earlier ones, so there is no delay. Images that come too fast are dropped and
-    counted; images of a file wait, unless you give --realtime. The command ends before the disk is full, and keeps what
-    it has recorded.
+    Each pose uses its own frame and earlier ones, so there is no delay. Images of a camera that come too fast are
+    dropped and counted; images of a file wait. The command ends before the disk is full, and keeps what it has
+    recorded.
     """
     sending = json_lines() if as_json else nullcontext(lambda pose: None)
     with sending as send, redirect_stdout(sys.stderr) if as_json else nullcontext():
-        _live(options, open_source(source, realtime), source, output, view or web, web, force, send)
+        _live(options, open_source(source), source, output, view or web, web, force, send)
 
 
 def _live(
@@ -90,45 +85,30 @@ def _live(
     asked = planned(options.with_(video=Path(source)))  # of a run with the source for its video
     detect = _detect(asked)
     inputs = inputs_of(options.with_(video=None if shown.video is None else shown.video.path), asked)
+    video = shown.video.path if shown.video else output / _VIDEO if frames else None
+    # The run at the end, but for the person and the image's size, which are not known before.
+    others = {name: value for name, value in options.settings.items() if not name.startswith("detect.")}
+    recorded = options.with_(keypoints=output / KEYPOINTS, video=video, detector=None, settings=others)
+    recipe = _of_recorded(recorded)
     with computing_on(options.device) as where, whole_folder(output, force, inputs) as folder:
-        video = shown.video.path if shown.video else folder / _VIDEO if frames else None
-        # The run at the end, but for the person and the image's size, which are not known before.
-        others = {name: value for name, value in options.settings.items() if not name.startswith("detect.")}
-        recorded = options.with_(keypoints=folder / KEYPOINTS, video=video, detector=None, settings=others)
-        _check_end(recorded)
         networks = _networks(asked, detect, options.told)
-        watching = following(folder / LIVE, web) if view else nullcontext()
-        with watching:
+        with following(folder / LIVE, web) if view else nullcontext():
             seen = _watch(shown, networks, folder, frames, send)
-        say("live", seen.words)
-        take = fault = None
-        try:
-            if seen.person is None:
-                raise InputError(
-                    "nothing-usable",
-                    f"Nobody was found in {how_many(int(seen.summary['frames']), 'frame')} of {shown.name} by "
-                    f"{networks.detector.method}.",
-                )
-            size = seen.size if video is None else None  # a video has its own; that of ours is even
-            recorded = recorded.with_(person=seen.person, image_size=size)
-            recipe = _end(recorded)
-            with stages(["read", *(entry.use for entry in recipe.stages)]) as done:
-                (run,) = run_into(folder, recorded, recipe, done)
-            take = run.take
-        except (Exception, KeyboardInterrupt) as error:  # none may cost a recording that cannot be made again
-            if seen.person is None and (video is None or shown.video or not any(seen.size)):  # none is kept
-                raise
-            fault = error
-            say("warning", "recorded, but not processed as a take, for the reason below")
         add_to_summary(folder, device=where.summary(), live=seen.summary)
-    if fault is not None:
-        point_to(output)
-        if seen.full is not None:
-            say("warning", str(seen.full))
-        raise fault
-    assert take is not None
-    conclude({"": take}, output)
+    say("live", seen.words)
     show(f"what was known at the time: pcnet3d view {quoted(output / LIVE)}")
+    if seen.person is None:
+        raise InputError(
+            "nothing-usable",
+            f"Nobody was found in {how_many(int(seen.summary['frames']), 'frame')} of {shown.name} by "
+            f"{networks.detector.method}; the recording is kept in {output}.",
+        )
+    size = seen.size if video is None else None  # a video has its own; that of ours is even
+    recorded = recorded.with_(person=seen.person, image_size=size, recipe=None)
+    with stages(["read", *(entry.use for entry in recipe.stages)]) as done:
+        take = run_files(recorded, output / TAKE, recipe, done=done)
+    add_to_list(output, TAKE)
+    conclude({"": take}, output / TAKE)
     if seen.full is not None:
         raise seen.full
 
@@ -149,21 +129,19 @@ def _detect(recipe: Recipe) -> Detect:
     return detect
 
 
-def _end(recorded: RunOptions) -> Recipe:
-    """The recipe of the run at the end, in which nobody is looked for again."""
-    recipe = planned(recorded)
-    return recipe.without("detect") if recipe.has("detect") else recipe
-
-
-def _check_end(recorded: RunOptions) -> None:
-    """InputError when the run at the end cannot work, before the camera runs."""
+def _of_recorded(recorded: RunOptions) -> Recipe:
+    """The recipe of the run at the end, in which nobody is looked for again. InputError when that cannot work, before
+    the camera runs."""
     given = ["keypoints"] if recorded.video is None else ["keypoints", "video"]
     try:
-        check_plan(_end(recorded), recorded.told, *given)
+        recipe = planned(recorded)
+        recipe = recipe.without("detect") if recipe.has("detect") else recipe
+        check_plan(recipe, recorded.told, *given)
     except InputError as error:
         raise InputError(
             error.code, f"live ends with a run of its {' and its '.join(given)}: {error}"
         ) from None
+    return recipe
 
 
 def _networks(recipe: Recipe, detect: Detect, told: Told) -> Networks:
@@ -219,11 +197,14 @@ def _watch(shown: Source, networks: Networks, folder: Path, frames: bool, send: 
     if incoming.broke is not None:
         say("warning", f"{incoming.broke} What came before is kept.")
     search, shown_as = watch.search, watch.person.shown
-    words = how_many(len(watch.latency.ms), "frame")
+    said = how_many(len(watch.latency_ms), "frame")
     if not shown.waits:
-        words += f", {incoming.dropped} dropped to keep up"
-    summary = {"frames": len(watch.latency.ms), "dropped": incoming.dropped, **watch.latency.summary()}
-    said = words + (_latency(*watch.latency.summary().values()) if watch.latency.ms else "")
+        said += f", {incoming.dropped} dropped to keep up"
+    summary: dict[str, float] = {"frames": len(watch.latency_ms), "dropped": incoming.dropped}
+    if watch.latency_ms:
+        p50, p95 = percentiles(watch.latency_ms)
+        summary |= {"latency_p50_ms": round(p50, 2), "latency_p95_ms": round(p95, 2)}
+        said += _latency(p50, p95)
     if not shown_as:
         return _Seen(said, watch.size, None, summary, full)
     everybody = without_repeats(search.detections(total or search.seen, search.seen))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -87,19 +87,17 @@ def live_frames(
     focal_px: float | None = None,
     gravity: tuple[float, float, float] | None = None,
     rectifier: str = "pcnet",
-    realtime: bool = False,
 ) -> Iterator[LivePose]:
     """The poses of one person from a live source, each as soon as it is there; nothing is written.
 
-    source: a camera's number or device, a URL, "-" for a pipe into stdin, or a video file. detector, person_detector:
-    names of `pcnet3d list models`, .onnx files, or a Detector of your own. focal_px: the camera's focal length.
-    gravity: which way things fall in CAMERA (x right, y down, z away), any length, if you know it. rectifier: as of
-    load_rectifier. realtime: play a video file at its own speed. The person who came first is followed. Images that
-    come while one is worked on are dropped, except the newest; those of a file wait, unless it is played in real time.
+    source: a camera's number or device, or a video file. detector, person_detector: names of `pcnet3d list models`,
+    .onnx files, or a Detector of your own. focal_px: the camera's focal length. gravity: which way things fall in
+    CAMERA (x right, y down, z away), any length, if you know it. rectifier: as of load_rectifier. The person who came
+    first is followed. Images that come while one is worked on are dropped, except the newest; those of a file wait.
 
     InputError for a source, a network or a value that cannot be used, and at the end for a source that broke.
     """
-    shown = open_source(str(source), realtime)
+    shown = open_source(str(source))
     found = load_detector(detector, person_detector) if isinstance(detector, str | Path) else detector
     told = Told(focal_px=focal_px, gravity=gravity)
     watch = Watch(Networks(found, rectifier, focal_px, told_up(told)))
@@ -142,15 +140,15 @@ class Moment:
 class Watch:
     """One person followed through the images of a source.
 
-    search: everybody who was found. size: the image's width and height. person: who is followed. latency: from capture
-    to pose.
+    search: everybody who was found. size: the image's width and height. person: who is followed. latency_ms: from
+    capture to pose, of every frame so far.
     """
 
     def __init__(self, networks: Networks) -> None:
         self.search = Search(networks.detector)
         self.size = (0, 0)
         self.person = Followed()
-        self.latency = Latency()
+        self.latency_ms: list[float] = []
         self._networks = networks
         self._estimators: tuple[LiveLifter, LiveRectifier] | None = None
         networks.for_camera((1, 1))  # loads them, so that the first images need not wait
@@ -174,8 +172,8 @@ class Watch:
         R_camera_from_level = camera_frame(live.up)
         body, level = (rotate(transpose(R), joints) for R in (live.R_camera_from_body, R_camera_from_level))
         now_s = time.perf_counter()
-        self.latency.add(1000 * (now_s - shot.came_s))
-        p50, p95 = self.latency.latest()
+        self.latency_ms.append(1000 * (now_s - shot.came_s))
+        p50, p95 = percentiles(self.latency_ms[-_LATEST:])
         pose = LivePose(
             frame=shot.number,
             time_s=shot.time_s,
@@ -188,7 +186,7 @@ class Watch:
             error_deg=live.error_deg,
             up=live.up,
             up_bound_deg=live.up_bound_deg,
-            latency_ms=self.latency.ms[-1],
+            latency_ms=self.latency_ms[-1],
             latency_p50_ms=p50,
             latency_p95_ms=p95,
             dropped=dropped,
@@ -196,30 +194,8 @@ class Watch:
         return Moment(found, joints, live, pose)
 
 
-@dataclass
-class Latency:
-    """ms: of every frame so far."""
-
-    ms: list[float] = field(default_factory=list)
-    _latest: deque[float] = field(default_factory=lambda: deque(maxlen=_LATEST))
-
-    def add(self, ms: float) -> None:
-        self.ms.append(ms)
-        self._latest.append(ms)
-
-    def latest(self) -> tuple[float, float]:
-        """p50 and p95 of the last frames."""
-        return _percentiles(self._latest)
-
-    def summary(self) -> dict[str, float]:
-        """p50 and p95 of all frames, as summary.json has them; empty without a frame."""
-        if not self.ms:
-            return {}
-        p50, p95 = _percentiles(self.ms)
-        return {"latency_p50_ms": round(p50, 2), "latency_p95_ms": round(p95, 2)}
-
-
-def _percentiles(ms: Sequence[float]) -> tuple[float, float]:
+def percentiles(ms: Sequence[float]) -> tuple[float, float]:
+    """p50 and p95."""
     p50, p95 = np.percentile(ms, (50, 95))
     return float(p50), float(p95)
 

@@ -1,39 +1,30 @@
-"""Where live images come from: a camera, a stream, a pipe, or a file, which waits or is played in real time."""
+"""Where live images come from: a camera, or a video file, whose images wait."""
 
 from __future__ import annotations
 
-import os
-import stat
-import sys
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from io import FileIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.cores import cores
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.take import Video
-from ....pipeline.files.video_frames import CONTAINERS, images_from
+from ....pipeline.files.video_frames import images_from
 from ....pipeline.reading.load import read_video
 
-_PROTOCOLS = ("rtsp", "rtsps", "rtmp", "rtp", "srt", "udp", "tcp", "http", "https")
-# FFmpeg's names of what else comes as a stream. A playlist (HLS, DASH) is none of them: it names further addresses.
-_STREAMS = "rtsp,rtp,sdp,mpjpeg,mjpeg,h264,hevc,m4v,mpegvideo,ogg,nut,yuv4mpegpipe"
 _ASK_S = 0.1
-_NEEDED = "tls,crypto"  # what those are built on; no playlist from elsewhere may name files of this machine
 
 
 @dataclass(frozen=True, eq=False)
 class Shot:
     """number: from 0, of the images that were not dropped; of a file its frame number. time_s: from the first one.
     image: (H, W, 3) uint8 RGB, upright. came_s: when the image was there, by time.perf_counter; of one that waits, when
-    it was taken; of a file in real time, when it was due."""
+    it was taken."""
 
     number: int
     time_s: float
@@ -44,7 +35,7 @@ class Shot:
 @dataclass(frozen=True, eq=False)
 class Source:
     """name: in words. video: the file, where it is one. waits: whether images wait for who takes them: those of a file
-    do, unless it is played in real time."""
+    do."""
 
     name: str
     shots: Iterator[Shot]
@@ -52,102 +43,23 @@ class Source:
     waits: bool
 
 
-def open_source(source: str, realtime: bool = False) -> Source:
-    """A camera by its number or device, a URL, "-" for a pipe into stdin, or a video file. realtime: a file is played
-    at its own speed, and its images do not wait.
-
-    InputError when it cannot be opened, or later when it breaks; for another source in real time, which it is anyhow.
-    """
-    opened = _opened(source)
-    if not realtime:
-        return opened
-    if not opened.waits:
-        raise InputError(
-            "option-conflict",
-            f"Expected a video file to play in real time, got a {opened.name}, which sets its own pace; leave "
-            "--realtime out.",
-        )
-    return replace(opened, shots=_paced(opened.shots), waits=False)
-
-
-def _paced(shots: Iterator[Shot]) -> Iterator[Shot]:
-    """Each image at its time from the first one on."""
-    start: float | None = None
-    for shot in shots:
-        now = time.perf_counter()
-        start = now - shot.time_s if start is None else start
-        time.sleep(max(start + shot.time_s - now, 0.0))
-        # Its own time: one that was decoded too slowly is late already.
-        yield replace(shot, came_s=start + shot.time_s)
-
-
-def _opened(source: str) -> Source:
+def open_source(source: str) -> Source:
+    """A camera by its number or device, or a video file. InputError when it cannot be opened, or later when it
+    breaks."""
     if source.isdigit() or Path(source).is_char_device():
         return Source(f"camera {source}", _camera(source), None, waits=False)
-    if source == "-":
-        if sys.stdin is None:
-            raise InputError(
-                "not-reached", "Expected a video from standard input, but it is closed; pipe one into it."
-            )
-        # Unbuffered: what is in the pipe is taken, and nothing more is waited for.
-        pipe = open(sys.stdin.fileno(), "rb", buffering=0, closefd=False)  # noqa: SIM115 (stdin stays open)
-        # By `< FILE`, which has all of its images at once.
-        is_file = stat.S_ISREG(os.fstat(pipe.fileno()).st_mode)
-        return Source("pipe", _stream(pipe, "the pipe", "pipe"), None, waits=is_file)
-    protocol, colon, _ = source.partition("://")
-    if colon:
-        if protocol not in _PROTOCOLS:
-            raise InputError(
-                "unsafe",
-                f"Expected a stream by one of {', '.join(_PROTOCOLS)}, got '{protocol}'; give a file by its path.",
-            )
-        allowed = f"{','.join(_PROTOCOLS)},{_NEEDED}"
-        return Source(f"{protocol} stream", _stream(source, source, allowed), None, waits=False)
+    if source == "-" or "://" in source:
+        raise InputError(
+            "unsafe",
+            f"Expected the number or device of a camera, or a video file, got '{source}'; live opens no address and no "
+            "pipe: record the stream with another program (ffmpeg -i ADDRESS FILE), and give the file.",
+        )
     video = read_video(Path(source))
     shots = (
         Shot(number, float(video.time_s[number]), np.ascontiguousarray(image))
         for number, image in images_from(video)
     )
     return Source(video.path.name, shots, video, waits=True)
-
-
-def _stream(source: str | FileIO, name: str, protocols: str) -> Iterator[Shot]:
-    import av
-    from av.error import FFmpegError
-
-    try:
-        with av.open(
-            source,
-            "r",
-            metadata_errors="ignore",
-            options={"protocol_whitelist": protocols, "format_whitelist": f"{CONTAINERS},{_STREAMS}"},
-        ) as container:
-            if not container.streams.video:
-                raise InputError(
-                    "format-unknown", f"Expected a video from {name}, but it has no video stream."
-                )
-            stream = container.streams.video[0]
-            # Threads by frame would hold some back.
-            stream.thread_type, stream.codec_context.thread_count = "SLICE", cores()
-            start: float | None = None
-            last: float | None = None
-            for number, frame in enumerate(container.decode(stream)):
-                now = frame.time
-                if now is None:
-                    now = 0.0 if last is None else last + 1 / float(stream.average_rate or 30)
-                if last is not None and now <= last:
-                    raise InputError(
-                        "times-broken",
-                        f"Expected from {name} each image later than the one before, got one at {now:.3f} s after "
-                        f"one at {last:.3f} s; begin again for what follows.",
-                    )
-                start, last = now if start is None else start, now
-                image = np.rot90(frame.to_ndarray(format="rgb24", threads=1), round(frame.rotation / 90))
-                yield Shot(number, now - start, np.ascontiguousarray(image))
-    except FFmpegError as error:
-        raise InputError(
-            "not-reached", f"Expected a video from {name}, but it cannot be read: {error.strerror}."
-        ) from None
 
 
 def _camera(source: str) -> Iterator[Shot]:

@@ -75,13 +75,15 @@ def test_no_view_stands_in_two_tabs():
 
 def test_the_take_is_then_processed_as_by_run(from_file, joints_px):
     made = {path.name for path in from_file.iterdir()}
-    assert {"live.rrd", "take.rrd", "keypoints.npz", "poses.npz", "report.html", "summary.json"} <= made
-    assert "video.ts" not in made  # the file itself is there
+    assert made == {"live.rrd", "keypoints.npz", "summary.json", "take"}  # no video: the file itself is there
+    made = {path.name for path in (from_file / "take").iterdir()}
+    assert {"take.rrd", "poses.npz", "report.html", "summary.json"} <= made
     (person,) = read_all(from_file / "keypoints.npz")
     np.testing.assert_allclose(person.joints, joints_px, atol=0.01)
-    assert frames_of(from_file) == list(range(60))
-    device = json.loads((from_file / "summary.json").read_text())["device"]
-    assert {"toy.onnx", "lifter.onnx"} <= device["networks"].keys()
+    assert frames_of(from_file / "take") == list(range(60))
+    summary = json.loads((from_file / "summary.json").read_text())
+    assert {"toy.onnx", "lifter.onnx"} <= summary["device"]["networks"].keys()
+    assert "take" in summary["files"]
 
 
 def test_a_gravity_that_is_told_is_believed_from_the_first_frame_on(
@@ -179,7 +181,7 @@ def test_exchanged_limbs_are_masked_in_the_run_at_the_end(camera, joints_px, tmp
     settings = [*QUICK, "read.swaps=mask"]
     toy = numbered.toy_detector(tmp_path / "toy.onnx", wrong)
     live(source="0", output=tmp_path / "out", detector=str(toy), settings=settings)
-    said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
+    said = json.loads((tmp_path / "out/take/summary.json").read_text())["notices"]
     (masked,) = [each for each in said if each["code"] == "swaps-masked"]
     assert "frames 20-29" in masked["values"]["swaps"]
 
@@ -191,7 +193,7 @@ def test_images_with_odd_sides_get_their_take(camera, toy_detector, joints_px, t
     assert read_video(tmp_path / "out" / "video.ts").height == 358
     (person,) = read_all(tmp_path / "out" / "keypoints.npz")
     np.testing.assert_allclose(person.joints, joints_px, atol=1)
-    assert frames_of(tmp_path / "out") == list(range(60))
+    assert frames_of(tmp_path / "out/take") == list(range(60))
 
 
 def test_the_lift_of_one_person_rests_on_nobody_else(numbered_film, joints_px, tmp_path, monkeypatch, capsys):
@@ -233,16 +235,15 @@ def test_the_lift_of_one_person_rests_on_nobody_else(numbered_film, joints_px, t
     "error", [InputError("bad-value", "No."), RuntimeError("a fault"), KeyboardInterrupt()]
 )
 def test_whatever_fails_behind_the_camera_the_recording_is_kept(
-    camera, toy_detector, tmp_path, monkeypatch, capsys, error
+    camera, toy_detector, tmp_path, monkeypatch, error
 ):
-    def fails(*_):
+    def fails(*_, **__):
         raise error
 
-    monkeypatch.setattr("pcnet3d.stages.study.live.command.run_into", fails)
+    monkeypatch.setattr("pcnet3d.stages.study.live.command.run_files", fails)
     told = {"detector": str(toy_detector), "settings": QUICK}
     with pytest.raises(type(error)):  # a program learns by the exit code that there is no take
         live(source="0", output=tmp_path / "out", **told)
-    assert "recorded, but not processed as a take" in capsys.readouterr().err
     assert kept(tmp_path / "out")
     assert (tmp_path / "out" / "keypoints.npz").exists()
 
@@ -253,8 +254,7 @@ def test_a_video_in_which_nobody_was_found_is_kept_too(camera, tmp_path, no_fram
     told = {"detector": str(toy), "settings": QUICK, "no_frames": no_frames}
     with pytest.raises(InputError, match="Nobody was found in 60 frames of camera"):
         live(source="0", output=tmp_path / "out", **told)
-    assert (tmp_path / "out").exists() != no_frames
-    assert no_frames or kept(tmp_path / "out")
+    assert kept(tmp_path / "out", images=0 if no_frames else 60)
 
 
 @pytest.mark.parametrize("option", ["--stature", "--focal"])

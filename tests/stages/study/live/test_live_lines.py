@@ -13,11 +13,11 @@ import pytest
 
 from commands import APART
 from golden.live import QUICK, frames_of
-from pcnet3d.pipeline import H36M17, InputError, rotate
+from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.stages import LivePose, live_frames
 from pcnet3d.stages.study.live import frames, lines
 from pcnet3d.stages.study.live.command import live
-from pcnet3d.stages.study.live.source import Incoming, open_source
+from pcnet3d.stages.study.live.source import Incoming
 from refusals import refused
 
 
@@ -82,7 +82,7 @@ def test_a_reader_that_ends_leaves_the_recording_whole(numbered_film, toy_detect
     assert process.returncode == 0, said
     assert "Traceback" not in said
     assert said.count("standard output is closed") == 1
-    assert frames_of(output) == list(range(60))
+    assert frames_of(output / "take") == list(range(60))
 
 
 def test_a_reader_that_never_reads_stops_nothing(numbered_film, toy_detector, tmp_path, monkeypatch):
@@ -94,53 +94,14 @@ def test_a_reader_that_never_reads_stops_nothing(numbered_film, toy_detector, tm
         stderr=subprocess.DEVNULL,
     ) as process:
         assert process.wait() == 0
-    assert (tmp_path / "out" / "take.rrd").exists()
+    assert (tmp_path / "out/take/take.rrd").exists()
 
 
 def test_closed_standard_streams_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "stdout", None)
     with refused("not-reached"):
         live(source="0", output=tmp_path / "out", as_json=True)
-    monkeypatch.setattr(sys, "stdin", None)
-    with refused("not-reached"):
-        open_source("-")
     assert not any(tmp_path.iterdir())
-
-
-def test_a_file_in_real_time_keeps_its_frame_numbers_and_drops_what_comes_too_fast(numbered_film):
-    incoming, numbers = Incoming(open_source(str(numbered_film), realtime=True)), []
-    start = time.perf_counter()
-    for shot in incoming.until(lambda: False):
-        assert shot.number == round(shot.time_s * 30)
-        assert time.perf_counter() - start > shot.time_s - 0.1
-        numbers.append(shot.number)
-        while incoming.dropped < 20:  # a slow look at the first
-            time.sleep(0.01)
-    assert len(numbers) + incoming.dropped == 60
-
-
-def test_an_image_in_real_time_that_is_decoded_too_slowly_is_late_already(numbered_film, monkeypatch):
-    class Clock:
-        now_s = 0.0
-
-        def perf_counter(self):
-            return self.now_s
-
-        def sleep(self, seconds):
-            self.now_s += seconds
-
-    clock = Clock()
-
-    def slowly(video):
-        for number in range(5):
-            clock.sleep(0.1)
-            yield number, np.zeros((2, 2, 3), np.uint8)
-
-    monkeypatch.setattr("pcnet3d.stages.study.live.source.images_from", slowly)
-    monkeypatch.setattr("pcnet3d.stages.study.live.source.time", clock)
-    late = [clock.now_s - shot.came_s for shot in open_source(str(numbered_film), realtime=True).shots]
-    # Due every 1/30 s from the first one on.
-    np.testing.assert_allclose(late, np.arange(5) * (0.1 - 1 / 30), atol=1e-6)
 
 
 def test_networks_are_loaded_before_the_first_image(monkeypatch, numbered_film, toy_detector):
@@ -159,10 +120,3 @@ def test_networks_are_loaded_before_the_first_image(monkeypatch, numbered_film, 
     monkeypatch.setattr(frames, "Incoming", incoming)
     next(live_frames(numbered_film, toy_detector, rectifier="geometric"))
     assert order[:2] == ["networks", "images"]
-
-
-def test_real_time_is_of_files(tmp_path):
-    with refused("option-conflict"):
-        open_source("0", realtime=True)
-    with pytest.raises(InputError):
-        next(live_frames(tmp_path / "none.mp4"))

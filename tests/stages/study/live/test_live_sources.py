@@ -1,18 +1,16 @@
-"""Sources of live: files, pipes and cameras that break, are too fast or give nothing, and a disk that becomes full."""
+"""Sources of live: cameras that break, are too fast or give nothing, and a disk that becomes full."""
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
-import subprocess
 import threading
-from contextlib import nullcontext
-from types import SimpleNamespace
+from itertools import count
 
 import numpy as np
 import pytest
 
-from commands import APART
 from golden.live import GEOMETRIC, QUICK, frames_of, logged
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.detections import load_detections
@@ -21,43 +19,24 @@ from pcnet3d.stages.study.live.source import Incoming, Shot, Source, open_source
 from refusals import refused
 
 
-def test_a_file_in_the_place_of_a_pipe_loses_no_frame_and_its_video_is_kept(
-    numbered_film, toy_detector, tmp_path
-):
-    output = tmp_path / "out"
-    command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--set", *GEOMETRIC]
-    with numbered_film.open("rb") as pipe:
-        ended = subprocess.run([*APART, *command], stdin=pipe, capture_output=True, text=True)
-    assert ended.returncode == 0, ended.stderr
-    assert "60 frames" in ended.stderr
-    frames, _ = logged(output / "live.rrd", "body/joints", "Points3D:positions")
-    assert frames.tolist() == list(range(60))
-    assert (output / "video.ts").stat().st_size > 1000
-    with np.load(output / "poses.npz") as poses:
-        assert poses["frame_index"].tolist() == list(range(60))
-        np.testing.assert_allclose(poses["time_s"], np.arange(60) / 30, atol=1e-3)
+def test_ctrl_c_ends_the_take_and_it_is_processed(camera, toy_detector, tmp_path):
+    images = count()
 
+    def pressed(image):
+        if next(images) == 20:
+            os.kill(os.getpid(), signal.SIGINT)
+        return image
 
-def test_ctrl_c_ends_the_take_and_it_is_processed(numbered_film, toy_detector, tmp_path):
-    output = tmp_path / "out"
-    command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--no-frames"]
-    command += ["--json", "--set", *GEOMETRIC]
-    pipe = subprocess.PIPE
-    with subprocess.Popen([*APART, *command], stdin=pipe, stdout=pipe, stderr=pipe) as process:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        process.stdin.write(numbered_film.read_bytes())  # and no end, as of a camera
-        process.stdin.flush()
-        assert process.stdout.readline()  # the first image is done
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate()
-    assert process.returncode == 0, errors
-    frames, _ = logged(output / "live.rrd", "body/joints", "Points3D:positions")
-    assert len(frames) > 0  # how many is how fast the machine is
-    names = {path.name for path in output.iterdir()}
-    assert {"live.rrd", "take.rrd", "keypoints.npz"} <= names
-    assert "video.ts" not in names
-    assert logged(output / "live.rrd", "video", "VideoStream:sample")[1] == []
+    camera(pressed)
+    told = {"detector": str(toy_detector), "settings": QUICK, "no_frames": True}
+    live(source="0", output=tmp_path / "out", **told)
+    frames, _ = logged(tmp_path / "out" / "live.rrd", "body/joints", "Points3D:positions")
+    assert 0 < len(frames) < 60
+    assert frames_of(tmp_path / "out/take") == frames.tolist()
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "live.rrd", "keypoints.npz", "summary.json", "take",
+    }  # fmt: skip
+    assert logged(tmp_path / "out" / "live.rrd", "video", "VideoStream:sample")[1] == []
 
 
 def test_of_a_camera_that_is_too_fast_only_the_newest_image_is_taken():
@@ -108,53 +87,21 @@ def test_a_camera_that_is_pulled_out_ends_the_take_and_it_is_processed(
     assert "warning: The camera is gone. What came before is kept." in capsys.readouterr().err
     frames, _ = logged(tmp_path / "out" / "live.rrd", "body/joints", "Points3D:positions")
     assert frames.tolist() == list(range(60))
-    assert frames_of(tmp_path / "out") == list(range(60))
-
-
-def test_a_pipe_whose_time_starts_again_ends_the_take_and_it_is_processed(
-    numbered_film, toy_detector, tmp_path
-):
-    """It once threw the recording away."""
-    output = tmp_path / "out"
-    command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--set", *GEOMETRIC]
-    (tmp_path / "twice.ts").write_bytes(numbered_film.read_bytes() * 2)
-    with (tmp_path / "twice.ts").open("rb") as twice:
-        ended = subprocess.run([*APART, *command], stdin=twice, capture_output=True)
-    assert ended.returncode == 0, ended.stderr
-    said = " ".join(ended.stderr.decode().split())
-    assert "each image later than the one before" in said
-    assert "What came before is kept." in said
-    assert {"live.rrd", "video.ts", "keypoints.npz"} <= {path.name for path in output.iterdir()}
-    assert frames_of(output) == list(range(60))
-
-
-def test_images_without_a_time_come_at_the_streams_rate_and_none_may_stand_still(monkeypatch):
-    image = SimpleNamespace(rotation=0, to_ndarray=lambda **_: np.zeros((2, 2, 3), np.uint8))
-    images = [SimpleNamespace(time=time_s, **vars(image)) for time_s in (5.0, None, 5.1, 5.1)]
-    stream = SimpleNamespace(average_rate=25, codec_context=SimpleNamespace())
-    container = SimpleNamespace(streams=SimpleNamespace(video=[stream]), decode=lambda _: iter(images))
-    monkeypatch.setattr("av.open", lambda *_, **__: nullcontext(container))
-    shots = open_source("rtsp://somewhere").shots
-    np.testing.assert_allclose([next(shots).time_s for _ in range(3)], [0, 0.04, 0.1])
-    with pytest.raises(InputError, match=r"at 5\.100 s after one at 5\.100 s"):
-        next(shots)
+    assert frames_of(tmp_path / "out/take") == list(range(60))
 
 
 @pytest.mark.parametrize(
     ("source", "words"),
-    [("file:///etc/passwd", "by its path"), ("nothing.mp4", "found nothing"), ("99", "no camera 99")],
+    [
+        ("rtsp://camera", "no address"),
+        ("-", "no pipe"),
+        ("nothing.mp4", "found nothing"),
+        ("99", "no camera 99"),
+    ],
 )
 def test_sources_that_are_none(source, words):
     with pytest.raises(InputError, match=words):
         next(open_source(source).shots)
-
-
-def test_a_pipe_that_is_no_video(toy_detector, tmp_path):
-    command = ["live", "-", "-o", str(tmp_path / "out"), "--detector", str(toy_detector)]
-    ended = subprocess.run([*APART, *command], input=b"no video" * 999, capture_output=True)
-    assert ended.returncode == 2
-    assert b"the pipe" in ended.stderr
-    assert not any(tmp_path.iterdir())
 
 
 def test_live_ends_before_the_disk_is_full_and_keeps_what_it_has(
