@@ -1,28 +1,27 @@
 """2D keypoints in JSON of whoever wrote it: frames of people, each with keypoints in a spelling in use.
 
-A list of {frame, people: [...]} or of lists of people, an object with such a list, or one person a line: MoveNet and
-PoseNet of TF.js ({keypoints: [{x, y, score, name}]}), rtmlib's and others' own scripts ({keypoints: [[x, y, score]]}).
+A list of {frame, people: [...]} or of lists of people, an object with such a list, one person or frame a line, or a
+folder with a file a frame: MoveNet and PoseNet of TF.js and ml5 ({keypoints: [{x, y, score, name}]}), OpenPifPaf,
+EasyMocap's annots, rtmlib's and others' own scripts ({keypoints: [[x, y, score]]}).
 Pixels; the layout is told by the number of joints.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.pose import PoseSequence
-from . import alphapose, coco, mmpose2d, ultralytics
-from .kit.clock import Moments, first_of
-from .kit.frames import first_person, keypoints_of, people
+from . import alphapose, coco, mmpose2d, openpose, ultralytics
+from .kit.clock import Moments
+from .kit.frames import first_person, keypoints_of, name_of, people
 from .kit.people import People
 
 name = "json2d"
 gives = "keypoints"
-reads = "other JSON of 2D keypoints: frames with people and their keypoints (TF.js, rtmlib's scripts), pixels"
+reads = "other JSON of 2D keypoints, a file or a folder of frames: TF.js, OpenPifPaf, EasyMocap, own scripts, pixels"
 marks = ("keypoints", "score")
 
 _PIXELS = 5.0  # that joints lie apart, at least; shares of an image are within 1
@@ -31,11 +30,8 @@ _MOST_SCORE = 2.0  # and no third coordinate
 
 def sniff(path: Path) -> bool:
     found = first_person(path)
-    if (
-        found is None
-        or path.is_dir()
-        or any(one.sniff(path) for one in (alphapose, coco, mmpose2d, ultralytics))
-    ):
+    others = (alphapose, coco, mmpose2d, openpose, ultralytics)
+    if found is None or any(other.sniff(path) for other in others):
         return False
     try:
         points, scores = keypoints_of(found[0], "")
@@ -53,11 +49,5 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     """
     moments, found = Moments(str(path)), People(str(path))
     for moment, person, where in people(path, "2D keypoints in JSON", moments):
-        found.add(moment, *keypoints_of(person, where), None if track else _name(person))
+        found.add(moment, *keypoints_of(person, where), None if track else name_of(person))
     return found.keypoints(moments.clock())
-
-
-def _name(person: Mapping[str, Any]) -> str | None:
-    key = first_of("person", [*person])
-    name = None if key is None else [*person.values()][key]
-    return None if name is None or isinstance(name, list | dict) or name == -1 else str(name)

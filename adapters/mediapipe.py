@@ -83,6 +83,8 @@ def sniff(path: Path) -> bool:
             return True
         content = next((value for value in content.values() if isinstance(value, list) and value), None)
     for frame in content if isinstance(content, list) else ():
+        if isinstance(frame, list) and frame and isinstance(frame[0], dict) and _key(frame[0], _WORLD):
+            return True  # people of TF.js
         if isinstance(frame, dict):
             landmarks = frame.get(_key(frame, _IMAGE[1:]) or "")
             return bool(_key(frame, (*_WORLD, *_IMAGE[:1]))) or _are_landmarks(landmarks)
@@ -172,6 +174,8 @@ def _json(path: Path, found: People, recording: str | None) -> Clock:
     """Everybody in the file; a frame without anybody counts."""
     moments, expected = Moments(str(path), recording), f"a frame with {' or '.join(_WORLD[:2])}"
     for moment, entry, where in frames(path, "MediaPipe's landmarks", expected, moments, _is_frame):
+        if isinstance(entry, list) and entry and isinstance(entry[0], dict) and _key(entry[0], _WORLD):
+            entry = {_WORLD[0]: [person[_key(person, _WORLD) or ""] for person in entry]}
         said = entry if isinstance(entry, dict) else {}
         key, shown = _key(said, (*_WORLD, *_IMAGE)), _key(said, _IMAGE[:1])
         if key is not None and key == shown:

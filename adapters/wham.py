@@ -7,7 +7,8 @@ makes them of it, which belongs to SMPL and has to be given as an array, as its 
 and toes are points of the mesh, known by number. World poses are parameters alone and are not read.
 
 MoViD saves the same dict with the joints in it: `joints3d` (T, 31, 3) about the hips' middle, COCO's 17 first, and
-`trans_cam` (T, 3), where before the camera that is (demo.py).
+`trans_cam` (T, 3), where before the camera that is (demo.py). VIBE and its kin (TCMR, MEVA) save `joints3d` (T, 49, 3)
+of SPIN, OpenPose's 25 first, about the body model's origin, and no place (demo.py, lib/data_utils/kp_utils.py).
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import numpy as np
 
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
-from ..pipeline.core.layouts import COCO17, FEET, H36M17_B, Layout
+from ..pipeline.core.layouts import BODY_25, COCO17, FEET, H36M17_B, Layout
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.arrays import load as load_array
 from ..pipeline.files.skeletons import SMPL
@@ -30,10 +31,11 @@ from .kit.pickles import beginning, load
 name = "wham"
 gives = "poses"
 made_by = MadeBy("estimated", "WHAM")
-reads = "wham_output.pkl of WHAM (with option regressor: SMPL's, as a .npy) and MoViD's results: camera axes, metres"
+reads = "wham_output.pkl of WHAM (with option regressor: SMPL's, as a .npy), MoViD's and VIBE's: camera axes, metres"
 marks = ("verts", "frame_ids", "pose_world")
 
 _VERTICES, _JOINTS = 6890, "joints3d"
+_SPIN = 49  # joints of VIBE
 _POINTS = {  # of SMPL's mesh, as its authors' package smplx numbers them for OpenPose's joints
     "nose": 332, "r_eye": 6260, "l_eye": 2800, "r_ear": 4071, "l_ear": 583,
     "l_big_toe": 3216, "l_small_toe": 3226, "l_heel": 3387, "r_big_toe": 6617, "r_small_toe": 6624, "r_heel": 6787,
@@ -44,11 +46,14 @@ _SMPL = ("smpl_pelvis", *SMPL[1:15], "skull", *SMPL[16:], "l_hand", "r_hand")
 _ROWS = {len(_SMPL): (_SMPL, tuple(_POINTS)), len(H36M17_B): (H36M17_B.joints, FEET.joints)}
 _SUM = 0.01  # how far the weights of a joint may be from adding up to 1
 _FIRST_KEY = re.compile(rb"(\x8c\x04|X\x04\x00\x00\x00)pose[^_]")
+_VIBES = re.compile(rb"(\x8c\x08|X\x08\x00\x00\x00)pred_cam")
 
 
 def sniff(path: Path) -> bool:
     """By the beginning of the dict: the keys behind its first array lie anywhere in a long file."""
     start = beginning(path)
+    if _VIBES.search(start[:128]):
+        return True
     first = _FIRST_KEY.search(start[:1024])
     return first is not None and (b"defaultdict" in start[:128] or b"pose_world" in start)
 
@@ -66,6 +71,8 @@ def read(path: Path, regressor: str = "") -> tuple[PoseSequence, ...]:
             "format-unknown", f"{path}: expected a dict of subjects, as WHAM writes it, got another pickle."
         )
     subjects = {str(person): values if isinstance(values, dict) else {} for person, values in held.items()}
+    if all(getattr(values.get(_JOINTS), "shape", ())[1:] == (_SPIN, 3) for values in subjects.values()):
+        return tuple(_of_spin(person, values, str(path)) for person, values in subjects.items())
     ready = all(_JOINTS in values for values in subjects.values())
     if not ready and not regressor:
         raise InputError(
@@ -78,6 +85,20 @@ def read(path: Path, regressor: str = "") -> tuple[PoseSequence, ...]:
         None if ready else _weights(Path(regressor) if Path(regressor).exists() else path.parent / regressor)
     )
     return tuple(_person(person, values, weights, str(path)) for person, values in subjects.items())
+
+
+def _of_spin(person: str, values: dict[str, Any], where: str) -> PoseSequence:
+    here = f"{where}, subject {person}"
+    joints = shaped(values[_JOINTS], f"{here}, {_JOINTS}", ("frames", _SPIN, 3))
+    frames = shaped(values.get("frame_ids"), f"{here}, frame_ids", (len(joints),), kinds="iu")
+    return PoseSequence(
+        joints=joints[:, : len(BODY_25)],
+        layout=BODY_25,
+        frame=CAMERA.with_(origin="body model"),
+        frame_index=frames,
+        person=person,
+        made_by=MadeBy("estimated", "VIBE"),
+    )
 
 
 def _person(person: str, values: dict[str, Any], weights: np.ndarray | None, where: str) -> PoseSequence:

@@ -30,7 +30,8 @@ _NAMES = {
     "recording": ("video", "video_name", "video_file", "video_id", "video_path", "clip", "clip_name", "clip_id",
                   "recording", "sequence", "sequence_id", "trial", "trial_id", "session"),
     "person": ("person", "person_id", "person_index", "person_idx", "track_id", "track", "tid", "pid", "player",
-               "player_id", "individual", "individuals", "subject_id", "instance_id", "object_id", "pose_id", "id"),
+               "player_id", "individual", "individuals", "subject_id", "instance_id", "object_id", "body_id", "pose_id",
+               "id"),
     "rate": ("fps", "frame_rate", "framerate", "video_fps", "sampling_rate", "sample_rate"),
 }  # fmt: skip
 _UNITS = {  # by the seconds of one; None where the values show them

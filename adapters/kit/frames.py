@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from .clock import Moments, plain
+from .clock import Moments, first_of, plain
 from .json import beginning, each, frame_number, load, numbers
 
 _PEOPLE = (
@@ -30,6 +30,9 @@ _PEOPLE = (
     "objects",
     "bodies",
     "annotations",
+    "annots",
+    "body_list",
+    "instance_info",
 )
 _KEYPOINTS = (
     "keypoints",
@@ -40,6 +43,7 @@ _KEYPOINTS = (
     "kpts",
     "pred_xyz_jts",
 )
+KEYPOINTS_3D = ("keypoints3d", "joint_positions", "keypoint")  # of EasyMocap, Azure Kinect and ZED
 _SCORES = ("keypoint_scores", "keypoints_scores", "keypoints_score", "keypoints_conf", "scores", "kpt_scores")
 _SCORE = ("score", "visible", "conf", "confidence", "visibility", "c", "v")  # of one point
 _FROM_1 = "instance_info"
@@ -54,12 +58,15 @@ def first_person(path: Path) -> tuple[Mapping[str, Any], bool] | None:
     if path.is_dir():
         entries: list[Any] = [beginning(file) for file in frame_files(path)[:_PEEKED]]
     elif isinstance(content := beginning(path), dict):
-        entries = next((value for value in content.values() if isinstance(value, list)), [*content.values()])
+        lists = [value for value in content.values() if isinstance(value, list)]
+        entries = next(
+            (held for held in lists if held and people_of(held[0]) is not None), [*content.values()]
+        )
     else:
         entries = content if isinstance(content, list) else []
     for entry in entries:
         people = people_of(entry)
-        if people is None or not all(isinstance(person, dict) for person in people):
+        if people is None:
             return None
         if people:
             return people[0], people[0] is entry
@@ -67,21 +74,22 @@ def first_person(path: Path) -> tuple[Mapping[str, Any], bool] | None:
 
 
 def people_of(entry: Any) -> list[Any] | None:
-    """Everybody of one entry: of a frame the people, of a detection itself; None for anything else. An entry may be a
-    text: who dumps what was JSON already has JSON in JSON."""
+    """Everybody of one entry, as objects: of a frame the people, of a detection itself; None for anything else. An
+    entry may be a text, for who dumps what was JSON already has JSON in JSON; ml5 has a person's keypoints in `pose`.
+    """
     if isinstance(entry, str) and entry[:1] in ("[", "{"):
         try:
             entry = json.loads(entry)
         except (ValueError, RecursionError):
             return None
-    if isinstance(entry, list):
-        return entry
-    if not isinstance(entry, dict):
+    listed = entry
+    if isinstance(entry, dict):
+        if any(key in entry for key in (*_KEYPOINTS, *KEYPOINTS_3D)):
+            return [entry]
+        listed = next((entry[key] or [] for key in _PEOPLE if key in entry), None)
+    if not isinstance(listed, list) or not all(isinstance(person, dict) for person in listed):
         return None
-    if any(key in entry for key in _KEYPOINTS):
-        return [entry]
-    listed = next((entry[key] for key in _PEOPLE if key in entry), ())
-    return [] if listed is None else listed if isinstance(listed, list) else None
+    return [person["pose"] if isinstance(person.get("pose"), dict) else person for person in listed]
 
 
 def people(path: Path, what: str, moments: Moments) -> Iterator[tuple[int, Any, str]]:
@@ -123,7 +131,7 @@ def frames(
             continue
         listed, count = key, count + 1
         said = entry if isinstance(entry, dict) else {}
-        if key == _FROM_1:
+        if key == _FROM_1 and "instances" in said:
             said = said | {"frame_id": _from_1(said, where)}
         elif plain(key) in _PEOPLE and not moments.tells(said):  # everybody of one image
             said = {"frame": 0}
@@ -193,7 +201,7 @@ def keypoints_of(person: Any, where: str) -> tuple[np.ndarray, np.ndarray]:
         raise InputError(
             "wrong-content", f"{where}: expected an object with '{_KEYPOINTS[0]}', got {person!r:.80}."
         )
-    held, scores = person[key], _first(person, _SCORES)
+    held, scores, flat = person[key], _first(person, _SCORES), False
     if isinstance(held, dict):  # Ultralytics
         score = _first(held, _SCORE)
         held = [held.get("x"), held.get("y"), *([] if score is None else [score])]
@@ -203,8 +211,8 @@ def keypoints_of(person: Any, where: str) -> tuple[np.ndarray, np.ndarray]:
     else:
         values = numbers(held, where)
         if values.ndim == 1 and len(values) and not len(values) % 3:
-            values = values.reshape(-1, 3)
-    if isinstance(scores, list):
+            values, flat = values.reshape(-1, 3), True
+    if isinstance(scores, list) and not flat:  # PoseTrack's stand beside flags
         own = numbers(scores, where)
         if values.ndim == 2 and values.shape[1] == 3:
             raise InputError(
@@ -227,7 +235,18 @@ def keypoints_of(person: Any, where: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _point(point: Any) -> list[Any] | None:
-    return [point.get("x"), point.get("y"), _first(point, _SCORE)] if isinstance(point, dict) else None
+    """x, y and score, as TF.js has them, or PoseNet with the place in `position`."""
+    if not isinstance(point, dict):
+        return None
+    place = point["position"] if isinstance(point.get("position"), dict) else point
+    return [place.get("x"), place.get("y"), _first(point, _SCORE)]
+
+
+def name_of(person: Mapping[str, Any]) -> str | None:
+    """The person's number or name in the file; None where it names nobody."""
+    key = first_of("person", [*person])
+    name = None if key is None else [*person.values()][key]
+    return None if name is None or isinstance(name, list | dict) or name == -1 else str(name)
 
 
 def _first(held: Mapping[str, Any], keys: tuple[str, ...]) -> Any:

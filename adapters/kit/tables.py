@@ -215,6 +215,10 @@ def _named(names: Sequence[str], delimiter: str, lines: int) -> Header | None:
     coordinates = [i for i, name in enumerate(words) if kind_of(name) in ("", "like") and _column(name)]
     columns = {i: column for i in coordinates if (column := _column(short[i])) is not None}
     values = {i: column for i, column in columns.items() if bool(column.point) == (label is None)}
+    placed = {column.point for column in values.values() if column.axis != _SCORE}
+    values = {
+        i: column for i, column in values.items() if column.point in placed
+    }  # not SLEAP's instance.score
     numbered = {i: column for i, column in values.items() if _POINT.fullmatch(column.point)}
     if min((int(column.point) for column in numbered.values()), default=0) == 1:  # x1 to x33
         values |= {i: _Column(str(int(column.point) - 1), column.axis) for i, column in numbered.items()}

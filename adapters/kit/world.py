@@ -8,17 +8,24 @@ from typing import Literal
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.frames import UNITS, Y_UP, Z_UP, Frame
+from ...pipeline.core.frames import CAMERA, UNITS, Y_UP, Z_UP, Frame
 from ...pipeline.core.layouts import H36M17, LIMBS, Layout
 from ...pipeline.core.notices import notice
 from ...pipeline.core.pose import UNSAID, MadeBy, PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ...pipeline.files.markers import Markers, Up, by_subject
+from ...pipeline.files.skeletons import LEG_M, h36m17_named
 from ...pipeline.files.skeletons import UNITS as METRES
-from ...pipeline.files.skeletons import h36m17_named
 from .names import joints_named
 
 _UPRIGHT = 0.5  # cosine to the vertical
+_STANDS = {
+    "z": (Z_UP, 2, 1.0),
+    "y": (Y_UP, 1, 1.0),
+    "camera": (CAMERA.with_(origin="camera"), 1, -1.0),
+}  # axis and sign of up
+_STANDING = 0.7  # cosine of legs and trunk to the vertical in the usual frame
+_UNITS = ("m", "cm", "mm")
 LENGTHS = tuple(unit for unit in UNITS if unit not in ("px", "arbitrary"))
 
 
@@ -130,3 +137,47 @@ def check_upright(poses: PoseSequence, where: str) -> None:
             "frames the head is not above the feet; give the vertical axis with up=y or up=z (--option up=z), which "
             "is then used.",
         )
+
+
+def standing_frame(points: np.ndarray, layout: Layout, up: str | None, unit: str | None, where: str) -> Frame:
+    """The axes and the unit in which points (T, J, 3) are a person who stands, unless they are told: up as "z", "y" or
+    "camera". InputError where neither tells."""
+    axes = _STANDS[_axis(points, layout, up, where)][0]
+    return axes.with_(unit=_unit(points, layout, unit, where))
+
+
+def _axis(points: np.ndarray, layout: Layout, told: str | None, where: str) -> str:
+    """The key of _STANDS by what was told, or by the body."""
+    if told is not None:
+        if told not in _STANDS:
+            raise InputError("bad-value", f"Expected up of {', '.join(_STANDS)}, got '{told}'.")
+        return told
+    stands = upright(points, layout)
+    fits = [key for key, (_, axis, sign) in _STANDS.items() if (sign * stands[:, axis] > _STANDING).all()]
+    if not fits:
+        raise InputError(
+            "wrong-axes",
+            f"{where}: expected a person who stands along +z, +y or, in a camera's axes, -y, got one who does not; "
+            "give the vertical axis with up=z, up=y or up=camera (-O up=z), or level the file's axes first.",
+        )
+    return fits[0]
+
+
+def _unit(points: np.ndarray, layout: Layout, told: str | None, where: str) -> str:
+    if told is not None:
+        return told
+    at = {joint: points[:, i] for i, joint in enumerate(layout.joints)}
+    legs = [
+        np.linalg.norm(at[f"{s}_{a}"] - at[f"{s}_{b}"], axis=-1)
+        for s in "lr"
+        for a, b in (("hip", "knee"), ("knee", "ankle"))
+    ]
+    leg = float(np.nanmedian(legs, axis=1).sum() / 2)
+    fits = [unit for unit in _UNITS if LEG_M[0] <= leg * METRES[unit] <= LEG_M[1]]
+    if not fits:
+        raise InputError(
+            "needs-input",
+            f"{where}: legs of {leg:.4g} are an adult's in none of {', '.join(_UNITS)}; give the unit with unit= (-O "
+            "unit=cm).",
+        )
+    return fits[0]

@@ -215,7 +215,7 @@ LAYOUTS = {
 # The orders of joints in 2D, by their number; of one number the more usual first.
 IN_2D = (COCO17, OPENPOSE18, COCO18, COCO23, BODY_25, BODY_25B, HALPE26, BLAZEPOSE33, MHR70)
 # Those that are the first joints of a body with face and hands, by the number of all.
-WHOLE_BODIES = {133: COCO23, 136: HALPE26, 94: HALPE26, 68: HALPE26, 135: BODY_25B}
+WHOLE_BODIES = {133: COCO23, 136: HALPE26, 94: HALPE26, 68: HALPE26, 135: BODY_25B, 137: BODY_25, 308: MHR70}
 
 # Heels and toes, which ride along beside a layout that has none (PoseSequence.feet).
 FEET = Layout("FEET", tuple(f"{side}_{part}" for side in "rl" for part in ("big_toe", "small_toe", "heel")))

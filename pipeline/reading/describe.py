@@ -25,6 +25,10 @@ _KINDS = {  # by how files begin, some behind their length
     b"\x1f\x8b": "compressed with gzip, and neither a table nor JSON that is known here",
     b"7z\xbc\xaf": "a 7z archive; unpack it first",
     b"MATLAB": "a file of MATLAB; load it with scipy.io or h5py and save the joints as .npy",
+    b"Kaydara FBX": "an FBX; export BVH, which Blender does",
+    b"<?xml": "XML; of Xsens MVN (.mvnx) export BVH or C3D",
+    b"Format Version,": "a CSV of Motive; export BVH, C3D or TRC",
+    b"NO_OF_FRAMES": "a table of Qualisys; export C3D",
     b"\x89HDF": "an HDF5 file; give DeepLabCut's CSV (save_as_csv=True), or save the joints as .npy (h5py)",
 }
 _OF_TRAINING = {"testbed": {"take_start", "lifted", "truth"}, "mocap": {"clip_start", "joints"}}

@@ -26,8 +26,15 @@ def _semicolons(content: bytes) -> bytes:
     return re.sub(rb"(?<=\d)\.(?=\d)", b",", content.replace(b",", b";"))
 
 
+def _loaded(content: bytes):
+    try:
+        return json.loads(content)
+    except json.JSONDecodeError:
+        pytest.skip("JSON Lines already")
+
+
 def _lines(content: bytes) -> bytes:
-    listed = json.loads(content)
+    listed = _loaded(content)
     if not isinstance(listed, list) or not all(isinstance(entry, dict) for entry in listed):
         pytest.skip("no list of objects")
     return "\n".join(map(json.dumps, listed)).encode()
@@ -41,7 +48,7 @@ CLOTHES = {
     "decimal commas": (".csv", _semicolons),
     "tabs": (".csv", lambda content: content.replace(b",", b"\t")),
     "JSON Lines": (".json", _lines),
-    "indented": (".json", lambda content: json.dumps(json.loads(content), indent=2).encode()),
+    "indented": (".json", lambda content: json.dumps(_loaded(content), indent=2).encode()),
 }
 
 

@@ -16,7 +16,7 @@ from golden.bodies import Person, feet_of
 from golden.strapped import strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, COCO17, FEET, HALPE26, OPENPOSE18, Layout
+from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, COCO17, FEET, HALPE26, MHR70, OPENPOSE18, Layout
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
@@ -190,6 +190,12 @@ def _movid(person: Person, folder: Path) -> Path:
     return path
 
 
+def _vibe(person: Person, folder: Path) -> Path:
+    path = folder / "vibe_output.pkl"
+    path.write_bytes(phalp.as_joblib(estimators.vibe_people(_two_turning(person))))
+    return path
+
+
 def _mediapipe_npy(person: Person, folder: Path) -> Path:
     np.save(folder / "world.npy", landmarks.landmarks(person.turning(FRAMES)))
     return folder / "world.npy"
@@ -204,6 +210,7 @@ CATALOGUE = (
     Golden("amass", "`*_poses.npz` with joints", _amass),
     Golden("array2d", "rtmlib's `keypoints` and `scores` in an `.npz`", partial(_detections, "rtmlib", COCO17)),
     Golden("array2d", "`.npy` of (frames, 17, 3): x, y, score", partial(_detections, "array2d", COCO17)),
+    Golden("array2d", "the same of OpenPose's 137", partial(_detections, "openpose137", BODY_25)),
     Golden("arrays", "`.npy` of (frames, 17, 3), of no known lifter", partial(_npy, lifters.smoothed, 300)),
     Golden(
         "arrays", "any `.npy`, here in metres", partial(_npy, np.asarray, FRAMES),
@@ -236,11 +243,20 @@ CATALOGUE = (
     Golden("freemocap", "v2's `freemocap_data_by_frame.csv`", _freemocap_csv),
     Golden("imu_csv", "a table with time_s", _imu_csv),
     Golden("json2d", "JSON of MoveNet in TF.js", partial(_detections, "tfjs", COCO17)),
+    Golden("json2d", "JSON of PoseNet in TF.js", partial(_detections, "posenet", COCO17)),
+    Golden("json2d", "the same of ml5", partial(_detections, "ml5", COCO17)),
+    Golden("json2d", "OpenPifPaf's JSON of a video", partial(_detections, "openpifpaf", COCO17)),
+    Golden("json2d", "folder of OpenPifPaf's `*.predictions.json`", partial(_detections, "openpifpaf_images", COCO17)),
+    Golden("json2d", "EasyMocap's folder of annots", partial(_detections, "easymocap", BODY_25)),
+    Golden("json3d", "EasyMocap's folder of keypoints3d", partial(_world, estimators.easymocap3d)),
+    Golden("json3d", "Azure Kinect's JSON (offline_processor)", partial(_people, estimators.azure_kinect)),
+    Golden("json3d", "ZED's bodies", partial(_people, estimators.zed)),
     Golden("keypoints", "`keypoints.npz`", partial(_detections, "keypoints", COCO17)),
     Golden("mediapipe", "CSV, numbered columns", partial(_mediapipe, landmarks.wide)),
     Golden("mediapipe", "CSV, a row a landmark", partial(_mediapipe, landmarks.long)),
     Golden("mediapipe", "JSON of the Tasks API", _tasks_json),
     Golden("mediapipe", "JSON, bare lists", partial(_mediapipe, landmarks.bare_json)),
+    Golden("mediapipe", "BlazePose of TF.js", partial(_mediapipe, landmarks.tfjs)),
     Golden("mediapipe", "`.npy` of (frames, 33, 3 or 4)", _mediapipe_npy),
     Golden("mhr70", "CSV of SAM3DBody-cpp", partial(_one, estimators.sam3d_csv)),
     Golden("mhr70", "`.npz` of SAM 3D Body's arrays", partial(_one, estimators.sam3d_stacked)),
@@ -250,6 +266,7 @@ CATALOGUE = (
     Golden("mmpose2d", "inferencer's `<video>.json`", partial(_detections, "mmpose_inferencer", COCO17)),
     Golden("mmpose2d", "demo's `results_<video>.json`", partial(_detections, "mmpose_demo", COCO17)),
     Golden("mmpose2d", "inferencer's folder of an image each", partial(_detections, "mmpose_images", COCO17)),
+    Golden("mmpose2d", "Sapiens' folder of 308 joints", partial(_detections, "sapiens", MHR70)),
     Golden("mmpose3d", "inferencer's `<video>.json`", partial(_mmpose3d, "inferencer")),
     Golden("mmpose3d", "demo's `results_<video>.json`", partial(_mmpose3d, "demo")),
     Golden("motionbert", "`X3D.npy`", partial(_npy, lifters.x3d, 300)),
@@ -262,6 +279,7 @@ CATALOGUE = (
     Golden("rtmw3d", "demo's `results_<video>.json`", partial(_people, lifters.rtmw3d)),
     Golden("soma", "Kimodo's `.npz`", partial(_world, estimators.soma)),
     Golden("table2d", "DeepLabCut's CSV", partial(_detections, "deeplabcut", COCO17)),
+    Golden("table2d", "SLEAP's CSV", partial(_detections, "sleap", COCO17)),
     Golden("table2d", "CSV, a column for each coordinate", partial(_detections, "columns", COCO17)),
     Golden("table3d", "anipose's CSV", partial(_world, worlds.anipose)),
     Golden("trc", "OpenCap's `<trial>.trc`: no head", _opencap),
@@ -285,5 +303,6 @@ CATALOGUE = (
     Golden("vis2d", "`input_2D/keypoints.npz`", partial(_detections, "vis2d", H36M17)),
     Golden("vis2d", "the same with scores", partial(_detections, "vis2d_scores", H36M17)),
     Golden("wham", "MoViD's `.pkl`", _movid),
+    Golden("wham", "VIBE's `vibe_output.pkl`", _vibe),
     Golden("wham", "`wham_output.pkl`", _wham, {"regressor": estimators.REGRESSOR}),
 )  # fmt: skip

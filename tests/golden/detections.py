@@ -341,6 +341,112 @@ def tfjs(folder: Path, scene: Scene) -> Path:
     return _dump(folder / "movenet.json", {"model": "MoveNet", "frames": frames})
 
 
+def posenet(folder: Path, scene: Scene) -> Path:
+    """PoseNet's poses of each frame: a place and a part for each keypoint."""
+    frames = [
+        [
+            {
+                "score": 0.9,
+                "keypoints": [
+                    {"score": score, "part": name.title().replace("_", ""), "position": {"x": x, "y": y}}
+                    for (x, y), score, name in zip(
+                        person["keypoints"], person["keypoint_scores"], COCO_NAMES, strict=True
+                    )
+                ],
+            }
+            for person in frame["instances"]
+        ]
+        for frame in _instances(scene, first=0)
+    ]
+    return _dump(folder / "posenet.json", frames)
+
+
+def ml5(folder: Path, scene: Scene) -> Path:
+    """The same as ml5 gives it."""
+    frames = json.loads(posenet(folder, scene).read_text(encoding="utf-8"))
+    return _dump(
+        folder / "posenet.json", [[{"pose": pose, "skeleton": []} for pose in frame] for frame in frames]
+    )
+
+
+def _flat(scene: Scene) -> list[dict]:
+    """Frames of people as OpenPifPaf says them."""
+    rows = _rows(scene)
+    return [
+        {
+            "frame": frame,
+            "predictions": [
+                {"keypoints": row.ravel().tolist(), "bbox": _box(row), "score": 0.8, "category_id": 1,
+                 "id_": int(person)}
+                for at, person, row in rows
+                if at == frame
+            ],
+        }
+        for frame in range(rows[-1][0] + 1)
+    ]  # fmt: skip
+
+
+def openpifpaf(folder: Path, scene: Scene) -> Path:
+    """JSON Lines of its video mode."""
+    path = folder / "walk.mp4.openpifpaf.json"
+    path.write_text("".join(json.dumps(frame) + "\n" for frame in _flat(scene)), encoding="utf-8")
+    return path
+
+
+def openpifpaf_images(folder: Path, scene: Scene) -> Path:
+    folder = folder / "predictions"
+    folder.mkdir()
+    for frame in _flat(scene):
+        _dump(folder / f"walk_{frame['frame']:04d}.jpg.predictions.json", frame["predictions"])
+    return folder
+
+
+def easymocap(folder: Path, scene: Scene) -> Path:
+    """EasyMocap's annots of one camera."""
+    folder = folder / "annots"
+    folder.mkdir()
+    for frame in _flat(scene):
+        people = [
+            {
+                "personID": i,
+                "bbox": person["bbox"],
+                "keypoints": np.reshape(person["keypoints"], (-1, 3)).tolist(),
+            }
+            for i, person in enumerate(frame["predictions"])
+        ]
+        _dump(folder / f"{frame['frame']:06d}.json", {"height": 1080, "width": 1920, "annots": people})
+    return folder
+
+
+def sapiens(folder: Path, scene: Scene) -> Path:
+    """A folder of an image each, of 308 joints: 70 of the body and the hands, others of the face."""
+    folder = folder / "sapiens"
+    folder.mkdir()
+    rows = [*range(70), *[0] * 238]
+    for frame in _instances({name: (at, points[:, rows]) for name, (at, points) in scene.items()}, first=0):
+        _dump(folder / f"walk_{frame['frame_id']:04d}.json", {"instance_info": frame["instances"]})
+    return folder
+
+
+def openpose137(folder: Path, scene: Scene) -> Path:
+    """An array of BODY_25, hands and face of the first person."""
+    _, points = scene["0"]
+    np.save(folder / "keypoints.npy", points[:, [*range(25), *[0] * 112]])
+    return folder / "keypoints.npy"
+
+
+def sleap(folder: Path, scene: Scene) -> Path:
+    """SLEAP's analysis CSV."""
+    names = [f"{joint}.{axis}" for joint in COCO_NAMES for axis in ("x", "y", "score")]
+    lines = [",".join(["track", "frame_idx", "instance.score", *names])]
+    lines += [
+        ",".join(map(str, [f"track_{person}", frame, 0.9, *row.ravel()]))
+        for frame, person, row in _rows(scene)
+    ]
+    (folder / "walk.analysis.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return folder / "walk.analysis.csv"
+
+
 def rtmlib(folder: Path, scene: Scene) -> Path:
     """numpy.savez of keypoints (T, P, 17, 2) and scores (T, P, 17), padded with zeros."""
     values = np.moveaxis(_reconstruction(scene), 0, 1)
@@ -382,6 +488,7 @@ WRITERS = {
     for writer in (
         alphapose, alphapose_cmu, alphapose_open, openpose, coco_results, coco_tracks, coco_annotations,
         mmpose_inferencer, mmpose_demo, mmpose_images, detectron, videopose2d, vis2d, vis2d_scores, keypoints,
-        ultralytics, ultralytics_texts, tfjs, rtmlib, array2d, deeplabcut, columns,
+        ultralytics, ultralytics_texts, tfjs, posenet, ml5, openpifpaf, openpifpaf_images, easymocap, sapiens,
+        openpose137, sleap, rtmlib, array2d, deeplabcut, columns,
     )
 }  # fmt: skip

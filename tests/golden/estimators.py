@@ -12,7 +12,7 @@ from golden import worlds
 from golden.bodies import feet_of
 from golden.lifters import box_of
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.layouts import COCO17, FEET, MHR70, SOMA77
+from pcnet3d.pipeline.core.layouts import BODY_25, COCO17, FEET, MHR70, SOMA77
 
 AWAY_M = np.array([0.3, 0.1, 4.0])
 FOCAL_PX = 1468.6  # the diagonal of 1280 x 720
@@ -245,6 +245,109 @@ def sam3d_csv(folder: Path, bodies: np.ndarray) -> Path:
     lines += [",".join(f"{value:f}" for value in row.ravel()) for row in mhr70(bodies)]
     (folder / "pose.csv").write_text("\n".join(lines) + "\n")
     return folder / "pose.csv"
+
+
+def vibe_people(people: list[np.ndarray]) -> dict:
+    """vibe_output.pkl's dict of subjects: SPIN's 49 joints, OpenPose's 25 first."""
+    return {
+        person: {
+            "pred_cam": np.zeros((len(bodies), 3), np.float32),
+            "verts": None,
+            "pose": np.zeros((len(bodies), 72), np.float32),
+            "joints3d": np.concatenate([_body_25(bodies), np.zeros((len(bodies), 24, 3))], axis=1).astype(
+                np.float32
+            ),
+            "frame_ids": np.arange(len(bodies)),
+        }
+        for person, bodies in enumerate(people, 1)
+    }
+
+
+def _body_25(bodies: np.ndarray) -> np.ndarray:
+    near = {f"{side}_{part}": at for side in "lr" for part, at in (("eye", "nose"), ("ear", "head"))}
+    return _placed(bodies, BODY_25.joints, near | {"neck": "thorax"})
+
+
+def easymocap3d(folder: Path, world: np.ndarray) -> Path:
+    """EasyMocap's keypoints3d of one person, of bodies z up; a wrist is lost at times."""
+    folder = folder / "keypoints3d"
+    folder.mkdir()
+    scored = np.concatenate([_body_25(world), np.full((len(world), 25, 1), 0.9)], axis=-1)
+    scored[:, 0, 3] = 0.7
+    scored[7, BODY_25.index("l_wrist")] = 0
+    for frame, row in enumerate(scored.round(5).tolist()):
+        (folder / f"{frame:06d}.json").write_text(
+            json.dumps([{"id": 0, "keypoints3d": row}]), encoding="utf-8"
+        )
+    return folder
+
+
+_ARM = ("clavicle", "shoulder", "elbow", "wrist", "hand", "handtip", "thumb")
+KINECT = [
+    "PELVIS", "SPINE_NAVEL", "SPINE_CHEST", "NECK",
+    *(f"{part}_{side}".upper() for side in ("left", "right") for part in _ARM),
+    *(f"{part}_{side}".upper() for side in ("left", "right") for part in ("hip", "knee", "ankle", "foot")),
+    "HEAD", "NOSE", "EYE_LEFT", "EAR_LEFT", "EYE_RIGHT", "EAR_RIGHT",
+]  # fmt: skip
+_NEAR_KINECT = {
+    "spine": "spine", "neck": "thorax", "head": "head", "clavicle": "shoulder", "hand": "wrist", "handtip": "wrist",
+    "thumb": "wrist", "foot": "ankle", "eye": "nose", "ear": "head", "heel": "ankle", "chest": "spine",
+}  # fmt: skip
+
+
+def _of_kinect(bodies: np.ndarray, names: list[str]) -> np.ndarray:
+    rows = []
+    for name in names:
+        words = name.lower().split("_")
+        side = next((word[0] + "_" for word in words if word in ("left", "right")), "")
+        part = next(word for word in words if word not in ("left", "right"))
+        joint = _NEAR_KINECT.get(part, part)
+        rows.append(H36M17.index(side + joint if side + joint in H36M17 else joint))
+    return bodies[:, rows]
+
+
+def azure_kinect(folder: Path, people: list[np.ndarray]) -> Path:
+    """JSON of offline_processor, millimetres in the depth camera's axes."""
+    bodies = [_of_kinect(1000 * (body + AWAY_M), KINECT).round(3).tolist() for body in people]
+    frames = [
+        {
+            "frame_id": frame, "timestamp_usec": 33333 * frame, "num_bodies": len(people),
+            "bodies": [
+                {"body_id": number, "joint_positions": joints[frame],
+                 "joint_orientations": [[1, 0, 0, 0]] * len(KINECT)}
+                for number, joints in enumerate(bodies, 1)
+            ],
+        }
+        for frame in range(len(people[0]))
+    ]  # fmt: skip
+    content = {"bone_list": [["NECK", "HEAD"]], "frames": frames, "joint_names": KINECT}
+    (folder / "walk.json").write_text(json.dumps(content), encoding="utf-8")
+    return folder / "walk.json"
+
+
+def zed(folder: Path, people: list[np.ndarray]) -> Path:
+    """The ZED SDK's bodies of 34 joints, metres, y down."""
+    names = [
+        "pelvis",
+        "spine",
+        "chest",
+        "neck",
+        *(f"{side}_{part}" for side in ("left", "right") for part in _ARM),
+    ]
+    names += [f"{side}_{part}" for side in ("left", "right") for part in ("hip", "knee", "ankle", "foot")]
+    names += ["head", "nose", "left_eye", "left_ear", "right_eye", "right_ear", "left_heel", "right_heel"]
+    frames = [
+        {
+            "timestamp": 1_700_000_000_000_000_000 + 33_333_333 * frame,
+            "body_list": [
+                {"id": number, "keypoint": _of_kinect(bodies[frame : frame + 1] + AWAY_M, names)[0].tolist()}
+                for number, bodies in enumerate(people)
+            ],
+        }
+        for frame in range(len(people[0]))
+    ]
+    (folder / "bodies.json").write_text(json.dumps(frames), encoding="utf-8")
+    return folder / "bodies.json"
 
 
 def movid_people(people: list[np.ndarray]) -> dict:

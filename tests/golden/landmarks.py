@@ -2,6 +2,7 @@
 
 import csv
 import json
+from pathlib import Path
 
 import numpy as np
 
@@ -119,6 +120,22 @@ def pose_world_json(folder, world):
 
 def message_json(folder, world):
     return dump(folder, [{"poseWorldLandmarks": {"landmark": points(row)}} for row in world])
+
+
+def tfjs(folder: Path, points: np.ndarray) -> Path:
+    """BlazePose of TF.js: pixels, and metres about the hips in keypoints3D."""
+    frames = [
+        [
+            {
+                "score": 1,
+                "keypoints": [{"x": 100 + 9 * x, "y": 200 + 9 * y, "score": 0.9} for x, y, *_ in row],
+                "keypoints3D": [{"x": x, "y": y, "z": z, "score": score} for x, y, z, score in row],
+            }
+        ]
+        for row in points.tolist()
+    ]
+    (folder / "blazepose.json").write_text(json.dumps(frames), encoding="utf-8")
+    return folder / "blazepose.json"
 
 
 def bare_json(folder, world):

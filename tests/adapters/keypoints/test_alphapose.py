@@ -95,7 +95,7 @@ def test_equal_scores_are_unknown(results):
 
 @pytest.mark.parametrize("joints", [1, 16, 19, 200])
 def test_other_numbers_of_joints(results, joints):
-    with pytest.raises(InputError, match=rf"expected people of 17, .* joints.* 136, got {joints}\."):
+    with pytest.raises(InputError, match=rf"expected people of 17, .* joints.* 308, got {joints}\."):
         read(results(("0.jpg", 1, 100, 0.5), joints=joints))
 
 

@@ -1,0 +1,48 @@
+"""3D joints in JSON of whoever wrote it: EasyMocap, Azure Kinect, ZED."""
+
+import json
+
+import numpy as np
+import pytest
+
+from golden.estimators import azure_kinect, easymocap3d
+from pcnet3d.adapters import read
+from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.core.layouts import LIMBS
+from refusals import refused
+
+FRAMES = 30
+
+
+def _limbs(poses) -> np.ndarray:
+    return poses.joints[:, H36M17.indices(LIMBS)]
+
+
+def _truth(bodies) -> np.ndarray:
+    return (bodies - bodies[:, :1])[:, H36M17.indices(LIMBS)]
+
+
+def test_a_person_in_a_world_and_a_joint_that_was_not_found(standing, tmp_path):
+    world = standing(FRAMES)
+    poses = read(easymocap3d(tmp_path, world), missing="gap")
+    wrist = poses.joint("l_wrist")
+    assert np.flatnonzero(np.isnan(wrist).any(axis=1)).tolist() == [7]
+    rows = np.arange(FRAMES) != 7
+    np.testing.assert_allclose(_limbs(poses)[rows], _truth(world)[rows], atol=2e-5)
+
+
+def test_millimetres_of_a_camera_with_times(turning, tmp_path):
+    poses = read(azure_kinect(tmp_path, [turning(FRAMES)]))
+    np.testing.assert_allclose(_limbs(poses), _truth(turning(FRAMES)), atol=2e-5)
+    assert poses.fps == pytest.approx(30, rel=1e-3)
+
+
+def test_axes_and_unit_that_are_told_and_numbers_of_joints_that_nobody_has(turning, tmp_path):
+    path = azure_kinect(tmp_path, [turning(FRAMES)])
+    assert read(path, unit="cm").joints[0, 5, 1] == pytest.approx(10 * read(path).joints[0, 5, 1])
+    content = json.loads(path.read_text(encoding="utf-8"))
+    for frame in content["frames"]:
+        frame["bodies"][0]["joint_positions"].pop()
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with refused("wrong-content"):
+        read(path, "json3d")
