@@ -24,6 +24,7 @@ _PAPER = """@media print {{ @page {{
 """
 _NARROW = 4  # columns that a telephone is wide enough for
 _SCRIPTS = {
+    '<details class="part"': "fold.js",
     '<table class="sortable">': "sort.js",
     '<div class="chart"': "charts.js",
     '<figure class="player"': "player.js",
@@ -77,16 +78,17 @@ Level = Literal["good", "care", "bad"]
 Cell = str | float | int | Link | Soft | Stated | None  # a str that is Markup is left as it is
 
 
-def page(title: str, head: Markup, sections: Iterable[tuple[str, Markup]]) -> str:
+def page(title: str, head: Markup, sections: Iterable[tuple[str, Markup]], folded: bool = False) -> str:
     """A whole document. head: HTML under the title. sections: each one's title in words and its HTML; empty ones are
-    left out."""
+    left out. folded: whether a section is shown when its title is clicked; on paper all are."""
     kept = [(f"part-{i}", name, content) for i, (name, content) in enumerate(sections, 1) if content]
-    wanted = [file for mark, file in _SCRIPTS.items() if any(mark in content for _, _, content in kept)]
+    whole = kit().parts(kept, folded)
+    wanted = [file for mark, file in _SCRIPTS.items() if mark in whole or mark in head]
     script, policy = "".join(map(_text, wanted)), _POLICY
     if script:
         policy += f"; script-src 'sha256-{b64encode(sha256(script.encode()).digest()).decode('ascii')}'"
     style = _text("page.css") + _PAPER.format(title=_css_string(title))
-    return str(kit().page(title, head, kept, Markup(style), Markup(script), policy))
+    return str(kit().page(title, head, kept, whole, Markup(style), Markup(script), policy))
 
 
 def _css_string(words: str) -> str:
@@ -113,8 +115,8 @@ def answer(sentences: Iterable[str]) -> Markup:
 def gauge(
     level: Level, word: str, sentence: str, checks: Iterable[tuple[str, Level, Sequence[str]]]
 ) -> Markup:
-    """How far something can be trusted: the level on a scale of three, in a word and a sentence, and what it rests on.
-    checks: name, level and sentences of each."""
+    """How far something can be trusted: the level on a scale of three, in a word and a sentence, and what it rests on,
+    on demand where there is nothing to look at. checks: name, level and sentences of each."""
     return kit().gauge(level, word, sentence, list(checks))
 
 
@@ -195,9 +197,15 @@ def figure(pictures: Sequence[Markup], title: str, caption: str = "", time_s: fl
     return kit().figure(pictures, title, caption, time_s)
 
 
-def player(held: Mapping[str, Any], frames: int, title: str, alt: str, caption: str) -> Markup:
-    """A skeleton to play and to turn; player.js says what is held. alt: for those who cannot see it."""
-    return kit().player(json.dumps(held, separators=(",", ":")), frames, title, alt, caption)
+def player(held: Mapping[str, Any], frames: int, alt: str, caption: str, film: str = "") -> Markup:
+    """A skeleton to play and to turn, and beside it a film, if one is held; player.js says what is held. alt, film: of
+    either, for those who cannot see it."""
+    return kit().player(json.dumps(held, separators=(",", ":")), frames, alt, caption, film)
+
+
+def jpeg_address(content: bytes) -> str:
+    """A JPEG as an address that holds it."""
+    return f"data:{_TYPES['jpeg']};base64,{b64encode(content).decode('ascii')}"
 
 
 def charts(figures: Iterable[Markup], small: bool = False) -> Markup:

@@ -1,10 +1,12 @@
-// The skeleton on its floor: drag or arrow keys turn it, the slider and the charts move it through time, and it moves
-// the cursor of every chart of time. Nothing plays before somebody asks for it.
+// The skeleton on its floor, and the film beside it: drag or arrow keys turn the skeleton, the slider and the charts move
+// both through time, and they move the cursor of every chart of time. They play by themselves, over and over, until
+// somebody touches them, unless the reader's system asks for less motion.
 for (const box of document.querySelectorAll(".player")) {
   const held = JSON.parse(box.dataset.held);
   const bytes = Uint8Array.from(atob(held.points), letter => letter.charCodeAt(0));
   const points = new Int16Array(bytes.buffer), missing = -32768, each = held.joints * 3;
   const canvas = box.querySelector("canvas"), pen = canvas.getContext("2d");
+  const image = box.querySelector("img"), film = held.film;
   const [button, slider, pace, output] = ["button", "input", "select", "output"].map(name => box.querySelector(name));
   let frame = 0, turn = 0.6, tilt = 0.22, playing = null;
 
@@ -40,6 +42,11 @@ for (const box of document.querySelectorAll(".player")) {
     bones.sort(([a, b], [c, d]) => c[2] + d[2] - a[2] - b[2]);
     pen.lineWidth = Math.max(3, 0.028 * scale * held.height);
     for (const [a, b, colour] of bones) { pen.strokeStyle = colour; line(a, b); }
+    if (image) {
+      const next = film.times.findIndex(at => at > held.times[frame] + 1e-3);
+      const source = film.pictures[Math.max((next < 0 ? film.times.length : next) - 1, 0)];
+      if (image.src !== source) image.src = source;
+    }
     output.textContent = `${held.times[frame].toFixed(2)} s`;
     slider.setAttribute("aria-valuetext", output.textContent);
   };
@@ -53,7 +60,7 @@ for (const box of document.querySelectorAll(".player")) {
   const after = time => { const row = held.times.findIndex(at => at >= time); return row < 0 ? held.times.length - 1 : row; };
 
   const stop = () => { cancelAnimationFrame(playing); playing = null; button.textContent = "Play"; };
-  const play = () => {
+  const play = again => {
     if (frame === held.times.length - 1) go(0, true);
     let last = performance.now(), at = held.times[frame];
     const step = now => {
@@ -61,16 +68,19 @@ for (const box of document.querySelectorAll(".player")) {
       last = now;
       const row = after(at);
       if (row !== frame) go(row, true);
-      if (row < held.times.length - 1) playing = requestAnimationFrame(step); else stop();
+      if (row < held.times.length - 1) playing = requestAnimationFrame(step);
+      else if (again) { go(0, true); at = held.times[0]; playing = requestAnimationFrame(step); }
+      else stop();
     };
     button.textContent = "Pause";
     playing = requestAnimationFrame(step);
   };
-  const toggle = () => playing === null ? play() : stop();
+  const toggle = () => playing === null ? play(false) : stop();
 
   button.addEventListener("click", toggle);
   slider.addEventListener("input", () => { stop(); go(parseInt(slider.value), true); });
-  document.addEventListener("moment", event => playing === null && go(after(event.detail - 1e-6), false));
+  document.addEventListener("moment", event => event.detail !== held.times[frame] && (stop(), go(after(event.detail - 1e-6), false)));
+  document.addEventListener("focusin", event => box.contains(event.target) || stop());
   const rotate = (right, up) => {
     turn += right;
     tilt = Math.min(Math.max(tilt + up, -0.2), 1.5);
@@ -88,4 +98,5 @@ for (const box of document.querySelectorAll(".player")) {
   new ResizeObserver(draw).observe(canvas);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
   go(0, false);
+  if (!matchMedia("(prefers-reduced-motion: reduce)").matches && !matchMedia("print").matches) play(true);
 }

@@ -137,16 +137,19 @@ def jpeg(
     angle: str = "",
     joint: str = "",
     around: np.ndarray | None = None,
+    side: int = _SIDE,
+    quality: int = _QUALITY,
 ) -> bytes:
-    """A small JPEG with keypoints (J, 2) drawn on it, and an angle in words beside its joint; of what is around the
-    points `around` (N, 2), or else these; of all of the image (H, W, 3) RGB where there are none."""
+    """A small JPEG, its longer side of so many pixels, with keypoints (J, 2) drawn on it, and an angle in words beside
+    its joint; of what is around the points `around` (N, 2), or else these; of all of the image (H, W, 3) RGB where
+    there are none."""
     import cv2
 
     around = keypoints if around is None else around
     corner, size = _crop(image.shape[1::-1], around[is_finite(around)])
     left, top = corner
     part = np.ascontiguousarray(image[top : top + size[1], left : left + size[0]])
-    scale = _SIDE / max(size)
+    scale = side / max(size)
     shape = (max(round(size[0] * scale), 1), max(round(size[1] * scale), 1))
     small = np.ascontiguousarray(cv2.resize(part, shape, interpolation=cv2.INTER_AREA)[..., ::-1])
     at = (keypoints + 0.5 - corner) * scale - 0.5
@@ -158,7 +161,7 @@ def jpeg(
                 cv2.line(small, start, end, colour, width, cv2.LINE_AA, 4)
     if angle and joint in layout and np.isfinite(at[layout.index(joint)]).all():
         _write(small, angle.rstrip("\u00b0"), at, layout, joint)
-    return _encoded(small)
+    return _encoded(small, quality)
 
 
 def _write(image: np.ndarray, number: str, at: np.ndarray, layout: Layout, joint: str) -> None:
@@ -208,10 +211,10 @@ def lines_jpeg(image: np.ndarray) -> bytes:
     return _encoded(np.ascontiguousarray(small[..., ::-1]))
 
 
-def _encoded(bgr: np.ndarray) -> bytes:
+def _encoded(bgr: np.ndarray, quality: int = _QUALITY) -> bytes:
     import cv2
 
-    done, content = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+    done, content = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])
     assert done
     return content.tobytes()
 

@@ -1,4 +1,5 @@
-"""What the page's player holds: the skeleton on its floor, frame by frame (stages/drawing/player.js)."""
+"""What the page's player holds: the skeleton on its floor, frame by frame, and the video's pictures of the person
+(stages/drawing/player.js)."""
 
 from __future__ import annotations
 
@@ -11,19 +12,28 @@ from markupsafe import Markup
 from ...pipeline.core.layouts import with_feet
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
-from ...pipeline.core.take import Take
+from ...pipeline.core.take import Take, Video
+from ...pipeline.files.video_frames import images_at
 from ..drawing.facts import length_unit
-from ..drawing.page import player
+from ..drawing.page import jpeg_address, player
 from ..drawing.palette import as_hex, side_colour
+from .key_frames import jpeg, keypoints_at
 
 _MOST = 2500  # frames: a third of a megabyte
 _STEPS, _MISSING = 32000, -32768
 _SQUARES = 3.5  # of the floor's grid, as high as the person
+# Pictures of the film, pixels of their longer side, and the quality of JPEG: half a megabyte.
+_PICTURES, _SIDE, _QUALITY = 60, 280, 55
+_SEEKS = (
+    1200  # video frames of a take, from which the film has key frames alone: no others are decoded for it
+)
+_SIZE = 90  # per cent of the frames in which the person is smaller than what the film shows
 _LOWEST = 2  # per cent of the frames in which a foot may be under the floor
 
 
 def skeleton_player(take: Take) -> Markup:
-    """HTML of the skeleton that plays; nothing of a take that could not be levelled, or of a single frame."""
+    """HTML of the skeleton that plays, beside the video's pictures where there are such; nothing of a take that could
+    not be levelled, or of a single frame. Raises InputError when the video cannot be decoded."""
     rectified = take.need("rectified")
     level = take.filtered if take.filtered is not None else rectified.level
     shown = np.flatnonzero(is_finite(level.joints).any(axis=1))
@@ -53,14 +63,54 @@ def skeleton_player(take: Take) -> Markup:
         "bones": [[*layout.indices(bone), as_hex(side_colour(*bone))] for bone in layout.bones],
         "points": b64encode(whole.tobytes()).decode("ascii"),
     }
+    film = _film(take, shown)
+    held |= {"film": film} if film else {}
     squares = f" The squares are {square:g} m wide." if unit == "m" else ""
     caption = (
-        f"The skeleton turned upright, on the floor.{squares} {on_floor} "
-        "Drag to turn it; the slider moves the cursor of every chart of time."
+        f"{'The video, and beside it the' if film else 'The'} skeleton turned upright, on the floor.{squares} "
+        f"{on_floor} Orange is the person's right, blue the left. Drag to turn it; the slider moves the cursor of "
+        "every chart of time."
     )
-    return player(
-        held, len(rows), "The take", "The skeleton on its floor; arrow keys turn it, space plays", caption
-    )
+    words = "The skeleton on its floor; arrow keys turn it, space plays"
+    return player(held, len(rows), words, caption, "The video at the same moment" if film else "")
+
+
+def _film(take: Take, shown: np.ndarray) -> dict[str, list[Any]] | None:
+    """Seconds and pictures of the person, of one size each, for the rows (N,) from the first to the last that shows
+    one; None of a take without images."""
+    if take.video is None or not take.told.images or take.keypoints is None:
+        return None
+    poses = take.need("poses")
+    frames, times = poses.frame_index[shown], poses.times[shown]
+    wanted = _chosen(take.video, int(frames[0]), int(frames[-1]))
+    at = {frame: keypoints_at(take, frame) for frame in wanted}
+    boxes = {frame: _box(points) for frame, (points, _) in at.items() if is_finite(points).sum() > 1}
+    images = images_at(take.video, wanted)
+    if not boxes or not images:
+        return None
+    half = float(np.percentile([side for _, side in boxes.values()], _SIZE)) / 2
+    known = np.array(sorted(boxes))
+    middles = np.stack([boxes[frame][0] for frame in known])
+    pictures = []
+    for frame, image in images.items():
+        middle = np.array([np.interp(frame, known, middles[:, i]) for i in range(2)])
+        around = np.stack([middle - half, middle + half])
+        flat, layout = at[frame]
+        pictures.append(jpeg_address(jpeg(image, flat, layout, around=around, side=_SIDE, quality=_QUALITY)))
+    return {"times": np.interp(list(images), frames, times).round(4).tolist(), "pictures": pictures}
+
+
+def _chosen(video: Video, first: int, last: int) -> list[int]:
+    """The video frames of the film, evenly spread."""
+    keys = [frame for frame in video.key_frames if first <= frame <= last]
+    of = keys if last - first > _SEEKS and len(keys) > 1 else range(first, last + 1)
+    return [of[i] for i in np.unique(np.linspace(0, len(of) - 1, _PICTURES).round().astype(int))]
+
+
+def _box(points: np.ndarray) -> tuple[np.ndarray, float]:
+    """The middle (2,) and the longer side of the box about points (J, 2)."""
+    low, high = np.nanmin(points, axis=0), np.nanmax(points, axis=0)
+    return (low + high) / 2, float((high - low).max())
 
 
 def _standing(level: PoseSequence, rows: np.ndarray) -> tuple[np.ndarray, str]:

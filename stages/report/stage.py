@@ -59,10 +59,11 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     """A take as one HTML page that holds its images, loads nothing, and runs no script but our own for reading off its
     charts.
 
-    First what was seen and how far to trust it, then key frames, the movements that happened, angles and paths, and
-    where everything comes from. What the take lacks (video, angles, measures, ...) is left out; so are the video's
-    images where `take.told.images` is False. files: names of the files in the page's folder, to lead to. Raises
-    InputError without poses, rectified poses or time stamps, or when the video cannot be decoded.
+    On the first screen what was seen, the video beside the upright skeleton, and how far to trust it; folded, key
+    frames, the movements that happened, angles and paths, and where everything comes from. What the take lacks (video,
+    angles, measures, ...) is left out; so are the video's images where `take.told.images` is False. files: names of the
+    files in the page's folder, to lead to. Raises InputError without poses, rectified poses or time stamps, or when the
+    video cannot be decoded.
     """
     if take.poses is None or take.rectified is None:
         raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
@@ -72,12 +73,12 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     joints = joint_ranges(subgroup(measures, "range_of_motion"))
     withheld = [each.text for each in take.notices if each.code == "figures-withheld"]
     stated = any(isinstance(row, Measure) and row.error is not None for row in take.measures or ())
-    head = session_words(take, facts) + answer(said or withheld) + _furthest(joints)
+    head = session_words(take, facts) + answer(said or withheld) + skeleton_player(take)
+    head += trust(take, facts) + told_of(take) + _furthest(joints)
     head += small(_ERRORS) if stated else Markup("")
-    head += trust(take, facts) + told_of(take)
     several = len(take.poses) > 1  # charts over time of one frame are empty
     sections = [
-        ("Key frames", skeleton_player(take) + _key_frames(take)),
+        ("Key frames", _key_frames(take)),
         ("Ranges of motion", ranges(measures, take.angle_errors)),
         ("What happened", happened(take.measures or (), length_unit(take.poses))),
         (
@@ -90,7 +91,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         ("Files beside this page", files_beside(files)),
         ("Where this comes from", provenance(facts, take)),
     ]
-    return page(take.title, head, sections)
+    return page(take.title, head, sections, folded=True)
 
 
 def _furthest(joints: Sequence[JointRange]) -> Markup:

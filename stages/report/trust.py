@@ -38,9 +38,9 @@ _SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
 _SHOWS_FAULTS_S = 0.5  # of the take, in which an arm that is lost comes back
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
 _WORDS = {
-    "good": ("Good", "figures hold within their errors, where these are known."),
-    "care": ("Check", "figures hold within their errors, but read what is marked below."),
-    "bad": ("Do not rely on it", "read what is marked below."),
+    "good": ("Usable.", "Figures hold within their errors."),
+    "care": ("Usable.", "Figures hold within their errors; look at what is marked '!'."),
+    "bad": ("Do not rely on it.", "Look at what is marked."),
 }
 _TO_GRAVITY = "trunk lean, angles of thigh, shank and upper arm to the vertical, heights and paths"
 
@@ -55,16 +55,19 @@ def trust(take: Take, facts: Facts) -> Markup:
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
     verdict, words = _WORDS[level]
     if level == "care" and take.angle_errors == "none":
-        words = "the errors of the angles are not known; read what is marked below."
+        words = "The errors of the angles are not known; look at what is marked '!'."
     elif level == "good" and take.angle_errors == "none":
-        words = "no fault was found; the errors of the angles are not known."
+        words = "The errors of the angles are not known."
     elif level == "care" and against_rate(take.said):
-        words = "times and speeds hold only if the frame rate is right; read what is marked below."
+        words = "Times and speeds hold only if the frame rate is right; look at what is marked '!'."
     elif level == "care" and facts.verdict == "suspicious":
-        words = "some figures may be off by more than their errors; read what is marked below."
+        verdict, words = (
+            "Check.",
+            "Some figures may be off by more than their errors; look at what is marked '!'.",
+        )
     elif level == "bad" and facts.verdict != "unusable":
-        verdict = "Do not rely on directions, heights and paths"
-    return gauge(level, f"{verdict}:", words, checks)
+        verdict = "Do not rely on directions, heights and paths."
+    return gauge(level, verdict, words, checks)
 
 
 def _poses(take: Take, facts: Facts) -> list[Check]:

@@ -2,6 +2,7 @@
 
 import base64
 import json
+from dataclasses import replace
 from html import unescape
 
 import numpy as np
@@ -11,7 +12,7 @@ from markupsafe import Markup
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.stages.drawing.charts import Curve, over_time
 from pcnet3d.stages.drawing.page import charts, figure, page
-from pcnet3d.stages.report.player import skeleton_player
+from pcnet3d.stages.report.player import _chosen, skeleton_player
 
 
 def held_of(markup: str) -> dict:
@@ -63,9 +64,22 @@ def test_a_long_take_has_fewer_frames(walk_take):
     assert len(markup) < 500_000
 
 
-def test_nothing_of_a_take_that_is_not_levelled(walk_take):
-    from dataclasses import replace
+def test_the_film_has_pictures_of_the_frames_at_their_times(walk_take, film):
+    shown = held_of(skeleton_player(walk_take.with_(video=film())))["film"]
+    assert len(shown["times"]) == len(shown["pictures"]) == len(walk_take.poses)
+    assert shown["times"] == pytest.approx(walk_take.poses.times, abs=1e-3)
+    assert all(each.startswith("data:image/jpeg;base64,") for each in shown["pictures"])
+    assert "film" not in held_of(skeleton_player(walk_take.with_(video=film()).telling(images=False)))
 
+
+def test_the_film_of_a_long_take_is_of_key_frames_that_need_no_others(film):
+    long = replace(film(), key_frames=tuple(range(0, 9000, 250)))
+    assert set(_chosen(long, 100, 8900)) <= set(long.key_frames)
+    assert len(_chosen(long, 0, 99)) == 60
+    assert _chosen(replace(long, key_frames=(0,)), 0, 5000)[-1] == 5000
+
+
+def test_nothing_of_a_take_that_is_not_levelled(walk_take):
     assert not skeleton_player(walk_take.with_(rectified=replace(walk_take.rectified, level_ok=False)))
 
 
@@ -86,21 +100,21 @@ def test_the_player_and_the_charts_are_at_one_moment(walk_take, opened):
     assert browser.complaints == []
 
 
-def test_keys_turn_it_and_it_plays_when_asked(walk_take, opened):
+def test_it_plays_by_itself_until_it_is_touched_and_keys_turn_it(walk_take, opened):
     browser = opened(page("walk", Markup(""), [("take", skeleton_player(walk_take))]), 390)
-    image, frame = (
+    image, frame, button = (
         "document.querySelector('.player canvas').toDataURL()",
         "+document.querySelector('.player input').value",
+        "document.querySelector('.player button').textContent",
     )
+    assert browser.value(button) == "Pause"
+    moved = "new Promise(r => (function look() { {} > 0 ? r(true) : setTimeout(look, 20) })())"
+    assert browser.value(moved.replace("{}", frame))
+    browser.value("document.querySelector('.player button').click()")
+    assert browser.value(button) == "Play"
     before = browser.value(image)
-    assert browser.value(frame) == 0
     browser.value("document.querySelector('.player canvas').focus()")
     browser.press("ArrowLeft")
     assert browser.value(image) != before
-    browser.value("document.querySelector('.player button').click()")
-    assert browser.value("document.querySelector('.player button').textContent") == "Pause"
-    browser.ask("Runtime.evaluate", expression="new Promise(r => setTimeout(r, 600))", awaitPromise=True)
-    assert browser.value(frame) > 0
-    browser.value("document.querySelector('.player button').click()")
     assert browser.value("document.documentElement.scrollWidth") <= 390
     assert browser.complaints == []

@@ -20,16 +20,52 @@ def content(walk_take, film) -> str:
     return report(take.saying(own_notice("test.said", f"careful with {long}")))
 
 
-@pytest.mark.parametrize("width", [1280, 390, 320])
-def test_it_opens_with_all_its_figures_and_not_a_word_in_the_console(content, opened, width):
+@pytest.fixture
+def unfolded(content, opened):
+    """The report in a browser of some width, all its parts open."""
+
+    def in_browser(width: int = 1280):
+        browser = opened(content, width)
+        browser.value("document.querySelectorAll('.part').forEach(part => part.open = true)")
+        return browser
+
+    return in_browser
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_first_screen_has_the_answer_the_film_beside_the_skeleton_and_the_verdict(content, opened, width):
     browser = opened(content, width)
+    tops = browser.value(
+        "['.answer', '.player img', '.player canvas', '.gauge', '.part'].map(q => document.querySelector(q))"
+        ".map(e => e && [e.getBoundingClientRect().top, e.getBoundingClientRect().left])"
+    )
+    answer, film_at, skeleton, gauge, part = tops
+    assert answer is None or answer[0] < film_at[0]
+    assert abs(film_at[0] - skeleton[0]) < 2
+    assert film_at[1] < skeleton[1]
+    assert skeleton[0] < gauge[0] < part[0]
+    assert gauge[0] < 900
+    assert browser.value("document.querySelectorAll('.part[open]').length") == 0
+
+
+def test_a_link_to_a_folded_part_opens_it(content, opened):
+    browser = opened(content)
+    browser.value("document.querySelector('nav a').click()")
+    assert browser.value(
+        "new Promise(done => setTimeout(() => done(document.querySelector('.part').open), 50))"
+    )
+
+
+@pytest.mark.parametrize("width", [1280, 390, 320])
+def test_it_opens_with_all_its_figures_and_not_a_word_in_the_console(content, unfolded, width):
+    browser = unfolded(width)
     assert browser.complaints == []
     assert [url.partition(":")[0] for url in browser.requested] == ["file"]
     images = browser.value(
         "[...document.images].map(i => [i.complete, i.naturalWidth, i.getBoundingClientRect().width])"
     )
     assert len(images) == content.count("<img")
-    assert len(images) == 6
+    assert len(images) == 7  # key frames, and the film
     assert all(complete and natural > 50 and shown > 50 for complete, natural, shown in images)
     charts = browser.value(
         "[...document.querySelectorAll('.chart > svg')].map(s => s.checkVisibility() && s.clientWidth)"
@@ -43,10 +79,10 @@ def test_it_opens_with_all_its_figures_and_not_a_word_in_the_console(content, op
     assert browser.value(f"Math.min(...{sizes})") >= 13
 
 
-def test_charts_stand_side_by_side_on_a_desk_and_one_below_the_other_on_a_telephone(content, opened):
+def test_charts_stand_side_by_side_on_a_desk_and_one_below_the_other_on_a_telephone(unfolded):
     columns = "new Set([...document.querySelectorAll('.charts figure')].map(f => f.getBoundingClientRect().left)).size"
-    assert opened(content, 1280).value(columns) == 3
-    assert opened(content, 390).value(columns) == 1
+    assert unfolded(1280).value(columns) == 3
+    assert unfolded(390).value(columns) == 1
 
 
 def test_it_prints(content, opened):
@@ -56,8 +92,8 @@ def test_it_prints(content, opened):
     assert 3 <= pdf.count(b"/Type /Page\n") <= 6
 
 
-def test_values_are_read_off_under_the_pointer_in_every_chart_of_time(content, opened):
-    browser = opened(content)
+def test_values_are_read_off_under_the_pointer_in_every_chart_of_time(unfolded):
+    browser = unfolded()
     chart = "[...document.querySelectorAll('figure')].find(f => f.textContent.startsWith('{}')).querySelector('.chart')"
     knee, thigh = chart.format("Knee flexion"), chart.format("Thigh against trunk")
     table = f"[...{knee}.querySelectorAll('tbody tr')].map(r => [...r.cells].map(c => c.textContent))"
@@ -82,8 +118,8 @@ def test_values_are_read_off_under_the_pointer_in_every_chart_of_time(content, o
     assert browser.complaints == []
 
 
-def test_a_click_on_a_chart_shows_the_nearest_key_frame(content, opened):
-    browser = opened(content)
+def test_a_click_on_a_chart_shows_the_nearest_key_frame(unfolded):
+    browser = unfolded()
     times = browser.value(
         "[...document.querySelectorAll('figure[data-time]')].map(f => parseFloat(f.dataset.time))"
     )
@@ -100,8 +136,8 @@ def test_a_click_on_a_chart_shows_the_nearest_key_frame(content, opened):
     assert not browser.value("document.querySelector('dialog').open")
 
 
-def test_arrow_keys_move_the_cursor_and_enter_shows_the_key_frame(content, opened):
-    browser = opened(content)
+def test_arrow_keys_move_the_cursor_and_enter_shows_the_key_frame(unfolded):
+    browser = unfolded()
     browser.value("document.querySelector('.leads').focus()")
     rows = browser.value(
         "[...document.querySelector('.leads').closest('.chart').querySelectorAll('tbody tr')]"
@@ -109,11 +145,14 @@ def test_arrow_keys_move_the_cursor_and_enter_shows_the_key_frame(content, opene
     )
     at = "document.querySelector('.leads').closest('.chart').querySelector('.at').textContent"
 
-    for key, row in (("ArrowRight", 0), ("ArrowRight", 1), ("ArrowRight", 2), ("ArrowLeft", 1)):
+    begins = [f"{row[0]} s" for row in rows].index(
+        browser.value(at) or f"{rows[0][0]} s"
+    )  # where the film was
+    for key, further in (("ArrowRight", 1), ("ArrowRight", 2), ("ArrowRight", 3), ("ArrowLeft", 2)):
         browser.press(key)
-        assert browser.value(at) == f"{rows[row][0]} s"
-    browser.press("ArrowLeft")
-    browser.press("ArrowLeft")
+        assert browser.value(at) == f"{rows[begins + further][0]} s"
+    for _ in range(begins + 3):
+        browser.press("ArrowLeft")
     assert browser.value(at) == f"{rows[0][0]} s"
     browser.press("Enter")
     assert browser.value("document.querySelector('dialog').open")

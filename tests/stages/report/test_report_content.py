@@ -142,7 +142,7 @@ def test_warnings_come_before_the_first_image(walk_take):
     said = report(take)
     for words in ("the poses are odd", "could not be levelled: the person lies"):
         assert 0 < said.index(words) < said.index("Key frames</h2>")
-    assert '<div class="gauge bad">' in said
+    assert '<details class="gauge bad" open>' in said
 
 
 def test_what_a_take_lacks_is_left_out(walk_take):

@@ -253,7 +253,7 @@ def test_key_rows_show_the_movement_and_no_outlier(walk_take):
 
 def test_no_frames_means_no_image(walk_take, film):
     take = walk_take.with_(video=film())
-    assert report(take).count("data:image/jpeg") == 6
+    assert report(take).count('src="data:image/jpeg') == 6
     without = report(take.telling(images=False))
     assert "data:image/jpeg" not in without
     assert "data:image/png" not in without

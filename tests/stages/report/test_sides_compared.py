@@ -19,10 +19,7 @@ def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
         compared({"symmetry": {"knee_flexion": {"symmetry_index_percent": 50.0}}}) == []
     )  # no error is stated
     (same,) = compared({"symmetry": {"knee_flexion": knee}})
-    assert same == "Between right and left no difference in range of motion is certain."
-    walking = {f"step_time_{key}": value for key, value in knee.items()}
-    (same,) = compared({"symmetry": {"knee_flexion": knee}, "walking": walking})
-    assert "in range of motion or steps is" in same
+    assert same == "No clear difference between right and left."
     walking = {f"step_length_{key}": value for key, value in hip.items()}
     (apart,) = compared({"symmetry": {"knee_flexion": knee, "thigh_trunk_flexion": hip}, "walking": walking})
     assert compared({"symmetry": {"knee_flexion": {"symmetry_index_withheld": "sides-unlike"}}}) == []
@@ -39,7 +36,7 @@ def test_one_difference_among_many_may_be_chance():
     figures = {name: {"symmetry_index_percent": 2.0, "symmetry_index_error_percent": 20.0} for name in angles}
     figures[angles[0]] = {"symmetry_index_percent": 50.0, "symmetry_index_error_percent": 20.0}
     (said,) = sides_compared(grouped(rows_of({"symmetry": figures})))
-    assert f"1 of {len(angles)} exceeds its ±, which may be chance" in said
+    assert "differ in" not in said
     figures[angles[0]] = {"symmetry_index_percent": 150.0, "symmetry_index_error_percent": 20.0}
     (said,) = sides_compared(grouped(rows_of({"symmetry": figures})))
     assert "differ in" in said
