@@ -17,7 +17,6 @@ class Entry(NamedTuple):
     template: str
 
 
-_APART = "They are treated as different motions, so only their ranges and cycles are compared."
 _ONE = "Check that they show the same motion, and that the time shift is right."
 _FITS = "{run} fits at several shifts (r {r:.2f} and, at another, {runner_up:.2f}), as in a repeated motion."
 _NARROW = "narrow the search with --offset and --search"
@@ -467,15 +466,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "rates-differ": ("warning", "clock",
         "The {takes} were lifted at {least_fps:.4g} to {most_fps:.4g} frames per second. This alone changes ranges "
         "of motion (in walking, the knee's by 3 degrees between 30 and 60): film at one rate."),
-    "told-apart": ("warning", "motion",
-        f"{{run}} and {{other}} have different {{what}}. {_APART} If they are the same motion, give "
-        "--align correlate."),
-    "no-common-time": ("warning", "clock",
-        "By their clocks {run} and {other} do not overlap in time, within {search_s:g} s (--search) of {offset_s:g} "
-        f"s (--offset). {_APART}"),
-    "angles-apart": ("warning", "motion",
-        f"The angles of {{run}} and {{other}} correlate weakly (r {{r:.2f}}). {_APART} If they are the same motion, "
-        "give --align correlate."),
     "angles-weak": ("warning", "motion",
         f"The angles of {{run}} and {{other}} correlate weakly (r {{r:.2f}}). {_ONE}"),
     "angles-unusual": ("warning", "motion",
@@ -484,8 +474,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "mirror-images": ("warning", "motion",
         "{run} fits {other} better with left and right exchanged (r {of_image:.2f} against {r:.2f}): the video of one "
         "of them is mirrored, the shift is off by half a stride, or the other side moved."),
-    "shift-unknown": ("warning", "clock",
-        f"{_FITS} {_APART} If they are the same motion, {_NARROW}, or give --align stamps if both began together."),
     "shift-ambiguous": ("warning", "clock",
         f"{_FITS} The shift nearest to {{offset_s:g}} s (--offset) was used: {_NARROW}."),
     "partly-common": ("warning", "motion",

@@ -35,7 +35,6 @@ WHY = {
     "unit-unknown": "one of the takes is not in metres",
 }
 _MOST = 6  # differences that a sentence names
-_OTHER_CADENCE = 0.1  # share by which cadences differ that are of two walks, where their errors are not known
 _BEYOND = 0.1  # of the figures that did not change, of each by itself: SD_90
 
 
@@ -167,19 +166,6 @@ def from_same_place(side: Side, reference: Side) -> bool:
     if side.run is None or reference.run is None:
         return False
     return same_place(side.run.need("rectified"), reference.run.need("rectified"))
-
-
-def other_cadence(side: Side, reference: Side) -> bool:
-    """Whether the walks of two takes have cadences that differ by more than both takes' errors, or, where these are
-    not known, by a tenth, so that they are two walks: of 110 pairs of cameras that saw one captured walk (lifted)
-    none had."""
-    cadences = [measure(subgroup(grouped(of.measures), "walking"), "cadence") for of in (side, reference)]
-    if cadences[0] is None or cadences[1] is None:
-        return False
-    values = [of.value for of in cadences if of]
-    errors = [of.error for of in cadences if of and of.error is not None]
-    bound = SD_90 * math.hypot(*errors) if len(errors) == 2 else _OTHER_CADENCE * min(values)
-    return bool(abs(values[1] - values[0]) > bound)
 
 
 def summary(changes: list[Change], against: str) -> Iterator[str]:

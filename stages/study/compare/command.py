@@ -61,8 +61,8 @@ def compare(
         Align,
         typer.Option(
             help="How to match the runs in time: by time stamps, by correlating the angles, or by cycles only "
-            "(different movements). auto uses stamps for runs of one recording, cycles if date, person or "
-            "cadence differ or the correlation is doubtful, and correlate otherwise."
+            "(different motions). auto uses stamps for runs of one recording, correlate for motion capture, and cycles "
+            "otherwise."
         ),
     ] = "auto",
     offset: Annotated[

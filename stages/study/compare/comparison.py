@@ -19,10 +19,10 @@ from ....pipeline.signals.filters import rate as frame_rate
 from ...drawing.words import spoken
 from ..rates import is_lifted, rates_apart
 from .align import AMBIGUOUS, CLEARLY, UNUSUAL, WEAK, Alignment, correlated, mirrored, size_ratio, stamped
-from .changes import Change, as_figures, changes, from_same_place, other_cadence, summary
+from .changes import Change, as_figures, changes, from_same_place, summary
 from .cycles import Cycles, cycles
 from .figures import JointAgreement, agreement, joint_agreement, view_spread
-from .side import Side, one_clock, told_apart
+from .side import Side, one_clock
 
 Align = Literal["auto", "stamps", "correlate", "cycles"]
 _MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack a second or two of each other
@@ -94,8 +94,7 @@ def compared(
         near = from_same_place(side, reference)
         doubtful = bool(doubts.get(side.name) or doubts.get(reference.name))
         differences = changes(side, reference, near, doubtful)
-        differ = [*told_apart(side, reference), *["cadences"] * other_cadence(side, reference)]
-        how, said = _aligned(side, reference, differ, align, offset_s, search_s)
+        how, said = _aligned(side, reference, align, offset_s, search_s)
         pair = Pair(
             side=side,
             reference=reference,
@@ -127,10 +126,12 @@ def _of_all(sides: Sequence[Side]) -> Iterator[Notice]:
 
 
 def _aligned(
-    side: Side, reference: Side, differ: list[str], align: Align, offset_s: float, search_s: float
+    side: Side, reference: Side, align: Align, offset_s: float, search_s: float
 ) -> tuple[Alignment | None, list[Notice]]:
-    """How the side's clock is brought to the reference's, None for takes of different motions, and doubts. differ: what
-    the two do not have in common, as of motions that are not one."""
+    """How the side's clock is brought to the reference's, None for takes of different motions, and doubts."""
+    together = one_clock(side, reference)
+    if align == "auto":
+        align = "stamps" if together else "correlate" if reference.run is None else "cycles"
     if align == "cycles":
         if reference.run is None:
             raise InputError(
@@ -138,37 +139,25 @@ def _aligned(
                 "Motion capture of another motion is no reference; give that of the take itself.",
             )
         return None, []
-    together = one_clock(side, reference)
-    may_differ = align == "auto" and reference.run is not None and not together
-    both: dict[str, Any] = {"run": side.name, "other": reference.name}
-    if may_differ and differ:
-        return None, [notice("told-apart", **both, what=" and ".join(differ))]
 
     def aligned(of: Side) -> Alignment:
-        if align == "stamps" or (align == "auto" and together):
+        if align == "stamps":
             return stamped(of, reference, offset_s)
         return correlated(of, reference, offset_s, search_s)
 
-    try:
-        how = aligned(side)
-    except InputError:
-        if not may_differ:
-            raise
-        return None, [notice("no-common-time", **both, search_s=search_s, offset_s=offset_s)]
-    doubts = []
+    how, doubts = aligned(side), list[Notice]()
+    both: dict[str, Any] = {"run": side.name, "other": reference.name}
+    if not how.r >= WEAK:
+        doubts.append(notice("angles-weak", **both, r=how.r))
+    elif how.runner_up > AMBIGUOUS * how.r:
+        values: dict[str, Any] = {"r": how.r, "runner_up": how.runner_up, "offset_s": offset_s}
+        doubts.append(notice("shift-ambiguous", run=side.name, **values))
+    elif how.r < UNUSUAL and not together:
+        doubts.append(notice("angles-unusual", **both, r=how.r, usual=UNUSUAL))
     with suppress(InputError):  # where one side of the body alone is known
         if (of_image := aligned(mirrored(side)).r) > UNUSUAL and of_image > how.r + CLEARLY:
-            doubts = [notice("mirror-images", **both, r=how.r, of_image=of_image)]
-    if not how.r >= (UNUSUAL if may_differ else WEAK):
-        said = notice("angles-apart" if may_differ else "angles-weak", **both, r=how.r)
-    elif how.runner_up > AMBIGUOUS * how.r:
-        code = "shift-unknown" if may_differ else "shift-ambiguous"
-        said = notice(code, run=side.name, r=how.r, runner_up=how.runner_up, offset_s=offset_s)
-    elif how.r < UNUSUAL and not together:
-        return how, [notice("angles-unusual", **both, r=how.r, usual=UNUSUAL), *doubts]
-    else:
-        return how, doubts
-    return None if may_differ else how, [said, *doubts]
+            doubts.append(notice("mirror-images", **both, r=how.r, of_image=of_image))
+    return how, doubts
 
 
 def _moment_by_moment(pair: Pair) -> Pair:
@@ -225,27 +214,20 @@ def _spread(reference: Side, pairs: list[Pair]) -> dict[str, float]:
 
 
 def result(pair: Pair) -> Iterator[str]:
-    """What came of a pair: whether they are treated as one motion, by how much their angles differ, also beside the
+    """What came of a pair: whether they are compared as one motion, by how much their angles differ, also beside the
     errors that are stated, and which measures of two recordings differ by more than their errors."""
     against = f"{pair.side.name} against {pair.reference.name}"
     if pair.alignment is None or not pair.agreement:
-        yield f"{against}: treated as two motions, so only ranges, movements and cycles are compared"
+        yield (
+            f"{against}: compared as two motions; if both show one, give --align stamps, or --align correlate if they "
+            "began apart"
+        )
     else:
-        yield f"{against}: {_of_one_motion(pair, pair.alignment)}"
+        how = pair.alignment
+        yield f"{against}: one motion, by {how.how} shifted by {how.shift_s:+z.3f} s (correlation {how.r:.2f})"
         yield _angles_apart(pair)
     if not pair.one_recording:
         yield from summary(pair.changes, f"{pair.side.name} minus {pair.reference.name}")
-
-
-def _of_one_motion(pair: Pair, how: Alignment) -> str:
-    """That both are compared as one motion; only of one recording it is known, for two takes may correlate as well."""
-    alike = how.r >= WEAK
-    taken = "one motion" if alike and pair.one_recording else "treated as one motion"
-    though = "" if alike else " though their angles hardly correlate"
-    # Motion capture is asked for as that of the take itself.
-    asked = pair.one_recording or pair.reference.run is None
-    way_out = "" if asked else "; if they are two takes, give --align cycles"
-    return f"{taken}{though}, shifted by {how.shift_s:+z.3f} s (correlation {how.r:.2f}){way_out}"
 
 
 def _angles_apart(pair: Pair) -> str:

@@ -221,7 +221,7 @@ def _together(comparison: Comparison) -> Iterator[str]:
     for pair in comparison.pairs:
         how = pair.alignment
         if how is None:
-            yield f"{pair.side.name}: treated as another motion than {reference.name}'s."
+            yield f"{pair.side.name}: compared as another motion than {reference.name}'s."
             continue
         apart = "" if pair.joints_mm is None else f" Joints then differ by {pair.joints_mm:.0f} mm."
         yield (

@@ -20,7 +20,7 @@ from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
-from ....pipeline.core.take import Session, Take
+from ....pipeline.core.take import Take
 from ....pipeline.files.finished import read_run
 from ....pipeline.signals.angles import ANGLES, angles, near, unwrapped
 from ....pipeline.signals.filters import breaks, resample
@@ -57,11 +57,6 @@ class Side:
     def measures(self) -> tuple[Row, ...]:
         """Of the run; none for motion capture and where the run has none."""
         return (self.run and self.run.measures) or ()
-
-    @property
-    def session(self) -> Session:
-        """What the user said about the recording."""
-        return self.run.session if self.run else Session()
 
     def at(self, name: str, time_s: np.ndarray) -> np.ndarray:
         """An angle (N,) at other times (N,) of this side's clock, NaN in gaps and outside."""
@@ -212,9 +207,3 @@ def one_clock(side: Side, reference: Side) -> bool:
     ]
     begin, end = max(side.time_s[0], reference.time_s[0]), min(side.time_s[-1], reference.time_s[-1])
     return bool(read[0] & read[1]) and bool(end - begin >= LEAST_S)
-
-
-def told_apart(side: Side, reference: Side) -> list[str]:
-    """What the user said of both recordings that makes them two: "dates", "people"; empty where nothing does."""
-    both = [(getattr(side.session, key), getattr(reference.session, key)) for key in ("date", "person_id")]
-    return [word for word, (a, b) in zip(("dates", "people"), both, strict=True) if a and b and a != b]

@@ -7,24 +7,18 @@ import numpy as np
 import pytest
 
 from golden.measures import rows_of
-from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.angle_error.repeatability import shipped
 from pcnet3d.models.common.metrics import plain
-from pcnet3d.pipeline import load_recipe
 from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.pose import MadeBy
-from pcnet3d.pipeline.core.take import Session
-from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.running.recipe import Recipe
-from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.drawing.words import errors_of_angles
 from pcnet3d.stages.study.compare.align import correlated
 from pcnet3d.stages.study.compare.changes import WHY, as_figures, changes, from_same_place, summary
 from pcnet3d.stages.study.compare.comparison import compared, figures, result
 from pcnet3d.stages.study.compare.page import as_page
-from pcnet3d.stages.study.compare.side import load_side, one_clock
+from pcnet3d.stages.study.compare.side import one_clock
 
 
 def with_run(side, **changes):
@@ -32,78 +26,34 @@ def with_run(side, **changes):
     return replace(side, run=side.run.with_(**changes))
 
 
-def noise(side) -> dict[str, np.ndarray]:
-    """Angles of nobody's, on the clock of the side."""
-    rng = np.random.default_rng(0)
-    return {name: rng.normal(0, 20, len(values)) for name, values in side.angles.items()}
-
-
-def test_takes_of_different_motions_have_their_cycles_compared(sides):
-    other = noise(sides[1])
-    found = compared([sides[0], replace(sides[1], angles=other)])
-    assert found.pairs[0].alignment is None
-    assert found.pairs[0].agreement == {}
-    assert [each.code for each in found.notices] == ["angles-apart"]
-    visits = compared(sides, align="cycles").pairs[0]
-    assert "two motions" in next(result(visits))
-    assert visits.agreement == {}
-    assert max(c.figures()["difference_deg"] for c in visits.cycles if c.kind == "arm raises") < 0.5
-
-
-def walking(side, stride_s, **session):
-    """The side as a walk of even strides, and what was said about its recording."""
-    phase = 2 * np.pi * side.time_s / stride_s
-    swings = {name: 30 * np.sin(phase + np.pi * name.startswith("l_")) for name in side.angles}
-    return replace(with_run(side, session=Session(**session)), angles=swings)
-
-
-@pytest.mark.parametrize("key", ["date", "person_id"])
-def test_what_the_user_says_of_two_visits_makes_them_two_motions(sides, key):
-    visits = [walking(sides[0], 1.0, **{key: "2026-03-02"}), walking(sides[1], 1.05, **{key: "2026-05-04"})]
-    found = compared(visits, search_s=0.4)  # of less than a stride, so that no other shift fits
+def test_two_recordings_are_two_motions_and_one_recording_is_one(sides):
+    found = compared(sides)
     (pair,) = found.pairs
     assert (pair.alignment, pair.agreement, found.spread) == (None, {}, {})
-    assert found.notices[0].code == "told-apart"
-    assert found.notices[0].values["what"] == {"date": "dates", "person_id": "people"}[key]
-    assert next(result(pair)).startswith("front against side: treated as two motions")
-    assert compared(visits, "correlate", search_s=0.4).pairs[0].alignment is not None
-    one_day = [with_run(each, session=visits[0].session) for each in visits]
-    assert compared(one_day, search_s=0.4).pairs[0].alignment is not None
+    assert "two motions" in next(result(pair))
+    assert max(c.figures()["difference_deg"] for c in pair.cycles if c.kind == "arm raises") < 0.5
+    later = replace(sides[0], name="later", time_s=sides[0].time_s + 3.0)
+    assert one_clock(later, sides[0])
+    (pair,) = compared([sides[0], later]).pairs
+    assert (pair.alignment.how, pair.alignment.shift_s) == ("time stamps", 0)
+    apart = replace(later, time_s=sides[0].time_s + 100.0)  # which has no second in common
+    assert compared([sides[0], apart]).pairs[0].alignment is None
 
 
-def test_walks_that_fit_at_every_stride_are_compared_moment_by_moment_on_demand_only(sides):
-    """Two people's as well as one's before two cameras: nothing tells which stride is which."""
-    for stride_s in (1.0, 1.05):
-        walks = [walking(sides[0], 1.0), walking(sides[1], stride_s)]
-        found = compared(walks)
-        assert found.pairs[0].alignment is None
-        assert [each.code for each in found.notices] == ["shift-unknown"]
-        (pair,) = compared(walks, search_s=0.4).pairs
-        said = next(result(pair))
-        assert said.startswith("front against side: treated as one motion, shifted by")
-        assert said.endswith("; if they are two takes, give --align cycles")
-        assert compared(walks, "correlate").pairs[0].alignment is not None
+def test_two_motions_that_are_compared_as_one_are_warned_of(sides):
+    rng = np.random.default_rng(0)
+    other = {name: rng.normal(0, 20, len(values)) for name, values in sides[1].angles.items()}
+    found = compared([sides[0], replace(sides[1], angles=other)], "stamps")
+    assert [each.code for each in found.notices] == ["angles-weak"]
+    slow = replace(walking(sides[1], 1.25), name="slow")
+    assert [each.code for each in compared([walking(sides[0], 1.0), slow], "correlate").notices]
 
 
-def test_walks_of_other_cadences_are_two_motions(walk, tmp_path):
-    """The walker against himself at four fifths of the tempo: their angles go together, by chance, for four seconds."""
-    np.save(tmp_path / "walk.npy", camera_poses(walk, side_camera(walk)).joints[:120])
-    recipe = Recipe(stages=tuple(one for one in load_recipe().stages if one.use not in ("record", "report")))
-    for fps in (30, 24):
-        sources = RunOptions(poses=tmp_path / "walk.npy", adapter="videopose3d", fps=fps)
-        run_files(sources, tmp_path / f"{fps}", recipe)
-    usual, slow = (with_run(load_side(tmp_path / name), findings=()) for name in ("30", "24"))
-    found = compared([usual, slow])
-    assert found.pairs[0].alignment is None
-    (said,) = found.notices
-    assert (said.code, said.values) == ("told-apart", {"run": "24", "other": "30", "what": "cadences"})
-    silent = [with_run(side, measures=None) for side in (usual, slow)]
-    found = compared([usual, slow], "correlate")
-    assert found.pairs[0].alignment.r > 0.5
-    assert found.notices[0].code == "angles-unusual"
-    # "Treated as one motion (correlation 0.55)", and its differences, of a video that runs at twice the pace midway.
-    found = compared(silent)
-    assert (found.pairs[0].alignment, found.notices[0].code) == (None, "angles-apart")
+def walking(side, stride_s):
+    """The side as a walk of even strides."""
+    phase = 2 * np.pi * side.time_s / stride_s
+    swings = {name: 30 * np.sin(phase + np.pi * name.startswith("l_")) for name in side.angles}
+    return replace(side, angles=swings)
 
 
 def test_of_strides_that_fit_as_well_the_nearest_to_the_offset_is_taken(sides):
@@ -297,12 +247,3 @@ def test_lifted_runs_of_different_frame_rates_are_warned_of(sides):
     assert said.text.startswith("The runs were lifted at 15 to 30 frames per second")
     alike = [replace(side, time_s=sides[0].time_s) for side in lifted]
     assert not compared(alike, "cycles").notices
-
-
-def test_parts_of_one_recording_that_share_no_time_are_two_takes(sides):
-    later = replace(sides[0], name="later", time_s=sides[0].time_s + 100.0)
-    assert not one_clock(later, sides[0])
-    found = compared([sides[0], later])
-    assert found.pairs[0].alignment is None
-    assert [each.code for each in found.notices] == ["no-common-time"]
-    assert one_clock(replace(later, time_s=sides[0].time_s + 3.0), sides[0])
