@@ -198,26 +198,16 @@ def _rays(observed: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
 
 
 def _bent(rays: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
-    """(N, 2) normalised image coordinates of (N, 2) rays, after the lens; the formulas of OpenCV's documentation."""
-    x, y = rays.T
-    r2 = x * x + y * y
+    """(N, 2) normalised image coordinates of (N, 2) rays, after the lens."""
+    import cv2
+
+    if not len(rays):
+        return rays
+    ideal, coefficients = np.eye(3), _coefficients(intrinsics)
     if intrinsics.fisheye:
-        k1, k2, k3, k4 = _coefficients(intrinsics)
-        radius = np.sqrt(r2)
-        angle = np.arctan(radius)
-        square = angle * angle
-        bent = angle * (1 + square * (k1 + square * (k2 + square * (k3 + square * k4))))
-        return rays * np.where(radius > 0, bent / np.where(radius > 0, radius, 1), 1)[:, None]
-    k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = np.pad(
-        given := _coefficients(intrinsics), (0, 12 - len(given))
-    )
-    radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
-    return np.column_stack(
-        [
-            x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + r2 * (s1 + r2 * s2),
-            y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + r2 * (s3 + r2 * s4),
-        ]
-    )
+        return cv2.fisheye.distortPoints(rays[:, None], ideal, coefficients)[:, 0]
+    still, points = np.zeros(3), np.column_stack([rays, np.ones(len(rays))])
+    return cv2.projectPoints(points, still, still, ideal, coefficients)[0][:, 0]
 
 
 def _coefficients(intrinsics: Intrinsics) -> np.ndarray:

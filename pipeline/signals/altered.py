@@ -152,7 +152,7 @@ def _coinciding(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
         rows = np.concatenate([np.arange(*span) for span in spans])
         gone = [name for name in (first, second) if name not in _TRUNK and name != "nose"]
         found[rows[:, None], points.layout.indices(gone)] = True
-        values = {"first": _plainly(first), "second": _plainly(second), "count": len(rows)}
+        values = {"first": plainly(first), "second": plainly(second), "count": len(rows)}
         said.append(notice("joints-coincide", rows=[spans[0][0]], **values))
     return found, said
 
@@ -338,8 +338,9 @@ def _listed(layout: Layout, found: np.ndarray) -> str:
     """Joints by how many rows of found (T, J) are theirs, the most first."""
     counts = {name: int(of.sum()) for name, of in zip(layout.joints, found.T, strict=True) if of.any()}
     names = sorted(counts, key=lambda name: -counts[name])
-    return ", ".join(map(_plainly, names[:3])) + (", ..." if len(names) > 3 else "")
+    return ", ".join(map(plainly, names[:3])) + (", ..." if len(names) > 3 else "")
 
 
-def _plainly(joint: str) -> str:
+def plainly(joint: str) -> str:
+    """A joint's name in a sentence: "right knee"."""
     return joint.replace("r_", "right ").replace("l_", "left ")

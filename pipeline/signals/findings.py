@@ -11,7 +11,7 @@ from ..core.catalogue import Weight
 from ..core.layouts import H36M17
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from .altered import alterations
+from .altered import alterations, plainly
 from .checks import (
     UNSTEADY,
     bone_spread,
@@ -216,11 +216,7 @@ def _bones(poses: PoseSequence) -> list[Notice]:
     of = spread_of_bones(poses)
     worst = max(of, key=of.__getitem__)
     percent: dict[str, Any] = {"spread_percent": 100 * spread, "worst_percent": 100 * of[worst]}
-    return [notice("bones", weight=weight, worst=" to ".join(map(_plainly, worst.split("-"))), **percent)]
-
-
-def _plainly(joint: str) -> str:
-    return joint.replace("r_", "right ").replace("l_", "left ")
+    return [notice("bones", weight=weight, worst=" to ".join(map(plainly, worst.split("-"))), **percent)]
 
 
 def _sides(poses: PoseSequence) -> list[Notice]:
@@ -234,7 +230,7 @@ def _sides(poses: PoseSequence) -> list[Notice]:
             return [
                 notice(
                     "limbs-unlike",
-                    bone=f"{_plainly(start)} to {_plainly(end)}",
+                    bone=f"{plainly(start)} to {plainly(end)}",
                     times=float(right / max(left, 1e-12)),
                 )
             ]

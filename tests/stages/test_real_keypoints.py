@@ -39,12 +39,12 @@ def run(data, tmp_path):
 
 
 def exchanged(summary) -> set[int]:
-    """The frames in which limbs are said to be exchanged."""
+    """The frames in which legs, or their joints, are said to be exchanged."""
     said = " ".join(each["text"] for each in summary["notices"] if "exchanged" in each["text"])
     said = re.sub(r" (at|from) [\d.]+ s", "", said)
     return {
         frame
-        for listed in re.findall(r"in frames? ([-, 0-9]+)", said)
+        for listed in re.findall(r"(?:legs|knees|ankles) exchanged in frames? ([-, 0-9]+)", said)
         for first, last in re.findall(r"(\d+)(?:-(\d+))?", listed)
         for frame in range(int(first), int(last or first) + 1)
     }

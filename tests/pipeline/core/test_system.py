@@ -154,24 +154,6 @@ def test_cores_are_given(on, name):
     assert 1 <= system.cores_given() <= (os.cpu_count() or 1)
 
 
-def test_peak_memory_has_one_unit(on, monkeypatch):
-    known = system.peak_memory_bytes()
-    assert 2**24 < known < 2**40
-    on("darwin")  # whose getrusage counts bytes
-    assert system.peak_memory_bytes() == pytest.approx(known / 1024, rel=0.05)
-    on("win32")
-    counted = types.SimpleNamespace(peak_wset=12345)
-    monkeypatch.setattr(psutil, "Process", lambda: types.SimpleNamespace(memory_info=lambda: counted))
-    assert system.peak_memory_bytes() == 12345
-
-
-def test_peak_memory_is_not_that_of_who_started_the_process():
-    held = b"x" * 2**28
-    code = "from pcnet3d.pipeline.core.system import peak_memory_bytes; print(peak_memory_bytes())"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert float(told) < len(held)
-
-
 def test_windows_starts_a_process_apart_in_its_own_words(on):
     assert system.apart() == {"start_new_session": True}
     on("win32")
