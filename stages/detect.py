@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -31,15 +32,18 @@ _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 @dataclass(frozen=True)
 class Detect:
-    """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files. person_kind: "yolox" or
-    "rtmdet". looks: how often each person in each image is looked at, 1 to 4; the mean is taken. By default 2, or 1 for
+    """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files, or detector a function
+    (models.detector.function). joints: the layout of what a function finds, if its number does not tell. person_kind:
+    "yolox" or "rtmdet". looks: how often each person in each image is looked at, 1 to 4; the mean is taken. By default
+    2, or 1 for
     a network that finds people by itself. folder: where keypoints.npz goes. checkpoint: a file for the detections so
     far, written every minute. resume: the checkpoint of an interrupted run, to go on from. everybody: to be found, by
     YOLOX where no person_detector is given.
 
     The keypoints are those of the person that the user names, else of the longest track (`choose_detected`)."""
 
-    detector: str = "movenet"
+    detector: str | Callable[..., Any] = "movenet"
+    joints: str | None = None
     person_detector: str | None = None
     person_kind: PersonKind = "yolox"
     looks: int | None = None
@@ -57,7 +61,12 @@ class Detect:
         if told.fps is not None:
             check_fps(told.fps)  # before the minutes that detection takes
         detector = load_detector(
-            self.detector, self.person_detector, self.person_kind, self.looks, self.everybody
+            self.detector,
+            self.person_detector,
+            self.person_kind,
+            self.looks,
+            self.everybody,
+            self.joints,
         )
         before = None if self.resume is None else load_detections(self.resume)
         digest = next((entry["sha256"] for entry in take.inputs if entry["role"] == "video"), None)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -38,12 +39,14 @@ class Lift:
     """The stage. A lifter with "up" among its `takes` lifts a second time, if the images or the user say which way is
     up and the first lift does not contradict that.
 
-    lifter: "pcnet3d" (built in), the name of another, or an .onnx file; lifter_kind: the kind of that file, if its
-    shapes do not show it (models.load_lifter). flip: average with the lift of the mirrored person.
+    lifter: "pcnet3d" (built in), the name of another, an .onnx file, or a function (models.lifter.function).
+    lifter_kind: the kind of that file, if its shapes do not show it (models.load_lifter). unit: of what a function
+    answers. flip: average with the lift of the mirrored person.
     """
 
-    lifter: str = "pcnet3d"
+    lifter: str | Callable[..., Any] = "pcnet3d"
     lifter_kind: str | None = None
+    unit: str | None = None
     flip: bool = False
     _opened: Lifter = field(init=False, repr=False, compare=False)
 
@@ -56,7 +59,7 @@ class Lift:
 
     def __post_init__(self) -> None:
         """Opens the lifter, so that a run ends before its detector has looked at the whole video in vain."""
-        object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind))
+        object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind, self.unit))
 
     def unit_of(self, before: str, told: Told) -> str:
         """The lifter's unit, if it is known before the lift."""
@@ -73,7 +76,7 @@ class Lift:
         if not take.moving:
             found = (*found, *_elsewhere(asked.keypoints, asked.image_size))
         if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
-            found = (*found, *sides_doubts(asked, lifted.poses, self.lifter))
+            found = (*found, *sides_doubts(asked, lifted.poses, str(self.lifter)))
         take = take.with_(poses=poses, findings=found)
         return take.saying(_who(lifted), *_focal(lifted), *_gaps(lifted), *poses.notices)
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.plugins.registry import open_model
 from ..common.onnx import OnnxFile, open_onnx
 from .blazepose import BlazePose, is_blazepose
+from .function import FunctionDetector
 from .looks import MOST_LOOKS
 from .movenet import MoveNet, MultiMoveNet
 from .protocols import CropNetwork, Detector, Found, PersonNetwork
@@ -25,13 +27,15 @@ _USUAL_LOOKS = 2  # twice the time, and most of what four gain
 
 
 def load_detector(
-    detector: str | Path,
+    detector: str | Path | Callable[..., Any],
     person_detector: str | Path | None = None,
     person_kind: PersonKind = "yolox",
     looks: int | None = 1,
     everybody: bool = False,
+    joints: str | None = None,
 ) -> Detector:
-    """The detector of a name of `pcnet3d list models`, downloaded if need be, or the one in an .onnx file.
+    """The detector of a name of `pcnet3d list models`, downloaded if need be, or the one in an .onnx file; or one that
+    is a function (function.py), whose joints are in that layout, if their number does not tell.
 
     Files may hold MoveNet (one person, or up to six), RTMPose and other SimCC networks, and BlazePose's landmarks. One
     that looks at a single person follows it through the images, or gets everybody's box from `person_detector`, a name
@@ -44,7 +48,13 @@ def load_detector(
         raise InputError(
             "bad-value", f"Expected 1 to {MOST_LOOKS} looks at a person, got --set detect.looks={looks}."
         )
-    opened, name = open_model("detectors", detector), f"The detector '{detector}'"
+    if joints is not None and isinstance(detector, str | Path):
+        raise InputError("option-conflict", "The detector knows its joints; leave --set detect.joints out.")
+    if isinstance(detector, str | Path):
+        opened, name = open_model("detectors", detector), f"The detector '{detector}'"
+    else:
+        opened = FunctionDetector(detector, joints)
+        name = f"The function {opened.method}"
     if isinstance(opened, Path):
         path, what = opened, "a network that finds joints in images"
         network = open_onnx(path, what)

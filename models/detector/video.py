@@ -18,6 +18,7 @@ from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.signals.tracker import MEMORY, Sighting, Tracker, exchanges
 from ...pipeline.signals.visibility import LEAST_SCORE
+from ..common.function import FunctionError
 from .leaps import leaps
 from .protocols import Detector, Found
 from .repeated import repeated, without_repeats
@@ -31,8 +32,7 @@ _AGAIN = 30  # images before an interruption that are seen again at a time
 class _Rows:
     """What was found so far, in flat buffers: hours of video are many small arrays."""
 
-    def __init__(self, joints: int) -> None:
-        self._joints = joints
+    def __init__(self) -> None:
         self._frame, self._person, self._time_s = array("q"), array("q"), array("d")
         self._xy, self._score, self._box = array("f"), array("f"), array("f")
 
@@ -46,15 +46,14 @@ class _Rows:
         for buffer, values in ((self._xy, found.xy), (self._score, found.score), (self._box, found.box)):
             buffer.frombytes(values.tobytes())
 
-    @property
-    def arrays(self) -> dict[str, np.ndarray]:
-        """Copies, by their names in Detections."""
+    def arrays(self, joints: int) -> dict[str, np.ndarray]:
+        """Copies, by their names in Detections, of so many joints a person."""
         return {
             "frame_index": np.array(self._frame, np.int64),
             "time_s": np.array(self._time_s, np.float64),
             "person": np.array(self._person, np.int64),
-            "joints": np.array(self._xy, np.float32).reshape(-1, self._joints, 2),
-            "confidence": np.array(self._score, np.float32).reshape(-1, self._joints),
+            "joints": np.array(self._xy, np.float32).reshape(-1, joints, 2),
+            "confidence": np.array(self._score, np.float32).reshape(-1, joints),
             "box": np.array(self._box, np.float32).reshape(-1, 4),
         }
 
@@ -76,7 +75,7 @@ class Search:
         self._every = every
         self._last = first  # frame with anybody, or the first of a scene
         self._detector = detector
-        self._rows = _Rows(len(detector.layout))
+        self._rows = _Rows()
         self._tracker = Tracker()
         self._before: Sequence[Found] = ()
         self._glance: Glance | None = None
@@ -97,7 +96,7 @@ class Search:
         if self._glance is None or now.shows:
             self._glance = now
         alone = number - self._last
-        self._before = () if alone > MEMORY and alone % self._every else self._people(image)
+        self._before = () if alone > MEMORY and alone % self._every else self._people(image, number)
         if self._before:
             self._last = number
         names = self._tracker.names([_sighting(number, found) for found in self._before])
@@ -107,9 +106,12 @@ class Search:
         self.seen = number + 1
         return named
 
-    def _people(self, image: np.ndarray) -> Sequence[Found]:
-        """InputError for a detector of another package that answers something else."""
-        found, joints = self._detector.people(image, self._before), len(self._detector.layout)
+    def _people(self, image: np.ndarray, number: int) -> Sequence[Found]:
+        """InputError for a detector of another package that answers something else, and for a function that fails."""
+        try:
+            found, joints = self._detector.people(image, self._before), len(self._detector.layout)
+        except FunctionError as error:
+            raise error.at(f"frame {number}") from error.__cause__
         shapes = [(joints, 2), (joints,), (4,)]
         if isinstance(found, Sequence) and all(
             isinstance(one, Found) and [each.shape for each in (one.xy, one.score, one.box)] == shapes
@@ -127,7 +129,7 @@ class Search:
         on with these."""
         change = np.array(self._change, np.float32)
         return Detections(
-            **self._rows.arrays,
+            **self._rows.arrays(len(self._detector.layout)),
             cuts=np.array(self.cuts, dtype=np.int64),
             damaged=np.array([number for number in self.damaged if number < self.seen], dtype=np.int64),
             repeated=repeated(change),

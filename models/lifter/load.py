@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.plugins.options import did_you_mean
@@ -10,13 +12,16 @@ from ...pipeline.plugins.protocols import LIFTER_TAKES, Lifter
 from ...pipeline.plugins.registry import open_model
 from ..common.onnx import OnnxFile, open_onnx
 from .builtin import KIND, OwnLifter
+from .function import FunctionLifter
 from .scaling import KINDS
 from .sequence import SequenceLifter, channels_of, is_sequence_network, span_of
 
 
-def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter:
+def load_lifter(
+    name: str | Path | Callable[..., Any] = "pcnet3d", kind: str | None = None, unit: str | None = None
+) -> Lifter:
     """A lifter by name, one of `pcnet3d list models`: "pcnet3d", the built-in one, or another package's; or the one in
-    an .onnx file.
+    an .onnx file; or one that is a function (function.py), whose answers are in that unit.
 
     kind: "pcnet3d" (trained with this project) or one of `scaling.KINDS`; needed where the shapes of inputs and
     outputs leave it open, and refused where they contradict it. A lifter of another package is of the kind of its
@@ -28,6 +33,10 @@ def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter
         raise InputError(
             "name-unknown", f"There is no kind of lifter '{kind}'; {did_you_mean(str(kind), known)}"
         )
+    if not isinstance(name, str | Path):
+        return _opened(FunctionLifter(name, unit or "arbitrary"), "function", kind)
+    if unit is not None:
+        raise InputError("option-conflict", "The lifter knows its unit; leave --set lift.unit out.")
     opened = open_model("lifters", name)
     if not isinstance(opened, Path):
         if unknown := [each for each in opened.takes if each not in LIFTER_TAKES]:

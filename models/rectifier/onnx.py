@@ -20,11 +20,11 @@ _OUTPUTS = {"R": [3, 3], "error_deg": []}
 
 
 class PCNetRectifier:
-    """Rectifier from an exported network. method: the name it was trained under, "@" and the first 12 digits
-    of the file's SHA-256."""
+    """Rectifier from an exported network. method: the name it was trained under, or its file's, "@" and the first 12
+    digits of the file's SHA-256."""
 
     def __init__(self, path: str | Path, threads: int | None = None) -> None:
-        """path: an .onnx file of models/lab/training/rectifier/train.py. threads: chunks answered at the same time;
+        """path: an .onnx file of these inputs and outputs (docs/python.md). threads: chunks answered at the same time;
         as many as the process may use by default.
 
         InputError when there is no such file, or it is not a rectifier.
@@ -35,16 +35,18 @@ class PCNetRectifier:
         self.session, self.threads = opened.session, threads or cores()
         found = {entry.name: entry.shape[1:] for entry in self.session.get_inputs()}
         outputs = {entry.name: entry.shape[1:] for entry in self.session.get_outputs()}
-        if found != _INPUTS or outputs != _OUTPUTS:
+        free = all(not isinstance(entry.shape[0], int) for entry in self.session.get_inputs() if entry.shape)
+        if found != _INPUTS or outputs != _OUTPUTS or not free:
             raise InputError(
                 "wrong-network",
-                f"{path} is not a rectifier of pcnet3d: expected the inputs {_INPUTS} and the outputs "
-                f"{_OUTPUTS}, got {found} and {outputs}.",
+                f"{path} is not a rectifier: expected the inputs {_INPUTS} and the outputs {_OUTPUTS}, each behind a "
+                f"batch of any size, got {found} and {outputs}{'' if free else ' of one size'}; export it as "
+                "docs/python.md shows.",
             )
         self.path = Path(path)
         properties = self.session.get_modelmeta().custom_metadata_map
         self.targets = properties.get("targets", "body")  # of pcnet_views.Targets
-        self.method = f"{properties.get('name', 'pcnet')}@{opened.digest}"
+        self.method = f"{properties.get('name', self.path.name)}@{opened.digest}"
 
     def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """joints (T, 17, 3) in CAMERA axes, any origin and scale, NaN where missing -> R_camera_from_body (T, 3, 3)

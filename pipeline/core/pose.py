@@ -319,7 +319,7 @@ class Rectified:
         the source's axes; in a long take some frames have that of their neighbours; NaN without one.
         up_shares: the share of each source of up, by name; up_pulls: by how many degrees each moves it; up_own:
         the up of each source by itself, in the source's axes, and its error in degrees.
-    method: "geometric" or "pcnet@<hash>".
+    method: "geometric", "pcnet@<hash>" or, of a file, "mine.onnx@<hash>".
     source: the axes that the poses come in. camera: "static" or "moving"; None for a world, which knows its own up.
     level_heading: how LEVEL's heading was chosen: "median", "first second", "camera", "world", or "none"
         where no frame has a heading.

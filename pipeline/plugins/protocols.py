@@ -104,7 +104,7 @@ class Rectifier(Protocol):
 
     rotation(joints): joints (T, 17, 3), H36M17 in CAMERA axes, pelvis at the origin, any scale, NaN where
         missing -> R_camera_from_body (T, 3, 3) and error_deg (T,), NaN where it cannot tell.
-    method: how results name it, "geometric" or "pcnet@<hash>".
+    method: how results name it, "geometric", "pcnet@<hash>" or, of a file, "mine.onnx@<hash>".
     """
 
     @property

@@ -28,6 +28,7 @@ _OPENED = {
     "detectors": ("method", "layout", "people"),
     "person_detectors": ("method", "boxes"),
 }
+_WEIGHTS = (".pth", ".pt", ".ckpt", ".safetensors")
 GROUPS = (*_SOCKETS, *_OPENED)
 
 
@@ -87,6 +88,12 @@ def open_model(group: str, name: str | Path) -> Any:
     """
     name_ = str(name)
     if name_ not in registered(group):
+        if Path(name).suffix.lower() in _WEIGHTS and Path(name).is_file():
+            raise InputError(
+                "wrong-network",
+                f"{name_} holds weights of torch without the network that they belong to; make the network in Python, "
+                "load them into it, write it with torch.onnx.export (docs/python.md), and give the .onnx file.",
+            )
         if name_.endswith(".onnx") or Path(name).is_file():
             return Path(name)
         raise _unknown(group, name_, " A network of yours is given as its .onnx file.")

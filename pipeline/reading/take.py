@@ -73,13 +73,24 @@ class _Files:
         return same_person(poses, self.keypoints.people, (str(self.poses.path), str(self.keypoints.path)))
 
 
-def open_take(options: RunOptions) -> Take:
+@dataclass(frozen=True, eq=False)
+class Given:
+    """Poses and keypoints that are no files (reading/given.py). Options name each by what its `path` is."""
+
+    poses: Source | None = None
+    keypoints: Source | None = None
+
+
+_NONE = Given()
+
+
+def open_take(options: RunOptions, given: Given = _NONE) -> Take:
     """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
 
-    Without poses, frame numbers and clock are those of the keypoints. With a video alone the take has neither poses nor
-    keypoints.
+    given: instead of the files of poses and keypoints. Without poses, frame numbers and clock are those of the
+    keypoints. With a video alone the take has neither poses nor keypoints.
     """
-    files = _read(options)
+    files = _read(options, given)
     if files.poses is None and files.keypoints is None:
         return _video_alone(files)
     poses = _poses(files)
@@ -138,7 +149,7 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     return tuple(found)
 
 
-def _read(options: RunOptions) -> _Files:
+def _read(options: RunOptions, given: Given = _NONE) -> _Files:
     video = read_video(options.video, options.fps) if options.video else None
     if video is not None and options.image_size not in (None, size := shown_size(video)):
         width, height = options.image_size
@@ -148,17 +159,22 @@ def _read(options: RunOptions) -> _Files:
             f"{size[0]}x{size[1]}; got {width}x{height}. Leave out read.image_size, or the video if the keypoints were "
             "detected in a copy of another size.",
         )
-    poses = keypoints = None
-    if options.poses:
+    poses, keypoints = given.poses, given.keypoints
+    if options.poses and poses is None:
         poses = load(options.poses, options.adapter, "poses", options.options)
-    if options.keypoints:
+    if options.keypoints and keypoints is None:
         adapter, own = options.keypoints_adapter, options.keypoints_options
         size = options.image_size if video is None else shown_size(video)
         keypoints = load(options.keypoints, adapter, "keypoints", own, size)
-    given = {"poses": options.poses, "keypoints": options.keypoints, "video": options.video}
+    named = {"poses": options.poses, "keypoints": options.keypoints, "video": options.video}
+    in_memory = {"poses": given.poses, "keypoints": given.keypoints}
     inputs = {
-        role: {"role": role, "file": printable(path.name), "sha256": sha256(path)}
-        for role, path in given.items()
+        role: {
+            "role": role,
+            "file": printable(path.name),
+            "sha256": source.digest if (source := in_memory.get(role)) else sha256(path),
+        }
+        for role, path in named.items()
         if path is not None
     }
     return _Files(options, poses, keypoints, video, inputs)

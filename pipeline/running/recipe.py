@@ -29,6 +29,10 @@ class StageEntry(BaseModel):
     def options(self) -> dict[str, Any]:
         return self.model_extra or {}
 
+    def with_options(self, options: dict[str, Any]) -> StageEntry:
+        """A copy with these options too."""
+        return StageEntry(use=self.use, **{**self.options, **options})
+
 
 class Recipe(BaseModel):
     """An ordered list of stages."""
@@ -40,8 +44,7 @@ class Recipe(BaseModel):
         """A copy in which every stage of that name has these options; a recipe without it is left as it is."""
         return Recipe(
             stages=tuple(
-                StageEntry(**{**entry.model_dump(), **options}) if entry.use == stage else entry
-                for entry in self.stages
+                entry.with_options(options) if entry.use == stage else entry for entry in self.stages
             )
         )
 
@@ -145,7 +148,7 @@ def _extended(recipe: Recipe, changes: Iterable[StageEntry], where: str) -> Reci
         place = uses.index(after)
         entry = StageEntry(use=change.use, **options)
         if after == change.use:
-            stages[place] = StageEntry(**{**stages[place][0].model_dump(), **options}), stages[place][1]
+            stages[place] = stages[place][0].with_options(options), stages[place][1]
             continue
         place += 1
         while place < len(stages) and stages[place][1] == after:

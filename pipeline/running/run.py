@@ -23,7 +23,7 @@ from ..files.names import KEYPOINTS
 from ..plugins.options import files_among
 from ..reading.clock import Clock
 from ..reading.settings import RunOptions
-from ..reading.take import Person, open_people, open_take
+from ..reading.take import Given, Person, open_people, open_take
 from ..signals.filters import rate
 from .people import PersonRun, folder_names, write_index
 from .plan import planned
@@ -32,9 +32,11 @@ from .runner import Pipeline, run_together
 
 _FRAME_BYTES, _FIXED_BYTES = 5000, 1 << 22  # of a run without its video; 18,000 frames take 90 MB
 
-_WRITERS = ("detect", "record", "export", "report")  # stages that are told where the run's folder is
+WRITERS = ("record", "export", "report")  # stages that do nothing else
+_AIMED = ("detect", *WRITERS)  # stages that are told where the run's folder is
 
 
+NOTHING = Given()
 _LEFT = ("resume", "checkpoint")  # options that name what the run itself leaves in its folder
 
 
@@ -47,10 +49,12 @@ def checkpoint_of(output: Path) -> Path:
 
 class How(TypedDict, total=False):
     """How a run goes. resume: go on with the detection that was interrupted in that folder. force:
-    overwrite a folder of somebody else's. done: called with "read" and then each stage's name, and its seconds."""
+    overwrite a folder of somebody else's. given: poses and keypoints that are no files. done: called with "read" and
+    then each stage's name, and its seconds."""
 
     resume: bool
     force: bool
+    given: Given
     done: Callable[[str, float], None]
 
 
@@ -104,7 +108,7 @@ def _run(
     with whole_folder(output, how.get("force", False), inputs_of(options, recipe)) as folder:
         if everybody and recipe.has("detect"):
             options, recipe = _detected(folder, options, recipe, done), recipe.without("detect")
-        runs = run_into(folder, options, recipe, done, everybody)
+        runs = run_into(folder, options, recipe, done, everybody, how.get("given", NOTHING))
     kept.unlink(missing_ok=True)
     return runs
 
@@ -133,12 +137,13 @@ def run_into(
     recipe: Recipe,
     done: Callable[[str, float], None],
     everybody: bool = False,
+    given: Given = NOTHING,
 ) -> tuple[PersonRun, ...]:
     """`run_files`, or with everybody `run_people`, into a folder that is already there."""
     with computing_on(options.device) as placement:
         pipeline = _aimed(recipe, folder).build()
         start = time.perf_counter()
-        people = _people(options) if everybody else (Person("", 0, open_take(options)),)
+        people = _people(options) if everybody else (Person("", 0, open_take(options, given)),)
         done("read", time.perf_counter() - start)
         give_memory_back()
         who = [(person.name, person.frames) for person in people]
@@ -186,6 +191,19 @@ def _list(runs: Sequence[PersonRun], folder: Path) -> None:
     write_index(runs, folder)
 
 
+def run_in_memory(options: RunOptions, recipe: Recipe, given: Given = NOTHING) -> Take:
+    """The take of the files that the options name, or of what is given instead of them, through the recipe's stages, of
+    which those that write files are left out. Raises InputError."""
+    for stage in WRITERS:
+        recipe = recipe.without(stage) if recipe.has(stage) else recipe
+    with computing_on(options.device):
+        pipeline = recipe.build()
+        take = open_take(options, given)
+        pipeline.check_rate(_frame_rate(take))
+        _check_neutral(take)
+        return pipeline(take)
+
+
 def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
     """The files that a run is given, which it must not replace: its own, and those that options of readers and stages
     name, such as networks and cameras."""
@@ -193,7 +211,7 @@ def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
     own = (options.poses, options.keypoints, options.video, options.recipe, neutral)
     told = (options.options, options.keypoints_options, *(entry.options for entry in recipe.stages))
     named = [path for each in told for name, path in files_among(each).items() if name not in _LEFT]
-    return [path for path in own if path] + named
+    return [path for path in own if path and path.exists()] + named
 
 
 def _frame_rate(take: Take) -> float:
@@ -274,7 +292,7 @@ def _resumed(recipe: Recipe, output: Path) -> Recipe:
 
 def _checked(recipe: Recipe) -> Recipe:
     for entry in recipe.stages:
-        if entry.use in _WRITERS and entry.options.keys() & {"folder", "checkpoint", "everybody"}:
+        if entry.use in _AIMED and entry.options.keys() & {"folder", "checkpoint", "everybody"}:
             raise InputError(
                 "option-conflict",
                 f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.",
@@ -283,6 +301,6 @@ def _checked(recipe: Recipe) -> Recipe:
 
 
 def _aimed(recipe: Recipe, folder: Path) -> Recipe:
-    for stage in _WRITERS:
+    for stage in _AIMED:
         recipe = recipe.with_options(stage, folder=folder)
     return recipe

@@ -19,6 +19,56 @@ from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
 
+# Packages of others that docs/python.md uses, whose answers have the shapes and types of theirs; and a lifter.
+STAND_INS = {
+    "seen.py": """
+import sys
+sys.path.append("TESTS")
+import numpy as np
+from golden import numbered
+JOINTS = numbered.joints_px()
+def people(image):  # (1, 17, 2) and (1, 17), of an image in BGR
+    assert image.dtype == np.uint8 and image.shape == (numbered.HEIGHT, numbered.WIDTH, 3)
+    number = round((float(image[4:14, 4:14].mean()) - 8) / numbered.STEP)
+    return JOINTS[None, number], np.full((1, 17), 0.9, np.float32) - JOINTS[None, number, :, 0] / 1e4
+""",
+    "rtmlib.py": """
+from seen import people
+class Body:
+    def __call__(self, image):
+        return people(image)
+""",
+    "mmpose/apis.py": """
+from seen import people
+class MMPoseInferencer:
+    def __init__(self, pose2d):
+        assert pose2d == "human"
+    def __call__(self, image):
+        keypoints, scores = people(image)
+        yield dict(predictions=[[dict(keypoints=keypoints[0].tolist(), keypoint_scores=scores[0].tolist())]])
+""",
+    "ultralytics.py": """
+from types import SimpleNamespace
+import numpy as np
+import torch
+from seen import people
+class YOLO:
+    def __init__(self, weights):
+        assert weights.endswith("-pose.pt")
+    def __call__(self, image, verbose=True):
+        data = torch.tensor(np.dstack(people(image)))
+        return [SimpleNamespace(keypoints=SimpleNamespace(data=data))]
+""",
+    "my_lifter.py": """
+import torch
+from pcnet3d.examples.walker import camera_poses, side_camera, walker
+class Lifter(torch.nn.Module):
+    def forward(self, xy):
+        assert xy.shape == (1, 60, 17, 2) and xy.abs().max() < 1
+        walk = walker(seconds=2)
+        return torch.tensor(camera_poses(walk, side_camera(walk)).joints)[None]
+""",
+}
 SUBJECTS = ("01", "02", "05", "07", "09")
 
 
@@ -33,6 +83,9 @@ def files(tmp_path_factory) -> Path:
     write_keypoints(folder / "alphapose-results.json", walk, camera, rows, 1.0, rng)
     write_poses(folder / "X3D.npy", walk, camera, rows, 0.008, rng)
     np.savez(folder / "joints.npz", joints=camera_poses(walk, camera).joints)
+    for name, text in STAND_INS.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text.replace("TESTS", str(Path(numbered.__file__).parents[1])))
     _two_people(folder, walk, camera)
     _motion_capture(folder)
     _finished(folder)

@@ -1,0 +1,82 @@
+"""A function of the user's own as a lifter: keypoints (T, K, 3), the image's size, frames a second -> (T, 17, 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import CAMERA
+from ...pipeline.core.given import numbers
+from ...pipeline.core.layouts import H36M17, remap
+from ...pipeline.core.lifted import Lifted, ToLift
+from ...pipeline.core.rotations import is_finite
+from ..common.function import FunctionError, name_of
+from .input import USUAL_HZ, checked_size, long_gaps, on_grid, rate_of, refuse_two_people
+from .scaling import filled
+
+
+class FunctionLifter:
+    """A pipeline.plugins.protocols.Lifter whose `lift` asks the function.
+
+    function(keypoints, size, fps): keypoints (T, K, 3) float32 of evenly spaced frames, in the detector's layout: x and
+        y in pixels and a score in [0, 1]; where a joint is missing, a place on the line between those where it was
+        seen, with a score of 0. size: width and height in pixels. fps: frames a second. -> (T, 17, 3), Human3.6M's
+        joints in CAMERA (x right, y down, z away); NaN where there is no pose.
+    """
+
+    takes = ()
+
+    def __init__(self, function: Callable[..., Any], unit: str = "arbitrary") -> None:
+        """unit: of what it answers."""
+        self._function, self.unit = function, unit
+        self.method = f"{name_of(function)} (a function)"
+
+    def lift(self, asked: ToLift) -> Lifted:
+        """InputError where the function raises, or answers something else."""
+        keypoints = asked.keypoints
+        width, height = (int(side) for side in checked_size(asked))
+        if asked.flip:
+            raise InputError("option-conflict", "A function lifts once; leave --set lift.flip out.")
+        pixels, confidence, rows = on_grid(keypoints)
+        rate = rate_of(keypoints, rows)
+        refuse_two_people(pixels, rate)
+        seen = is_finite(pixels)
+        score = np.where(seen, np.where(np.isnan(confidence), 1.0, confidence), 0.0)
+        x = np.concatenate([filled(pixels), score[..., None]], axis=-1).astype(np.float32)
+        joints = self._answer(x, (width, height), rate or USUAL_HZ, keypoints.frame_index)
+        unseen = long_gaps(np.any(seen, axis=1), rate)
+        joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
+        joints = joints - joints[:, [H36M17.index("pelvis")]]
+        frame = CAMERA.with_(origin="pelvis", unit=self.unit)
+        return Lifted(
+            remap(keypoints, H36M17).with_(joints=joints, frame=frame),
+            model=self.method,
+            kind="function",
+            focal_px=None,
+            focal_known=asked.focal_known,
+            frames_without_joints=int(unseen[rows].sum()),
+            joints_on_a_line=int((~seen[rows] & ~unseen[rows, None]).sum()),
+        )
+
+    def _answer(self, x: np.ndarray, size: tuple[int, int], fps: float, frames: np.ndarray) -> np.ndarray:
+        """(T, 17, 3) to keypoints (T, K, 3). frames: numbers of those in which somebody was seen."""
+
+        def refusal(what: str | Exception) -> InputError:
+            return FunctionError("lift", self._function, what).at(f"frames {frames[0]} to {frames[-1]}")
+
+        try:
+            answer = self._function(x, size, fps)
+        except Exception as error:
+            raise refusal(error) from error
+        try:
+            joints = numbers(answer, "poses")
+        except InputError as error:
+            raise refusal(str(error)) from None
+        if joints.shape != (len(x), len(H36M17), 3):
+            raise refusal(f"expected the shape {(len(x), len(H36M17), 3)}, got {joints.shape}.")
+        if np.isnan(joints).all():
+            raise refusal("every coordinate is NaN.")
+        return joints.astype(np.float64)
