@@ -46,7 +46,8 @@ class PCNetRectifier:
         self.path = Path(path)
         properties = self.session.get_modelmeta().custom_metadata_map
         self.targets = properties.get("targets", "body")  # of pcnet_views.Targets
-        self.method = f"{properties.get('name', self.path.name)}@{opened.digest}"
+        unnamed = "pcnet" if "pcnet3d" in properties else self.path.name
+        self.method = f"{properties.get('name', unnamed)}@{opened.digest}"
 
     def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """joints (T, 17, 3) in CAMERA axes, any origin and scale, NaN where missing -> R_camera_from_body (T, 3, 3)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pcnet3d
+from pcnet3d.models import load_rectifier
 from pcnet3d.models.rectifier import onnx as pcnet_onnx
 from pcnet3d.models.rectifier.onnx import PCNetRectifier, prepare
 from pcnet3d.pipeline import H36M17, InputError
@@ -133,6 +134,35 @@ def test_the_method_names_the_weights(exported):
     methods = {PCNetRectifier(path).method for _, path in exported.values()}
     assert len(methods) == len(exported)
     assert all(method.startswith("pcnet@") and len(method) == 18 for method in methods)
+
+
+def test_a_network_of_somebody_else_is_named_by_its_file(exported, poses, tmp_path):
+    onnx = pytest.importorskip("onnx", reason="needs onnx, the extra 'train'")
+    network = onnx.load(exported["mlp"][1])
+    del network.metadata_props[:]
+    onnx.save(network, tmp_path / "mine.onnx")
+    rectifier = PCNetRectifier(tmp_path / "mine.onnx")
+    assert rectifier.method.startswith("mine.onnx@")
+    np.testing.assert_allclose(
+        rectifier.rotation(poses)[0], PCNetRectifier(exported["mlp"][1]).rotation(poses)[0]
+    )
+
+
+def test_a_network_for_one_batch_only_is_refused(exported, tmp_path):
+    onnx = pytest.importorskip("onnx", reason="needs onnx, the extra 'train'")
+    network = onnx.load(exported["mlp"][1])
+    for entry in network.graph.input:
+        entry.type.tensor_type.shape.dim[0].dim_value = 1
+    onnx.save(network, tmp_path / "one.onnx")
+    with refused("wrong-network", "of one size"):
+        PCNetRectifier(tmp_path / "one.onnx")
+
+
+@pytest.mark.parametrize("name", ["mine.pth", "mine.pt", "mine.ckpt"])
+def test_weights_of_torch_are_refused_with_what_to_do(tmp_path, name):
+    (tmp_path / name).write_bytes(b"PK")
+    with refused("wrong-network", "torch.onnx.export"):
+        load_rectifier(tmp_path / name)
 
 
 def test_other_files_are_refused(tmp_path):
