@@ -202,7 +202,7 @@ def _clips(folder: Path) -> Path:
 
 
 def _read_clips(path: Path) -> object:
-    from pcnet3d.models.lab.mocap.split import read_parts
+    from pcnet3d.models.lab.mocap.clips import read_parts
 
     return read_parts(path, path.parent / "split.json", ("train", "val"))
 

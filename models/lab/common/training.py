@@ -74,7 +74,7 @@ class Schedule(BaseModel):
 
 class Training(BaseModel):
     """What every training is told. start: weights to begin with. data, split: a file of `pcnet3d lab mocap` and one of
-    its train and val subjects (mocap/split.py), instead of the motion capture that the shipped networks saw."""
+    its train and val subjects (mocap/clips.py), instead of the motion capture that the shipped networks saw."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     subjects: str

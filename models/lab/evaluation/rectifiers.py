@@ -21,8 +21,7 @@ from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpo
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.mocap.clip import Clip, read_mocap
 from ...common.metrics import Figure, joint_error, procrustes_error, scaled, sorting
-from ..mocap.clips import lying, subject_of
-from ..mocap.split import read_parts
+from ..mocap.clips import lying, read_parts, subject_of
 from ..synthetic.views import Targets, View, seen, views
 from .people import pooled
 from .sets import EvaluationSet, Question

@@ -19,7 +19,7 @@ from ...common.metrics import Figure, joint_error
 from ...common.spread import stated_spread
 from ...gravity import why_not
 from ..mocap.clips import subject_of
-from . import take_acceleration
+from . import acceleration
 from .acceleration import over_takes
 from .people import mean, pooled
 from .sets import Question
@@ -57,7 +57,7 @@ PAGE = Page(
             "Levelled: takes that are not refused.",
             where=lambda row: "levelled" in row,
         ),
-        *take_acceleration.TABLES,
+        *acceleration.TABLES,
     ],
 )  # fmt: skip
 
@@ -164,7 +164,7 @@ def row(methods: dict[str, list[Judged]]) -> dict[str, Any]:
 
 
 def signals(take: LiftedTake, joints: np.ndarray, both: dict[str, Answer]) -> dict[str, Any]:
-    """take_acceleration.take_scores of the lifted joints (T, 17, 3) by the methods, the camera's axes and the
+    """acceleration.take_scores of the lifted joints (T, 17, 3) by the methods, the camera's axes and the
     true ones."""
     seen = take.seen
     methods = {
@@ -172,6 +172,6 @@ def signals(take: LiftedTake, joints: np.ndarray, both: dict[str, Answer]) -> di
         **both,
         TRUE_AXES: constant(seen.R_camera_from_world, len(joints)),
     }
-    return take_acceleration.take_scores(
+    return acceleration.take_scores(
         methods, joints, seen.truth, seen.R_camera_from_world, seen.keypoints.times
     )

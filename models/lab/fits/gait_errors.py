@@ -26,8 +26,7 @@ from ...common.metrics import SD_90
 from ...gait.errors import OF_LANDINGS, OF_LENGTH
 from ...rectifier.load import load_rectifier
 from ..errors.fit import STRANGERS
-from ..evaluation.gait import TRUE, JudgedGait, judge, judge_both
-from ..evaluation.gait_means import Difference, Mean
+from ..evaluation.gait import TRUE, Difference, JudgedGait, Mean, judge, judge_both
 from ..evaluation.sets import Question
 from ..evaluation.testbed import BEDS, MIN_FRAMES, LiftedTake, see
 from ..mocap.clips import data_set, read_clips

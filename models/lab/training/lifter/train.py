@@ -43,8 +43,7 @@ from ...common.training import (
 )
 from ...evaluation.people import by_person
 from ...evaluation.testbed import MIN_FRAMES, see
-from ...mocap.clips import data_set, lying, read_clips
-from ...mocap.split import read_parts, trained_on
+from ...mocap.clips import data_set, lying, read_clips, read_parts, trained_on
 from ...synthetic.bodies import STANDARD_SIZE_M, BodyRange, proportions, redefined, size_m
 from ...synthetic.cameras import TYPICAL, WILD, ViewRange, place_among
 from ...synthetic.draw import Draw

@@ -41,8 +41,7 @@ from ...common.training import (
     read_weights,
     reading,
 )
-from ...mocap.clips import Subjects, lying, read_clips
-from ...mocap.split import Parts, read_parts, trained_on
+from ...mocap.clips import Parts, Subjects, lying, read_clips, read_parts, trained_on
 from ...synthetic.bodies import BodyRange, proportions, redefined
 from ...synthetic.draw import Draw
 from ...synthetic.joint_errors import flipped, noisy, present

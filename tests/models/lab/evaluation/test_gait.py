@@ -5,8 +5,7 @@ import pytest
 
 from golden.virtual import exact, walked
 from pcnet3d.models.lab.errors.fit import STRANGERS
-from pcnet3d.models.lab.evaluation.gait import PAGE, JudgedGait, judge, one_kind
-from pcnet3d.models.lab.evaluation.gait_means import Difference, Mean
+from pcnet3d.models.lab.evaluation.gait import PAGE, Difference, JudgedGait, Mean, judge, one_kind
 from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.lab.fits.gait_errors import fit_differences, fit_errors
 from pcnet3d.models.rectifier.geometric import Geometric

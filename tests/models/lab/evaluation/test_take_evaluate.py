@@ -12,8 +12,7 @@ from golden.virtual import exact
 from pcnet3d.models.lab.evaluation import evaluate as evaluate_module
 from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation import takes as takes_module
-from pcnet3d.models.lab.evaluation.acceleration import accelerations, over_takes
-from pcnet3d.models.lab.evaluation.take_acceleration import take_scores
+from pcnet3d.models.lab.evaluation.acceleration import accelerations, over_takes, take_scores
 from pcnet3d.models.lab.evaluation.take_answers import (
     Answer,
     answers,

@@ -7,7 +7,7 @@ import pytest
 
 from golden.trainings import tiny
 from pcnet3d.models.lab.evaluation.evaluate import evaluate
-from pcnet3d.models.lab.mocap.split import read_parts
+from pcnet3d.models.lab.mocap.clips import read_parts
 from pcnet3d.models.lab.synthetic.views import seen, views
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.pipeline.core.rotations import transpose

@@ -18,10 +18,10 @@ import numpy as np
 import typer
 from scipy.spatial.transform import Rotation
 
-from ....pipeline.core.errors import InputError, readable
-from ....pipeline.core.frames import Y_UP, Z_UP
-from ....pipeline.files.atomic import whole_folder
-from ....pipeline.reading.flags import Force, Output
+from ...pipeline.core.errors import InputError, readable
+from ...pipeline.core.frames import Y_UP, Z_UP
+from ...pipeline.files.atomic import whole_folder
+from ...pipeline.reading.flags import Force, Output
 
 RATE_HZ = 60.0
 _NUMBERS = (7, 13)  # a sensor's line: quaternion and acceleration, and with gyroscope and magnetometer

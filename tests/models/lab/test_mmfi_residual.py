@@ -8,7 +8,7 @@ from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge
 from pcnet3d.pipeline import H36M17
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-from pcnet3d.models.lab.mmfi import command as module  # noqa: E402
+from pcnet3d.models.lab import mmfi as module  # noqa: E402
 from pcnet3d.models.lab.training.rectifier.net import NetConfig, PCNet  # noqa: E402
 from pcnet3d.models.lab.training.rectifier.train import Deployed  # noqa: E402
 

@@ -13,27 +13,27 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from ....pipeline.core.device import AUTO, CPU, computing_on
-from ....pipeline.core.errors import InputError
-from ....pipeline.core.extras import needed_for
-from ....pipeline.core.rotations import rotate, transpose
-from ....pipeline.files.atomic import write_json, write_text
-from ....pipeline.reading.mocap.clip import Clip, write_mocap
-from ....pipeline.running.recipe import load_toml
-from ...common.metrics import plain
-from ...rectifier.geometric import Geometric
-from ...rectifier.onnx import PCNetRectifier
-from ..common.toml_config import as_toml, checked
-from ..evaluation.rectifiers import Judged, Take, clean_takes, compare, judge, together
-from ..evaluation.tables import Page, Table, written
-from ..mocap.convert import read_folder
-from ..mocap.mmfi import Activities, protocol
-from ..mocap.split import Parts
-from ..training import rectifier as training
+from ...pipeline.core.device import AUTO, CPU, computing_on
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.extras import needed_for
+from ...pipeline.core.rotations import rotate, transpose
+from ...pipeline.files.atomic import write_json, write_text
+from ...pipeline.reading.mocap.clip import Clip, write_mocap
+from ...pipeline.running.recipe import load_toml
+from ..common.metrics import plain
+from ..rectifier.geometric import Geometric
+from ..rectifier.onnx import PCNetRectifier
+from .common.toml_config import as_toml, checked
+from .evaluation.rectifiers import Judged, Take, clean_takes, compare, judge, together
+from .evaluation.tables import Page, Table, written
+from .mocap.clips import Parts
+from .mocap.convert import read_folder
+from .mocap.mmfi import Activities, protocol
+from .training import rectifier as training
 
 if TYPE_CHECKING:
-    from ..training.rectifier.net import PCNet
-    from ..training.rectifier.train import TrainConfig
+    from .training.rectifier.net import PCNet
+    from .training.rectifier.train import TrainConfig
 
 _CHUNK = 1024
 _VALIDATED = 10  # every so many of those to train on choose the best weights; the toolbox has no such part
@@ -82,7 +82,7 @@ def mmfi(
     with needed_for("Training"):
         import torch
 
-        from ..training.rectifier.train import TrainConfig, train
+        from .training.rectifier.train import TrainConfig, train
     torch.set_num_threads(threads)
     clips, notes = read_folder(tree, "mmfi")
     for note in notes:
@@ -119,7 +119,7 @@ def mmfi(
 
 
 def split_of(clips: Sequence[Clip], name: str, activities: Activities) -> dict[str, Any]:
-    """What mocap.split.read_parts reads: the protocol as far as the clips go, by clip, with people (for S1: clips) of
+    """What mocap.clips.read_parts reads: the protocol as far as the clips go, by clip, with people (for S1: clips) of
     its train part kept for validation. InputError when a part is empty."""
     train, test = protocol(name, activities)
     of = {(clip.subject, clip.name[-3:]): clip.name for clip in clips}
@@ -144,7 +144,7 @@ def split_of(clips: Sequence[Clip], name: str, activities: Activities) -> dict[s
 def table(runs: dict[str, TrainConfig], output: Path) -> list[dict[str, Any]]:
     """A row for every test part and every network, GEOMETRIC first: Judged.row's figures of the exported network, the
     poses with what its residual head adds, and the share of the tested frames whose people it was trained on."""
-    from ..training.rectifier.train import best_of, parts_of
+    from .training.rectifier.train import best_of, parts_of
 
     parts = {name: parts_of(run) for name, run in runs.items()}
     rows = []
@@ -177,8 +177,8 @@ def judge_net(net: PCNet, take: Take, symmetric: bool) -> Judged:
     not tell: the corrected pose, in the camera's axes, is canonicalised with the deployed rotation."""
     import torch
 
-    from ..training.rectifier.net import rotate as turned
-    from ..training.rectifier.train import Deployed
+    from .training.rectifier.net import rotate as turned
+    from .training.rectifier.train import Deployed
 
     deployed, parts = Deployed(net, symmetric), []
     for start in range(0, len(take.R), _CHUNK):

@@ -6,7 +6,7 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.mmfi.command import mmfi, split_of
+from pcnet3d.models.lab.mmfi import mmfi, split_of
 from pcnet3d.models.lab.mocap.convert import read_folder
 from pcnet3d.models.lab.mocap.mmfi import protocol
 from pcnet3d.pipeline import InputError

@@ -1,1 +1,0 @@
-"""Data sets whose files only a laboratory has, turned into files that pcnet3d reads."""

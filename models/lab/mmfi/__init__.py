@@ -1,1 +1,0 @@
-"""The protocols of MM-Fi: trains and judges as the paper does."""
