@@ -103,14 +103,21 @@ def mocap(
     )
 
 
-def read_folder(folder: Path, format: str = "auto", how: How | None = None) -> tuple[list[Clip], list[str]]:
+def read_folder(
+    folder: Path,
+    format: str = "auto",
+    how: How | None = None,
+    only: Callable[[Path], bool] = lambda file: True,
+) -> tuple[list[Clip], list[str]]:
     """The clips of a folder (or one file) at the format's frame rate, and one sentence for everything that was assumed
-    or left out. InputError when the format is unknown or not clear, or nothing could be read."""
+    or left out. only: which of its files. InputError when the format is unknown or not clear, or nothing could be read.
+    """
     if not folder.exists():
         raise InputError(
             "cannot-open", f"Expected a folder of motion capture at {folder}, found nothing there."
         )
     name, files = _recognised(folder, format)
+    files = [file for file in files if only(file)]
     read, notes, bad, clips = FORMATS[name], Counter(), [], {}
     for file in each(files, "files", len(files)):
         try:
@@ -126,7 +133,8 @@ def read_folder(folder: Path, format: str = "auto", how: How | None = None) -> t
     if not clips:
         raise InputError(
             "format-unknown",
-            f"No file of {len(files)} in {folder} could be read as {name}; the first is {bad[0]}",
+            f"No file of {len(files)} in {folder} could be read as {name}"
+            + (f"; the first is {bad[0]}" if bad else ", none is of the people that are asked for."),
         )
     read.check(list(clips.values()))
     said = [f"{note} ({count} of {how_many(len(files), 'file')})" for note, count in notes.items()]

@@ -181,7 +181,7 @@ def test_devices_are_listed(cuda, capsys):
 
 
 # mmfi and train compute with torch, whose --device is its own.
-WITHOUT = {"compare", "inspect", "view", "list", "lab", "mocap", "mmfi", "totalcapture", "train"}
+WITHOUT = {"compare", "data", "inspect", "view", "list", "lab", "mocap", "mmfi", "totalcapture", "train"}
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden.acclaim import write_still
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 
@@ -59,3 +60,10 @@ def mmfi_tree(tmp_path, facing_camera):
         return tmp_path / "data" / "MMFi"
 
     return make
+
+
+@pytest.fixture
+def acclaim(tmp_path):
+    """A folder of somebody who stands still, as ASF and AMC."""
+    (tmp_path / "acclaim").mkdir()
+    return write_still(tmp_path / "acclaim")

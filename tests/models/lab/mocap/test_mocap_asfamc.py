@@ -4,90 +4,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden.acclaim import CMU, TWO, amc, asf
 from golden.skeleton import SKELETON, bent, bvh
 from pcnet3d.models.lab.mocap import asfamc as mocap_asfamc
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.reading.mocap import bvh as mocap_bvh
 from pcnet3d.pipeline.reading.mocap.common import How
-
-TWO = """# made by a test
-:version 1.10
-:units
-  mass 1.0
-  length {length}
-  angle {angle}
-:documentation
-   begin of nothing
-:root
-   order TX TY TZ RX RY RZ
-   axis XYZ
-   position 0 0 0
-   orientation 0 0 0
-:bonedata
-  begin
-     id 1
-     name one
-     direction 0 1 0
-     length 2
-     axis {axis} XYZ
-     dof {dof}
-     limits (-1 1)
-  end
-  begin
-     id 2
-     name two
-     direction 1 0 0
-     length 1
-     axis 0 0 0 XYZ
-  end
-:hierarchy
-  begin
-    root one
-    one two
-  end
-"""
-# The joints that begin a bone, as CMU names them, by the joints of the golden skeleton.
-CMU = {
-    "spine": "thorax", "neck": "lowerneck", "head": "head",
-    **{f"{s}_{a}": f"{s}{b}" for s in "lr" for a, b in (
-        ("hip", "femur"), ("knee", "tibia"), ("ankle", "foot"),
-        ("shoulder", "humerus"), ("elbow", "radius"), ("wrist", "wrist"),
-    )},
-}  # fmt: skip
-
-
-def asf(axes):
-    """The golden skeleton as ASF: a bone ends where its first child begins; others hang on bones without freedom."""
-    bones, hierarchy = [], {}
-
-    def bone(name, offset, dof, parent, axis):
-        length = np.linalg.norm(offset)
-        direction = np.asarray(offset) / (length or 1) if length else (0, 1, 0)
-        block = [f"name {name}", f"direction {' '.join(map(repr, map(float, direction)))}"]
-        block += [f"length {float(length) * 0.45 / 0.0254!r}", f"axis {' '.join(map(str, axis))} XYZ"]
-        bones.append("\n".join([" begin", *block, *(["dof rx ry rz"] if dof else []), " end"]))
-        hierarchy.setdefault(parent, []).append(name)
-
-    # A helper bone leads from each joint to each of its children; the child's own bone has no length.
-    for joint, (parent, offset) in SKELETON.items():
-        if parent is None:
-            continue
-        above = "root" if parent == "hips" else CMU[parent]
-        bone(f"to{CMU[joint]}", offset, False, above, (0, 0, 0))
-        bone(CMU[joint], (0, 0, 0), True, f"to{CMU[joint]}", axes[joint])
-    lines = ["begin", *(f" {parent} {' '.join(children)}" for parent, children in hierarchy.items()), "end"]
-    head = TWO[: TWO.index(":bonedata")].format(length=0.45, angle="deg")
-    return head + ":bonedata\n" + "\n".join(bones) + "\n:hierarchy\n" + "\n".join(lines) + "\n"
-
-
-def amc(frames):
-    lines = [":FULLY-SPECIFIED", ":DEGREES"]
-    for i, frame in enumerate(frames, start=1):
-        lines += [
-            str(i),
-            *(f"{name} {' '.join(map(repr, map(float, values)))}" for name, values in frame.items()),
-        ]
-    return "\n".join(lines) + "\n"
 
 
 def two(axis="0 0 0", dof="rx", length=0.45, angle="deg"):
@@ -166,29 +88,21 @@ def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path):
     assert np.abs(angles).max() > 5
 
 
-@pytest.fixture
-def cmu(tmp_path):
-    axes = {joint: np.zeros(3) for joint in SKELETON}
-    (tmp_path / "HDM_tr.asf").write_text(asf(axes))
-    rest = {"root": [0, 16, 0, 0, 0, 0], **{name: [0, 0, 0] for name in CMU.values()}}
-    (tmp_path / "HDM_tr_kick_1.amc").write_text(amc([rest] * 4))
-    return tmp_path
-
-
-def test_the_subject_is_the_skeleton(cmu):
-    clip = mocap_asfamc.read(cmu / "HDM_tr_kick_1.amc", cmu, How()).clip
+def test_the_subject_is_the_skeleton(acclaim):
+    clip = mocap_asfamc.read(acclaim / "HDM_tr_kick_1.amc", acclaim, How()).clip
     assert (clip.subject, clip.name) == ("HDM-tr", "HDM-tr_kick_1")
-    assert mocap_asfamc.read(cmu / "HDM_tr_kick_1.amc", cmu, How(fps=60)).clip.fps == 60
+    assert mocap_asfamc.read(acclaim / "HDM_tr_kick_1.amc", acclaim, How(fps=60)).clip.fps == 60
     assert (
-        mocap_asfamc.read(cmu / "HDM_tr_kick_1.amc", cmu, How(subject=r"HDM_([a-z]+)")).clip.subject == "tr"
+        mocap_asfamc.read(acclaim / "HDM_tr_kick_1.amc", acclaim, How(subject=r"HDM_([a-z]+)")).clip.subject
+        == "tr"
     )
 
 
-def test_a_motion_without_its_skeleton_is_refused(cmu):
-    (cmu / "HDM_bd.asf").write_text("")
-    (cmu / "XY_1.amc").write_text((cmu / "HDM_tr_kick_1.amc").read_text())
+def test_a_motion_without_its_skeleton_is_refused(acclaim):
+    (acclaim / "HDM_bd.asf").write_text("")
+    (acclaim / "XY_1.amc").write_text((acclaim / "HDM_tr_kick_1.amc").read_text())
     with pytest.raises(InputError, match=r"\.asf"):
-        mocap_asfamc.read(cmu / "XY_1.amc", cmu, How())
+        mocap_asfamc.read(acclaim / "XY_1.amc", acclaim, How())
 
 
 @pytest.mark.parametrize(
@@ -206,7 +120,7 @@ def test_a_motion_without_its_skeleton_is_refused(cmu):
         ("HDM_tr_kick_1.amc", lambda t: "", "frames"),
     ],
 )
-def test_a_damaged_file_is_refused(cmu, file, change, words):
-    (cmu / file).write_text(change((cmu / file).read_text()))
+def test_a_damaged_file_is_refused(acclaim, file, change, words):
+    (acclaim / file).write_text(change((acclaim / file).read_text()))
     with pytest.raises(InputError, match=words):
-        mocap_asfamc.read(cmu / "HDM_tr_kick_1.amc", cmu, How())
+        mocap_asfamc.read(acclaim / "HDM_tr_kick_1.amc", acclaim, How())

@@ -1,0 +1,72 @@
+"""A data folder out of what anybody may download."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from commands import pcnet3d, refused, succeeded
+from pcnet3d.models.lab.mocap.clips import read_clips
+from pcnet3d.models.lab.mocap.data import SPLITS, with_whole_forearms
+from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.reading.mocap.clip import read_mocap
+
+SAMPLE = Path(__file__).parents[3] / "data"
+
+
+def test_the_sample_becomes_a_folder_that_evaluation_reads(tmp_path):
+    done = succeeded(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path / "data"))
+    assert "55 clips of 19 people" in done.stdout
+    for part in ("train", "val", "test"):
+        made, sample = (read_clips(part, folder) for folder in (tmp_path / "data", SAMPLE))
+        assert [clip.name for clip in made] == [clip.name for clip in sample]
+    np.testing.assert_array_equal(made[0].joints, sample[0].joints)
+    before = (tmp_path / "data" / "cmu_mocap.npz").stat().st_mtime_ns
+    succeeded(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path / "data"))
+    assert (tmp_path / "data" / "cmu_mocap.npz").stat().st_mtime_ns == before
+
+
+def test_a_file_that_was_changed_since_is_refused(tmp_path):
+    succeeded(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path))
+    with open(tmp_path / "cmu_mocap.npz", "ab") as file:
+        file.write(b"more")
+    refused(pcnet3d("lab", "data", "--cmu", SAMPLE, "-o", tmp_path), "its digest is another one")
+
+
+def test_recordings_are_converted_with_whole_forearms(acclaim, tmp_path):
+    """Of CMU only those of people who are in a part."""
+    for person in ("07", "150"):
+        folder = acclaim / person
+        folder.mkdir()
+        shutil.copy(acclaim / "HDM_tr.asf", folder / f"{person}.asf")
+        shutil.copy(acclaim / "HDM_tr_kick_1.amc", folder / f"{person}_01.amc")
+    succeeded(pcnet3d("lab", "data", "--cmu", acclaim, "--hdm05", acclaim, "-o", tmp_path / "data"))
+    (clip,) = read_mocap(tmp_path / "data" / "cmu_mocap.npz")
+    assert (clip.name, clip.source) == ("07_01", "asfamc")
+    everybody = read_mocap(tmp_path / "data" / "hdm05_subset.npz")
+    assert len(everybody) == 3
+    elbow, wrist = H36M17.indices(("l_elbow", "l_wrist"))
+    length = np.linalg.norm(clip.joints[:, wrist] - clip.joints[:, elbow], axis=-1)
+    longer = with_whole_forearms(clip).joints
+    np.testing.assert_allclose(
+        np.linalg.norm(longer[:, wrist] - longer[:, elbow], axis=-1), 1.38 * length, rtol=1e-5
+    )
+    np.testing.assert_allclose(length, 1.38 * 0.25, atol=1e-3)  # of golden.skeleton
+    split = json.loads((tmp_path / "data" / "splits.json").read_text())
+    assert split["cmu_mocap"] == {"train": [], "val": ["07"], "test": []}
+
+
+@pytest.mark.parametrize("words", [(), ("--cmu", "nowhere")])
+def test_where_nothing_is_it_says_what_to_fetch_from_where(tmp_path, words):
+    said = pcnet3d("lab", "data", *words, "-o", "data", cwd=tmp_path)
+    refused(said, "download all ASF/AMC files from mocap.cs.cmu.edu")
+    assert not (tmp_path / "data" / "cmu_mocap.npz").exists()
+
+
+@pytest.mark.data("accad_mocap.npz")
+def test_the_people_of_each_part_are_those_of_the_data_folder(data):
+    listed = json.loads((data / "splits.json").read_text())
+    for file, parts in json.loads(SPLITS.read_text()).items():
+        assert {part: listed[file].get(part, []) for part in parts} == parts
