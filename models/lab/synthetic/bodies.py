@@ -39,20 +39,15 @@ STANDARD_SIZE_M = 3.9  # sum of the 16 bones of a person about 1.7 m tall
 
 @dataclass(frozen=True)
 class BodyRange:
-    """What proportions are drawn from.
+    """What proportions are drawn from. Captures of one laboratory share few skeletons, and 2D detectors put hips and
+    shoulders wider than optical capture does."""
 
-    limbs, trunk: standard deviation of the logarithm of a factor on the bones' lengths.
-    hips, shoulders: hip and shoulder width over the sum of all bones, uniform. Captures of one laboratory share
-        few skeletons, and 2D detectors put these joints wider than optical capture does.
-    unchanged: share of windows that keep the captured body. mirrored: share that is mirrored left to right.
-    """
-
-    limbs: float = 0.05
-    trunk: float = 0.05
-    hips: tuple[float, float] = (0.033, 0.075)
+    limbs: float = 0.05  # standard deviation of the logarithm of a factor on the bones' lengths
+    trunk: float = 0.05  # the same
+    hips: tuple[float, float] = (0.033, 0.075)  # hip width over the sum of all bones, uniform
     shoulders: tuple[float, float] = (0.055, 0.105)
-    unchanged: float = 0.3
-    mirrored: float = 0.5
+    unchanged: float = 0.3  # share of windows that keep the captured body
+    mirrored: float = 0.5  # share that is mirrored left to right
 
 
 def size_m(joints: Array) -> Array:

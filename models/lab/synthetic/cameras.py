@@ -25,24 +25,19 @@ _PAN_FRAMES = 61  # over which a camera that pans averages where the person is
 
 @dataclass(frozen=True)
 class ViewRange:
-    """What views are drawn from: angles uniformly, focal length and distance log-uniformly.
+    """What views are drawn from: angles uniformly, focal length and distance log-uniformly."""
 
-    yaw_deg, pitch_deg, roll_deg: ranges, the convention above. focal: focal length over the longer image side (phones
-    filming: 0.65-0.85; a 35 to 70 mm lens on full frame: 1 to 2). distance: over the smallest one at which
-    everything is in the image. distance_m: in its place, metres along the viewing axis to the middle of the points,
-    but never nearer than that smallest one. margin: share of the half image that stays empty at its border.
-    pans: share of views whose camera slowly follows the person.
-    """
-
-    yaw_deg: tuple[float, float] = (0.0, 360.0)
+    yaw_deg: tuple[float, float] = (0.0, 360.0)  # the convention above
     pitch_deg: tuple[float, float] = (-30.0, 45.0)
     roll_deg: tuple[float, float] = (-10.0, 10.0)
+    # Over the longer image side: phones film with 0.65 to 0.85, a 35 to 70 mm lens on full frame has 1 to 2.
     focal: tuple[float, float] = (0.65, 2.0)
-    distance: tuple[float, float] = (1.05, 2.5)
+    distance: tuple[float, float] = (1.05, 2.5)  # over the smallest one at which everything is in the image
+    # In its place: metres along the viewing axis to the middle of the points, but never nearer than that smallest one.
     distance_m: tuple[float, float] | None = None
-    nearest_m: float = 1.0
-    margin: float = 0.04
-    pans: float = 0.0
+    nearest_m: float = 1.0  # of any joint
+    margin: float = 0.04  # share of the half image that stays empty at its border
+    pans: float = 0.0  # share of views whose camera slowly follows the person
 
 
 # Anything a video may come from: steep and tilted views, long lenses.

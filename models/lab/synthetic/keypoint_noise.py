@@ -55,11 +55,7 @@ EXCHANGED_LIMBS = (_exchanged("hip", "knee", "ankle"), _exchanged("shoulder", "e
 @dataclass(frozen=True)
 class Noise:
     """Constants of the formula at the head of this file. Lengths are shares of the box's longer side; rates are
-    per frame at 30 fps; runs are mean lengths in frames at 30 fps.
-
-    derived: share of windows in which pelvis, thorax and spine are made from shoulders and hips, as layouts.remap
-    does for detectors that have none, and the head lies between the ears' middle and its top.
-    """
+    per frame at 30 fps; runs are mean lengths in frames at 30 fps."""
 
     std: float = 0.015
     correlation: float = 0.8
@@ -74,6 +70,8 @@ class Noise:
     missing_run: float = 10.0
     absent_rate: float = 0.0003
     absent_run: float = 8.0
+    # Share of windows in which pelvis, thorax and spine are made from shoulders and hips, as layouts.remap does for
+    # detectors that have none, and the head lies between the ears' middle and its top.
     derived: float = 0.0
 
 
@@ -131,21 +129,15 @@ Joint = Annotated[str, AfterValidator(_known)]
 
 @dataclass(frozen=True)
 class Spoilt:
-    """What spoils keypoints besides the formula, as shares of the windows.
+    """What spoils keypoints besides the formula, as shares of the windows."""
 
-    quality: spread (of the logarithm) of a window's noise, for detectors are not alike. good: a good detector's, with
-    the errors, outliers, exchanges and gaps of GOOD. slow: standard deviation, as a share of the body's size, of an
-    error that lasts SLOW_S, which the confidence does not know of. truncated: the image ends somewhere in the body,
-    mostly below. occluded: a part of the body is not seen for long. absent: joints that the detector does not have at
-    all, each by its own share.
-    """
-
-    quality: Size = 0.0
-    good: Share = 0.0
+    quality: Size = 0.0  # spread (of the logarithm) of a window's noise, for detectors are not alike
+    good: Share = 0.0  # a good detector's, with the errors, outliers, exchanges and gaps of GOOD
+    # Standard deviation, of the body's size, of an error that lasts SLOW_S, which the confidence does not know of.
     slow: Size = 0.0
-    truncated: Share = 0.0
-    occluded: Share = 0.0
-    absent: dict[Joint, Share] = field(default_factory=dict)
+    truncated: Share = 0.0  # the image ends somewhere in the body, mostly below
+    occluded: Share = 0.0  # a part of the body is not seen for long
+    absent: dict[Joint, Share] = field(default_factory=dict)  # joints that the detector does not have at all
 
 
 def detect(

@@ -17,19 +17,14 @@ from .poses import PoseRange, posed
 
 @dataclass(frozen=True)
 class MotionRange:
-    """How far motion is from the capture; the defaults change nothing. Shares are of a batch.
+    """How far motion is from the capture; the defaults change nothing. Shares are of a batch."""
 
-    combined: share whose upper body comes from another motion. poses: of poses. unchanged, real: share on the
-    captured body, and with the bone lengths of one of the captured people (bodies.proportions). redefined:
-    share with joints defined as another source would, redefined_m (metres, standard deviation) away.
-    """
-
-    combined: Share = 0.0
+    combined: Share = 0.0  # the upper body comes from another motion
     poses: PoseRange = field(default_factory=PoseRange)
-    unchanged: Share = 1.0
-    real: Share = 0.0
-    redefined: Share = 0.0
-    redefined_m: Size = 0.02
+    unchanged: Share = 1.0  # on the captured body
+    real: Share = 0.0  # with the bone lengths of one of the captured people (bodies.proportions)
+    redefined: Share = 0.0  # joints as another source defines them, so far away:
+    redefined_m: Size = 0.02  # standard deviation
 
 
 def varied(

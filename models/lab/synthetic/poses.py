@@ -33,24 +33,22 @@ _LIMBS_SWUNG = tuple(
 
 @dataclass(frozen=True)
 class PoseRange:
-    """What a window's poses are drawn from, as shares of the windows.
+    """What a window's poses are drawn from, as shares of the windows."""
 
-    exchanged: some limbs are those of another motion. sampled: some limbs move within anatomical limits. swung: trunk
-    above the spine and head turn further, by about 15 degrees. limbs_swung: arms turn further about the shoulders and
-    legs about the hips, by about 20 and 10 degrees; knees and elbows keep their angles. turned: the whole body is
-    turned about any axis, by an angle with a standard deviation of turned_deg, half of them on and on: leans, falls,
-    lying. leaning: the whole body leans about a horizontal axis by about 12 degrees. laid: it lies, on the back, the
-    front or a side: it is turned about a horizontal axis by about 90 degrees.
-    """
-
-    exchanged: Share = 0.0
-    sampled: Share = 0.0
-    swung: Share = 0.0
+    exchanged: Share = 0.0  # some limbs are those of another motion
+    sampled: Share = 0.0  # some limbs move within anatomical limits
+    swung: Share = 0.0  # trunk above the spine and head turn further, by about 15 degrees
+    # Arms turn further about the shoulders and legs about the hips, by about 20 and 10 degrees; knees and elbows keep
+    # their angles.
     limbs_swung: Share = 0.0
-    turned: Share = 0.0
-    turned_deg: float = 57.0
-    leaning: Share = 0.0
-    laid: Share = 0.0
+    turned: Share = (
+        0.0  # the whole body is turned about any axis, half of them on and on: leans, falls, lying
+    )
+    turned_deg: float = 57.0  # standard deviation of that
+    leaning: Share = 0.0  # the whole body leans about a horizontal axis by about 12 degrees
+    laid: Share = (
+        0.0  # it lies, on the back, the front or a side: turned about a horizontal axis by about 90 degrees
+    )
 
 
 def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:

@@ -59,30 +59,21 @@ _FOCAL_SPREAD = 0.2  # of the logarithm of a focal length that was estimated
 
 @dataclass(frozen=True)
 class Material(MotionRange, Spoilt):
-    """What windows are made of, besides the fields of MotionRange and Spoilt; shares are of the windows.
+    """What windows are made of, besides the fields of MotionRange and Spoilt; shares are of the windows."""
 
-    limbs, trunk: spread of lengths, mirrored: share of mirrored bodies, of bodies.BodyRange. typical: share before
-    cameras as people use them, the others before any. placed: share, of either, with the person where people are in
-    real videos and as large (synthetic.places). pans: share whose camera slowly follows the person. derived: share with
-    pelvis, spine, thorax and head made as for COCO keypoints. other_rates: share of batches at another frame rate than
-    30, between 20 and 60. focal_known, focal_estimated: share of windows whose focal length is told, exactly or with an
-    error; the others have the assumed one. up_known: share that is told which way is up, with an error (_UP_DEG).
-    lying: share from clips drawn by how many of their frames show somebody who lies, crawls or bends deeply
-    (mocap.clips.lying): they are few.
-    """
-
-    limbs: Size = 0.05
+    limbs: Size = 0.05  # of bodies.BodyRange, as the next three
     trunk: Size = 0.05
     unchanged: Share = 0.3
     mirrored: Share = 0.5
-    typical: Share = 0.0
-    placed: Share = 0.0
-    pans: Share = 0.0
-    derived: Share = 0.0
-    other_rates: Share = 0.3
-    focal_known: Share = 0.3
-    focal_estimated: Share = 0.0
-    up_known: Share = 0.0
+    typical: Share = 0.0  # before cameras as people use them, the others before any
+    placed: Share = 0.0  # with the person where people are in real videos, and as large (synthetic.places)
+    pans: Share = 0.0  # the camera slowly follows the person
+    derived: Share = 0.0  # pelvis, spine, thorax and head made as for COCO keypoints
+    other_rates: Share = 0.3  # of batches: at another frame rate than 30, between 20 and 60
+    focal_known: Share = 0.3  # the focal length is told exactly
+    focal_estimated: Share = 0.0  # it is told with an error; the others have the assumed one
+    up_known: Share = 0.0  # which way is up is told, with an error (_UP_DEG)
+    # From clips drawn by how many of their frames show somebody who lies, crawls or bends deeply: they are few.
     lying: Share = 0.0
 
 

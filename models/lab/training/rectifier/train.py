@@ -64,24 +64,19 @@ _FPS = 30.0  # of poses that move; a single frame of them is taken
 
 @dataclass(frozen=True)
 class Mixture(MotionRange):
-    """Shares of a batch, and how far its bodies and joints are from the capture; the defaults change nothing.
+    """Shares of a batch, and how far its bodies and joints are from the capture; the defaults change nothing. All but
+    the first three are shares of the captured frames, as are MotionRange's: bodies that lean, crawl or lie keep the
+    world's up as their truth."""
 
-    lifted: share of lifted frames (of the files given to the training), roll_deg: the camera's roll added to them,
-    uniform. lying: share of lifted and of captured frames that are drawn among those of people who lie, crawl or bend
-    deeply (mocap.clips.lying), who are few. What follows is shares of the captured frames, as are MotionRange's fields:
-    bodies that lean, crawl or lie keep the world's up as their truth. wide: seen from `wide` views. noisy: with
-    Gaussian noise of up to noise_m, twice that in depth. flipped: with limbs turned over in depth. missing: with
-    missing joints; lifted frames too.
-    """
-
-    lifted: Share = 0.0
-    roll_deg: Size = 0.0
+    lifted: Share = 0.0  # lifted frames, of the files given to the training
+    roll_deg: Size = 0.0  # the camera's roll that is added to them, uniform
+    # Of lifted and of captured frames, drawn among those of people who lie, crawl or bend deeply, who are few.
     lying: Share = 0.0
-    wide: Share = 0.0
-    noisy: Share = 0.0
-    noise_m: Size = 0.03
-    flipped: Share = 0.0
-    missing: Share = 0.0
+    wide: Share = 0.0  # seen from `wide` views
+    noisy: Share = 0.0  # with Gaussian noise, twice as much in depth,
+    noise_m: Size = 0.03  # of up to so much
+    flipped: Share = 0.0  # with limbs turned over in depth
+    missing: Share = 0.0  # with missing joints; lifted frames too
 
 
 class Frames(NamedTuple):
