@@ -105,7 +105,8 @@ def made(source: Source, folder: Path, output: Path) -> tuple[Clip, ...]:
 
 
 def converted(source: Source, folder: Path) -> list[Clip]:
-    """The recordings of a folder, with whole forearms; of CMU those of people who are in a part."""
+    """The recordings of a folder, with whole forearms; of CMU those of people who are in a part. InputError for a
+    folder that is not there, and where nothing can be read."""
     if not folder.is_dir():
         raise InputError("cannot-open", f"Expected a folder at {folder}. {source.way}.")
     listed = json.loads(SPLITS.read_text(encoding="utf-8")).get(source.file, {})
