@@ -266,11 +266,12 @@ def _kinematics(folder: Path, rows: int) -> dict[str, np.ndarray] | None:
     import pyarrow.lib
     import pyarrow.parquet as pq
 
-    path = (folder / KINEMATICS).resolve()  # pyarrow takes "a:b" for an address
+    path = folder / KINEMATICS
     if not path.exists():
         return None
     try:
-        table = pq.read_table(path)
+        with open(path, "rb") as file:  # pyarrow takes no path that is not UTF-8, and "a:b" for an address
+            table = pq.read_table(file)
     except (OSError, ValueError, pyarrow.lib.ArrowException) as error:
         raise InputError("file-damaged", f"{KINEMATICS} is damaged: {error}") from None
     if table.num_rows != rows:

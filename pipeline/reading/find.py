@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from ..core.errors import InputError
 from ..core.messages import say
 from ..files.arrays import Shape
@@ -135,7 +137,8 @@ def recognises(adapter: Adapter, path: Path) -> bool:
     """Whether the adapter takes the file for one of its own. One that fails, which it never should, does not, with a
     warning on stderr: somebody's faulty package must not keep the others from reading."""
     try:
-        return adapter.sniff(path)
+        with np.errstate(all="ignore"):  # whatever numbers a stranger's file has
+            return adapter.sniff(path)
     except Exception as error:
         say("warning", f"adapter '{adapter.name}' failed at {path}: {error!r}")
         return False

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shutil import copyfile
+from tempfile import TemporaryDirectory
 from textwrap import wrap
 from typing import Any
 
@@ -64,8 +66,10 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
     frame = frame_over_the_floor(take, LEVEL, "mm")
     lines = [part for name, text in provenance(take, frame).items() for part in _wrapped(f"{name}: {text}")]
     file.add_parameter(C3D_GROUP, "PROVENANCE", lines[:_MOST])
-    with whole_file(path) as partial:
-        file.write(str(partial))
+    with whole_file(path) as partial, TemporaryDirectory() as folder:
+        made = Path(folder) / "take.c3d"  # ezc3d takes no path whose bytes are not UTF-8
+        file.write(str(made))
+        copyfile(made, partial)
     if numbered:
         return ()
     return (notice("c3d-begins", file=path.name, begin_s=begin_s),)

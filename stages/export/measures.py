@@ -41,8 +41,8 @@ def write_measures_parquet(take: Take, path: Path) -> None:
     kinds = dict.fromkeys(Row._fields, pa.float64()) | {"item": pa.int32()}
     kinds |= dict.fromkeys(("measure", "side", "unit", "text"), pa.string())
     table = pa.Table.from_pylist([row._asdict() for row in rows(take)], pa.schema(kinds, provenance(take)))
-    with whole_file(path) as partial:
-        pq.write_table(table, partial)
+    with whole_file(path) as partial, open(partial, "wb") as file:
+        pq.write_table(table, file)
 
 
 def rows(take: Take) -> Iterator[Row]:

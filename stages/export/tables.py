@@ -38,12 +38,14 @@ def write_parquet(take: Take, path: Path) -> None:
     repeated = [
         name for name, type_ in zip(first.schema.names, first.schema.types, strict=True) if type_ == pa.int8()
     ]
+    # Opened here, for pyarrow takes no path whose bytes are not UTF-8.
     with (
         whole_file(path) as partial,
-        pq.ParquetWriter(partial, first.schema, use_dictionary=repeated) as file,  # type: ignore[arg-type]
+        open(partial, "wb") as file,
+        pq.ParquetWriter(file, first.schema, use_dictionary=repeated) as table,  # type: ignore[arg-type]
     ):
         for part in chain([first], parts):
-            file.write_table(part)
+            table.write_table(part)
 
 
 def write_csv(take: Take, path: Path) -> None:

@@ -158,8 +158,8 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     kinds["notices"] = pa.list_(pa.struct([(name, pa.string()) for name in _SAID]))
     kinds |= {key: pa.float64() for row in rows for key in row.get("numbers", {}) if key not in kinds}
     lines = [{**row.get("numbers", {}), **row} for row in rows]
-    with whole_file(path) as partial:
-        parquet.write_table(pa.Table.from_pylist(lines, schema=pa.schema(kinds)), partial)
+    with whole_file(path) as partial, open(partial, "wb") as file:
+        parquet.write_table(pa.Table.from_pylist(lines, schema=pa.schema(kinds)), file)
     for line in lines:
         line["notices"] = " ".join(each["code"] for each in line.get("notices", ()))
     write_rows(path.with_suffix(".csv"), kinds, ([line.get(name) for name in kinds] for line in lines))

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -292,6 +293,20 @@ def test_pandas_gets_what_the_table_has(take, tmp_path):
     Export(tmp_path)(take)
     written = pandas.read_parquet(tmp_path / "kinematics.parquet")
     pandas.testing.assert_frame_equal(take.to_pandas(), written, check_dtype=False)
+
+
+@pytest.mark.parametrize("writer", ["csv", "c3d", "measures", "netcdf", "bvh", "glb"])
+def test_folders_whose_names_are_not_utf_8(take, tmp_path, writer):
+    """Linux and others know names that are bytes of any kind: an old archive's M\xfcller."""
+    if writer == "c3d":
+        pytest.importorskip("ezc3d")
+    folder = tmp_path / os.fsdecode(b"M\xfcller")
+    try:
+        folder.mkdir()
+    except (OSError, UnicodeError):
+        pytest.skip("this system has no such names")
+    take = take.with_(measures=rows_of({"r_wrist": {"path_length": 1.5}}))
+    assert all(file.stat().st_size for file in exported(take, folder, writer).iterdir())
 
 
 def test_what_a_take_lacks_for_tables_is_said(take):
