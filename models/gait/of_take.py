@@ -1,14 +1,18 @@
-"""The gait of a take's motion, and how far the legs come apart in its noise."""
+"""The gait of a take's motion, its walks, and how far the legs come apart in its noise."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...pipeline.core.rotations import transpose
+from ...pipeline.signals.filters import runs
 from ..common.motion import Motion
-from .gait import LEAST_STEP, Gait, facing_deg, find_gait
+from .events import Step
+from .fading import along_sight, faded_steps
+from .gait import LEAST_STEP, Gait, facing_deg, find_gait, separation
 
 SIDES = {"right": "r", "left": "l"}
 _USUAL = 0.12  # lengths of a leg: the separation's deviation by the built-in lifter, median of lifted validation takes
@@ -23,6 +27,53 @@ def gait_of(motion: Motion) -> Gait:
         facing = facing_deg(transpose(rectified.R_source_from_level) @ rectified.R_source_from_body)
     least = least_step(motion.columns, motion.unjudged)
     return find_gait(motion.body, motion.times, motion.seams, facing_deg=facing, least=least)
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A walk or a run. kind: "walking" or "running". steps: those whose feet were seen, in order; before, behind: more,
+    told by the knees' rhythm where steps cannot be seen (fading.py). cut: whether its start, and its end, were not
+    visible, so that there may be more."""
+
+    kind: str
+    steps: tuple[Step, ...]
+    before: tuple[Step, ...] = ()
+    behind: tuple[Step, ...] = ()
+    cut: tuple[bool, bool] = (False, False)
+
+    @property
+    def every(self) -> tuple[Step, ...]:
+        """All its steps, in order."""
+        return (*self.before, *self.steps, *self.behind)
+
+
+def walks_of(motion: Motion, gait: Gait) -> list[Walk]:
+    """The walks of a gait, in order. Who stops stays for more than a stride, as in events.py: where an end of the take
+    or a gap lies nearer, that was not visible."""
+    apart = separation(motion.body, motion.times, motion.seams)[:, 0]
+    knees = {side: motion.angle(f"{side}_knee_flexion") for side in SIDES.values()}
+    visible = np.isfinite(apart) | np.isfinite([*knees.values()]).all(axis=0)
+    ends_s = [
+        (float(motion.times[rows.start]), float(motion.times[rows.stop - 1]))
+        for rows in runs(visible, motion.times, motion.seams)
+    ]
+    hidden = along_sight(motion.rectified.R_source_from_body, motion.source.frame) | np.isnan(apart)
+    found = []
+    for i, steps in enumerate(gait.walks):
+        stride_s = 2 * float(np.mean([step.stop_s - step.start_s for step in steps]))
+        before, behind = [], []
+        if gait.kind == "walking":
+            before, behind = faded_steps(steps, knees, motion.times, hidden, motion.seams)
+            since_s = found[-1].every[-1].stop_s if found else -np.inf
+            until_s = gait.walks[i + 1][0].start_s if i + 1 < len(gait.walks) else np.inf
+            before = [step for step in before if step.start_s >= since_s]
+            behind = [step for step in behind if step.stop_s <= until_s]
+        walk = Walk(gait.kind, tuple(steps), tuple(before), tuple(behind))
+        first_s, last_s = walk.every[0].start_s, walk.every[-1].stop_s
+        starts = any(0 <= first_s - start_s < stride_s for start_s, _ in ends_s)
+        stops = any(0 <= stop_s - last_s < stride_s for _, stop_s in ends_s)
+        found.append(replace(walk, cut=(starts, stops)))
+    return found
 
 
 def least_step(columns: Mapping[str, np.ndarray], unjudged: bool = False) -> float:

@@ -71,13 +71,14 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
     words += f" {_least(walking, 'steps')}{how_many(steps, 'step')}"
     if back := _count(walking, "backward_steps"):
         words += " backwards" if back == steps else f", {back} of them backwards"
-    landed = [at for side in _SIDES for at in moments(subgroup(walking, side), "landings")]
-    if _count(walking, "walks") == 1 and landed:
-        words += f" in {max(landed) - min(landed):.1f} s"
+    if _count(walking, "walks") == 1 and (lasts := measure(walking, "walked")):
+        words += f" in {lasts.value:.1f} s"
     if cadence := measure(walking, "cadence"):
         words += f", {_figure(cadence, 'a minute')}"
     if metric and (speed := measure(walking, "walking_speed")):
         words += f", at {_figure(speed, 'm/s')}"
+    if ends := text(walking, "not_visible"):
+        words += f" ({ends} not visible)"
     return [(steps, words)]
 
 

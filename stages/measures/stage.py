@@ -11,7 +11,7 @@ import numpy as np
 from ...models.common.motion import Motion, motion_of
 from ...models.gait.errors import own_covariance
 from ...models.gait.gait import Gait
-from ...models.gait.of_take import gait_of
+from ...models.gait.of_take import Walk, gait_of, walks_of
 from ...models.place.airborne import Airborne, airborne
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import Measure, Row, side_of, withheld, within
@@ -72,7 +72,9 @@ class Measures:
             *within("range_of_motion", range_rows(motion, angles, own_zero)),
             *within("symmetry", symmetry_rows(motion, angles, why_sides)),
             *counted_rows(motion, found.counted),
-            *within("walking", walking(motion, found.gait, self.belt_speed, why_sides.get("leg", ""))),
+            *within(
+                "walking", walking(motion, found.gait, found.walks, self.belt_speed, why_sides.get("leg", ""))
+            ),
             *within("jumps", jumps(motion, found.airborne, found.jumps)),
             *within("paths", _paths(motion)),
             *within("off_keypoints", off_keypoints(motion)),
@@ -84,10 +86,11 @@ class Measures:
 
 @dataclass(frozen=True, eq=False)
 class Detections:
-    """What was found in a take, each with its seconds. gait: walks and runs; jumps: of the flights of `airborne`;
+    """What was found in a take, each with its seconds. walks: of the gait; jumps: of the flights of `airborne`;
     counted: repetitions, by movement."""
 
     gait: Gait
+    walks: tuple[Walk, ...]
     airborne: Airborne
     jumps: tuple[Flight, ...]
     counted: tuple[Counted, ...]
@@ -98,10 +101,11 @@ def detected(take: Take, motion: Motion, repeat: Sequence[str] = ()) -> Detectio
     flown, gait = airborne(take), gait_of(motion)
     jumped = jumping(motion, flown, gait)
     gait = without_leaps(gait, jumped)
-    taken = [*((step.start_s, step.stop_s) for step in gait.steps), *landings(flown)]
+    walks = walks_of(motion, gait)
+    taken = [*((step.start_s, step.stop_s) for walk in walks for step in walk.every), *landings(flown)]
     movements = (*MOVEMENTS, *map(repeated, repeat))
     counted = tuple(count(motion, movement, taken, flown.ankle) for movement in movements)
-    return Detections(gait, flown, tuple(jumped), counted)
+    return Detections(gait, tuple(walks), flown, tuple(jumped), counted)
 
 
 def _paths(motion: Motion) -> list[Row]:

@@ -31,13 +31,12 @@ from ...models.gait.gait import (
     separation,
     time_values,
 )
-from ...models.gait.of_take import SIDES
+from ...models.gait.of_take import SIDES, Walk
 from ...pipeline.core.measures import Curves, Measure, Remark, Row, withheld, within
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import transpose
-from ...pipeline.signals.filters import runs
 from .cycles import mean_curve
 from .figures import deviation, moments, observable, symmetry, unknown_deg, with_error
 from .strides import peaks
@@ -73,14 +72,16 @@ _NAMED = {
 }
 
 
-def walking(motion: Motion, gait: Gait, belt_speed: float | None, why_sides: str = "") -> list[Row]:
-    """The group `walking`. belt_speed: a treadmill's, where the user gives it, in the unit of the poses a second.
-    why_sides: a code of WITHHELD where right and left are not compared."""
+def walking(
+    motion: Motion, gait: Gait, walks: Sequence[Walk], belt_speed: float | None, why_sides: str = ""
+) -> list[Row]:
+    """The group `walking`. walks: of the gait. belt_speed: a treadmill's, where the user gives it, in the unit
+    of the poses a second. why_sides: a code of WITHHELD where right and left are not compared."""
     apart = separation(motion.body, motion.times, motion.seams)[:, 0]
     if not motion.rectified.level_ok:
         return [observable(np.zeros(len(apart), dtype=bool))]
     judged = observable(motion.has(_LEGS))
-    if not gait.walks:
+    if not walks:
         return [judged]
     said = _means(motion, gait)
     values, strides = time_values(gait), gait.strides
@@ -89,20 +90,14 @@ def walking(motion: Motion, gait: Gait, belt_speed: float | None, why_sides: str
     lengths, over_floor, share = _lengths(motion, gait, belt_speed, said)
     quick = motion.source.lifted and gait.kind == "walking" and said.style["step_time_s"] < _QUICK_S
     back = backward_steps(gait, apart, motion.times)
-    landed = len(gait.steps) + len(gait.walks)
-    walks = f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""
     indices = _symmetries(said, {**values, **lengths})
     if why_sides:
         indices = [withheld(why_sides, row.name.removesuffix("_withheld")) for row in indices]
     return [
         judged,
         Remark("gait", "walking or running" if quick or gait.mixed else gait.kind),
-        Measure("walks", len(gait.walks)),
-        Measure("steps", len(gait.steps), at_least=_cut(motion, gait, apart)),
+        *_counted(walks),
         *([Measure("backward_steps", back)] if back else []),
-        Remark(
-            "counted", f"{how_many(len(gait.steps), 'step')} between {how_many(landed, 'landing')}{walks}"
-        ),
         *over_floor,
         *said(lengths, _OF_BOTH, share=share),
         _cadence(said, values, timed),
@@ -111,6 +106,26 @@ def walking(motion: Motion, gait: Gait, belt_speed: float | None, why_sides: str
         *indices,
         *_sides(motion, gait, said, values, lengths, phases, share),
         *_curves(motion, gait),
+    ]
+
+
+def _counted(walks: Sequence[Walk]) -> list[Row]:
+    """How many walks and steps, those of them that only the knees tell, how long they took, and which of their ends
+    was not visible."""
+    steps = sum(len(walk.every) for walk in walks)
+    by_knees = steps - sum(len(walk.steps) for walk in walks)
+    cut = [any(walk.cut[end] for walk in walks) for end in (0, 1)]
+    lasts_s = sum(walk.every[-1].stop_s - walk.every[0].start_s for walk in walks)
+    many = f" in {len(walks)} walks" if len(walks) > 1 else ""
+    return [
+        Measure("walks", len(walks)),
+        Measure("steps", steps, at_least=any(cut) or by_knees > 0),
+        *([Measure("steps_by_knees", by_knees)] if by_knees else []),
+        Measure("walked", lasts_s, "s"),
+        Remark(
+            "counted", f"{how_many(steps, 'step')} between {how_many(steps + len(walks), 'landing')}{many}"
+        ),
+        *([Remark("not_visible", " and ".join(["start"] * cut[0] + ["end"] * cut[1]))] if any(cut) else []),
     ]
 
 
@@ -150,17 +165,6 @@ def _curves(motion: Motion, gait: Gait) -> list[Row]:
         spans = np.array([(s.start_s, s.stop_s) for s in gait.strides if s.side == name[0]]).reshape(-1, 2)
         found += mean_curve(name, motion.angle(name), motion.times, spans, motion.seams)
     return [Curves(tuple(found))]
-
-
-def _cut(motion: Motion, gait: Gait, apart: np.ndarray) -> bool:
-    """Whether a walk may have more steps than were seen whole: who stops stays for more than a stride, as in
-    models/gait/events.py, and an end of the take or a gap lies nearer. apart: (T,) known where both legs are."""
-    stride_s = 2 * float(np.mean([step.stop_s - step.start_s for step in gait.steps]))
-    pieces = runs(np.isfinite(apart), motion.times, motion.seams)
-    starts_s, stops_s = motion.times[[(rows.start, rows.stop - 1) for rows in pieces]].T
-    first_s, last_s = np.array([(walk[0].start_s, walk[-1].stop_s) for walk in gait.walks]).T
-    before, behind = np.subtract.outer(first_s, starts_s), np.subtract.outer(stops_s, last_s)
-    return any(bool(((gap >= 0) & (gap < stride_s)).any()) for gap in (before, behind))
 
 
 def errors_of(source: PoseSequence) -> GaitErrors | None:

@@ -6,6 +6,9 @@ from __future__ import annotations
 _EXPLAINED = {
     "steps": "From one foot's landing to the other foot's; a walk has one landing more than it has steps.",
     "backward_steps": "Steps of walks in which the feet land behind each other; means are over both ways.",
+    "steps_by_knees": "Steps towards the camera or away from it are hard to see; these are told by the knees' rhythm, "
+                      "and are in no mean.",
+    "walked": "From the first landing to the last, of all walks together.",
     "strides": "From a foot's landing to the next landing of the same foot.",
     "walks": "Walks or runs: at least three steps (two of a run) without a stop or a sharp turn.",
     "cadence": "Steps a minute, by the mean step time.",

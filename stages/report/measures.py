@@ -50,6 +50,7 @@ _WORDS = {
     "walking_speed": "speed", "walks": "walks or runs",
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
     "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
+    "steps_by_knees": "steps told by the knees", "walked": "time walked",
     "peak_at": "peak at", "take_off_feet": "feet at take-off", "landing_feet": "feet at landing",
     "thigh_trunk_lowest": "thigh furthest back",
     "peak_mdc90": "MDC90 from peak to peak",

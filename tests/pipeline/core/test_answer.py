@@ -13,7 +13,7 @@ RANGES = {
     "l_knee_flexion": {"p05_deg": 10.0, "p95_deg": 80.0, "p05_error_deg": 4.0, "p95_error_deg": 4.0},
 }
 WALK = {
-    "gait": "walking", "walks": 1, "steps": 4, "cadence_spm": 98.0, "cadence_error_spm": 1.8, "walking_speed": 1.15,
+    "gait": "walking", "walks": 1, "steps": 4, "walked_s": 2.4, "cadence_spm": 98.0, "cadence_error_spm": 1.8, "walking_speed": 1.15,
     "walking_speed_error": 0.05, "right": {"landings_s": [1.2, 2.4]}, "left": {"landings_s": [0.6, 1.8, 3.0]},
 }  # fmt: skip
 UNSEEN = {"count_at_least": True}
