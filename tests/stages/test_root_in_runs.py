@@ -108,6 +108,6 @@ def test_a_lifters_file_has_no_floor_no_way_and_says_why(walk, camera, run, tmp_
     assert np.isnan(arrays["root"]).all()
     found = summary["measures"]["walking"]
     assert found["cadence_spm"] == pytest.approx(walk.cadence_spm, rel=0.03)  # in a unit that grows
-    assert "not known" in found["lengths_reason"]
+    assert found["lengths_withheld"] == "place-unknown"
     assert not any("speed" in key or "length_m" in key for key in found)
     assert "root" not in summary["measures"]["paths"]

@@ -183,6 +183,9 @@ def test_sides_of_which_one_was_seen_for_less_of_the_take_are_not_compared(take)
     assert "symmetry_index_percent" in found["elbow_flexion"]
 
 
+_COPIED = (*STAGES[:3], Measures(unusable=True))  # a clip that plays more than once is found to
+
+
 @pytest.fixture
 def squats(walk):
     """Four squats that are alike."""
@@ -198,9 +201,11 @@ def without_hip(poses, rows):
 
 def test_a_gap_that_cuts_one_of_several_squats_is_told(squats):
     """Four squats, the third without a hip for 0.9 s: three, of which nobody can say that they were all."""
-    assert {"count": 4, "squats": 4}.items() <= nested(measured(squats).measures)["knee_bends"].items()
+    assert {"count": 4, "squats": 4}.items() <= nested(measured(squats, _COPIED).measures)[
+        "knee_bends"
+    ].items()
     middle = 2 * len(squats) // 4 + len(squats) // 8
-    take = measured(without_hip(squats, slice(middle - 13, middle + 14)))
+    take = measured(without_hip(squats, slice(middle - 13, middle + 14)), _COPIED)
     found = nested(take.measures)["knee_bends"]
     assert (found["count"], found["count_at_least"]) == (3, True)
     assert answer(take)[0].startswith("Squatted at least 3 times, the less bent knee to ")
