@@ -73,12 +73,12 @@ def _walked(walking: Group, metric: bool) -> list[_Told]:
         words += " backwards" if back == steps else f", {back} of them backwards"
     if _count(walking, "walks") == 1 and (lasts := measure(walking, "walked")):
         words += f" in {lasts.value:.1f} s"
+    if ends := text(walking, "not_visible"):
+        words += f" ({ends} not visible)"
     if cadence := measure(walking, "cadence"):
         words += f", {_figure(cadence, 'a minute')}"
     if metric and (speed := measure(walking, "walking_speed")):
         words += f", at {_figure(speed, 'm/s')}"
-    if ends := text(walking, "not_visible"):
-        words += f" ({ends} not visible)"
     return [(steps, words)]
 
 

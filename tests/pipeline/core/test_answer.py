@@ -13,8 +13,9 @@ RANGES = {
     "l_knee_flexion": {"p05_deg": 10.0, "p95_deg": 80.0, "p05_error_deg": 4.0, "p95_error_deg": 4.0},
 }
 WALK = {
-    "gait": "walking", "walks": 1, "steps": 4, "walked_s": 2.4, "cadence_spm": 98.0, "cadence_error_spm": 1.8, "walking_speed": 1.15,
-    "walking_speed_error": 0.05, "right": {"landings_s": [1.2, 2.4]}, "left": {"landings_s": [0.6, 1.8, 3.0]},
+    "gait": "walking", "walks": 1, "steps": 4, "walked_s": 2.4, "cadence_spm": 98.0, "cadence_error_spm": 1.8,
+    "walking_speed": 1.15, "walking_speed_error": 0.05,
+    "right": {"landings_s": [1.2, 2.4]}, "left": {"landings_s": [0.6, 1.8, 3.0]},
 }  # fmt: skip
 UNSEEN = {"count_at_least": True}
 JUMPS = {"count": 2, "height_by_flight_time_cm": [13.2, 12.9]}
@@ -47,7 +48,7 @@ def test_a_walk_with_its_cadence_speed_and_knees():
     [
         ({"unit": "arbitrary", **walking(gait="running")}, "Ran 4 steps in 2.4 s, 98 ± 3 a minute."),
         # Three steps were told of a video that shows four, in which the walk goes on.
-        (walking(steps_at_least=True), "at least 4 steps in 2.4 s, 98"),
+        (walking(steps_at_least=True, not_visible="end"), "at least 4 steps in 2.4 s (end not visible), 98"),
         (walking(backward_steps=4), "Walked 4 steps backwards in 2.4 s, 98"),
         (walking(backward_steps=1), "Walked 4 steps, 1 of them backwards in 2.4 s, 98"),
         (
