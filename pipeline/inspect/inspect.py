@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +11,11 @@ import numpy as np
 from ..core.anthropometry import implied_stature
 from ..core.errors import InputError
 from ..core.messages import how_many
-from ..core.notices import EXIT_CODES, Notice, notice, verdict
+from ..core.notices import EXIT_CODES, Notice, grave, notice, verdict
 from ..core.pose import PoseSequence
-from ..core.take import Video
+from ..core.take import Take, Video
 from ..files.video_frames import shown_size
+from ..plugins import registry
 from ..reading.choose import choose_person
 from ..reading.clock import numbered_by, numbered_by_times
 from ..reading.load import load, read_all, read_video
@@ -32,6 +33,8 @@ from ..signals.findings import (
 from ..signals.swaps import Swap, as_frames, find_swaps
 from ..signals.together import Fit, together
 from .video import AS_IF_FPS
+
+_RECTIFIED = 600  # frames, a second of work; up needs no more
 
 __all__ = ["Inspection", "Person", "inspect"]
 
@@ -146,7 +149,11 @@ def inspect(
             except InputError as error:
                 found.append(notice("refused", reason=str(error)))
             else:
-                found += [*source_findings(source), *pose_findings(poses, source.frame.unit)]
+                found += [
+                    *source_findings(source),
+                    *map(_as_refused, pose_findings(poses, source.frame.unit)),
+                ]
+                found += _up_findings(poses, found)
         looked_at = poses if poses is not None else source
         swaps = find_swaps(looked_at) if poses is not None or source.frame.dims == 2 else ()
         found += swap_findings(looked_at, swaps)
@@ -155,6 +162,21 @@ def inspect(
             found.append(_fit_finding(fit, poses))
         people.append(Person(source, poses, tuple(found), fit, swaps))
     return Inspection(path, read.adapter.name, tuple(people))
+
+
+def _as_refused(finding: Notice) -> Notice:
+    """The finding as grave as the refusal of a run."""
+    return replace(finding, weight="unusable") if finding.code == "upside-down" else finding
+
+
+def _up_findings(poses: PoseSequence, found: list[Notice]) -> list[Notice]:
+    """What a run judges the poses by once it has rectified them, of some seconds in the middle. found: so far."""
+    if verdict(found) == "unusable":
+        return []
+    first = max((len(poses) - _RECTIFIED) // 2, 0)
+    some = poses.rows(first, min(first + _RECTIFIED, len(poses)))
+    rectified = registry.load("stages", "rectify")()(Take("inspect", poses=some, findings=tuple(found)))
+    return [*grave(rectified.notices)]
 
 
 def _numbered(source: PoseSequence, tracks: tuple[PoseSequence, ...], video: Video | None) -> PoseSequence:

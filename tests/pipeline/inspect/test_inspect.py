@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from commands import pcnet3d, succeeded
 from golden.films import film
+from pcnet3d import process
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core import notices
@@ -161,7 +162,7 @@ def leaping(joints):
         (copied(np.s_[:, LEGS], np.s_[:, H36M17.mirror[LEGS]]), "legs-against-arms", "unusable"),
         (scaled(1000), "stature", "unusable"),
         (scaled(0.5), "stature", "suspicious"),
-        (scaled(-1, -1, 1), "upside-down", "suspicious"),  # still right-handed
+        (scaled(-1, -1, 1), "upside-down", "unusable"),  # still right-handed; a run refuses it
         (leaping, "leaps", "suspicious"),
     ],
 )
@@ -175,6 +176,16 @@ def test_a_fault_is_found_alone(walker, tmp_path, spoil, name, weight):
 def test_a_fault_that_brings_others_with_it(walker, tmp_path, spoil, name):
     found = looked_at(tmp_path, spoil(walker.copy()))
     assert faults(found)[name] == "unusable"
+
+
+def test_a_body_on_its_side_before_a_camera_is_what_a_run_calls_it(walker, tmp_path):
+    """y and z exchanged: inspect said "good"."""
+    turned = (walker - walker[:, :1])[..., [0, 2, 1]] * [1, 1, -1]
+    assert faults(looked_at(tmp_path, turned)) == {"nobody-upright": "suspicious"}
+    path = tmp_path / "poses.npy"
+    np.save(path, turned.astype(np.float32))
+    said = process(poses=path, adapter="arrays", options=CAMERA, fps=FPS).judged
+    assert "nobody-upright" in [each.code for each in said]
 
 
 def test_frames_put_on_the_floor_one_by_one_are_found_and_a_take_put_there_once_is_not(walker, tmp_path):
