@@ -20,7 +20,16 @@ from ....models.angle_error.repeatability import (
     same_place,
 )
 from ....models.common.metrics import SD_90
-from ....pipeline.core.measures import OF_LENGTH, Measure, grouped, measure, subgroup, text, with_bar
+from ....pipeline.core.measures import (
+    OF_LENGTH,
+    Measure,
+    grouped,
+    measure,
+    subgroup,
+    text,
+    with_bar,
+    without_error,
+)
 from ....pipeline.core.messages import how_many
 from ....pipeline.signals.angles import ANGLES
 from ...drawing.words import spoken
@@ -151,7 +160,7 @@ def _known(row: Measure | None, name: str) -> float:
 
 
 def _with_error(value: float, error: float) -> str:
-    return f"{value:.3g}" if math.isnan(error) else with_bar(value, error)
+    return without_error(value) if math.isnan(error) else with_bar(value, error)
 
 
 def _one_lifter(side: Side, reference: Side) -> bool:

@@ -33,7 +33,7 @@ def as_page(comparison: Comparison) -> str:
     for pair in comparison.pairs:
         of = f": {pair.side.name}" if len(comparison.pairs) > 1 else ""
         sections += [
-            (f"Differences{of}", _differences(pair, comparison.spread if of else {})),
+            (f"Differences{of}", _differences(pair, comparison.spread if of and pair.alignment else {})),
             (f"Distances of the joints{of}", _joints(pair)),
             (f"At the same moments{of}", _moments(pair)),
             (f"Angles over time{of}", _angles(pair)),
