@@ -28,7 +28,7 @@ REASONS = {
     4: "a gap, a clip boundary, or a stretch too short for the filter",
     5: "a joint is not in the image, or the detector does not see it",
     6: "the neutral posture does not have the angle",
-    7: "its limbs may be exchanged",
+    7: "its limbs may be exchanged, or both lie on one",
 }
 FINE, MISSING, UNDEFINED, UNTRUSTED, TOO_SHORT, UNSEEN, NO_NEUTRAL, EXCHANGED = REASONS
 

@@ -43,7 +43,8 @@ _ALONE = (
     ("wrist", "arm", "elbow"),
 )
 # Log-likelihood that each end of a run must gain to be believed, also where the clip ends before it does. One pair of
-# joints is told wrongly more easily than a limb, and depth is an estimator's guess, and noisy.
+# joints is told wrongly more easily than a limb, and depth is an estimator's guess, and noisy. With the price for one
+# pair 1 of 332 sound takes of 9 validation people is told wrongly, with that for limbs 4.
 _PRICE, _ALONE_PRICE, _DEPTH_PRICE = 3.0, 3.4, 5.0
 _PER_SECOND = 0.5  # what wrong rows cost: of two halves of a take the shorter one is wrong
 _ANATOMY = 2.0  # a second, for each cue that says the opposite
@@ -53,9 +54,9 @@ _CERTAIN = np.log(10)  # odds of ten to one
 _TURN_S = 0.35
 _FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
 _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
-_SAME_WAY = (
-    0.25  # trunk lengths, squared: of the pairs at both ends of a bone, which lie apart in the same direction
-)
+# Trunk lengths, squared: from this product of their distances on two pairs at a bone's ends show by their direction
+# that none is exchanged.
+_SAME_WAY = 0.25
 # Two joints of one name leap to each other's places: within so many seconds, by so many trunk lengths a second, and so
 # many times faster than in nine of ten steps of the take. They are apart by so many trunk lengths, before as far as
 # after but for this share, and opposite by this cosine; what lies midway moves less than this share of the leap. Sound
@@ -65,7 +66,8 @@ _APART, _ALIKE, _OPPOSITE, _IN_PLACE = 0.4, 0.6, -0.8, 0.25
 _CROSSED = 0.1  # of the leap: from there on they cross
 # Both limbs on one: their middle and outer joints are so near to each other in trunk lengths, for longer than limbs
 # need to pass, and come there or part in one step: by so many trunk lengths, by so many a second, and by so many times
-# as much as in the steps before and after.
+# as much as in the steps before and after. None of the same 332 takes has it, 92 % of those into which it is put, and
+# real films of a boxer, a walker and a runner seen from the side have it where the detector is unsure of one limb.
 _NEAR, _PASSING_S = 0.25, 0.15
 _FAR, _SPEED, _IN_ONE_STEP = 0.4, 12.0, 3.0
 _LOOKED_AT = 1024  # rows whose states are compared at once
