@@ -10,15 +10,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
-from ..pipeline.core.errors import InputError
-from ..pipeline.core.layouts import H36M17
-from ..pipeline.core.messages import how_many
-from ..pipeline.core.pose import UNSAID, MadeBy, PoseSequence
-from ..pipeline.files.arrays import arrays_in, keys, load, load_all
-from ..pipeline.files.markers import Markers, Up
-from ..pipeline.files.skeletons import SMPL
+from ..pipeline.core.pose import PoseSequence
+from ..pipeline.files.arrays import arrays_in
+from ..pipeline.files.markers import Up, read_joints
 from .kit.world import Maker, maker, people_of
 
 name = "amass"
@@ -26,14 +20,13 @@ gives = "poses"
 reads = ".npz of AMASS with joints beside the parameters: metres, z up, SMPL's order or named"
 marks = ("joints", "mocap_framerate", "poses", "trans", "betas")
 
-_MOCAP_RATES = ("mocap_framerate", "mocap_frame_rate")
-_RATES = (*_MOCAP_RATES, "fps")
 _PARAMETERS = {"poses", "trans", "betas"}
+_RATES = {"mocap_framerate", "mocap_frame_rate", "fps"}
 
 
 def sniff(path: Path) -> bool:
     held = arrays_in(path)
-    return held >= _PARAMETERS or ("joints" in held and bool(held & set(_RATES)) and "clip_start" not in held)
+    return held >= _PARAMETERS or ("joints" in held and bool(held & _RATES) and "clip_start" not in held)
 
 
 def read(
@@ -46,38 +39,5 @@ def read(
     motion capture, and of others it is not known. InputError for parameters without joints, for joints without names in
     use, and for a file without a rate.
     """
-    held = keys(path)
-    if "joints" not in held and _PARAMETERS & set(held):
-        raise InputError(
-            "wrong-content",
-            f"{path}: expected an array 'joints', got parameters of a body model alone (AMASS); run the body model and "
-            "save its joints with a frame rate.",
-        )
-    joints = load(path, ("frames", "joints", 3), key="joints")
-    rate = next((float(load(path, (), (1,), key=key).squeeze()) for key in _RATES if key in held), 0.0)
-    if not 0 < rate < 10_000:
-        raise InputError(
-            "needs-rate", f"{path}: expected a frame rate in {', '.join(_RATES)}, got {rate or 'none'}."
-        )
-    rows = np.arange(len(joints))
-    names = _names(path, held, joints.shape[1])
-    found = Markers(names, joints.astype(np.float64), rows / rate, unit, "z", rows)
-    # By AMASS's own words; who saves an estimator's joints in its form has no rate of motion capture.
-    captured = set(held) >= _PARAMETERS and bool(set(held) & set(_MOCAP_RATES))
-    says = MadeBy("measured", "motion capture (AMASS)") if captured else UNSAID
-    return people_of(found, str(path), None, up, maker(made_by, says))
-
-
-def _names(path: Path, held: tuple[str, ...], count: int) -> list[str]:
-    if "joint_names" in held:
-        names = [str(name) for name in load_all(path, "joint_names")["joint_names"].ravel()]
-    elif count == len(H36M17):
-        names = list(H36M17.joints)
-    else:
-        names = [*SMPL[:count], *(f"more{i}" for i in range(count - len(SMPL)))]
-    if len(names) != count:
-        raise InputError(
-            "wrong-content",
-            f"{path}: expected a name for each of {how_many(count, 'joint')}, got {len(names)}.",
-        )
-    return names
+    found = read_joints(path)
+    return people_of(found, str(path), unit, up, maker(made_by, found.made_by))

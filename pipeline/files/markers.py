@@ -1,4 +1,4 @@
-"""Points by name over time, as motion laboratories keep them: TRC and C3D files."""
+"""Points by name over time, as motion laboratories keep them: TRC and C3D files, and joints of a body model in .npz."""
 
 from __future__ import annotations
 
@@ -10,12 +10,16 @@ from typing import Literal
 import numpy as np
 
 from ..core.errors import InputError
+from ..core.layouts import H36M17
 from ..core.messages import how_many
 from ..core.pose import UNSAID, MadeBy
+from .arrays import keys, load, load_all
 from .c3d import C3d, parse, texts
+from .skeletons import SMPL
 
 C3D_GROUP = "PCNET3D"  # of parameters: the provenance, in our own C3D files
 _MARKERLESS = ("theia", "opencap", "pose2sim", "captury", "kinatrax", "freemocap")
+_MOST_HZ = 10_000
 Up = Literal["y", "z"]
 
 
@@ -105,6 +109,54 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+_PARAMETERS = {
+    "poses",
+    "trans",
+    "betas",
+}  # of AMASS's own files, from which joints come with the body model alone
+_RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
+
+
+def read_joints(path: Path, fps: float | None = None) -> Markers:
+    """An .npz of `joints` (T, J, 3) and a frame rate, metres and z up as AMASS has it; J is 17 (H36M17), 22 and more in
+    SMPL's order, or named by `joint_names`. Measured where AMASS's parameters and rate stand beside. fps: instead of
+    the file's rate. InputError for anything else."""
+    held = set(keys(path))
+    if "joints" not in held:
+        raise InputError(
+            "wrong-content",
+            f"{path}: expected an array `joints`, got parameters of a body model alone (AMASS); run the body model and "
+            "save its joints with a frame rate."
+            if _PARAMETERS & held
+            else f"{path}: expected an array `joints`, got {', '.join(sorted(held)) or 'none'}.",
+        )
+    joints = load(path, ("frames", "joints", 3), key="joints").astype(np.float64)
+    rate = fps or next((float(load(path, (), (1,), key=key).squeeze()) for key in _RATES if key in held), 0.0)
+    if not 0 < rate < _MOST_HZ:
+        raise InputError(
+            "needs-rate",
+            f"{path}: expected a frame rate in {', '.join(_RATES)}, got {rate or 'none'}; add an array fps or give "
+            "the rate where the command takes it.",
+        )
+    if "joint_names" in held:
+        names = [str(name) for name in load_all(path, "joint_names")["joint_names"].ravel()]
+    else:
+        names = [*SMPL, *(f"more{i}" for i in range(joints.shape[1] - len(SMPL)))]
+        names = [*H36M17.joints] if joints.shape[1] == len(H36M17) else names
+    if len(names) != joints.shape[1]:
+        raise InputError(
+            "wrong-content",
+            f"{path}: expected {len(H36M17)} joints, SMPL's {len(SMPL)} and more, or a name for each in joint_names; "
+            f"got {how_many(joints.shape[1], 'joint')} and {how_many(len(names), 'name')}.",
+        )
+    captured = held >= _PARAMETERS and bool(
+        held & {*_RATES[:2]}
+    )  # who saves an estimator's joints has no such rate
+    rows = np.arange(len(joints))
+    made_by = MadeBy("measured", "motion capture (AMASS)") if captured else UNSAID
+    return Markers(names, joints, rows / rate, "m", "z", rows, made_by)
 
 
 def read_c3d(path: Path) -> Markers:

@@ -160,23 +160,10 @@ def h36m17(
     return np.stack([made.get(joint, points.get(joint)) for joint in H36M17.joints], axis=1)
 
 
-def h36m17_named(joints: np.ndarray, names: list[str] | None) -> np.ndarray:
-    """(T, 17, 3) from joints (T, J, 3), metres, by their names, or by their order without names (17, or SMPL's 22 and
-    more).
-
-    InputError when a joint has no known name.
-    """
-    if joints.ndim != 3 or joints.shape[-1] != 3 or (names is not None and len(names) != joints.shape[1]):
+def h36m17_named(joints: np.ndarray, names: list[str]) -> np.ndarray:
+    """(T, 17, 3) from joints (T, J, 3), metres, by their names. InputError when a joint has no known name."""
+    if joints.ndim != 3 or joints.shape[-1] != 3 or len(names) != joints.shape[1]:
         raise InputError("wrong-content", f"expected joints (T, J, 3), a name for each, got {joints.shape}.")
-    if names is None:
-        if joints.shape[1] == len(H36M17):
-            return joints
-        if joints.shape[1] < len(SMPL):
-            raise InputError(
-                "wrong-content",
-                f"expected 17 joints (H36M17) or SMPL's 22 and more, got {joints.shape[1]}; add an array joint_names.",
-            )
-        names = [*SMPL, *(f"more{i}" for i in range(joints.shape[1] - len(SMPL)))]
     if set(H36M17.joints) <= set(names):
         return joints[:, [names.index(joint) for joint in H36M17.joints]]
     points = {joint: joints[:, i] for joint, i in match(names).items()}

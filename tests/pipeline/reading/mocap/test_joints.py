@@ -86,7 +86,7 @@ def test_body_model_parameters_are_refused(read):
 
 def test_a_wrong_file_is_refused(read, standing):
     for change, words in [
-        (lambda a: a.pop("fps"), "--fps"),
+        (lambda a: a.pop("fps"), "frame rate"),
         (lambda a: a.pop("joints"), "array `joints`"),
         (lambda a: a.update(joints=a["joints"][:, :9]), "17 joints"),
         (lambda a: a.update(joints=a["joints"][0]), r"shape \(frames, joints, 3\)"),
