@@ -20,7 +20,6 @@ from ..pipeline.core.rotations import transpose
 from ..pipeline.signals.imu import MOST_HZ, Imu, imu_from_samples
 from ..pipeline.signals.rates import check_fps
 from .kit.opened import filled_lines, first_bytes
-from .kit.quaternions import rotations
 
 name = "imu_csv"
 gives = "imu"
@@ -29,6 +28,7 @@ reads = "one IMU as CSV: time_s, ax ay az with gravity, quaternion qw qx qy qz t
 _FORCE = ("ax", "ay", "az")
 _QUATERNION = ("qw", "qx", "qy", "qz")
 _PEEK_BYTES = 4096
+_UNIT_ERROR = 0.05  # printed with few digits, a unit quaternion is still this near to length 1
 
 
 def sniff(path: Path) -> bool:
@@ -126,5 +126,22 @@ def _times(path: Path, table: dict[str, np.ndarray], rate_hz: float | None) -> n
 
 
 def _rotations(table: dict[str, np.ndarray], maps: str) -> np.ndarray:
-    R = rotations(np.stack([table[column] for column in _QUATERNION], axis=-1))
+    R = _of_quaternions(np.stack([table[column] for column in _QUATERNION], axis=-1))
     return R if maps == "world_from_sensor" else transpose(R)
+
+
+def _of_quaternions(wxyz: np.ndarray) -> np.ndarray:
+    """(T, 3, 3) of unit quaternions (T, 4), NaN where one has a NaN. InputError when their length is not about 1."""
+    from scipy.spatial.transform import Rotation
+
+    length = np.linalg.norm(wxyz, axis=-1)
+    if (np.abs(length - 1) > _UNIT_ERROR).any():
+        row = int(np.argmax(np.abs(np.nan_to_num(length, nan=1.0) - 1)))
+        raise InputError(
+            "wrong-content",
+            f"Expected unit quaternions, got one of length {length[row]:.3g} in row {row}; are these columns angles?",
+        )
+    R = np.full((len(wxyz), 3, 3), np.nan)
+    known = np.isfinite(length)
+    R[known] = Rotation.from_quat(np.roll(wxyz[known], -1, axis=-1)).as_matrix()
+    return R

@@ -148,7 +148,7 @@ def read_joints(path: Path, fps: float | None = None) -> Markers:
     if len(names) != joints.shape[1]:
         raise InputError(
             "wrong-content",
-            f"{path}: expected {len(H36M17)} joints, SMPL's {len(SMPL)} and more, or a name for each in joint_names; "
+            f"{path}: expected H36M17's 17 joints, SMPL's {len(SMPL)} and more, or a name for each in joint_names; "
             f"got {how_many(joints.shape[1], 'joint')} and {how_many(len(names), 'name')}.",
         )
     captured = held >= _PARAMETERS and bool(

@@ -36,17 +36,6 @@ def test_3d(tmp_path, facing_camera):
         mmpose3d.read(tmp_path)
 
 
-def test_names_without_a_number_or_of_two_videos(folder):
-    first = min((folder / "predictions").iterdir())
-    for name, words in (
-        ("run_000003.json", r"those of 2: run_\*, walk2_\*"),
-        ("walk.json", "those of 2|a frame's number in the name"),
-    ):
-        first.with_name(name).write_bytes(first.read_bytes())
-        with pytest.raises(InputError, match=words):
-            mmpose2d.read(folder)
-
-
 @pytest.mark.parametrize("content", ["{}", "[1]", '[{"keypoints": [[1, 2]], "image_id": 3}]', "[[", "null"])
 def test_other_folders_are_not_its_own(tmp_path, content):
     (tmp_path / "1.json").write_text(content)
