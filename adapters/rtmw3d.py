@@ -15,7 +15,6 @@ from ..pipeline.core.anthropometry import STATURES_M, implied_stature
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Frame
 from ..pipeline.core.layouts import COCO23, remap
-from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.mmpose import read_poses, recognised
 
@@ -67,5 +66,4 @@ def _metric(poses: PoseSequence, stature_m: float, path: Path) -> PoseSequence:
             "its demo's output?",
         )
     per_pixel: float = brentq(excess, 0, 1.01 * stature_m / flat)  # type: ignore[assignment]  # a number, without full_output
-    assumed = notice("stature-assumed", stature_m=stature_m)
-    return scaled(per_pixel).noted("scale", metres_per_pixel=per_pixel).saying(assumed)
+    return scaled(per_pixel).noted("scale", metres_per_pixel=per_pixel, stature_m=stature_m)

@@ -194,7 +194,14 @@ def _cut_off(time_s: np.ndarray, ends_s: float, stated_s: float, path: Path) -> 
     ends_s += float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
     if stated_s - ends_s <= _SHORT_S:
         return ()
-    return (notice("video-cut-off", file=path.name, ends_s=ends_s, stated_s=stated_s),)
+    return (
+        notice(
+            "video-damaged",
+            damage=f"The images of {path.name} end after {ends_s:.1f} s of {stated_s:.1f} s, so it may be cut off",
+            ends_s=ends_s,
+            stated_s=stated_s,
+        ),
+    )
 
 
 def _refuse_flat_pixels(stream: VideoStream, path: Path) -> None:

@@ -32,7 +32,7 @@ from .trajectories import Smoother
 
 # What is said of how the errors of angles are known, unless they are the built-in lifter's.
 ANGLE_ERRORS = (
-    "angle-errors-unknown", "angle-errors-of-world", "angle-errors-unjudged", "angle-errors-by-disagreement",
+    "angle-errors-unknown", "angle-errors-unjudged", "angle-errors-by-disagreement",
     "angle-errors-of-file", "angle-errors-unused",
 )  # fmt: skip
 _KEYPOINTS = "the video's keypoints too, or "
@@ -133,9 +133,10 @@ def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None
         return None
     if poses.made_by.kind == "unknown":
         return notice("angle-errors-unknown")
-    if not poses.lifted:
-        return notice("angle-errors-of-world", by=_by(poses.made_by))
-    return notice("angle-errors-unjudged", by=_by(poses.made_by), more=more)
+    advice = (
+        f"; give {more}a file of its errors (--set angles.errors=FILE)" if poses.lifted else " in world axes"
+    )
+    return notice("angle-errors-unjudged", by=_by(poses.made_by), advice=advice)
 
 
 class _Standing(NamedTuple):

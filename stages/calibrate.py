@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from ..models.common.metrics import RAYLEIGH_90
 from ..models.detector.flow import NEAR_LAGS, SIDE, Flow, flow_notice, flow_of, pairs_of
 from ..models.gravity.view import camera_of, static_camera
-from ..pipeline.core.camera import Background, Camera, pitch_roll_deg
+from ..pipeline.core.camera import Background, Camera
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.measures import half_bar
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
@@ -47,12 +45,12 @@ class Calibrate:
         keypoints = [take.keypoints for take in takes if take.keypoints is not None]
         found = self._found(told, video, keypoints, span)
         seen = [take.with_(camera=found).saying(*_belongs(take)) for take in takes]
-        return [take.saying(*_notices(found, take.moving), *_motion(found.background, told)) for take in seen]
+        return [take.saying(*_notices(found), *_motion(found.background, told)) for take in seen]
 
     def of_image(self, name: str, image: np.ndarray) -> Take:
         """A take of that name with the camera that one image (H, W, 3) uint8 RGB shows, and what is said of it."""
         found = static_camera({0: image}, {})
-        return Take(name, camera=found).saying(*_notices(found, moving=False))
+        return Take(name, camera=found).saying(*_notices(found))
 
     def check_told(self, told: Told) -> None:
         """InputError for two focal lengths, and for a file that is not there, before a run has looked at the video in
@@ -90,7 +88,8 @@ def _belongs(take: Take) -> list[Notice]:
         whole = 0, len(video.time_s) - 1
         part = _flow(video, keypoints, whole, range(first - whole[1], last + 1))
         flow = part if part is not None and part.how else flow
-    return [flow_notice(flow)]
+    found = flow_notice(flow)
+    return [found] if found else []
 
 
 def _flow(video: Video, keypoints: PoseSequence, span: tuple[int, int], lags: range) -> Flow | None:
@@ -105,26 +104,14 @@ def _span(video: Video, poses: PoseSequence) -> tuple[int, int]:
     return min(int(poses.frame_index[0]), last), min(int(poses.frame_index[-1]), last)
 
 
-def _notices(found: Camera, moving: bool) -> list[Notice]:
-    """What was found."""
-    against: list[Notice] = []
+def _notices(found: Camera) -> list[Notice]:
+    """What of the camera was not found, or is not as told."""
+    said = []
     if found.focal_against_px is not None:
-        against = [notice("focal-against-lines", focal_px=found.focal_px, fits=found.focal_against_px)]
+        said.append(notice("focal-against-lines", focal_px=found.focal_px, fits=found.focal_against_px))
     if not found.looks:
-        return [notice("image-without-up", reason=found.reason), *against]
-    if moving:
-        return [notice("image-up-in-frames", looks=len(found.looks))]
-    look = found.looks[0]
-    pitch, roll = pitch_roll_deg(look.up)
-    angles: dict[str, Any] = {
-        "pitch_deg": float(pitch),
-        "roll_deg": float(roll),
-        "within_deg": RAYLEIGH_90 * look.error_deg,
-    }
-    notices = [*against, notice("image-up", **angles)]
-    if found.focal_source == "lines":
-        notices.append(notice("image-focal", focal_px=found.focal_px, within_px=half_bar(found.focal_sd_px)))
-    return notices
+        said.append(notice("image-without-up", reason=found.reason))
+    return said
 
 
 def _motion(background: Background | None, told: Told) -> list[Notice]:
@@ -133,7 +120,9 @@ def _motion(background: Background | None, told: Told) -> list[Notice]:
         return [notice("camera-motion-unknown")]
     values = {"how": background.words, "percent_a_second": 100 * background.speed}
     if told.standing and background.moves:
-        return [notice("camera-moves-against-told", **values)]
+        found = f"it {background.words}, for the background moves"
+        return [notice("camera-against-told", told="static", found=found, other="moving")]
     if told.moving and background.kind == "still":
-        return [notice("camera-stands-against-told")]
+        found = "the background stands still"
+        return [notice("camera-against-told", told="moving", found=found, other="static")]
     return [notice("camera-moves", **values)] if background.moves else []

@@ -50,12 +50,12 @@ class Clean:
         absent = _absent(poses)
         if absent:
             notices.append(notice("joints-absent", joints=" and ".join(absent), count=len(absent)))
-        if missing := counts["values_missing"] - len(absent) * len(poses):
-            notices.append(notice("joints-missing", count=missing))
         if take.keypoints is not None and poses.layout == H36M17:
             size = image_size(take)
-            detected = any(each.code == "detected" for each in take.said)  # in this video, so of its size
-            if not detected and (doubt := size_doubted(take.keypoints, size)):
+            given = any(
+                each["role"] == "keypoints" for each in take.inputs
+            )  # those of this video have its size
+            if given and (doubt := size_doubted(take.keypoints, size)):
                 notices.append(doubt)
             if poses.made_by.kind != "measured":
                 hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
@@ -77,9 +77,11 @@ def _lacking(time_s: np.ndarray) -> list[Notice]:
     notices = []
     if len(short):
         when = _when(short, time_s)
-        notices.append(notice("images-lacking", rows=short, when=when, bridged_s=BRIDGED_S))
+        so = f"filters bridge gaps of up to {BRIDGED_S} s"
+        notices.append(notice("images-lacking", rows=short, when=when, so=so))
     if len(long):
-        notices.append(notice("images-lacking-long", rows=long, when=_when(long, time_s)))
+        when, so = _when(long, time_s), "walks and repetitions end there"
+        notices.append(notice("images-lacking", rows=long, weight="warning", when=when, so=so))
     return notices
 
 

@@ -94,10 +94,8 @@ class Detect:
         assert keypoints is not None
         take = take.with_(keypoints=keypoints)
         doubts = rate_doubts(told.fps, video)
-        detected = [notice("detected", detector=found.method)]
-        if isinstance(detector, Follower):
-            detected.append(notice("others-missed"))
-        return take.saying(*detected, *_notices(found, people, chosen, shown_size(video)), *doubts, *swapped)
+        alone = [notice("others-missed")] if isinstance(detector, Follower) else []
+        return take.saying(*alone, *_notices(found, people, chosen, shown_size(video)), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:

@@ -12,7 +12,6 @@ import numpy as np
 from ..models import load_lifter, load_rectifier
 from ..models.gravity import known_moving_up, known_up, told_up
 from ..models.lifter.builtin import KIND
-from ..models.lifter.input import refuse_outside
 from ..models.lifter.sides import sides_doubts
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.intrinsics import undistorted
@@ -29,7 +28,7 @@ from ..pipeline.signals.checks import strays_of
 from ..pipeline.signals.findings import findings_of
 from ..pipeline.signals.guard import guarded
 from ..pipeline.signals.tracker import exchanges
-from ..pipeline.signals.visibility import seen_only
+from ..pipeline.signals.visibility import check_size, seen_only
 
 _SIDES = ("mirrored", "legs-against-arms", "left-and-right")  # doubts of handedness
 
@@ -68,17 +67,16 @@ class Lift:
     def __call__(self, take: Take) -> Take:
         asked, lifted, strays = self._lifted_best(take)
         if strays:
-            take = take.saying(notice("keypoints-left-out", frames=strays))
+            reason = "the whole body leaps there, to another place or with left and right exchanged"
+            take = take.saying(notice("frames-without-joints", weight="repair", frames=strays, reason=reason))
         poses = self._guarded(lifted, take.told.handedness)
-        if lifted.joints_on_a_line:
-            take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))
         found = findings_of(poses)
         if not take.moving:
             found = (*found, *_elsewhere(asked.keypoints, asked.image_size))
         if lifted.kind == KIND and not any(each.code in _SIDES for each in found):
             found = (*found, *sides_doubts(asked, lifted.poses, str(self.lifter)))
         take = take.with_(poses=poses, findings=found)
-        return take.saying(_who(lifted), *_focal(lifted), *_gaps(lifted), *poses.notices)
+        return take.saying(*_focal(lifted), *_gaps(lifted), *poses.notices)
 
     def poses_of(self, take: Take) -> PoseSequence:
         """The lift alone, as it stands beside poses of another lifter: nothing is looked for in it or its keypoints.
@@ -97,7 +95,7 @@ class Lift:
         if "gaps" in takes and keypoints.time_s is not None:
             seen = seen_only(keypoints, size)
             if size is not None and not is_finite(seen.joints).any():
-                refuse_outside(keypoints, np.array(size))
+                check_size(keypoints, size)
             keypoints, strays = _without_strays(seen, keypoints)
         asked = self._asked(take, keypoints, size)
         lifted = self._lifted(asked)
@@ -112,7 +110,7 @@ class Lift:
         intrinsics = camera.intrinsics if camera else None
         if intrinsics is not None:
             if size is not None:
-                refuse_outside(keypoints, np.array(size))
+                check_size(keypoints, size)
             if "images" not in takes:
                 keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
             keypoints = keypoints.noted(
@@ -172,15 +170,15 @@ def _elsewhere(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> l
         return []
     keypoints, _ = _without_strays(seen_only(keypoints, image_size), keypoints)
     return [
-        notice("leap-between-people", weight="suspicious", sizes=sizes, frame=int(keypoints.frame_index[row]))
+        notice(
+            "leap-between-people",
+            weight="suspicious",
+            sizes=sizes,
+            frame=int(keypoints.frame_index[row]),
+            unseen="",
+        )
         for row, sizes in exchanges(time_s, keypoints.joints.astype(np.float64))[:1]
     ]
-
-
-def _who(lifted: Lifted) -> Notice:
-    if lifted.kind == KIND:
-        return notice("lifted", model=lifted.model)
-    return notice("lifted-by", model=lifted.model, kind=lifted.kind)
 
 
 def _focal(lifted: Lifted) -> list[Notice]:
@@ -188,10 +186,8 @@ def _focal(lifted: Lifted) -> list[Notice]:
     focal_px, known = lifted.focal_px, lifted.focal_known
     if lifted.placed:
         at = "" if focal_px is None else f", at a focal length of {focal_px:.0f} pixels"
-        return [notice("lifters-own-path", at=at, focal_px=focal_px)]
-    if focal_px is None:
-        return [notice("focal-not-used")] if known else []
-    if known:
+        return [notice("path-errors-unknown", reason=f"the path of the pelvis is the lifter's own{at}")]
+    if focal_px is None or known:
         return []
     if lifted.bearing_deg is None:
         return [notice("focal-guessed", focal_px=focal_px)]
@@ -200,5 +196,5 @@ def _focal(lifted: Lifted) -> list[Notice]:
 
 
 def _gaps(lifted: Lifted) -> list[Notice]:
-    frames = lifted.frames_without_joints
-    return [notice("frames-without-joints", frames=frames)] if frames else []
+    frames, reason = lifted.frames_without_joints, "keypoints are missing for too long"
+    return [notice("frames-without-joints", frames=frames, reason=reason)] if frames else []

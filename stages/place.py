@@ -74,11 +74,9 @@ class Place:
             frames_placed=int(is_finite(path.root).sum()),
         )
         seen = np.asarray(is_finite(poses.joints).any(axis=-1))
-        notices = [_said(path, camera, placed, seen, take.told.stature_m)]
-        grown = 100 * (path.growth.max() / path.growth.min() - 1)
-        if grown > 0:
-            notices.append(notice("size-levelled", grown_percent=float(grown)))
-        return take.with_(poses=placed, camera=camera).saying(*notices)
+        return take.with_(poses=placed, camera=camera).saying(
+            _said(path, camera, placed, seen, take.told.stature_m)
+        )
 
 
 def _camera(take: Take) -> Camera | None:

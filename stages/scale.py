@@ -38,8 +38,7 @@ class Scale:
     def __call__(self, take: Take) -> Take:
         stature_m = take.told.stature_m
         if stature_m is not None:
-            scaled, factor = _scaled(take, stature_m)
-            return scaled.saying(notice("scaled", factor=factor, stature_m=stature_m))
+            return _scaled(take, stature_m)[0]
         poses = take.need("poses")
         if poses.frame.metric:
             assumed = poses.made_by.kind == "estimated" and poses.frame.family == "camera"

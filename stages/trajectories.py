@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -103,10 +103,11 @@ class Trajectories:
         notices = [notice("relative-to-camera")] if rectified.camera == "moving" else []
         smoothed = known_error and len(level) > 1  # a single frame has no path
         if smoothed and level.covariance is None:
-            notices.append(notice("smoothed-by-estimated-error"))
-        elif smoothed:
-            unjudged = "" if judged else "; that error was not checked, so they have no standard deviation"
-            notices.append(notice("smoothed-by-stated-error", unjudged=unjudged))
+            reason = "those of the joints were estimated from the paths, which do not show slow errors"
+            notices.append(notice("path-errors-unknown", reason=reason))
+        elif smoothed and not judged:
+            reason = "those of the joints, which the lifter states, were not checked"
+            notices.append(notice("path-errors-unknown", reason=reason))
         return take.with_(kinematics=columns, filtered=path, cutoff_hz=lowpass.cutoff_hz).saying(
             *notices, *filtered, *clock_doubts(level)
         )
@@ -296,7 +297,7 @@ def _notices(path: PoseSequence, done: Lowpass, known_error: bool) -> list[Notic
     """What the filter did that a reader of the columns must know; known_error: only angles rest on it."""
     fps, cutoff_hz = rate(path.times), done.cutoff_hz
     if len(path) == 1:
-        return [notice("single-frame")]
+        return []
     if done.too_slow:
         return [notice("not-filtered", fps=fps, cutoff_hz=CUTOFF_HZ)]
     notices = []
@@ -304,8 +305,6 @@ def _notices(path: PoseSequence, done: Lowpass, known_error: bool) -> list[Notic
         notices.append(notice("cutoff-lowered", cutoff_hz=cutoff_hz, asked_hz=asked, fps=fps))
     if done.values_lost:
         missing = "angles" if known_error else "paths, velocities and accelerations"
-        values: dict[str, Any] = {"values": done.values_lost, "cutoff_hz": cutoff_hz}
-        notices.append(notice("pieces-too-short", **values, missing=missing))
-    if done.rows_resampled:
-        notices.append(notice("times-uneven", frames=done.rows_resampled))
+        lost = done.values_lost
+        notices.append(notice("pieces-too-short", values=lost, cutoff_hz=cutoff_hz, missing=missing))
     return notices

@@ -13,6 +13,7 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import IMAGE, Frame
 from ...pipeline.core.layouts import IN_2D, WHOLE_BODIES, Layout, layouts_of
+from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
@@ -325,6 +326,5 @@ def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
     if far[row] == 0:
         return []
     where: dict[str, Any] = {"sizes": float(far[row]), "frame": int(frames[row + 1])}
-    if unseen[row]:
-        return [notice("leap-after-gap", **where, unseen=int(unseen[row]))]
-    return [notice("leap-between-people", **where)]
+    after = f", after {how_many(int(unseen[row]), 'frame')} unseen" if unseen[row] else ""
+    return [notice("leap-between-people", **where, unseen=after)]

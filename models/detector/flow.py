@@ -167,14 +167,9 @@ def _moved(fields: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.n
     return fields[pair, row[inside], column[inside]].astype(np.float64), (end - start)[inside]
 
 
-def flow_notice(flow: Flow | None) -> Notice:
-    """What is said of keypoints and their video: that they contradict each other, and how; that they agree; or that
-    nothing can be told."""
-    if flow is None:
-        return notice("video-not-compared", reason="too few joints are seen in it")
-    if flow.moved < _MOVES:
-        return notice("video-not-compared", reason="the person hardly moves in it")
-    if flow.how is None:
-        return notice("keypoints-move-as-video", alike=flow.alike)
+def flow_notice(flow: Flow | None) -> Notice | None:
+    """That keypoints and their video contradict each other, and how; None where they agree or nothing can be told."""
+    if flow is None or flow.moved < _MOVES or flow.how is None:
+        return None
     how = flow.how or ": they may be from another recording, or at another rate"
     return notice("keypoints-not-of-video", alike=flow.alike, how=how)

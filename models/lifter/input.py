@@ -12,6 +12,7 @@ from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.checks import grid_rows
 from ...pipeline.signals.filters import stretches
+from ...pipeline.signals.visibility import check_size
 
 USUAL_HZ = 30.0  # of takes whose rate is unknown
 _APART_S = 5.0  # the built-in lifter's network sees 4.7 s on each side at 20 frames a second
@@ -21,7 +22,6 @@ _JUMP = 0.8  # of the body's longer side from one frame to the next: no person m
 _JUMP_HZ = 10.0  # ... at this many frames a second, nor this far in less time
 _MIN_JUMPS = 4  # scene cuts may explain fewer
 _MIN_JOINTS = 4  # seen in both frames, to call it the whole body
-_MAX_OUTSIDE = 0.5  # of the joints: detectors guess a few beyond the border, never most
 _NORMALISED = 4.0  # no image is this few pixels wide
 
 
@@ -62,23 +62,8 @@ def checked_size(asked: ToLift) -> np.ndarray:
             "multiply them back to pixels first.",
         )
     if asked.intrinsics is None:  # else whoever undid the distortion has looked at those that were filmed
-        refuse_outside(keypoints, size)
+        check_size(keypoints, (int(size[0]), int(size[1])))
     return size
-
-
-def refuse_outside(keypoints: PoseSequence, size: np.ndarray) -> None:
-    """InputError when most keypoints, as they were filmed, lie outside a picture of size (2,). Without the lens's
-    distortion they may: a wide lens shows more than the ideal camera's picture of the same size."""
-    shown = keypoints.joints[is_finite(keypoints.joints)]
-    outside = ((shown < 0) | (shown > size)).any(axis=-1).mean() if len(shown) else 0.0
-    if outside > _MAX_OUTSIDE:
-        (left, top), (right, bottom) = shown.min(axis=0), shown.max(axis=0)
-        raise InputError(
-            "files-apart",
-            f"Expected keypoints inside an image of {size[0]:.0f} x {size[1]:.0f} pixels, but {100 * outside:.0f} % "
-            f"lie outside it: they reach from {left:.0f} to {right:.0f} pixels across and from {top:.0f} to "
-            f"{bottom:.0f} down; give the size of the image that they were detected in.",
-        )
 
 
 def long_gaps(seen: np.ndarray, rate: float | None) -> np.ndarray:

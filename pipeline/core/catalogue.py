@@ -17,29 +17,17 @@ class Entry(NamedTuple):
     template: str
 
 
-_ONE = "Check that they show the same motion, and that the time shift is right."
-_FITS = "{run} fits at several shifts (r {r:.2f} and, at another, {runner_up:.2f}), as in a repeated motion."
-_NARROW = "narrow the search with --offset and --search"
-
 _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     # What was read
     "part-only": ("note", "files",
-        "Only {part} was processed, as asked; the whole recording lasts from {whole}."),
-    "part-covered": ("note", "files",
-        "The data cover video frames {first} to {last} of {frames}."),
-    "frames-unknown": ("warning", "files",
-        "The file does not say which video frames its rows belong to; they are counted from 0."),
+        "{part}; the whole recording has {whole}."),
     "gaps-as-asked": ("repair", "files",
         "Treated as gaps, as asked: {counts}."),
     "interlaced": ("warning", "view",
         "The video is interlaced: each image shows two moments in turn, and edges of what moves are combs. Joints are "
         "more certain in whole images: ffmpeg -i IN -vf bwdif OUT."),
-    "video-cut-off": ("warning", "files",
-        "The images of {file} end after {ends_s:.1f} s of {stated_s:.1f} s. It may be cut off or damaged: copy it "
-        "again."),
     "video-damaged": ("warning", "files",
-        "The video is damaged at frame {frames}, up to the next key frame. Copy it again, or leave that part out "
-        "(--time-range)."),
+        "{damage}. Copy the video again, or leave that part out (--time-range)."),
     "images-repeated": ("warning", "clock",
         "Of {of:~image} with movement, {repeated} only {repeated:?repeats/repeat} the one before, {where}. Up to four "
         "in a row are filled in by even movement; speeds are less certain. Record or export the video at the camera's "
@@ -50,10 +38,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The image stands still in frames {frames}. Where the person is meanwhile is not known, so nothing is measured "
         "there."),
     "scene-changes": ("warning", "files",
-        "The video is cut {count:~time}, at frame {frames}: another scene begins, images were taken out, or the "
-        "picture was enlarged. People are not tracked across a cut."),
-    "scenes-apart": ("note", "files",
-        "People share the camera and the LEVEL axes only within one scene of the video."),
+        "The video is cut {count:~time}, at frame {frames}: another scene begins, images were taken out, or "
+        "the picture was enlarged. People are not tracked across a cut, and share no LEVEL axes."),
     "people-by-poses-alone": ("warning", "files",
         "The file has no track numbers and no boxes, so people were told apart by their poses. Check that each is "
         "only one person."),
@@ -61,11 +47,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The poses differ from the keypoints by {off_percent:.1f} % of the stature{how}. They are of different people, "
         "recordings or frames, or the poses were changed."),
     "leap-between-people": ("warning", "files",
-        "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be another person from then on, or frames "
-        "are missing."),
-    "leap-after-gap": ("warning", "files",
-        "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} unseen: it may be "
-        "another person from then on."),
+        "The person leaps by {sizes:.1f} body sizes at frame {frame}{unseen}: it may be another person from "
+        "then on, or frames are missing."),
     "clock-not-used": ("warning", "clock",
         "'{column}' increases from row to row like a clock or a frame number, but was not used. If it is one, call it "
         "frame_index, time_s or time_ms."),
@@ -85,8 +68,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "rebased-to-floor": ("warning", "files",
         "In {rebased} of {frames:~frame} the lowest joint was put at height 0. It changed {changes:~time}, so the "
         "body's vertical movement is lost. Run MMPose with --disable-rebase-keypoint."),
-    "stature-assumed": ("warning", "files",
-        "RTMW3D's file has no scale across the image; a stature of {stature_m:g} m was assumed."),
     "figures-withheld": ("warning", "poses",
         "The poses are unusable, so no ranges and movements were computed; --set measures.unusable=true computes "
         "them."),
@@ -110,16 +91,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{count} of {of:~row} {count:?lies/lie} exactly midway between the rows beside {count:?it/them}: a program put "
         "{count:?it/them} there. Give the file as it was made, or the rate of its rows (run --fps)."),
     # Keypoints and video
-    "video-not-compared": ("note", "files",
-        "It is unclear whether the keypoints belong to this video: {reason}."),
-    "keypoints-move-as-video": ("note", "files",
-        "The keypoints move like the image beneath them (agreement {alike:.2f} of 1)."),
     "keypoints-not-of-video": ("suspicious", "files",
         "The keypoints do not move like the image beneath them (agreement {alike:.2f} of 1; 0.45 or more is "
         "usual){how}. Give the keypoints of this video, numbered by its frames."),
     # Detecting
-    "detected": ("note", "files",
-        "The 2D keypoints were detected in the video by {detector}."),
     "others-missed": ("note", "files",
         "The detector follows one person at a time; --everyone finds and processes everybody."),
     "person-chosen": ("warning", "files",
@@ -130,34 +105,19 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "lost-and-found": ("warning", "files",
         "Person {again} may be {person} again, whose frames under that number are left out."),
     "hardly-a-person": ("warning", "view",
-        "Person {person} may not be a person: shoulders and hips score {score:.2f} (people have 0.6 or more). Look "
-        "at the key frames."),
-    "hardly-seen": ("warning", "view",
-        "Person {person} was found in {frames:~frame} only, too few for most results. MoveNet finds people by their "
-        "shoulders and hips: keep these in the image."),
+        "Person {person} may not be a person: {reason}. Look at the key frames."),
     "interrupted": ("warning", "files",
         "Interrupted at frame {frame} of {frames}; --resume continues from there."),
     # The camera
     "camera-moves": ("note", "camera",
         "The camera {how}: the background moves by {percent_a_second:.0f} % of the image per second. If it neither "
         "moves nor zooms, give --camera static."),
-    "camera-moves-against-told": ("warning", "camera",
-        "You gave --camera static, but the camera {how}: the background moves by {percent_a_second:.0f} % of the "
-        "image per second. If it does move, give --camera moving."),
-    "camera-stands-against-told": ("warning", "camera",
-        "You gave --camera moving, but the background stands still; with --camera static, up is more certain."),
+    "camera-against-told": ("warning", "camera",
+        "You gave --camera {told}, but {found}. If that is so, give --camera {other}."),
     "camera-motion-unknown": ("note", "camera",
         "It is unclear whether the camera moves: the background has too few corners, or each moves in its own way."),
     "image-without-up": ("note", "camera",
         "The image was not used to find which way is up: {reason}."),
-    "image-up-in-frames": ("note", "camera",
-        "The image shows which way is up in {looks} of the frames that were checked."),
-    "image-up": ("note", "camera",
-        "According to the straight lines of the image, the camera's pitch is {pitch_deg:.1f} and its roll "
-        "{roll_deg:.1f} degrees, within {within_deg:.1f}."),
-    "image-focal": ("note", "camera",
-        "According to the image, the focal length is {focal_px:.0f} pixels, within {within_px:.0f}, unless the video "
-        "was cropped off-centre."),
     "focal-against-lines": ("warning", "camera",
         "You gave a focal length of {focal_px:.0f} pixels, but according to the straight lines of the image it is "
         "about {fits:.0f}. If the lines are right, place and speed are wrong. Your value is used (--focal)."),
@@ -169,8 +129,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "sides-doubtful": ("warning", "left and right",
         "Left and right are doubtful: {evidence}."),
     "swaps-found": ("warning", "left and right",
-        "The {what} look wrong: {swaps} ({wrong} of {of:~frame}). --set read.swaps=mask treats these limbs as missing "
-        "there."),
+        "The {what} look wrong: {swaps} ({wrong} of {of:~frame}). To treat these limbs as missing there: run --set "
+        "read.swaps=mask."),
     "swaps-doubtful": ("warning", "left and right",
         "The {what} look wrong: {doubt}, or in the frames beside these."),
     "swaps-masked": ("repair", "left and right",
@@ -180,31 +140,15 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "and lift them again, or give --set read.swaps=mask."),
     "swapped-to-keypoints": ("warning", "left and right",
         "From {when} poses and keypoints disagree on which of the {limbs} is the right one; one of the two is wrong."),
-    "masked-with-keypoints": ("repair", "left and right",
-        "{wrong:~pose was/poses were} masked as asked, because left and right are exchanged in the keypoints "
-        "there."),
     # Lifting
-    "keypoints-left-out": ("repair", "",
-        "{frames:~frame} of 2D keypoints {frames:?was/were} not lifted, because the whole body leaps there, to another "
-        "place or with left and right exchanged."),
-    "joints-on-a-line": ("repair", "",
-        "{joints:~missing keypoint was/missing keypoints were} interpolated linearly between the frames around them."),
-    "lifted": ("note", "",
-        "The built-in lifter made the poses from the 2D keypoints (network {model})."),
-    "lifted-by": ("note", "",
-        "The poses were lifted by {model}, a network of the kind {kind}."),
     "focal-guessed": ("note", "camera",
         "The focal length was assumed to be {focal_px:.0f} pixels, and the video not to be cropped off-centre; --focal "
         "PIXELS makes place and speed more certain."),
-    "lifters-own-path": ("note", "place",
-        "The path of the pelvis is the lifter's own{at}; it has no stated error."),
-    "focal-not-used": ("note", "camera",
-        "The lifter does not use the focal length."),
     "bearing-shifts-heading": ("note", "camera",
         "Without the focal length the heading is off by {least_deg:.0f} to {most_deg:.0f} degrees (for "
         "{focal_px:.0f} pixels), because the lifter sees the person in a crop. Give --focal PIXELS."),
     "frames-without-joints": ("warning", "",
-        "{frames:~frame was/frames were} not lifted, because keypoints are missing for too long."),
+        "{frames:~frame was/frames were} not lifted, because {reason}."),
     # Cleaning, scaling, placing
     "seam": ("mark", "",
         "The estimator started a new clip here."),
@@ -216,12 +160,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{count:~frame} {count:?was/were} removed, because the whole pose leaps before and after."),
     "gaps-filled": ("repair", "",
         "{count:~missing joint position} in gaps of up to {max_gap_s} s {count:?was/were} interpolated."),
-    "images-lacking": ("repair", "",
-        "The video has no images {when}; filters bridge gaps of up to {bridged_s} s."),
-    "images-lacking-long": ("warning", "view",
-        "The video has no images {when}; walks and repetitions end there."),
-    "joints-missing": ("warning", "",
-        "{count:~joint position is/joint positions are} still missing."),
+    "images-lacking": ("repair", "view",
+        "The video has no images {when}; {so}."),
     "joints-absent": ("note", "",
         "The file has no {joints}; what needs {count:?it/them} is left out."),
     "not-in-image": ("warning", "view",
@@ -234,8 +174,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The detector does not see the {part} {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("note", "",
         "Lengths have no unit; --stature METRES gives them metres."),
-    "scaled": ("repair", "",
-        "Lengths were scaled by {factor:.4g} to a stature of {stature_m} m."),
     "scale-assumed": ("warning", "",
         "Lengths are in metres for the body size that the estimator assumes; an image does not show how tall a "
         "person is. Give the person's height (--stature METRES)."),
@@ -248,8 +186,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The path of the pelvis comes from the keypoints, in {placed} of {frames} frames{bridges}. Each frame is "
         "within {within:g} {unit}, mostly in depth; besides, the size of the whole path is within {size_percent:g} %; "
         "{depth}{guess}{unjudged}."),
-    "size-levelled": ("repair", "place",
-        "The lifted body grew as it grew in the image, by {grown_percent:.0f} % in all; it was scaled to one size."),
     # Up
     "frames-not-rectified": ("warning", "up",
         "{lost} of {frames:~frame} {lost:?has/have} too few joints of the trunk to be turned upright."),
@@ -276,11 +212,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "relative-to-camera": ("note", "motion",
         "The camera moves, so x and y are relative to it. Heights (z, vz, az) and distances are right; other speeds "
         "and accelerations include the camera's rotation."),
-    "smoothed-by-stated-error": ("note", "motion",
-        "Paths are smoothed according to the joint errors that the lifter states{unjudged}."),
-    "smoothed-by-estimated-error": ("note", "motion",
-        "Paths are smoothed according to a joint error that is estimated from them. It does not show slow errors, "
-        "so paths, velocities and accelerations have no standard deviation."),
+    "path-errors-unknown": ("note", "motion",
+        "The errors of paths, velocities and accelerations are not known: {reason}."),
     "gait-errors-unknown": ("note", "motion",
         "The errors of the gait figures are not known: these poses{by} were not compared with ground truth."),
     "on-a-belt": ("note", "motion",
@@ -289,18 +222,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "gait-unlike-any-seen": ("warning", "motion",
         "The gait errors were fitted on people whose {gait} had no such values: {figures}. There they were not "
         "compared with ground truth."),
-    "single-frame": ("warning", "motion",
-        "A single frame has no path, so velocities and accelerations are missing."),
     "not-filtered": ("warning", "motion",
         "{fps:.4g} frames per second are too few for a filter at {cutoff_hz:g} Hz, so the joints are not filtered."),
-    "cutoff-lowered": ("note", "motion",
-        "The cut-off is {cutoff_hz:g} Hz instead of {asked_hz:.3g} Hz: a Savitzky-Golay filter allows no higher "
-        "one at {fps:.4g} frames per second."),
     "pieces-too-short": ("warning", "motion",
         "{values:~joint position was/joint positions were} seen for too short a time between gaps to be smoothed at "
         "{cutoff_hz:g} Hz; {values:?its/their} {missing} are missing."),
-    "times-uneven": ("note", "motion",
-        "The time stamps of {frames:~frame} are not evenly spaced; they are resampled evenly for the filter."),
+    "cutoff-lowered": ("note", "motion",
+        "The cut-off is {cutoff_hz:g} Hz instead of {asked_hz:.3g} Hz: a Savitzky-Golay filter allows no higher "
+        "one at {fps:.4g} frames per second."),
     "angles-left-out": ("note", "motion",
         "Angles left out (in brackets: frames): {angles}. Reason: {reason}."),
     "angles-from-neutral": ("note", "motion",
@@ -312,15 +241,12 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "angle-errors-unknown": ("note", "motion",
         "The errors of the angles are not known. Say whether the poses were measured or estimated (-O "
         "made_by=measured, or -O made_by=estimated)."),
-    "angle-errors-of-world": ("note", "motion",
-        "The errors of the angles are not known: the poses were estimated{by} in world axes, where no estimator was "
-        "compared with ground truth."),
     "angle-errors-unjudged": ("note", "motion",
-        "The errors of the angles are not known: the poses were estimated{by}, and this estimator was not compared "
-        "with ground truth. Give {more}a file of its errors (--set angles.errors=FILE)."),
+        "The errors of the angles are not known: the poses were estimated{by}, and this estimator was not "
+        "compared with ground truth{advice}."),
     "angle-errors-by-disagreement": ("note", "motion",
-        "The errors of the angles are estimated: these poses{by} were compared with the built-in lifter's on the "
-        "same keypoints."),
+        "The errors of the angles are estimated: these poses{by} were compared with the built-in lifter on "
+        "the same keypoints."),
     "angle-errors-of-file": ("note", "motion",
         "The errors of the angles come from the given file, which states them for {lifter}; the poses were "
         "estimated{by}."),
@@ -328,32 +254,14 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The given file of angle errors was not used: it is for poses that were estimated in camera axes, and "
         "these {are}."),
     # Files that were written
-    "c3d-too-long": ("warning", "files",
-        "{file} was not written: C3D can number {most} frames at most, and the take has {frames} at an even rate. "
-        "Write TRC (--also trc), or a part of the take (--time-range)."),
-    "c3d-single-frame": ("warning", "files",
-        "{file} was not written, because a single frame has no rate. Write TRC (--also trc)."),
-    "nothing-to-write": ("warning", "files",
-        "{file} was not written, because no frame has a value for it after smoothing."),
-    "c3d-begins": ("note", "files",
-        "{file}: its first frame, number 1, is at {begin_s:.3f} s of the take."),
-    "animation-stays": ("note", "files",
-        "{file}: the pelvis stays in one place, because its path is not known."),
+    "not-written": ("warning", "files",
+        "{file} was not written, because {reason}."),
+    "file-begins": ("note", "files",
+        "{file} begins at {begin_s:.3f} s of the take."),
     "animation-origin": ("note", "files",
-        "{file}: its origin is {left:.2f} {unit} to the left, {up:.2f} {unit} up and {front:.2f} {unit} in front of "
-        "the origin of TRC."),
-    "animation-unit": ("note", "files",
-        "{file}: lengths have no unit, because the source has no scale."),
-    "animation-cut": ("note", "files",
-        "{file}: {before:~frame} at the beginning and {after:~frame} at the end have no pose and were left out."),
-    "animation-begins": ("note", "files",
-        "{file}: its time 0 is at {begin_s:.3f} s of the take."),
+        "{file}: {where}."),
     "animation-held": ("note", "files",
         "{file}: in {held} of {frames:~frame} nothing is known about {joints}; the last known value is kept."),
-    "annotated-begins": ("note", "files",
-        "{file} begins with frame {frame} of the video, at {begin_s:.3f} s."),
-    "video-copied": ("note", "files",
-        "The recording holds an H.264 copy of the video, because {reason}."),
     # What is wrong with poses
     "too-few-frames": ("suspicious", "poses",
         "Fewer than two frames have all joints: too few to tell whether the poses are good."),
@@ -362,13 +270,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "duplicates": ("note", "poses",
         "{repeated:~row repeats/rows repeat} the row before exactly, first at row {first}; speeds are wrong there."),
     "frames-not-numbered": ("note", "poses",
-        "The file does not say which video frames its rows belong to."),
+        "The file does not say which video frames its rows belong to; they are counted from 0."),
     "rate-not-stated": ("note", "poses",
         "The file does not say its frame rate."),
-    "swaps": ("note", "poses",
-        "{wrong} of {of:~frame} {wrong:?looks/look} wrong: {swaps}."),
-    "swaps-unsure": ("note", "poses",
-        "Some frames look wrong: {doubt}, or in the frames beside these."),
     "rebase": ("suspicious", "poses",
         "In every frame the outermost joint lies exactly at {axis} = 0: the pelvis's movement along that axis is "
         "lost."),
@@ -376,10 +280,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "All joints lie in one plane (thickness {thickness_percent:.1f} % of the trunk): the poses have no depth."),
     "axis-invented": ("unusable", "poses",
         "Nothing moves along {axis} while the body moves along the other axes: that axis is invented."),
-    "flattened-depth": ("suspicious", "poses",
-        "Bones get shorter when they turn towards the camera, as if depth were {factor:.1f} times too small."),
-    "depth-stretched": ("suspicious", "poses",
-        "Bones get longer when they turn towards the camera, as if depth were {times:.1f} times too large."),
+    "depth-scaled": ("suspicious", "poses",
+        "Bones get {way} when they turn towards the camera, as if depth were {times:.1f} times too {size}."),
     "limbs-copied": ("suspicious", "poses",
         "One {limb} is a copy of the other, so left and right cannot be told apart."),
     "repeats-itself": ("suspicious", "poses",
@@ -427,10 +329,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "leaps": ("suspicious", "poses",
         "The whole pose leaps from one frame to the next in {count:~frame}, first in frame {first}."),
     "seams": ("note", "poses",
-        "The estimator started a new clip at row {listed}."),
-    "seams-step": ("note", "poses",
-        "The estimator started a new clip at row {listed}; the pose jumps there by up to {times:.1f} times its usual "
-        "movement."),
+        "The estimator started a new clip at row {listed}{jump}."),
     "refused": ("unusable", "poses",
         "{reason}"),
     "video-apart": ("suspicious", "poses",
@@ -450,14 +349,10 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "run-not-levelled": ("warning", "up",
         "{run} could not be levelled, so angles to gravity are missing."),
     "run-of-moving-camera": ("warning", "camera",
-        "{run} was filmed by a moving camera, so its heading is relative to the camera."),
-    "run-lacks-angles": ("warning", "files",
-        "{run} has no {angles}. Run it again to compare all angles."),
+        "{run} was filmed by a moving camera, so only the vertical axis is sure; its heading is relative to "
+        "the camera."),
     "truth-lacks-joints": ("note", "files",
-        "The motion capture has no {joints}, so these angles are left out: {angles}."),
-    "truth-trunk-by-shoulders": ("note", "files",
-        "The motion capture has no thorax, so for both the trunk line goes from the middle of the hips to the middle "
-        "of the shoulders."),
+        "The motion capture has no {joints}, so these angles are left out: {angles}.{trunk}"),
     "neutral-of-some": ("warning", "motion",
         "The angles of {with_neutral} are relative to a neutral posture (run --neutral), those of {without} are not, "
         "so they differ by that posture."),
@@ -467,32 +362,24 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The {takes} were lifted at {least_fps:.4g} to {most_fps:.4g} frames per second. This alone changes ranges "
         "of motion (in walking, the knee's by 3 degrees between 30 and 60): film at one rate."),
     "angles-weak": ("warning", "motion",
-        f"The angles of {{run}} and {{other}} correlate weakly (r {{r:.2f}}). {_ONE}"),
-    "angles-unusual": ("warning", "motion",
-        "The angles of {run} and {other} correlate less (r {r:.2f}) than those of one motion usually do (r "
-        f"{{usual:g}} or more). {_ONE}"),
+        "The angles of {run} and {other} correlate weakly (r {r:.2f}; 0.75 and more is usual). Check that they show "
+        "the same motion, and that the time shift is right."),
     "mirror-images": ("warning", "motion",
         "{run} fits {other} better with left and right exchanged (r {of_image:.2f} against {r:.2f}): the video of one "
         "of them is mirrored, the shift is off by half a stride, or the other side moved."),
     "shift-ambiguous": ("warning", "clock",
-        f"{_FITS} The shift nearest to {{offset_s:g}} s (--offset) was used: {_NARROW}."),
+        "{run} fits at several shifts (r {r:.2f} and, at another, {runner_up:.2f}), as in a repeated motion. "
+        "{so}"),
     "partly-common": ("warning", "motion",
         "{run} and {other} have only {common_s:.1f} of {longest_s:.1f} s in common, but their figures are of the "
         "whole takes. Run both on the common part (run --time-range)."),
     # Comparing with inertial sensors
     "imu-unit": ("repair", "files",
         "Accelerations were in {unit} (gravity is {gravity:.3g} in that unit) and were converted to m/s^2."),
-    "imu-run-not-levelled": ("warning", "up",
-        "The run could not be levelled, so its axes are not upright."),
-    "imu-moving-camera": ("warning", "camera",
-        "The camera moves, so only the vertical axis can be compared."),
     "imu-scale-fitted": ("warning", "",
         "The run has no scale; its unit was taken to be {metres:.3g} m, which fits the sensor best."),
     "imu-weak": ("warning", "clock",
         "Video and sensor agree weakly (r {r:.2f} over all axes), so lag and heading may be wrong. Check the "
         "sensor's segment, side and take, and the search range."),
-    "imu-lag-ambiguous": ("warning", "clock",
-        f"Another lag fits nearly as well (r {{runner_up:.2f}} against {{r:.2f}}), as in a periodic "
-        f"motion; {_NARROW}."),
 }  # fmt: skip
 CATALOGUE = {code: Entry(*entry) for code, entry in _ENTRIES.items()}

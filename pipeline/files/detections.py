@@ -12,6 +12,7 @@ from ..core.catalogue import Weight
 from ..core.errors import InputError
 from ..core.frames import IMAGE
 from ..core.layouts import Layout, layout_named
+from ..core.messages import how_many
 from ..core.notices import Notice, notice
 from ..core.pose import MadeBy, PoseSequence
 from .arrays import load_all, write_arrays
@@ -75,7 +76,9 @@ class Detections:
         if len(self.cuts):
             doubts.append(notice("scene-changes", count=len(self.cuts), frames=listed(self.cuts)))
         if len(self.damaged):
-            doubts.append(notice("video-damaged", frames=listed(self.damaged)))
+            doubts.append(
+                notice("video-damaged", damage=f"The video is damaged at frame {listed(self.damaged)}")
+            )
         return doubts + self._repeats(person)
 
     def _repeats(self, person: PoseSequence) -> list[Notice]:
@@ -122,12 +125,12 @@ class Detections:
         # Images that were looked at: of a part of a video, or a live camera, fewer than `frames_seen`.
         images = 1 + np.isfinite(self.change).sum() + len(self.cuts)
         few = frames < FEWEST_FRAMES and 2 * frames < images
-        found = [notice("hardly-seen", person=person.person, frames=frames)] if few else []
+        reasons = [f"found in {how_many(frames, 'frame')} only, by shoulders and hips"] if few else []
         torso = person.layout.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
         sure = float(np.median(person.confidence[:, torso].mean(axis=1)))
         if sure < _SURE:
-            found.append(notice("hardly-a-person", person=person.person, score=sure))
-        return found
+            reasons.append(f"shoulders and hips score {sure:.2f} (people have 0.6 or more)")
+        return [notice("hardly-a-person", person=person.person, reason=reason) for reason in reasons]
 
     def people(self) -> tuple[PoseSequence, ...]:
         """One sequence a person in IMAGE, in order of appearance."""

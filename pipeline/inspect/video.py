@@ -90,9 +90,13 @@ def _of_camera(take: Take) -> dict[str, Any]:
 
 
 def _camera_in_words(take: Take) -> list[str]:
-    camera: Camera = take.need("camera")
-    source = _FOCAL_BY[camera.focal_source]
+    camera, figures = take.need("camera"), _of_camera(take)
+    source, lines = _FOCAL_BY[camera.focal_source], []
+    if camera.looks:
+        pitch, roll, error = (figures[name] for name in ("pitch_deg", "roll_deg", "up_error_deg"))
+        lines = [f"pitch {pitch:.1f} and roll {roll:.1f} degrees, standard deviation of up {error:.1f}"]
     return [
+        *lines,
         *(each.text for each in take.notices),
         f"focal length {camera.focal_px:.0f} pixels, standard deviation {camera.focal_sd_px:.0f}, {source}",
     ]

@@ -91,8 +91,9 @@ def _back_as_another(chosen: PoseSequence, people: tuple[PoseSequence, ...]) -> 
             sizes, apart = float(steps(joints[::2])[0]), steps(joints)[1]
             known = sizes > 0 and apart > 0  # `steps` are 0 where fewer than three joints tell
             if gone < first and back - _AT_ONCE <= last < back and known and apart < _ONE_PLACE:
-                unseen = back - gone - 1
-                return [notice("leap-after-gap", weight="suspicious", sizes=sizes, frame=back, unseen=unseen)]
+                unseen = f", after {how_many(back - gone - 1, 'frame')} unseen"
+                values: dict[str, Any] = {"sizes": sizes, "frame": back, "unseen": unseen}
+                return [notice("leap-between-people", weight="suspicious", **values)]
     return []
 
 

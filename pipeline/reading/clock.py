@@ -116,7 +116,7 @@ def range_note(time_range: tuple[float, float], time_s: np.ndarray) -> Notice:
     """That only a part was read. time_s: (T,) of the whole."""
     first, last = rows_within(time_range, time_s)
     part, whole = _seconds(time_s[first], time_s[last]), _seconds(time_s[0], time_s[-1])
-    return notice("part-only", part=part, whole=whole)
+    return notice("part-only", part=f"Only {part} was processed, as asked", whole=whole)
 
 
 def coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
@@ -127,7 +127,8 @@ def coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
     first, last = lead.frame_index[[0, -1]]
     if last >= begin + 0.95 * (end - begin):
         return []
-    return [notice("part-covered", first=int(first), last=int(last), frames=len(video.time_s))]
+    part = f"The data cover video frames {first} to {last}"
+    return [notice("part-only", part=part, whole=how_many(len(video.time_s), "frame"))]
 
 
 def _seconds(start: float, end: float) -> str:

@@ -417,7 +417,7 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
 def _doubts(lead: PoseSequence, keypoints: PoseSequence | None, video: Video | None) -> list[Notice]:
     """Warnings about data that should not be believed as they are. keypoints: the lead, or those beside it."""
     beside = video is not None or (keypoints is not None and keypoints is not lead)
-    unknown = (notice("frames-unknown"),) if beside and not lead.frames_known else ()
+    unknown = (notice("frames-not-numbered", weight="warning"),) if beside and not lead.frames_known else ()
     return [*lead.notices, *(keypoints.notices if keypoints is not None else ()), *unknown]
 
 

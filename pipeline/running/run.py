@@ -14,7 +14,6 @@ import numpy as np
 from ..core.device import computing_on
 from ..core.errors import InputError
 from ..core.messages import how_many
-from ..core.notices import notice
 from ..core.system import give_memory_back
 from ..core.take import Take, Told
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
@@ -257,10 +256,9 @@ def _by_scene(
     scenes: dict[int, list[int]] = {}
     for i, keypoints in [(i, take.keypoints) for i, take in takes.items()]:
         scenes.setdefault(keypoints.scene if keypoints else 0, []).append(i)
-    said = (notice("scenes-apart"),) if len(scenes) > 1 else ()
     ended: dict[int, Take | InputError] = {}
     for people in scenes.values():
-        begun = [takes.pop(i).saying(*said) for i in people]
+        begun = [takes.pop(i) for i in people]
         ended |= zip(people, run_together([pipelines[i] for i in people], begun, done), strict=True)
     return ended
 

@@ -104,9 +104,11 @@ def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]
         wrong = int(wrong_rows(source, swaps).sum())
         weight = weighed(wrong / len(source), _SWAPPED)
         values: dict[str, Any] = {"wrong": wrong, "of": len(source), "swaps": described(source, certain)}
-        found.append(notice("swaps", weight=weight, **values))
+        found.append(notice("swaps-found", weight=weight, what="poses", **values))
     if open_side := doubtful(swaps):
-        found.append(notice("swaps-unsure", doubt=described(source, open_side)))
+        found.append(
+            notice("swaps-doubtful", weight="note", what="poses", doubt=described(source, open_side))
+        )
     return found
 
 
@@ -177,9 +179,9 @@ def _depth(poses: PoseSequence) -> list[Notice]:
         return [notice("axis-invented", axis=_AXES[still[0]])]
     factor = depth_factor(poses) if moves(poses) else np.nan
     if factor > _DEPTH:
-        return [notice("flattened-depth", factor=factor)]
+        return [notice("depth-scaled", way="shorter", times=float(factor), size="small")]
     if factor < _STRETCHED:
-        return [notice("depth-stretched", times=float(1 / factor))]
+        return [notice("depth-scaled", way="longer", times=float(1 / factor), size="large")]
     return []
 
 
@@ -269,5 +271,6 @@ def _seams(poses: PoseSequence) -> list[Notice]:
     if np.isfinite(steps).any():
         usual = max(float(np.nanmedian(moved)), 1e-12)
         times = float(np.nanmax(steps) / usual)
-        return [notice("seams-step", listed=listed, times=times)]
-    return [notice("seams", listed=listed)]
+        jump = f"; the pose jumps there by up to {times:.1f} times its usual movement"
+        return [notice("seams", listed=listed, jump=jump)]
+    return [notice("seams", listed=listed, jump="")]

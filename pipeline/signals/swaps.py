@@ -595,5 +595,6 @@ def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSe
     if how == "report":
         return poses, notice("swapped-keypoints", wrong=int(wrong.sum()))
     masked = poses.mapped(lambda points: np.where(wrong[:, None, None], np.nan, points))
-    count = int(wrong.sum())
-    return masked.noted("swaps", rows_masked=count), notice("masked-with-keypoints", wrong=count)
+    count, where = int(wrong.sum()), "where those of the keypoints are exchanged"
+    said = notice("swaps-masked", what="poses", swaps=where, wrong=count, of=len(poses))
+    return masked.noted("swaps", rows_masked=count), said

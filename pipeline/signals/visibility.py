@@ -126,7 +126,8 @@ def _beyond(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> tupl
     points = keypoints.joints[is_finite(keypoints.joints) & ~(keypoints.confidence < LEAST_SCORE)]
     if image_size is None or not len(points):
         return 0.0, (0, 0)
-    share = float((points > (1 + _BEYOND) * np.array(image_size)).any(axis=-1).mean())
+    size = np.array(image_size)
+    share = float(((points < -_BEYOND * size) | (points > (1 + _BEYOND) * size)).any(axis=-1).mean())
     width, height = np.ceil(points.max(axis=0)).astype(int).tolist()
     return share, (width, height)
 

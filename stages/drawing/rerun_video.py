@@ -13,8 +13,6 @@ import numpy as np
 
 from ...pipeline.core.cores import cores
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.messages import how_many
-from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Video
 from ...pipeline.files.video_frames import frames_from, opened
@@ -49,30 +47,20 @@ class Part:
     stamps_ns: np.ndarray
 
 
-def viewable(video: Video) -> tuple[Iterator[Part], tuple[Notice, ...]]:
-    """The video's own packets in parts (a small MP4 or MOV file as it is), or an H.264 copy with the same time stamps
-    and a notice that says why. The parts' frames are those of the video's span, in its order.
+def viewable(video: Video) -> Iterator[Part]:
+    """The video's own packets in parts (a small MP4 or MOV file as it is), or an H.264 copy with the same time stamps,
+    of what the viewer cannot play. The parts' frames are those of the video's span, in its order.
 
     The viewer plays H.264, H.265, AV1, VP8 and VP9 and ignores the rotation that a phone notes in the file.
     InputError when the video cannot be read, also while the parts are.
     """
-    reason = None
-    if video.part is not None:
-        reason = "only a part of it is processed"
-    elif video.rotation_deg:
-        reason = f"its image is stored turned by {video.rotation_deg} degrees, which the viewer ignores"
-    elif video.images:
-        reason = "it is a folder of images"
-    elif video.codec not in _VIEWER_CODECS:
-        reason = f"the viewer does not play its codec, {video.codec}"
-    elif (whole := _as_it_is(video)) is not None:
-        return iter([whole]), ()
-    else:
-        parts = _own_parts(video)
-        if parts is not None:
-            return parts, ()
-        reason = f"the viewer cannot be given its {how_many(len(video.time_s), 'frame')} as they are stored"
-    return transcoded(video), (notice("video-copied", reason=reason),)
+    whole = video.part is None and not video.images
+    if whole and not video.rotation_deg and video.codec in _VIEWER_CODECS:
+        if (own := _as_it_is(video)) is not None:
+            return iter([own])
+        if (parts := _own_parts(video)) is not None:
+            return parts
+    return transcoded(video)
 
 
 def _as_it_is(video: Video) -> Part | None:

@@ -97,7 +97,7 @@ def write_annotated(take: Take, path: Path) -> tuple[Notice, ...]:
     if first == 0:
         return ()
     begin_s = float(video.time_s[first])
-    return (notice("annotated-begins", file=path.name, frame=first, begin_s=begin_s),)
+    return (notice("file-begins", file=path.name, begin_s=begin_s),)
 
 
 class _Page:

@@ -81,15 +81,12 @@ class Armature:
         left, up, front = (float(value) for value in self.moved + 0.0)
         if self.moves:
             unit = "m" if self.unit == "m" else "units"
-            said = [notice("animation-origin", file=file, left=left, up=up, front=front, unit=unit)]
+            where = f"its origin is {left:.2f} {unit} to the left, {up:.2f} up and {front:.2f} in front of that of TRC"
         else:
-            said = [notice("animation-stays", file=file)]
-        if self.unit != "m":
-            said.append(notice("animation-unit", file=file))
-        if any(self.cut):
-            said.append(notice("animation-cut", file=file, before=self.cut[0], after=self.cut[1]))
+            where = "the pelvis stays in one place, because its path is not known"
+        said = [notice("animation-origin", file=file, where=where)]
         if round(self.time_s[0], 3):
-            said.append(notice("animation-begins", file=file, begin_s=float(self.time_s[0])))
+            said.append(notice("file-begins", file=file, begin_s=float(self.time_s[0])))
         by_count = defaultdict(list)
         for name, count in self.held.items():
             by_count[count].append(name)

@@ -40,9 +40,17 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
     found = markers(take, LEVEL)
     count, begin_s = len(found.time_s), float(found.time_s[0])
     if count > LAST:
-        return (notice("c3d-too-long", file=path.name, most=LAST, frames=count),)
+        reason = (
+            f"C3D numbers {LAST} frames at most, and the take has {count} at an even rate: write TRC (--also trc), or "
+            "a part (--time-range)"
+        )
+        return (notice("not-written", file=path.name, reason=reason),)
     if count < 2:
-        return (notice("c3d-single-frame", file=path.name),)
+        return (
+            notice(
+                "not-written", file=path.name, reason="a single frame has no rate: write TRC (--also trc)"
+            ),
+        )
     if nothing := nothing_in(found.joints, path):
         return nothing
     before = round(begin_s * found.fps)
@@ -72,7 +80,7 @@ def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
         copyfile(made, partial)
     if numbered:
         return ()
-    return (notice("c3d-begins", file=path.name, begin_s=begin_s),)
+    return (notice("file-begins", file=path.name, begin_s=begin_s),)
 
 
 def _add_events(file: Any, take: Take, from_s: float) -> None:

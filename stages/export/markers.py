@@ -61,7 +61,9 @@ def require_metres(unit: str) -> None:
 def nothing_in(values: np.ndarray, path: Path) -> tuple[Notice, ...]:
     """The warning that a file is not written where none of its values (...) is known, such as of five frames, which are
     too few to be smoothed."""
-    return () if np.isfinite(values).any() else (notice("nothing-to-write", file=path.name),)
+    if np.isfinite(values).any():
+        return ()
+    return (notice("not-written", file=path.name, reason="no frame has a value for it after smoothing"),)
 
 
 def over_the_floor(take: Take, root: np.ndarray, frame: Frame) -> np.ndarray:

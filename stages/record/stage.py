@@ -10,7 +10,6 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import with_feet
-from ...pipeline.core.notices import Notice
 from ...pipeline.core.rotations import angle_deg
 from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
@@ -61,10 +60,11 @@ class Record:
 
     def __call__(self, take: Take) -> Take:
         self.folder.mkdir(parents=True, exist_ok=True)
-        return take.saying(*record(take, self.folder / RECORDING))
+        record(take, self.folder / RECORDING)
+        return take
 
 
-def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
+def record(take: Take, path: str | Path) -> None:
     """Write a take into one rerun recording that opens with its own views.
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
@@ -77,8 +77,8 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
-    A take whose `told.images` is False leaves the video out. Returns notices of what was done to the video. Raises
-    InputError without poses, rectified poses or time stamps, or when the video cannot be read.
+    A take whose `told.images` is False leaves the video out. Raises InputError without poses, rectified poses
+    or time stamps, or when the video cannot be read.
     """
     import rerun as rr
 
@@ -87,8 +87,8 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
         raise InputError(
             "needs-stage", "A recording needs 3D poses and their rectification; run rectify first."
         )
-    parts, notices = viewable(take.video) if take.told.images and take.video else (None, ())
-    take = take.saying(*notices).with_(video=take.video if parts else None)
+    parts = viewable(take.video) if take.told.images and take.video else None
+    take = take.with_(video=take.video if parts else None)
     size = half_height(poses.joints)
 
     path = Path(path)
@@ -115,7 +115,6 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
         log_notices(recording, take.notices, poses)
         summary = rr.TextDocument(summary_markdown(take), media_type=rr.MediaType.MARKDOWN)
         recording.log("summary", summary, static=True)
-    return notices
 
 
 def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:

@@ -25,7 +25,7 @@ from pcnet3d.pipeline.core.take import Take
 # Notices that were made for these accidents, which an honest take must not get.
 NEW = {
     "rate-against-movement", "rows-lost", "rows-added", "keypoints-not-of-poses", "keypoints-not-of-video",
-    "depth-stretched", "joints-filled", "joints-coincide", "joints-exchanged", "limbs-copied", "repeats-itself",
+    "depth-scaled", "joints-filled", "joints-coincide", "joints-exchanged", "limbs-copied", "repeats-itself",
     "only-noise", "left-and-right", "keypoints-smooth", "focal-against-lines",
 }  # fmt: skip
 

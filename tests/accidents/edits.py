@@ -21,13 +21,13 @@ TOGETHER = (
     "keypoints-not-of-poses", "keypoints-not-of-video",
 )  # fmt: skip
 SHAPE = (
-    "flattened-depth", "depth-stretched", "bones", "flat", "stature",
+    "depth-scaled", "bones", "flat", "stature",
     "limbs-copied", "limbs-unlike", "left-and-right", "mirrored", "legs-against-arms",
 )  # fmt: skip
 GAPS = ("joints-filled", "joints-coincide", "joints-exchanged")
 SIDES = ("mirrored", "legs-against-arms", "left-and-right", "sides-doubtful", *TOGETHER)
 UP = ("nobody-upright", "upside-down", "picture-upside-down", "not-levelled")
-PEOPLE = ("leaps", "leap-between-people", "leap-after-gap", "strays-removed", "people-by-poses-alone")
+PEOPLE = ("leaps", "leap-between-people", "strays-removed", "people-by-poses-alone")
 
 
 @dataclass(frozen=True)
@@ -358,7 +358,7 @@ POSES: dict[str, tuple[Any, tuple[str, ...]]] = {
     ),
     "a hole of an hour": (
         _hole,
-        ("images-lacking-long",),
+        ("images-lacking",),
     ),
     "2 rows late": (_late(2), TOGETHER),
     "5 rows late": (_late(5), TOGETHER),

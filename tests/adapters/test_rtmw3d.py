@@ -33,7 +33,7 @@ def test_golden(save, turning):
 
 
 def test_what_is_assumed_is_said(save):
-    assert {said.code for said in read(save()).notices} == {"stature-assumed", "rebased-to-floor"}
+    assert {said.code for said in read(save()).notices} == {"rebased-to-floor"}
 
 
 def test_stature_sets_the_plane_and_not_the_depth(save):

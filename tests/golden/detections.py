@@ -66,7 +66,7 @@ def drawn_tracks(path: Path, tracks: Mapping[int, Iterable[int]]) -> Path:
     """AlphaPose's list of people with joints at random in these frames, COCO-17."""
     rng = np.random.default_rng(1)
     listed = [
-        {"image_id": f"{frame}.jpg", "category_id": 1, "keypoints": rng.uniform(1, 300, 51).tolist(), "score": 2.0,
+        {"image_id": f"{frame}.jpg", "category_id": 1, "keypoints": rng.uniform(1, 48, 51).tolist(), "score": 2.0,
          "box": [0, 0, 9, 9], "idx": person}
         for person, frames in tracks.items() for frame in frames
     ]  # fmt: skip

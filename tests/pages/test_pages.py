@@ -54,8 +54,7 @@ def test_what_is_not_run():
         "video: downloads networks",
         "video: needs networks that others publish; tests/models/lifter runs small ones of their forms",
         "visits: needs a cluster; tests/stages/study/batch starts one",
-        "visits: needs subjects with several takes at a visit; tests/pages/test_recipes.py runs it on published "
-        "figures",
+        "visits: needs a study; tests/pages/test_recipes.py runs it on published figures",
     }
 
 

@@ -1,5 +1,7 @@
 """Velocities in closed form; none across gaps or seams."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -211,11 +213,10 @@ def warnings(take: Take) -> str:
     return " ".join(event.text for event in take.notices if event.weight == "warning")
 
 
-def test_a_single_frame_has_no_path_and_says_so(facing_camera):
+def test_a_single_frame_has_no_path(facing_camera):
     take = stage(facing_camera, 1, 30)
     assert np.isnan(take.kinematics["r_wrist_speed"]).all()
-    assert "single-frame" in codes(take)
-    assert not {code for code in codes(take) if code.startswith("smoothed-by")}
+    assert codes(take) == []
     level = PoseSequence(facing_camera[None], H36M17, LEVEL, time_s=np.zeros(1))
     assert smooth(level)[0].history[-1].options["unfiltered"]
 
@@ -306,14 +307,21 @@ def test_paths_have_errors_by_default_and_a_classical_filter_has_none(facing_cam
     assert unit_of("r_wrist_distance_sd", "m") == "m"
 
 
-def test_a_run_says_whose_error_it_smooths_by(facing_camera):
+def test_a_run_says_why_its_paths_have_no_errors(facing_camera):
     def run(poses: PoseSequence) -> Take:
         return Take("t", poses=poses, rectified=rectify(poses, "geometric"))
 
     poses = lifted(facing_camera, 0.01).need("poses")
     take, unstated = run(poses), run(poses.with_(covariance=None))
-    for each, whose in ((take, "stated"), (unstated, "estimated")):
-        assert f"smoothed-by-{whose}-error" in {event.code for event in Trajectories()(each).notices}
+    unchecked = run(poses.with_(made_by=replace(poses.made_by, by="somebody's")))
+    for each, why in (
+        (take, None),
+        (unchecked, "were not checked"),
+        (unstated, "were estimated from the paths"),
+    ):
+        said = [each for each in Trajectories()(each).notices if each.code == "path-errors-unknown"]
+        assert len(said) == (why is not None)
+        assert why is None or why in said[0].text
         assert not Trajectories(smoother="butterworth")(each).notices
     for each, errors in ((take, "stated"), (unstated, "estimated")):
         by_error, classical = (

@@ -25,6 +25,7 @@ UNUSUAL = 0.75
 # Of r: another shift that fits as well. All walks before two cameras have one (docs/visits.md), and in most the best
 # shift is wrong; of takes without such a one, of walks with turns, squats, lifts, it is wrong in one of fifty at most.
 AMBIGUOUS = 0.9
+NARROW = "narrow the search with --offset and --search"  # what to do then
 # By which r of the mirror image is larger where one of two takes is mirrored. Of 87 captures against their own mirror
 # image it was in 62, by time stamps in 77; of some 450 pairs of different takes of one person in one, a forehand and a
 # backhand.

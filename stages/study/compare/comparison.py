@@ -18,7 +18,18 @@ from ....pipeline.signals.angles import ANGLES
 from ....pipeline.signals.filters import rate as frame_rate
 from ...drawing.words import spoken
 from ..rates import is_lifted, rates_apart
-from .align import AMBIGUOUS, CLEARLY, UNUSUAL, WEAK, Alignment, correlated, mirrored, size_ratio, stamped
+from .align import (
+    AMBIGUOUS,
+    CLEARLY,
+    NARROW,
+    UNUSUAL,
+    WEAK,
+    Alignment,
+    correlated,
+    mirrored,
+    size_ratio,
+    stamped,
+)
 from .changes import Change, as_figures, changes, from_same_place, summary
 from .cycles import Cycles, cycles
 from .figures import JointAgreement, agreement, joint_agreement, view_spread
@@ -151,9 +162,10 @@ def _aligned(
         doubts.append(notice("angles-weak", **both, r=how.r))
     elif how.runner_up > AMBIGUOUS * how.r:
         values: dict[str, Any] = {"r": how.r, "runner_up": how.runner_up, "offset_s": offset_s}
-        doubts.append(notice("shift-ambiguous", run=side.name, **values))
+        so = f"The shift nearest to {offset_s:g} s (--offset) was used: {NARROW}."
+        doubts.append(notice("shift-ambiguous", run=side.name, **values, so=so))
     elif how.r < UNUSUAL and not together:
-        doubts.append(notice("angles-unusual", **both, r=how.r, usual=UNUSUAL))
+        doubts.append(notice("angles-weak", **both, r=how.r))
     with suppress(InputError):  # where one side of the body alone is known
         if (of_image := aligned(mirrored(side)).r) > UNUSUAL and of_image > how.r + CLEARLY:
             doubts.append(notice("mirror-images", **both, r=how.r, of_image=of_image))

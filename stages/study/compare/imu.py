@@ -49,7 +49,7 @@ from ...drawing.charts import Curve, busiest, over_time
 from ...drawing.page import Cell, answer, box, charts, figure, heading, joined, page, small, table
 from ...drawing.palette import GREEN, PURPLE, as_hex
 from ...drawing.words import spoken
-from .align import AMBIGUOUS, LEAST_SHARE, WEAK, runner_up
+from .align import AMBIGUOUS, LEAST_SHARE, NARROW, WEAK, runner_up
 from .figures import FEWEST, correlation
 from .side import LEAST_S
 
@@ -423,13 +423,14 @@ def _agreement(video: np.ndarray, imu: np.ndarray, norms: bool) -> dict[str, dic
 def _doubts(run: Take, r: float, second: float) -> list[Notice]:
     doubts, rectified = [], run.need("rectified")
     if not rectified.level_ok:
-        doubts.append(notice("imu-run-not-levelled"))
+        doubts.append(notice("run-not-levelled", run=run.name))
     if rectified.camera == "moving":
-        doubts.append(notice("imu-moving-camera"))
+        doubts.append(notice("run-of-moving-camera", run=run.name))
     if r < WEAK:
         doubts.append(notice("imu-weak", r=r))
     elif second > AMBIGUOUS * r:
-        doubts.append(notice("imu-lag-ambiguous", r=r, runner_up=second))
+        so = f"Another lag may be the right one: {NARROW}."
+        doubts.append(notice("shift-ambiguous", run=run.name, r=r, runner_up=second, so=so))
     return doubts
 
 

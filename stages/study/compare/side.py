@@ -92,8 +92,6 @@ def load_side(folder: Path) -> Side:
         notices.append(notice("run-not-levelled", run=folder.name))
     if rectified.camera == "moving":
         notices.append(notice("run-of-moving-camera", run=folder.name))
-    if missing:  # made before this version of pcnet3d had these
-        notices.append(notice("run-lacks-angles", run=folder.name, angles=", ".join(missing)))
     return Side(
         name=folder.resolve().name,
         about=_about(run),
@@ -183,9 +181,11 @@ def _lacking(joints: np.ndarray, series: Mapping[str, AngleSeries]) -> Iterator[
     if not joints_without:
         return
     without = [name for name, angle in series.items() if not np.isfinite(angle.value_deg).any()]
-    yield notice("truth-lacks-joints", joints=", ".join(joints_without), angles=", ".join(without) or "none")
+    trunk = ""
     if "thorax" in joints_without and _has(joints, *_SHOULDERS):
-        yield notice("truth-trunk-by-shoulders")
+        trunk = " For both the trunk line goes from the middle of the hips to the middle of the shoulders."
+    angles = ", ".join(without) or "none"
+    yield notice("truth-lacks-joints", joints=", ".join(joints_without), angles=angles, trunk=trunk)
 
 
 def named_apart(sides: Sequence[Side]) -> list[Side]:

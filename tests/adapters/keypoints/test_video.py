@@ -123,7 +123,7 @@ def test_cut_off_without_an_index(film, tmp_path, ending, stamps):
         places = [packet.pos for packet in container.demux(video=0) if packet.size]
     path.write_bytes(path.read_bytes()[: places[len(places) // 2]])
     (doubt,) = video.read(path)[0].doubts
-    assert doubt.code == "video-cut-off"
+    assert doubt.code == "video-damaged"
     assert 0.45 < doubt.values["ends_s"] / doubt.values["stated_s"] < 0.7
     assert doubt.text in str(inspect_video(path))
 

@@ -29,7 +29,7 @@ def test_a_video_alone_gives_everything(walk_film, toy, tmp_path, call):
     assert [entry["role"] for entry in summary["inputs"]] == ["video"]
     made_by = summary["keypoints"]["made_by"]
     assert (made_by["kind"], made_by["by"].partition("@")[0]) == ("estimated", "movenet")
-    assert {"detected", "others-missed"} <= {said["code"] for said in summary["notices"]}
+    assert "others-missed" in [said["code"] for said in summary["notices"]]
     with np.load(tmp_path / "out/poses.npz") as poses:
         np.testing.assert_array_equal(poses["frame_index"], np.arange(40))
 

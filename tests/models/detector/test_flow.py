@@ -47,8 +47,8 @@ def said(film, points):
     return flow_notice(flow_of(images, pairs_of(0, FRAMES - 1, 30.0), keypoints, SIDE))
 
 
-def test_keypoints_of_the_video_move_as_it_does(film):
-    assert said(film, film[1]).code == "keypoints-move-as-video"
+def test_of_keypoints_that_move_as_the_video_nothing_is_said(film):
+    assert said(film, film[1]) is None
 
 
 @pytest.mark.parametrize(
@@ -66,19 +66,20 @@ def test_those_of_another_are_told(film, change):
 
 
 def test_of_a_person_who_stands_still_nothing_is_told(film):
-    assert said(film, np.repeat(film[1][:1], FRAMES, axis=0)).code == "video-not-compared"
+    assert said(film, np.repeat(film[1][:1], FRAMES, axis=0)) is None
 
 
 @pytest.mark.parametrize(
     ("alike", "best", "code"),
     [
-        (0.61, 0.66, "keypoints-move-as-video"),  # 23 frames of the man who runs, with their own keypoints
+        (0.61, 0.66, None),  # 23 frames of the man who runs, with their own keypoints
         (0.52, 0.66, "keypoints-not-of-video"),  # the walker, five frames late
         (0.40, 0.46, "keypoints-not-of-video"),
     ],
 )
 def test_a_shift_has_to_better_by_far_what_is_as_alike_as_usual(alike, best, code):
-    assert flow_notice(Flow(229, 13.3, alike, best, 3, 0.1, 0.1)).code == code
+    found = flow_notice(Flow(229, 13.3, alike, best, 3, 0.1, 0.1))
+    assert (found and found.code) == code
 
 
 def test_where_there_are_key_frames_only_frames_behind_them_are_looked_at():

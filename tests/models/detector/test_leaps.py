@@ -77,4 +77,4 @@ def test_who_comes_back_where_another_is_lost_may_be_the_other(joints, told):
     points[20:] += 900 + 0.1 * np.arange(38)[:, None, None]
     points[:, joints:] = np.nan
     said = choose_detected(detected(frames, scored(points), person).people(), "0", "").notices
-    assert [each.values["frame"] for each in said if each.code == "leap-after-gap"] == [30] * told
+    assert [each.values["frame"] for each in said if each.code == "leap-between-people"] == [30] * told

@@ -203,7 +203,7 @@ def test_bad_input_is_refused_in_words():
         (lambda: PoseSequence(person(), COCO17, IMAGE), SIZE, {}, "COCO17.*remap"),
         (lambda: poses(person() / 960 - 1), SIZE, {}, "look normalised"),
         (lambda: poses(person()), None, {}, "width and height"),
-        (lambda: poses(person() * 3), SIZE, {}, "100 % lie outside"),
+        (lambda: poses(person() * 3), SIZE, {}, "outside which 100 % of them lie"),
         (lambda: poses(person()), (0, 1080), {}, "image size"),
         (lambda: poses(person()), SIZE, {"focal_px": -5.0}, "focal length"),
         (lambda: poses(person() * np.nan), SIZE, {}, "every joint of every frame is missing"),

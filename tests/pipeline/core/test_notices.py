@@ -44,7 +44,7 @@ def test_a_code_or_a_value_that_lacks_fails_where_the_notice_is_made():
     with pytest.raises(KeyError):
         notice("no-such-code")
     with pytest.raises(KeyError):
-        notice("scaled", factor=2.0)
+        notice("frames-without-joints", frames=2)
 
 
 def test_other_packages_say_their_own_with_a_prefix():
@@ -71,7 +71,7 @@ def test_codes_are_words_and_sentences_end():
     for code, entry in CATALOGUE.items():
         assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", code)
         assert all(name.isidentifier() for _, name, _, _ in Formatter().parse(entry.template) if name)
-        assert entry.template.endswith((".", ".}", "?", "{reason}")), code
+        assert entry.template.endswith((".", ".}", "?", "{reason}", "{so}", "{trunk}")), code
 
 
 def test_every_code_is_said_somewhere():
@@ -135,6 +135,6 @@ def test_a_refusal_names_options_that_some_command_has():
     known = set().union(OTHERS, *map(flags_of, COMMANDS))
     for path, source in SOURCES.items():
         calls = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call))
-        raised = [call for call in calls if ast.unparse(call.func) == "InputError"]
+        raised = [call for call in calls if ast.unparse(call.func) in ("InputError", "notice")]
         parts = [part.value for call in raised for part in ast.walk(call) if isinstance(part, ast.Constant)]
         assert {flag for part in parts for flag in FLAG.findall(str(part))} <= known, path

@@ -96,7 +96,7 @@ def test_what_the_file_does_not_say_is_a_note(walker, tmp_path):
 
 def test_an_adapters_own_warning_is_passed_on(walker, tmp_path):
     source = looked_at(tmp_path, walker).people[0].source
-    assumed = notices.notice("stature-assumed", stature_m=1.7)
+    assumed = notices.notice("scores-all-zero")
     assert row_findings(source.saying(assumed)) == [assumed]
 
 
@@ -156,7 +156,7 @@ def leaping(joints):
         (lost(20, 80), "gaps", "unusable"),
         (halted, "duplicates", "suspicious"),
         (copied(np.s_[10:], 10), "duplicates", "unusable"),
-        (scaled(1.15, 1.15, 0.45), "flattened-depth", "suspicious"),  # without the 1.15 the stature tells too
+        (scaled(1.15, 1.15, 0.45), "depth-scaled", "suspicious"),  # without the 1.15 the stature tells too
         (one_long_arm, "limbs-unlike", "suspicious"),
         (mirrored, "mirrored", "unusable"),
         (copied(np.s_[:, LEGS], np.s_[:, H36M17.mirror[LEGS]]), "legs-against-arms", "unusable"),
@@ -260,7 +260,7 @@ def test_the_depth_factor_is_that_by_which_depth_was_divided(walker, tmp_path, f
 def test_depth_is_not_judged_of_one_who_stands_still(walker, tmp_path, share, told):
     """Of a video of one photo the page said that bones get longer when they turn towards the camera."""
     moving = walker.mean(axis=0) + share * (walker - walker.mean(axis=0))
-    assert ("depth-stretched" in faults(looked_at(tmp_path, moving * [1, 1, 1.8]))) == told
+    assert ("depth-scaled" in faults(looked_at(tmp_path, moving * [1, 1, 1.8]))) == told
 
 
 def test_clip_boundaries_are_told_with_their_step(walker, tmp_path):

@@ -214,7 +214,6 @@ def test_people_of_two_scenes_share_no_level(recipe, tmp_path, cut):
     level = json.loads((tmp_path / "out" / SUMMARY).read_text())["level"]
     assert (level is None, warned) == (cut, [cut, cut])
     assert (angle_deg(*ups) > 10) == cut
-    assert [any(event.code == "scenes-apart" for event in each) for each in told] == [cut, cut]
     if cut:
         assert all(angle_deg(up, camera.up) < 6 for up, camera in zip(ups, cameras, strict=True))
 

@@ -384,9 +384,8 @@ def test_what_was_held_is_told_in_the_summary(gappy, tmp_path):
     assert [event.text for event in take.notices if event.weight == "note"] == notes
 
 
-def test_lengths_without_a_scale_are_told(walked, glb, tmp_path):
+def test_lengths_without_a_scale_are_told(walked, glb):
     take = walked()
     filtered = take.filtered.with_(frame=take.filtered.frame.with_(unit="arbitrary"))
     take = take.with_(filtered=filtered)
     assert glb(take)[0]["asset"]["extras"]["length_unit"] == "arbitrary"
-    assert any("no scale" in event.text for event in write_bvh(take, tmp_path / "a.bvh"))

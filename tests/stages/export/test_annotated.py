@@ -131,7 +131,7 @@ def test_an_angle_is_written_beside_its_joint_where_both_are_known(take, tmp_pat
 
 def test_where_it_begins_is_told(take, tmp_path):
     (event,) = write_annotated(take, tmp_path / "annotated.mp4")
-    assert event.text == "annotated.mp4 begins with frame 2 of the video, at 0.070 s."
+    assert event.text == "annotated.mp4 begins at 0.070 s of the take."
 
 
 def test_without_a_video_or_frames_of_it_it_is_refused(take, tmp_path):

@@ -81,7 +81,7 @@ def test_what_is_too_short_to_be_smoothed_is_not_written(facing_camera, tmp_path
     run = exported(take, tmp_path, writer)
     assert {path.name for path in run.iterdir()} == {"poses.npz", "kinematics.parquet", "summary.json"}
     codes = [said["code"] for said in json.loads((run / "summary.json").read_text())["notices"]]
-    assert codes.count("nothing-to-write") == 1
+    assert codes.count("not-written") == 1
 
 
 def test_a_person_who_walks_moves_through_the_trc(facing_camera, tmp_path):

@@ -84,7 +84,6 @@ def test_motion_capture_of_part_of_the_joints_is_compared_in_what_both_have(
     assert pair["alignment"]["shift_s"] == pytest.approx(whole["alignment"]["shift_s"], abs=0.02)
     codes = [each["code"] for each in found["notices"]]
     assert "truth-lacks-joints" in codes
-    assert ("truth-trunk-by-shoulders" in codes) == (lacks == "head")
     legs = {f"{side}_{name}" for side in "rl" for name in ("knee_flexion", "hip_abduction")} | {
         "pelvis_obliquity"
     }
@@ -244,7 +243,7 @@ def test_a_run_without_angles_has_words(runs, tmp_path):
 
 
 @pytest.mark.parametrize("first", [True, False])
-def test_an_older_run_without_an_angle_is_compared_in_the_others(runs, sides, tmp_path, first):
+def test_a_run_without_an_angle_is_compared_in_the_others(runs, sides, tmp_path, first):
     import pyarrow.parquet as pq
 
     older = tmp_path / "older"
@@ -254,10 +253,4 @@ def test_an_older_run_without_an_angle_is_compared_in_the_others(runs, sides, tm
     pq.write_table(table.drop_columns(lacking), older / "kinematics.parquet")
     pair = [load_side(older), sides[1]]
     found = compared(pair if first else pair[::-1], "stamps")
-    (said,) = [each for each in found.notices if each.code == "run-lacks-angles"]
-    assert (said.code, said.values["angles"]) == ("run-lacks-angles", "pelvis_obliquity")
     assert set(found.pairs[0].agreement) == set(ANGLES) - {"pelvis_obliquity"}
-    folders = [older, runs / "front"]
-    compare(folders if first else folders[::-1], output=tmp_path / "out")
-    assert said.text in (tmp_path / "out" / "compare.html").read_text()
-    assert said.as_dict() in json.loads((tmp_path / "out" / "compare.json").read_text())["notices"]
