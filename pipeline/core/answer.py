@@ -24,6 +24,7 @@ _WAYS = {  # below and above 0
     "thorax_pelvis_rotation": ("right", "left"),
 }  # fmt: skip
 _JOINTS_TOLD = 4
+_JOINTS_SAID = 2  # of those, in a sentence
 _UNSEEN = 0.5  # of the frames: the range of the rest is not that of the take
 _UNSTATED = 13.0  # degrees: the usual ± of a lifted range, for one without
 
@@ -179,7 +180,7 @@ def _ranges(ranges: Group) -> str:
     if not (told := joint_ranges(ranges)):
         return ""
     of_ends = " (± for each end)" if any(one.bar is not None for one in told) else " (errors not known)"
-    return f"in nine of ten frames, in degrees{of_ends}: {'; '.join(map(str, told))}"
+    return f"in nine of ten frames, in degrees{of_ends}: {'; '.join(map(str, told[:_JOINTS_SAID]))}"
 
 
 def joint_ranges(ranges: Group) -> list[JointRange]:

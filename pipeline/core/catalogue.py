@@ -129,8 +129,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "sides-doubtful": ("warning", "left and right",
         "Left and right are doubtful: {evidence}."),
     "swaps-found": ("warning", "left and right",
-        "The {what} look wrong: {swaps} ({wrong} of {of:~frame}). To treat these limbs as missing there: run --set "
-        "read.swaps=mask."),
+        "The {what} look wrong: {swaps} ({wrong} of {of:~frame}); run --set read.swaps=mask leaves these "
+        "limbs out there."),
     "swaps-doubtful": ("warning", "left and right",
         "The {what} look wrong: {doubt}, or in the frames beside these."),
     "swaps-masked": ("repair", "left and right",
@@ -142,8 +142,8 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "From {when} poses and keypoints disagree on which of the {limbs} is the right one; one of the two is wrong."),
     # Lifting
     "focal-guessed": ("note", "camera",
-        "The focal length was assumed to be {focal_px:.0f} pixels, and the video not to be cropped off-centre; --focal "
-        "PIXELS makes place and speed more certain."),
+        "The focal length was assumed to be {focal_px:.0f} pixels, and the video to be uncropped; --focal "
+        "PIXELS makes place and speed surer."),
     "bearing-shifts-heading": ("note", "camera",
         "Without the focal length the heading is off by {least_deg:.0f} to {most_deg:.0f} degrees (for "
         "{focal_px:.0f} pixels), because the lifter sees the person in a crop. Give --focal PIXELS."),
@@ -171,7 +171,7 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{right:.0f} and y = {down:.0f}. Give the size of the image of the keypoints (--set read.image_size); "
         "otherwise the place is wrong."),
     "not-seen": ("warning", "view",
-        "The detector does not see the {part} {when}; results that need {parts:?it/them} are missing there."),
+        "The {part} {parts:?is/are} not visible {when}; results that need {parts:?it/them} are missing there."),
     "no-scale": ("note", "",
         "Lengths have no unit; --stature METRES gives them metres."),
     "scale-assumed": ("warning", "",

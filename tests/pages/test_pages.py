@@ -41,7 +41,7 @@ def test_what_is_not_run():
         "research: needs the project's own data, and minutes",
         "start: installs packages from the network",
         "start: opens a window",
-        "training: needs a lifter, its takes, and ten minutes",
+        "training: needs the project's own data, a lifter, and ten minutes",
         "training: needs a machine on which nothing is installed",
         "training: needs the MM-Fi data set, and hours",
         "training: needs the motion capture that the shipped networks were trained on, and hours",

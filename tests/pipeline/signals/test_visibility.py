@@ -79,7 +79,7 @@ def test_a_low_score_is_not_seen_by_the_detector():
     assert hidden[:, H36M17.index("l_wrist")].all()
     assert not out.any()
     assert [said.text for said in not_seen(hidden, out, TIMES)] == [
-        "The detector does not see the left hand in the whole take; results that need it are missing there."
+        "The left hand is not visible in the whole take; results that need it are missing there."
     ]
 
 
