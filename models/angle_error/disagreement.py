@@ -18,7 +18,8 @@ from ..common.spread import stated_spread
 from ..gravity import Seen, TakeUp, take_rotation
 from ..gravity.levelling import level
 from ..rectifier.load import load_rectifier
-from .take_angles import MAX_SD_DEG, AngleSeries, smoothed, take_angles
+from .joint_noise import shipped_noise
+from .take_angles import MAX_SD_DEG, AngleSeries, LiftErrors, TakeJoints, smoothed, take_angles
 
 _OVER_S = 1.0  # over which two lifters' difference is averaged: they cross where both are wrong alike
 _TINY = 1e-9  # of a window's mean of ones and zeros: none
@@ -53,13 +54,10 @@ def by_disagreement(
         Seen(joints, R, error_deg, poses.times, poses.seams, spread=spread), TakeUp(up, up_error_deg)
     )
     seams = breaks(poses)
+    filtered = joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz, seams)
     own = take_angles(
-        joints,
-        joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz, seams),
-        levelled.R_camera_from_body,
-        error_deg=levelled.error_deg,
-        up_error_deg=levelled.up_error_deg,
-        stated=spread,
+        TakeJoints(joints, filtered, levelled.R_camera_from_body),
+        LiftErrors(levelled.error_deg, levelled.up_error_deg, shipped_noise(), spread),
     )
     window = max(round(_OVER_S / float(np.median(np.diff(poses.times)))), 1)
     out = dict(angles)

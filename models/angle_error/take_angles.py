@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 
 import numpy as np
@@ -38,89 +38,87 @@ class AngleSeries:
     tilt_deg: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
-def take_angles(
-    joints: np.ndarray,
-    filtered: np.ndarray,
-    R_source_from_body: np.ndarray,
-    *,
-    level_ok: bool = True,
-    lifted: bool = True,
-    error_deg: np.ndarray | None = None,
-    up_error_deg: np.ndarray | None = None,
-    noise: JointNoise | None = None,
-    unseen: np.ndarray | None = None,
-    stated: np.ndarray | None = None,
-    feet: np.ndarray | None = None,
-    filtered_feet: np.ndarray | None = None,
-) -> dict[str, AngleSeries]:
-    """Every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles where feet are given.
+@dataclass(frozen=True, eq=False)
+class TakeJoints:
+    """Joints that angles are taken of. joints, filtered: (T, 17, 3) relative to the pelvis, H36M17, any unit, before
+    and after the low-pass; the angles are those of the second. R_source_from_body: (T, 3, 3), NaN where a frame has
+    none. level_ok: whether up is known. unseen: (T, 17) joints that are missing because nobody saw them. feet,
+    filtered_feet: (T, 6, 3) in the order of FEET, where joints and filtered are; None without."""
 
-    joints, filtered: (T, 17, 3) relative to the pelvis, H36M17, any unit, before and after the low-pass; the angles are
-    those of the second. Lifted ones in CAMERA axes: their noise is known in depth and across. R_source_from_body:
-    (T, 3, 3), NaN where a frame has none. error_deg, up_error_deg: (T,) of the rectification. unseen: (T, 17) joints
-    that are missing because nobody saw them. stated: (T,) the lifter's own error, as of `noise_size`. feet,
-    filtered_feet: (T, 6, 3) in the order of FEET, where joints and filtered are.
-    """
-    noise = shipped_noise() if noise is None else noise
-    unknown = np.full(len(joints), np.nan)
-    error_deg, up_error_deg = (unknown if one is None else one for one in (error_deg, up_error_deg))
-    size = noise_size(filtered, error_deg, up_error_deg, noise, stated) if lifted else None
+    joints: np.ndarray
+    filtered: np.ndarray
+    R_source_from_body: np.ndarray
+    level_ok: bool = True
+    unseen: np.ndarray | None = None
+    feet: np.ndarray | None = None
+    filtered_feet: np.ndarray | None = None
 
-    def of(rows: slice) -> dict[str, AngleSeries]:
-        hidden, toes, filtered_toes = (
-            None if one is None else one[rows] for one in (unseen, feet, filtered_feet)
-        )
-        R = R_source_from_body[rows]
-        error = None if size is None else (error_deg[rows], up_error_deg[rows], size[rows])
-        return _angles(joints[rows], filtered[rows], R, level_ok, noise, error, hidden, toes, filtered_toes)
+    def rows(self, rows: slice) -> TakeJoints:
+        """Some of its frames."""
+        arrays = {name: value[rows] for name, value in vars(self).items() if isinstance(value, np.ndarray)}
+        return replace(self, **arrays)
 
-    parts = [of(rows) for rows in blocks(len(joints))]
+
+@dataclass(frozen=True, eq=False)
+class LiftErrors:
+    """Of lifted joints in CAMERA axes, whose noise is known in depth and across. error_deg, up_error_deg: (T,) of the
+    rectification. noise: of the lifter. stated: (T,) the lifter's own error, as of `noise_size`, None without."""
+
+    error_deg: np.ndarray
+    up_error_deg: np.ndarray
+    noise: JointNoise
+    stated: np.ndarray | None = None
+
+
+def take_angles(of: TakeJoints, errors: LiftErrors | None = None) -> dict[str, AngleSeries]:
+    """Every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles where feet are given. errors:
+    None of joints that no lifter made."""
+    size = None
+    if errors is not None:
+        size = noise_size(of.filtered, errors.error_deg, errors.up_error_deg, errors.noise, errors.stated)
+    parts = [_angles(of.rows(rows), errors, size, rows) for rows in blocks(len(of.joints))]
     if len(parts) == 1:
         return parts[0]
     return {name: _joined([part.pop(name) for part in parts]) for name in list(parts[0])}
 
 
 def _angles(
-    joints: np.ndarray,
-    filtered: np.ndarray,
-    R_source_from_body: np.ndarray,
-    level_ok: bool,
-    noise: JointNoise,
-    error: tuple[np.ndarray, np.ndarray, np.ndarray] | None,
-    unseen: np.ndarray | None,
-    feet: np.ndarray | None,
-    filtered_feet: np.ndarray | None,
+    of: TakeJoints, errors: LiftErrors | None, size: np.ndarray | None, rows: slice
 ) -> dict[str, AngleSeries]:
-    """As `take_angles`, of some of its rows. error: error_deg, up_error_deg and noise_size of a lifter's."""
-    turned = np.asarray(is_finite(R_source_from_body).all(axis=1))
+    """As `take_angles`, of some rows. of: theirs; errors: of the whole take, with its noise_size (T,)."""
+    turned = np.asarray(is_finite(of.R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
-    R = np.where(turned[:, None, None], R_source_from_body, np.eye(3))
-    body = rotate(transpose(R), filtered)
+    R = np.where(turned[:, None, None], of.R_source_from_body, np.eye(3))
+    body = rotate(transpose(R), of.filtered)
     values = angles(body)
-    unknown = np.full(len(joints), np.nan)
-    sd = {} if error is None else angle_sd(body, R_source_from_body, *error, noise)
-    there, left = is_finite(joints), is_finite(filtered)
-    hidden = np.zeros(there.shape, dtype=bool) if unseen is None else unseen & ~there
+    unknown, sd = np.full(len(body), np.nan), {}
+    noise = shipped_noise() if errors is None else errors.noise
+    if errors is not None and size is not None:
+        sd = angle_sd(
+            body, of.R_source_from_body, errors.error_deg[rows], errors.up_error_deg[rows], size[rows], noise
+        )
+    there, left = is_finite(of.joints), is_finite(of.filtered)
+    hidden = np.zeros(there.shape, dtype=bool) if of.unseen is None else of.unseen & ~there
     defined, points = ANGLES, H36M17.joints
-    if feet is not None and filtered_feet is not None:
+    if of.feet is not None and of.filtered_feet is not None:
         defined, points = ANGLES | FOOT_ANGLES, (*H36M17.joints, *FEET.joints)
-        values |= foot_angles(body, rotate(transpose(R), filtered_feet))
-        there = np.concatenate([there, is_finite(toes_completed(feet))], axis=1)
-        left = np.concatenate([left, is_finite(toes_completed(filtered_feet))], axis=1)
+        values |= foot_angles(body, rotate(transpose(R), of.filtered_feet))
+        there = np.concatenate([there, is_finite(toes_completed(of.feet))], axis=1)
+        left = np.concatenate([left, is_finite(toes_completed(of.filtered_feet))], axis=1)
         hidden = np.concatenate([hidden, hidden[:, H36M17.indices(FEET_ANKLES)]], axis=1)
     out = {}
     for name, angle in defined.items():
-        rows = [points.index(joint) for joint in angle.joints]
+        parts = [points.index(joint) for joint in angle.joints]
         own, tilt = sd.get(name, (unknown, unknown))
         whole = noise.whole(name, own, tilt, values[name])
-        seen, kept = there[:, rows].all(axis=1), left[:, rows].all(axis=1)
-        level = turned & level_ok if angle.needs_gravity else kept | turned
+        seen, kept = there[:, parts].all(axis=1), left[:, parts].all(axis=1)
+        level = turned & of.level_ok if angle.needs_gravity else kept | turned
         undefined = np.isnan(values[name])
         if name in sd:
             undefined |= np.isnan(whole)  # or a step away from here
         vague = whole > MAX_SD_DEG
         reason = np.select(
-            [hidden[:, rows].any(axis=1), ~seen, ~level, ~kept, undefined, vague],
+            [hidden[:, parts].any(axis=1), ~seen, ~level, ~kept, undefined, vague],
             [UNSEEN, MISSING, UNTRUSTED, TOO_SHORT, UNDEFINED, UNTRUSTED],
             FINE,
         ).astype(np.int8)
@@ -157,20 +155,19 @@ def angle_series(
     source, R_reference_from_source = in_reference(poses)
     R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level
     feet = None if filtered.feet is None else rotate(R_reference_from_level, filtered.feet.astype(np.float64))
-    series = take_angles(
+    of = TakeJoints(
         source.joints,
         rotate(R_reference_from_level.astype(np.float32), filtered.joints),
         R_reference_from_source @ rectified.R_source_from_body,
         level_ok=rectified.level_ok,
-        lifted=noise is not None,
-        error_deg=rectified.error_deg,
-        up_error_deg=rectified.up_error_deg,
-        noise=noise,
         unseen=poses.confidence == 0,
-        stated=stated_spread(source),
         feet=source.feet,
         filtered_feet=feet,
     )
+    errors = None
+    if noise is not None:
+        errors = LiftErrors(rectified.error_deg, rectified.up_error_deg, noise, stated_spread(source))
+    series = take_angles(of, errors)
     return series, source.times
 
 

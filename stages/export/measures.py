@@ -11,8 +11,8 @@ from ...pipeline.core.measures import UNITS, Curves, Group, Moments, Remark, gro
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file, write_rows
 from ...pipeline.files.measures import Row
-from ..measures.strides import columns_of, stride_rows
 from .provenance import provenance
+from .strides import columns_of, stride_rows
 
 
 def write_measures(take: Take, path: Path) -> None:
@@ -22,7 +22,7 @@ def write_measures(take: Take, path: Path) -> None:
 
 
 def write_strides(take: Take, path: Path) -> None:
-    """strides.csv: the same with the columns of `stride_rows` (stages/measures/strides.py), 101 lines a stride or
+    """strides.csv: the same with the columns of `stride_rows` 101 lines a stride or
     repetition."""
     lines = (tuple("" if value != value else value for value in row.values()) for row in stride_rows(take))
     write_rows(path, columns_of(take), lines)

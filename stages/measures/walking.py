@@ -3,12 +3,13 @@ withheld."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...models.angle_error.joint_noise import made_by_the_built_in
+from ...models.angle_error.repeatability import known_median
 from ...models.common.motion import Motion
 from ...models.gait.contact import leg_length
 from ...models.gait.errors import (
@@ -21,7 +22,7 @@ from ...models.gait.errors import (
     shipped_errors,
     style_of,
 )
-from ...models.gait.events import contact_times
+from ...models.gait.events import Stride, contact_times
 from ...models.gait.gait import (
     Gait,
     Values,
@@ -37,9 +38,9 @@ from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import transpose
-from .cycles import mean_curve
-from .figures import deviation, moments, observable, symmetry, unknown_deg, with_error
-from .strides import peaks
+from ...pipeline.signals.filters import resample
+from .cycles import POINTS, mean_curve
+from .figures import deviation, moments, observable, spread, symmetry, unknown_deg, with_error
 
 _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
 # Seconds of a lifted step: quicker ones without flights may be of a run whose flights were not seen. Of 64 captured
@@ -165,6 +166,55 @@ def _curves(motion: Motion, gait: Gait) -> list[Row]:
         spans = np.array([(s.start_s, s.stop_s) for s in gait.strides if s.side == name[0]]).reshape(-1, 2)
         found += mean_curve(name, motion.angle(name), motion.times, spans, motion.seams)
     return [Curves(tuple(found))]
+
+
+def peaks(
+    columns: Mapping[str, np.ndarray],
+    times: np.ndarray,
+    strides: Sequence[Stride],
+    seams: Sequence[int] = (),
+    unknown: float = 0.0,
+) -> list[Row]:
+    """Of the strides of one side, in order, what gait papers report, each stride with its stated error and then the
+    mean, whose error holds what all strides have wrong alike. Degrees (Benedetti et al., Clin Biomech 13(3), 1998: K1,
+    K2, K5, H3).
+
+    knee_at_contact: knee flexion at initial contact. knee_loading_peak: its highest in the first half of stance.
+    knee_swing_peak: its highest in swing. thigh_trunk_lowest: the thigh's lowest flexion against the trunk in the
+    stride, in place of hip extension. columns: (T,) with angles at times (T,); unknown: the error where
+    they state none. A stride in which the angle is missing there has none.
+    """
+    result: list[Row] = []
+    for name, (part, sign, span) in _PEAKS.items():
+        values, errors, numbers = [], [], []
+        for number, stride in enumerate(strides):
+            angle = f"{stride.side}_{part}"
+            begin_s, end_s = span(stride)
+            if f"{angle}_deg" not in columns or not np.isfinite([begin_s, end_s]).all():
+                continue
+            at_s = np.linspace(begin_s, end_s, POINTS) if end_s > begin_s else np.array([begin_s])
+            both = [resample(columns[f"{angle}{end}"], times, at_s, seams) for end in ("_deg", "_sd_deg")]
+            if np.isfinite(both[0]).all():
+                at = int(np.argmax(sign * both[0]))
+                values.append(float(both[0][at]))
+                errors.append(float(both[1][at]))
+                numbers.append(number)
+        known = bool(np.isfinite(errors).all())
+        for value, error, number in zip(values, errors, numbers, strict=True):
+            one = with_error(name, "deg", value, error)
+            result.append(Measure(name, one.value, "deg", one.error if known else None, number=number))
+        result += spread(
+            name, "deg", np.array(values), shared=known_median(np.array(errors)) if known else unknown
+        )
+    return result
+
+
+_PEAKS = {
+    "knee_at_contact": ("knee_flexion", 1, lambda s: (s.start_s, s.start_s)),
+    "knee_loading_peak": ("knee_flexion", 1, lambda s: (s.start_s, (s.start_s + s.off_s) / 2)),
+    "knee_swing_peak": ("knee_flexion", 1, lambda s: (s.off_s, s.stop_s)),
+    "thigh_trunk_lowest": ("thigh_trunk_flexion", -1, lambda s: (s.start_s, s.stop_s)),
+}
 
 
 def errors_of(source: PoseSequence) -> GaitErrors | None:

@@ -14,7 +14,7 @@ from pcnet3d.models.angle_error.joint_noise import (
     noise_size,
     shipped_noise,
 )
-from pcnet3d.models.angle_error.take_angles import smoothed, take_angles
+from pcnet3d.models.angle_error.take_angles import LiftErrors, TakeJoints, smoothed, take_angles
 from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of, read_pairs
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take, Told
 from pcnet3d.pipeline.core.canonical import R_world_from_body
@@ -50,11 +50,10 @@ def camera_poses(walk, seen):
     return walk.poses.with_(joints=seen[0], frame=CAMERA.with_(origin="pelvis"), made_by=MadeBy("estimated"))
 
 
-def taken(joints, R, **options):
-    times = np.arange(len(joints)) / 30
-    error = np.full(len(joints), 4.0)
-    options = {"error_deg": error, "up_error_deg": error / 2} | options
-    return take_angles(joints, smoothed(joints, times), R, **options)
+def taken(joints, R, level_ok=True, noise=None):
+    error, filtered = np.full(len(joints), 4.0), smoothed(joints, np.arange(len(joints)) / 30)
+    errors = LiftErrors(error, error / 2, noise or shipped_noise())
+    return take_angles(TakeJoints(joints, filtered, R, level_ok=level_ok), errors)
 
 
 def some_noise(size=0.015):

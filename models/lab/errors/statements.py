@@ -16,7 +16,7 @@ from ....pipeline.signals.angles import ANGLES, FINE, near, of_both
 from ...angle_error.joint_covariance import levers, turns_of
 from ...angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ...angle_error.rates import angle_rates
-from ...angle_error.take_angles import angle_series, smoothed, take_angles
+from ...angle_error.take_angles import TakeJoints, angle_series, smoothed, take_angles
 from ...common.metrics import SD_90, scaled
 from ...common.spread import stated_spread
 from ..evaluation.finished import Finished
@@ -151,7 +151,7 @@ def angles(
     plain = replace(noise, factors={}, tilts={}, more={})
     parts_of = angle_series(take.need("poses"), take.need("rectified"), take.need("filtered"), plain)[0]
     R = truth.R_camera_from_body
-    true = take_angles(truth.truth, smoothed(truth.truth, time_s), R, lifted=False)
+    true = take_angles(TakeJoints(truth.truth, smoothed(truth.truth, time_s), R))
     true_rates = angle_rates(true, time_s)
     parts: dict[str, list[Stated]] = {}
     for name in ANGLES:

@@ -13,7 +13,7 @@ from ....pipeline.core.measures import Group, Measure, grouped, measure, moments
 from ....pipeline.core.take import Take
 from ....pipeline.signals.angles import ANGLES, MIDLINE, continuous, near, of_both
 from ...angle_error.repeatability import ends
-from ...angle_error.take_angles import smoothed, take_angles
+from ...angle_error.take_angles import TakeJoints, smoothed, take_angles
 from ...common.metrics import SD_90
 from ..evaluation.testbed import SeenTake
 from .judge import Stated
@@ -45,9 +45,8 @@ class Repeated(NamedTuple):
 
 def true_angles(truth: SeenTake, rows: np.ndarray) -> dict[str, np.ndarray]:
     """{angle: (T,) degrees} of the truth at these rows (T,) of it, NaN where there is none."""
-    found = take_angles(
-        truth.truth, smoothed(truth.truth, truth.keypoints.times), truth.R_camera_from_body, lifted=False
-    )
+    filtered = smoothed(truth.truth, truth.keypoints.times)
+    found = take_angles(TakeJoints(truth.truth, filtered, truth.R_camera_from_body))
     return {name: found[name].value_deg[rows] for name in ANGLES}
 
 

@@ -26,7 +26,7 @@ from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.load import read_video
 from ....pipeline.signals.angles import FINE, near, of_both
 from ....pipeline.signals.visibility import seen_only
-from ...angle_error.take_angles import AngleSeries, smoothed, take_angles
+from ...angle_error.take_angles import AngleSeries, TakeJoints, smoothed, take_angles
 from ...common.metrics import joint_error, procrustes_error, scaled
 from ...common.spread import stated_spread
 from ...gravity import Seen, known_up, level_static, why_not
@@ -241,7 +241,7 @@ def limb_angles(
     rotations (T, 3, 3) the joints' own +Z is taken for up."""
     whole = whole_body(limbs)
     R = R_world_from_body(whole) if R_source_from_body is None else R_source_from_body
-    return take_angles(whole, smoothed(whole, time_s), R, lifted=False)
+    return take_angles(TakeJoints(whole, smoothed(whole, time_s), R))
 
 
 def angle_errors(

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ....models.angle_error.take_angles import AngleSeries, smoothed, take_angles
+from ....models.angle_error.take_angles import AngleSeries, TakeJoints, smoothed, take_angles
 from ....models.common.metrics import relative
 from ....models.gravity.levelling import level_frame
 from ....pipeline.core.canonical import R_world_from_body
@@ -121,7 +121,7 @@ def truth_side(poses: PoseSequence, about: str, cutoff_hz: float | None) -> Side
     joints = relative(poses.joints.astype(np.float64))
     filtered = joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz)
     R = _facing(joints)
-    series = take_angles(_trunk_by_shoulders(joints), _trunk_by_shoulders(filtered), R, lifted=False)
+    series = take_angles(TakeJoints(_trunk_by_shoulders(joints), _trunk_by_shoulders(filtered), R))
     R_world_from_level, _ = level_frame(R, np.array([0.0, 0.0, 1.0]), poses.times)
     return Side(
         name=TRUTH,

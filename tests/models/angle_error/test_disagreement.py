@@ -6,7 +6,7 @@ import pytest
 from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.disagreement import by_disagreement
-from pcnet3d.models.angle_error.take_angles import take_angles
+from pcnet3d.models.angle_error.take_angles import TakeJoints, take_angles
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import H36M17, PoseSequence
 from pcnet3d.pipeline.core.frames import IMAGE
@@ -33,7 +33,7 @@ class Filmed:
 
     def angles(self, joints=None):
         joints = self.poses.joints.astype(float) if joints is None else joints
-        return take_angles(joints, joints, self.R, lifted=False)
+        return take_angles(TakeJoints(joints, joints, self.R))
 
     def judged(self, angles=None, second=None, poses=None):
         return by_disagreement(

@@ -10,7 +10,7 @@ from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, sid
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_lifter
 from pcnet3d.models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
-from pcnet3d.models.angle_error.take_angles import MAX_SD_DEG, take_angles
+from pcnet3d.models.angle_error.take_angles import MAX_SD_DEG, LiftErrors, TakeJoints, take_angles
 from pcnet3d.pipeline.signals.angles import ANGLES, FINE, UNTRUSTED
 from refusals import refused
 
@@ -48,7 +48,7 @@ def test_what_is_stated_of_a_take_is_the_whole_and_rates_are_smoothed_by_the_noi
     R = R_camera_from_body(walk, camera)
     error = np.full(len(walk), 5.0)
     plain, more, vague = (
-        take_angles(joints, joints, R, error_deg=error, up_error_deg=error, noise=noise)
+        take_angles(TakeJoints(joints, joints, R), LiftErrors(error, error, noise))
         for noise in (PLAIN, with_more([0.0, 60.0], [2.0, 9.0]), with_more([0.0], [2 * MAX_SD_DEG]))
     )
     knee = plain[KNEE]

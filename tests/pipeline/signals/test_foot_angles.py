@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.bodies import facing_camera, feet_of
-from pcnet3d.models.angle_error.take_angles import take_angles
+from pcnet3d.models.angle_error.take_angles import TakeJoints, take_angles
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.core.canonical import R_world_from_body
 from pcnet3d.pipeline.core.layouts import FEET
@@ -91,22 +91,19 @@ def test_reasons_and_errors(standing):
     seen[20:30, FEET.index("l_heel")] = np.nan
     unseen = np.zeros((60, 17), dtype=bool)
     unseen[:5, H36M17.index("r_ankle")] = True
-    series = take_angles(
-        joints, joints, R_world_from_body(body), lifted=False, unseen=unseen, feet=seen, filtered_feet=seen
-    )
+    R = R_world_from_body(body)
+    series = take_angles(TakeJoints(joints, joints, R, unseen=unseen, feet=seen, filtered_feet=seen))
     assert FOOT_ANGLES.keys() <= series.keys()
     right, left = series["r_ankle_dorsiflexion"], series["l_foot_progression"]
     assert right.reason.tolist() == [UNSEEN] * 5 + [MISSING] * 5 + [FINE] * 50
     assert left.reason.tolist() == [FINE] * 20 + [MISSING] * 10 + [FINE] * 30
     assert all(np.isnan(series[name].sd_deg).all() for name in FOOT_ANGLES)
     assert np.isfinite(left.value_deg).sum() == 50
-    lost = take_angles(
-        body, body, R_world_from_body(body), level_ok=False, lifted=False, feet=feet, filtered_feet=feet
-    )
+    lost = take_angles(TakeJoints(body, body, R, level_ok=False, feet=feet, filtered_feet=feet))
     assert (lost["r_foot_progression"].reason == UNTRUSTED).all()
     assert (lost["r_ankle_dorsiflexion"].reason == FINE).all()
 
 
 def test_no_feet_no_angles_of_them(standing):
     body, _ = standing
-    assert not FOOT_ANGLES.keys() & take_angles(body, body, transpose(np.eye(3))[None], lifted=False).keys()
+    assert not FOOT_ANGLES.keys() & take_angles(TakeJoints(body, body, transpose(np.eye(3))[None])).keys()

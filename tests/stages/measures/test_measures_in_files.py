@@ -18,7 +18,8 @@ from pcnet3d.stages.export.measures import (
     write_measures_parquet,
     write_strides,
 )
-from pcnet3d.stages.measures.strides import peaks, stride_rows
+from pcnet3d.stages.export.strides import stride_rows
+from pcnet3d.stages.measures.walking import peaks
 from refusals import refused
 
 

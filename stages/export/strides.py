@@ -1,23 +1,19 @@
-"""Every stride and repetition by itself: all angles with their errors at each per cent of it, events, and the peaks of
-gait that papers report."""
+"""Every stride and repetition by itself: all angles with their errors at each per cent of it, and events."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...models.angle_error.repeatability import known_median
-from ...models.gait.events import Stride
-from ...pipeline.core.measures import Measure, Moments, Row, Side
+from ...pipeline.core.measures import Moments, Row, Side
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import near, unwrapped
 from ...pipeline.signals.filters import around, breaks, each_path, resample
 from ...pipeline.signals.foot_angles import ALL_ANGLES
-from .cycles import POINTS
-from .figures import spread, with_error
+from ..measures.cycles import POINTS
 
 _OTHER: dict[str, Side] = {"right": "left", "left": "right"}
 _WITH_CYCLES = ("knee_bends", "arm_raises", "repetitions", "walking")
@@ -84,55 +80,6 @@ def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
                 "event": events.get(percent, ""),
                 **{column: float(of[percent]) for column, of in values.items()},
             }
-
-
-def peaks(
-    columns: Mapping[str, np.ndarray],
-    times: np.ndarray,
-    strides: Sequence[Stride],
-    seams: Sequence[int] = (),
-    unknown: float = 0.0,
-) -> list[Row]:
-    """Of the strides of one side, in order, what gait papers report, each stride with its stated error and then the
-    mean, whose error holds what all strides have wrong alike. Degrees (Benedetti et al., Clin Biomech 13(3), 1998: K1,
-    K2, K5, H3).
-
-    knee_at_contact: knee flexion at initial contact. knee_loading_peak: its highest in the first half of stance.
-    knee_swing_peak: its highest in swing. thigh_trunk_lowest: the thigh's lowest flexion against the trunk in the
-    stride, in place of hip extension. columns: (T,) with angles at times (T,); unknown: the error where
-    they state none. A stride in which the angle is missing there has none.
-    """
-    result: list[Row] = []
-    for name, (part, sign, span) in _PEAKS.items():
-        values, errors, numbers = [], [], []
-        for number, stride in enumerate(strides):
-            angle = f"{stride.side}_{part}"
-            begin_s, end_s = span(stride)
-            if f"{angle}_deg" not in columns or not np.isfinite([begin_s, end_s]).all():
-                continue
-            at_s = np.linspace(begin_s, end_s, POINTS) if end_s > begin_s else np.array([begin_s])
-            both = [resample(columns[f"{angle}{end}"], times, at_s, seams) for end in ("_deg", "_sd_deg")]
-            if np.isfinite(both[0]).all():
-                at = int(np.argmax(sign * both[0]))
-                values.append(float(both[0][at]))
-                errors.append(float(both[1][at]))
-                numbers.append(number)
-        known = bool(np.isfinite(errors).all())
-        for value, error, number in zip(values, errors, numbers, strict=True):
-            one = with_error(name, "deg", value, error)
-            result.append(Measure(name, one.value, "deg", one.error if known else None, number=number))
-        result += spread(
-            name, "deg", np.array(values), shared=known_median(np.array(errors)) if known else unknown
-        )
-    return result
-
-
-_PEAKS = {
-    "knee_at_contact": ("knee_flexion", 1, lambda s: (s.start_s, s.start_s)),
-    "knee_loading_peak": ("knee_flexion", 1, lambda s: (s.start_s, (s.start_s + s.off_s) / 2)),
-    "knee_swing_peak": ("knee_flexion", 1, lambda s: (s.off_s, s.stop_s)),
-    "thigh_trunk_lowest": ("thigh_trunk_flexion", -1, lambda s: (s.start_s, s.stop_s)),
-}
 
 
 def _angles(take: Take) -> list[str]:
