@@ -23,6 +23,7 @@ from .kit.people import COUNTS, People, in_pixels
 
 name = "array2d"
 gives = "keypoints"
+general = True
 reads = (
     "2D keypoints in an .npy of (frames, joints, 2 or 3), or rtmlib's keypoints and scores in an .npz, pixels"
 )

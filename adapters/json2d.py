@@ -21,6 +21,7 @@ from .kit.people import People
 
 name = "json2d"
 gives = "keypoints"
+general = True
 reads = "other JSON of 2D keypoints, a file or a folder of frames: TF.js, OpenPifPaf, EasyMocap, own scripts, pixels"
 marks = ("keypoints", "score")
 

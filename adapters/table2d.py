@@ -21,6 +21,7 @@ from .kit.tables import header_of, read_points
 
 name = "table2d"
 gives = "keypoints"
+general = True
 reads = (
     "tables of 2D keypoints: CSV of DeepLabCut and Lightning Pose, a column or a row for each joint, pixels"
 )

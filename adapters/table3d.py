@@ -23,6 +23,7 @@ from .kit.world import Maker, maker, standing_frame
 
 name = "table3d"
 gives = "poses"
+general = True
 reads = (
     "tables of 3D joints under common names: anipose's CSV, a column or a row a joint, in a world or a camera"
 )

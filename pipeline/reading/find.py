@@ -57,6 +57,7 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     fits = [adapter for adapter in known.values() if recognises(adapter, path)]
     if gives is None:  # a folder of a vis.py holds both its 2D input and its 3D output
         fits = [adapter for adapter in fits if adapter.gives == "poses"] or fits
+    fits = [adapter for adapter in fits if not getattr(adapter, "general", False)] or fits
     if len(fits) == 1:
         return fits[0]
     flag = "--set read.keypoints_adapter" if gives == "keypoints" else "--adapter"

@@ -97,3 +97,20 @@ def test_a_sniff_reads_the_beginning_only(tmp_path, name):
         adapter.sniff(path)
         read[adapter.name] = _bytes_read() - before
     assert {who: count for who, count in read.items() if count > LONG / 5} == {}
+
+
+def test_an_adapter_of_one_program_comes_before_those_of_any(tmp_path, monkeypatch):
+    """The template's table of x, y, z by joint fitted two adapters."""
+    from types import SimpleNamespace
+
+    from pcnet3d.pipeline.reading import find
+
+    def sniffing(name: str, **more: bool) -> SimpleNamespace:
+        return SimpleNamespace(name=name, gives="poses", reads=name, sniff=lambda path: True, **more)
+
+    both = {"any": sniffing("any", general=True), "own": sniffing("own")}
+    monkeypatch.setattr(find, "adapters", lambda gives=None: both)
+    (tmp_path / "poses.csv").write_text("x\n")
+    assert find.find_adapter(tmp_path / "poses.csv").name == "own"
+    del both["own"]
+    assert find.find_adapter(tmp_path / "poses.csv").name == "any"
