@@ -162,7 +162,7 @@ def _run(
 ) -> tuple[Take, dict[str, np.ndarray]]:
     """As a run leaves it, and its true angles."""
     seen = see(clip, seed, cameras=cameras)
-    recipe = recipe_of(configuration).with_options("measures", repeated=[*ANGLES])
+    recipe = recipe_of(configuration).with_options("measures", repeat=[*ANGLES])
     take = recipe.build()(given(seen, seed, configuration))
     return take, true_angles(seen, take.need("poses").frame_index)
 
