@@ -43,6 +43,7 @@ def test_what_is_not_run():
         "start: opens a window",
         "training: needs the project's own data, a lifter, and ten minutes",
         "training: needs a machine on which nothing is installed",
+        "training: needs motion capture that is downloaded by hand",
         "training: needs the MM-Fi data set, and hours",
         "training: needs the motion capture that the shipped networks were trained on, and hours",
         "training: needs the project's own data",
@@ -55,6 +56,8 @@ def test_what_is_not_run():
         "video: needs networks that others publish; tests/models/lifter runs small ones of their forms",
         "visits: needs a cluster; tests/stages/study/batch starts one",
         "visits: needs a study; tests/pages/test_recipes.py runs it on published figures",
+        "visits: needs subjects with several takes at a visit; tests/pages/test_recipes.py runs it on published "
+        "figures",
     }
 
 

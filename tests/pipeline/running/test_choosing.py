@@ -71,7 +71,7 @@ def test_who_comes_back_where_another_is_lost_may_be_the_other(facing_camera, as
     said = [
         each.values["frame"]
         for each in choose_detected((one, other), None, "x").notices
-        if "gap" in each.code
+        if each.code == "leap-between-people"
     ]
     assert said == [18] * told
 
