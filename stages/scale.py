@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from ..models.place.airborne import Airborne, airborne, units_a_metre
+from ..models.place.flights import PEOPLE_M
 from ..pipeline.core.anthropometry import implied_stature
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import scaled_covariance
@@ -13,7 +14,6 @@ from ..pipeline.core.measures import half_bar
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told
-from ..pipeline.signals.flights import PEOPLE_M
 
 _MOST_SD = 0.07  # share of a scale by flights
 

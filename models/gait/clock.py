@@ -16,7 +16,7 @@ from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg
-from ...pipeline.signals.flights import GRAVITY, falls
+from ..place.flights import GRAVITY, falls
 
 _STATURE_M = 1.7  # of an adult; of people 1.2 to 2 m tall gravity's fall is within a fifth of the clock
 _OFF = 1.5  # times too slow, or too fast, by falls; slow motion is of twice and more

@@ -15,7 +15,8 @@ from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import on_lines
-from ...pipeline.signals.flights import (
+from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
+from .flights import (
     GRAVITY,
     LIFTED,
     MEASURED,
@@ -26,7 +27,6 @@ from ...pipeline.signals.flights import (
     cut,
     flights,
 )
-from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
 
 BUILT_IN = "pcnet3d"  # lifter
 _FEWEST = 10  # frames

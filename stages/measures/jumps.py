@@ -12,10 +12,10 @@ from ...models.common.motion import Motion
 from ...models.gait.events import Stance, Step
 from ...models.gait.gait import Gait
 from ...models.place.airborne import Airborne
+from ...models.place.flights import GRAVITY, Flight
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.measures import Measure, Row
 from ...pipeline.signals.filters import nearest_row
-from ...pipeline.signals.flights import GRAVITY, Flight
 from .figures import moments, observable, with_error
 
 _REBOUND_S = 1.0  # longer on the floor, and the next jump is another one
@@ -100,7 +100,7 @@ def without_leaps(gait: Gait, jumped: Sequence[Flight]) -> Gait:
 
 def jumps(motion: Motion, airborne: Airborne, found: Sequence[Flight]) -> list[Row]:
     """The group `jumps`: how many, when the feet leave the floor, on how many they take off and land, flight times,
-    heights by these, and by how much the centre of mass rises (pipeline/signals/flights.py); the time on the floor
+    heights by these, and by how much the centre of mass rises (models/place/flights.py); the time on the floor
     before a rebound. found: of `jumping`."""
     judged = observable(motion.has(_LEGS) & (False if airborne.observable is None else airborne.observable))
     if not found:

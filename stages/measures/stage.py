@@ -13,6 +13,7 @@ from ...models.gait.errors import own_covariance
 from ...models.gait.gait import Gait
 from ...models.gait.of_take import Walk, gait_of, walks_of
 from ...models.place.airborne import Airborne, airborne
+from ...models.place.flights import Flight
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import Measure, Row, side_of, withheld, within
 from ...pipeline.core.notices import notice, verdict
@@ -20,7 +21,6 @@ from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.signals.filters import runs
-from ...pipeline.signals.flights import Flight
 from ...pipeline.signals.foot_angles import ALL_ANGLES
 from ...pipeline.signals.norms import cannot_be_told
 from .counted import counted_rows

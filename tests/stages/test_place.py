@@ -9,6 +9,7 @@ from golden.walks import FOCAL_PX as FOCAL
 from golden.walks import GEOMETRIC, JUDGED, SIZE, filmed
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.models.lab.errors.paths import frame_by_frame
+from pcnet3d.models.place.flights import falls
 from pcnet3d.pipeline import (
     CAMERA,
     H36M17,
@@ -24,7 +25,6 @@ from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate
-from pcnet3d.pipeline.signals.flights import falls
 from pcnet3d.pipeline.signals.guard import repaired
 from pcnet3d.stages.clean import clean
 from pcnet3d.stages.place import Place

@@ -1,6 +1,6 @@
 """Jumps of lifted takes against motion capture:  pcnet3d lab evaluate jumps -o DIR
 
-True flights are those that the captured path shows (pipeline/signals/flights.py, MEASURED). Before a camera that
+True flights are those that the captured path shows (models/place/flights.py, MEASURED). Before a camera that
 stands still, whose image tells up; the validation people, and of those whom the lifter has seen their jumps, for there
 are more of these. The captured rule takes hops for too short or too low, so a found flight that is none of the true
 ones is invented only where the captured ankles do not leave the floor.
@@ -23,8 +23,8 @@ from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Take
 from ....pipeline.reading.mocap.clip import Clip
-from ....pipeline.signals.flights import GRAVITY, Flight, flights
 from ...common.metrics import SD_90
+from ...place.flights import GRAVITY, Flight, flights
 from .finished import Configuration, finished
 from .sets import EvaluationSet, Question
 from .tables import Page, Table

@@ -16,7 +16,7 @@ NO_GAIT = Gait({"r": [], "l": []}, [])
 
 
 def flight(off_s, land_s, clear=0.0, feet=2):
-    from pcnet3d.pipeline.signals.flights import Flight
+    from pcnet3d.models.place.flights import Flight
 
     return Flight(off_s, (off_s + land_s) / 2, land_s, 5.8, 0.18, feet, feet, clear)
 

@@ -8,8 +8,8 @@ import pytest
 from golden.jumps import STATURE_M, jumping, standing
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.clock import clock_doubts
+from pcnet3d.models.place.flights import falls, flights
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
-from pcnet3d.pipeline.signals.flights import falls, flights
 
 
 def squats(slowed: float = 1.0) -> PoseSequence:

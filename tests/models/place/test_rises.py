@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline.signals.rises import lifted_rise
+from pcnet3d.models.place.flights import lifted_rise
 
 FALL = 9.81 / 1.7  # statures / s2
 TOES = 0.054  # statures by which standing on the toes lifts the ankles
