@@ -17,8 +17,8 @@ import numpy as np
 
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.rotations import transpose
-from ..pipeline.signals.imu import MOST_HZ, Imu, imu_from_samples
-from ..pipeline.signals.rates import check_fps
+from ..pipeline.reading.bounds import check_fps
+from ..pipeline.reading.imu import MOST_HZ, Imu, imu_from_samples
 from .kit.opened import filled_lines, first_bytes
 
 name = "imu_csv"
@@ -46,7 +46,7 @@ def read(
 
     rate_hz: samples a second, for a file without time_s. maps: which way the quaternions turn vectors.
     Raises InputError for missing columns, cells that are no numbers, a rate that contradicts the time stamps, and
-    signals that are no specific force with its orientation (pipeline/signals/imu.py).
+    signals that are no specific force with its orientation (pipeline/reading/imu.py).
     """
     if rate_hz is not None:
         check_fps(rate_hz, "rate_hz", MOST_HZ)

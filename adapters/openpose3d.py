@@ -18,7 +18,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import BODY_25, BODY_25B, OPENPOSE18
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from ..pipeline.signals.joint_order import likely_layout
+from ..pipeline.reading.joint_order import likely_layout
 from .kit.clock import Moments
 from .kit.frames import frame_files, people, people_of
 from .kit.json import beginning, numbers

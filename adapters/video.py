@@ -21,7 +21,7 @@ from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.take import Video
 from ..pipeline.files.images import images_in, is_image, read_image
 from ..pipeline.files.video_frames import opened
-from ..pipeline.signals.rates import check_fps
+from ..pipeline.reading.bounds import check_fps
 from .kit.json import frame_number
 from .kit.opened import first_bytes
 

@@ -16,8 +16,19 @@ from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.checks import NEAR_S, grid_rows, strays_of
-from ..pipeline.signals.filters import BRIDGED_S, holes
-from ..pipeline.signals.visibility import not_seen, size_doubted, unseen
+from ..pipeline.signals.filters import BRIDGED_S, holes, stretches
+from ..pipeline.signals.visibility import size_doubted, unseen
+
+_SHORTEST_S = 0.3  # of a time that is worth a sentence
+# Both, one, and the joint by which it is told.
+_PARTS = (
+    ("feet", "foot", "ankle"),
+    ("knees", "knee", "knee"),
+    ("hips", "hip", "hip"),
+    ("shoulders", "shoulder", "shoulder"),
+    ("elbows", "elbow", "elbow"),
+    ("hands", "hand", "wrist"),
+)
 
 
 @dataclass(frozen=True)
@@ -85,6 +96,46 @@ def _lacking(time_s: np.ndarray) -> list[Notice]:
     return notices
 
 
+def not_seen(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[Notice]:
+    """Notices of what was not seen and when, for (T, 17) masks of `unseen` and times (T,)."""
+    notices = []
+    for part, single, joint in _PARTS:
+        joints = H36M17.indices((f"r_{joint}", f"l_{joint}"))
+        right, left = (_long(mask, times) for mask in hidden[:, joints].T)
+        both = _long(right & left, times)  # briefly both is told of each
+        who = {part: both, f"right {single}": right & ~both, f"left {single}": left & ~both}
+        for name, mask in who.items():
+            spans = stretches(_long(mask, times)).tolist()
+            if not spans:
+                continue
+            rows = np.concatenate([np.arange(a, b) for a, b in spans])
+            outside = out[rows][:, joints].any(axis=1).mean() > 0.5
+            when = ", ".join(_while(a, b, times) for a, b in spans[:3]) + (", ..." if len(spans) > 3 else "")
+            code = "not-in-image" if outside else "not-seen"
+            parts = 2 if name == part else 1
+            notices.append(notice(code, rows=[a for a, _ in spans], part=name, parts=parts, when=when))
+    return notices
+
+
+def _long(mask: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """(T,) the mask (T,) without times that are not worth a sentence."""
+    result = np.zeros(len(mask), dtype=bool)
+    steps_s = np.diff(times, append=times[-1:])  # the last row ends the take
+    steps_s = np.minimum(steps_s, np.median(steps_s))  # rows may be missing after one
+    for first, stop in stretches(mask).tolist():
+        result[first:stop] = times[stop - 1] + steps_s[stop - 1] - times[first] >= _SHORTEST_S
+    return result
+
+
+def _while(start: int, end: int, times: np.ndarray) -> str:
+    begins, ends = start == 0, end == len(times)
+    if begins and ends:
+        return "in the whole take"
+    if ends:
+        return f"from {times[start]:.1f} s"
+    return f"until {times[end - 1]:.1f} s" if begins else f"from {times[start]:.1f} to {times[end - 1]:.1f} s"
+
+
 def _when(rows: np.ndarray, time_s: np.ndarray) -> str:
     """Of holes before these rows (N,)."""
     return f"from {spans_in_words(time_s[np.c_[rows - 1, rows]].tolist())}"
@@ -98,12 +149,9 @@ def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:
     feet = poses.feet
     if feet is not None:
         feet = np.where(hidden[:, poses.layout.indices(FEET_ANKLES), None], np.nan, feet)
-    return poses.with_(
-        joints=np.where(hidden[..., None], np.nan, poses.joints),
-        confidence=np.where(hidden, 0.0, poses.confidence),
-        covariance=poses.covariance,
-        feet=feet,
-    ).noted("unseen", values=int(hidden.sum()))
+    return poses.without(hidden, covariance=poses.covariance, feet=feet).noted(
+        "unseen", values=int(hidden.sum())
+    )
 
 
 def clean(

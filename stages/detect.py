@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ..models.detector.leaps import LARGER
 from ..models.detector.load import PersonKind, load_detector
 from ..models.detector.topdown import Follower
 from ..models.detector.video import detect
@@ -22,10 +23,10 @@ from ..pipeline.files.detections import Detections, listed, load_detections
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.files.video_frames import shown_size
+from ..pipeline.reading.bounds import check_fps, rate_doubts, timed
 from ..pipeline.reading.choose import choose_detected
-from ..pipeline.signals.rates import check_fps, rate_doubts, timed
+from ..pipeline.reading.tracker import PACE, REACH, extent
 from ..pipeline.signals.swaps import treated
-from ..pipeline.signals.tracker import LARGER, PACE, REACH, extent
 
 _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 

@@ -10,8 +10,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models import load_lifter, load_rectifier
+from ..models.detector.leaps import exchanges
 from ..models.gravity import known_moving_up, known_up, told_up
 from ..models.lifter.builtin import KIND
+from ..models.lifter.input import seen_only
 from ..models.lifter.sides import sides_doubts
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.intrinsics import undistorted
@@ -27,8 +29,7 @@ from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.signals.checks import strays_of
 from ..pipeline.signals.findings import findings_of
 from ..pipeline.signals.guard import guarded
-from ..pipeline.signals.tracker import exchanges
-from ..pipeline.signals.visibility import check_size, seen_only
+from ..pipeline.signals.visibility import check_size
 
 _SIDES = ("mirrored", "legs-against-arms", "left-and-right")  # doubts of handedness
 

@@ -17,8 +17,8 @@ from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
-from ...pipeline.signals.joint_order import likely_layout
-from ...pipeline.signals.tracker import REACH, Tracker, sighted, steps
+from ...pipeline.reading.joint_order import likely_layout
+from ...pipeline.reading.tracker import REACH, Tracker, sighted, steps
 from .clock import Clock
 
 COUNTS = (*sorted({*map(len, IN_2D)}), *WHOLE_BODIES)

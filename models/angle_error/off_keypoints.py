@@ -14,9 +14,9 @@ import numpy as np
 
 from ...pipeline.signals.angles import EXCHANGED, FINE, UNTRUSTED
 from ...pipeline.signals.foot_angles import ALL_ANGLES
-from ...pipeline.signals.reprojection import LIMBS, Residuals
 from ...pipeline.signals.visibility import SURE_SCORE
 from ..common.motion import agrees, steady
+from ..common.residuals import LIMBS, Residuals
 from .take_angles import MAX_SD_DEG, AngleSeries
 
 # Root mean square errors of elbows and knees on lifted validation takes with noisy keypoints are 13 to 14 and 10 to 12

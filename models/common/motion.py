@@ -12,8 +12,8 @@ from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import BRIDGED_S, breaks, stretches
-from ...pipeline.signals.reprojection import LIMBS, Residuals, residuals_of, unsure_joints
 from ...pipeline.signals.swaps import in_doubt
+from .residuals import LIMBS, Residuals, residuals_of, unsure_joints
 
 # Of the take's usual residual, within which a limb agrees with its keypoints: what is usual tells how good these are,
 # 0.026 statures with the noisy keypoints of the test bed, 0.012 with exact ones.

@@ -15,7 +15,7 @@ import numpy as np
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
-from ...pipeline.signals.together import RATES
+from ...pipeline.reading.together import RATES
 
 SIDE = 480  # pixels of the longer side of what is looked at
 _STEP_S = 0.07  # between the two images of a pair

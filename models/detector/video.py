@@ -14,12 +14,12 @@ from ...pipeline.core.messages import how_many
 from ...pipeline.core.take import Video
 from ...pipeline.files.detections import Detections
 from ...pipeline.files.video_frames import images_ahead
+from ...pipeline.reading.tracker import MEMORY, Sighting, Tracker
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
-from ...pipeline.signals.tracker import MEMORY, Sighting, Tracker, exchanges
 from ...pipeline.signals.visibility import LEAST_SCORE
 from ..common.function import FunctionError
-from .leaps import leaps
+from .leaps import exchanges, leaps
 from .protocols import Detector, Found
 from .repeated import repeated, without_repeats
 from .scene_cuts import Glance

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.messages import how_many
-from ...pipeline.signals.tracker import overlap
+from ...pipeline.reading.tracker import overlap
 from ..common.onnx import OnnxFile
 from .crops import Crop
 

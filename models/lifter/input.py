@@ -7,12 +7,13 @@ import numpy as np
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import IMAGE, require
+from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.lifted import ToLift
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.checks import grid_rows
 from ...pipeline.signals.filters import stretches
-from ...pipeline.signals.visibility import check_size
+from ...pipeline.signals.visibility import check_size, unseen
 
 USUAL_HZ = 30.0  # of takes whose rate is unknown
 _APART_S = 5.0  # the built-in lifter's network sees 4.7 s on each side at 20 frames a second
@@ -135,3 +136,11 @@ def _jumps(joints: np.ndarray, rate: float | None) -> int:
     moved = np.linalg.norm(np.nanmedian(step, axis=1), axis=-1) if len(usable) else np.zeros(0)
     farthest = _JUMP * max(1.0, _JUMP_HZ / rate if rate else 1.0)
     return int((moved > farthest * np.maximum(side[usable + 1], side[usable])).sum())
+
+
+def seen_only(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:
+    """The keypoints in H36M17 without those that `unseen` names: missing, with a confidence of 0. A lifter that knows
+    what is missing does better without a detector's guesses at the border of the image."""
+    points = remap(keypoints, H36M17)
+    hidden, _ = unseen(keypoints, image_size, points.frame_index, points.times)
+    return points.without(hidden)

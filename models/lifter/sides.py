@@ -18,8 +18,8 @@ from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.checks import bone_spread
-from ...pipeline.signals.reprojection import residuals
 from ...pipeline.signals.visibility import SURE_SCORE, mean_scores
+from ..common.residuals import residuals
 from ..common.spread import stated_spread
 from .builtin import lifted
 

@@ -264,6 +264,15 @@ class PoseSequence:
         feet = None if self.feet is None else function(self.feet)
         return self.with_(**{"joints": function(self.joints), "feet": feet, **changes})
 
+    def without(self, hidden: np.ndarray, **changes: Any) -> PoseSequence:
+        """A copy in which these joints (T, J) are missing, with a confidence of 0; with other changes as those of
+        `with_`."""
+        return self.with_(
+            joints=np.where(hidden[..., None], np.nan, self.joints),
+            confidence=np.where(hidden, 0.0, self.confidence),
+            **changes,
+        )
+
     def noted(self, step: str, **options: Any) -> PoseSequence:
         """A copy whose history ends with this step."""
         noted = copy(self)  # not checked again: nothing of a file is in this

@@ -16,12 +16,13 @@ from ..core.pose import PoseSequence
 from ..core.take import Take, Video
 from ..files.video_frames import shown_size
 from ..plugins import registry
+from ..reading.bounds import check_times
 from ..reading.choose import choose_person
 from ..reading.clock import numbered_by, numbered_by_times
 from ..reading.load import load, read_all, read_video
 from ..reading.normalise import Guards
+from ..reading.together import Fit, together
 from ..signals.altered import altered
-from ..signals.bounds import check_times
 from ..signals.checks import Chirality, bone_spread, chirality, spread_of_bones
 from ..signals.findings import (
     depth_factor,
@@ -31,7 +32,6 @@ from ..signals.findings import (
     swap_findings,
 )
 from ..signals.swaps import Swap, as_frames, find_swaps
-from ..signals.together import Fit, together
 from .video import AS_IF_FPS
 
 _RECTIFIED = 600  # frames, a second of work; up needs no more

@@ -14,8 +14,8 @@ from ..core.take import Take, Video
 from ..files.images import read_image
 from ..files.video_frames import shown_size
 from ..plugins import registry
+from ..reading.bounds import rate_doubts
 from ..reading.load import read_video
-from ..signals.rates import rate_doubts
 
 AS_IF_FPS = 30.0  # of a folder of images, whose rate only a run has to know
 _FOCAL_BY = {"told": "as told", "file": "by the video file", "lines": "by the lines", "prior": "a guess"}

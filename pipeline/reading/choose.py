@@ -13,9 +13,9 @@ from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, rotate
 from ..files.detections import FEWEST_FRAMES, listed
-from ..signals.reprojection import off_in_image
-from ..signals.tracker import steps
+from ..signals.reprojection import FEWEST
 from ..signals.visibility import certain
+from .tracker import steps
 
 # How far a lift is from its own keypoints in the image (`_apart`), and how much further everybody else must be. Lifts
 # of real takes by MotionBERT, MHFormer and BlazePose are 0.045 to 0.16 off their own keypoints or another detector's,
@@ -141,8 +141,25 @@ def _apart(poses: PoseSequence, track: PoseSequence) -> float:
     limbs = [joint for joint in LIMBS if joint in track.layout]
     body = poses.joints[rows][:, poses.layout.indices(limbs), :2].astype(np.float64)
     seen = track.joints[seen_rows][:, track.layout.indices(limbs)].astype(np.float64)
-    off = off_in_image(body, seen)
+    off = _off_in_image(body, seen)
     return float(np.nanmedian(off)) if np.isfinite(off).sum() >= _ENOUGH_FRAMES else np.inf
+
+
+def _off_in_image(body: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """(N,) how far points body (N, J, 2) are from those that were seen, over the spread of these, when each row's are
+    moved and scaled onto them: 0 for the same pose, 1 for none; NaN where fewer than FEWEST are in both."""
+    both = (is_finite(body) & is_finite(seen))[..., None]
+    enough = both.sum(axis=(1, 2)) >= FEWEST
+    off = np.full(len(both), np.nan)
+    both = both[enough]
+    body, seen = (
+        np.where(both, points - np.nanmean(np.where(both, points, np.nan), axis=1, keepdims=True), 0)
+        for points in (body[enough], seen[enough])
+    )
+    spreads = np.linalg.norm(body, axis=(1, 2)) * np.linalg.norm(seen, axis=(1, 2))
+    alike = np.divide((body * seen).sum(axis=(1, 2)), spreads, out=np.zeros(len(body)), where=spreads > 0)
+    off[enough] = np.sqrt(1 - np.clip(alike, 0, 1) ** 2)
+    return off
 
 
 def _listed(people: tuple[PoseSequence, ...]) -> str:

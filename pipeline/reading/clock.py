@@ -13,7 +13,7 @@ from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.take import Video
 from ..signals.filters import nearest_row, rate
-from ..signals.rates import check_fps, rate_doubts
+from .bounds import check_fps, rate_doubts
 
 _WHOLE = 0.95  # of a video's frames, up to the last that rows show
 _OTHER_RATE = 1.05  # times as many frames a second; 33 ms a frame, as rounded times say, are 29.97 a second

@@ -18,8 +18,8 @@ from ..core.messages import how_many
 from ..core.pose import UNSAID, MadeBy, PoseSequence
 from ..core.rotations import is_finite
 from ..signals.guard import guarded
-from ..signals.joint_order import likely_layout, public_order
-from ..signals.rates import timed
+from .bounds import timed
+from .joint_order import likely_layout, public_order
 from .load import Source
 from .normalise import Guards, normalised
 

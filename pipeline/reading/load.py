@@ -17,11 +17,11 @@ from ..files.atomic import printable
 from ..files.images import images_in
 from ..plugins.options import call, option_types
 from ..plugins.protocols import Adapter
-from ..signals.bounds import check_times
-from ..signals.joint_order import public_order
+from .bounds import check_times
 from .choose import choose_person
 from .describe import why_no_input
 from .find import Gives, adapters, exchanged, find_adapter, recognises
+from .joint_order import public_order
 from .normalise import Guards, Missing, normalised
 
 GUARDS = Guards()

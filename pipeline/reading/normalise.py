@@ -14,10 +14,9 @@ from ..core.messages import how_many
 from ..core.notices import notice
 from ..core.pose import PoseSequence
 from ..core.take import Check, Handedness
-from ..signals.bounds import check_size
 from ..signals.checks import empty_rows, whole_rows
 from ..signals.guard import guarded
-from ..signals.rates import timed
+from .bounds import check_size, timed
 
 Missing = Literal["refuse", "gap"]
 

@@ -16,11 +16,10 @@ from ..files.atomic import printable
 from ..files.digest import sha256
 from ..files.video_frames import shown_size
 from ..signals.altered import alterations, altered, without_altered
-from ..signals.bounds import check_times
 from ..signals.findings import findings_of
 from ..signals.swaps import treated
-from ..signals.together import together
 from ..signals.visibility import check_size
+from .bounds import check_times
 from .choose import RANKS, choose_detected, choose_person, same_person
 from .clock import (
     Clock,
@@ -34,6 +33,7 @@ from .clock import (
 )
 from .load import Source, load, read_video
 from .settings import RunOptions
+from .together import together
 
 
 @dataclass(frozen=True, eq=False)

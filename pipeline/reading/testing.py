@@ -23,8 +23,8 @@ from ..core.take import Video
 from ..plugins import registry
 from ..plugins.options import call
 from ..plugins.protocols import Adapter
-from ..signals.imu import Imu
 from .find import Gives, find_adapter
+from .imu import Imu
 from .load import Source
 from .normalise import Guards
 

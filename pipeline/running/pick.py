@@ -13,9 +13,9 @@ from ..core.take import Video
 from ..files.detections import load_detections
 from ..files.names import KEYPOINTS
 from ..inspect.contact_sheet import MOST, Shown, draw_people
+from ..reading.bounds import timed
 from ..reading.settings import RunOptions
 from ..reading.take import open_people, open_take
-from ..signals.rates import timed
 from .recipe import Recipe
 
 

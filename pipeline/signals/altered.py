@@ -72,10 +72,7 @@ def without_altered(points: PoseSequence, found: np.ndarray) -> PoseSequence:
     """The points without these joints (T, J)."""
     if not found.any():
         return points
-    return points.with_(
-        joints=np.where(found[..., None], np.nan, points.joints),
-        confidence=np.where(found, 0.0, points.confidence),
-    ).noted("altered", values=int(found.sum()))
+    return points.without(found).noted("altered", values=int(found.sum()))
 
 
 def alterations(points: PoseSequence) -> list[Notice]:

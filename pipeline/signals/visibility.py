@@ -23,7 +23,6 @@ LEAST_SCORE = 0.25
 SURE_SCORE, _SURE_S = 0.5, 0.25
 _WINDOW_S = 0.5  # a joint is unseen where it is so in most frames of so long
 _BORDER_PX = 1.0
-_SHORTEST_S = 0.3  # of a time that is worth a sentence
 _NEAR = 0.012  # of the image's side: so far from it detectors put joints that are beyond it
 _BEYOND = 0.05  # of the side, and of the points: detectors put few of those that they see so far outside
 _MOST_BEYOND = 0.5  # of the points: such a size is wrong, whoever is in the image
@@ -31,18 +30,6 @@ _INSIDE = 3.0  # of that: from here on a joint is well inside again
 _SHORT = 0.85  # of a limb's own length: shorter at the edge, and its end is beyond it
 _FEWEST = 8  # frames well inside, by which a limb's own length is known
 _LIMBS = {"ankle": "knee", "knee": "hip", "wrist": "elbow", "elbow": "shoulder"}  # end: beginning
-_PARTS = {
-    "feet": ("r_ankle", "l_ankle"), "knees": ("r_knee", "l_knee"), "hips": ("r_hip", "l_hip"),
-    "shoulders": ("r_shoulder", "l_shoulder"), "elbows": ("r_elbow", "l_elbow"), "hands": ("r_wrist", "l_wrist"),
-}  # fmt: skip
-_ONE = {
-    "feet": "foot",
-    "knees": "knee",
-    "hips": "hip",
-    "shoulders": "shoulder",
-    "elbows": "elbow",
-    "hands": "hand",
-}
 
 
 def unseen(
@@ -164,56 +151,6 @@ def _squeezed(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndar
                     squeezed[first + int(edge[first:stop].argmax()) : stop, at] = True
             squeezed[:, begins] |= squeezed[:, at] & (gap[:, begins] <= 1)
     return squeezed
-
-
-def seen_only(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:
-    """The keypoints in H36M17 without those that `unseen` names: missing, with a confidence of 0. A lifter that knows
-    what is missing does better without a detector's guesses at the border of the image."""
-    points = remap(keypoints, H36M17)
-    hidden, _ = unseen(keypoints, image_size, points.frame_index, points.times)
-    return points.with_(
-        joints=np.where(hidden[..., None], np.nan, points.joints),
-        confidence=np.where(hidden, 0.0, points.confidence),
-    )
-
-
-def not_seen(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[Notice]:
-    """Notices of what was not seen and when, for (T, 17) masks of `unseen` and times (T,)."""
-    notices = []
-    for part, joints in _PARTS.items():
-        right, left = (_long(hidden[:, H36M17.index(joint)], times) for joint in joints)
-        both = _long(right & left, times)  # briefly both is told of each
-        who = {part: both, f"right {_ONE[part]}": right & ~both, f"left {_ONE[part]}": left & ~both}
-        for name, mask in who.items():
-            spans = stretches(_long(mask, times)).tolist()
-            if not spans:
-                continue
-            rows = np.concatenate([np.arange(a, b) for a, b in spans])
-            outside = out[rows][:, H36M17.indices(joints)].any(axis=1).mean() > 0.5
-            when = ", ".join(_when(a, b, times) for a, b in spans[:3]) + (", ..." if len(spans) > 3 else "")
-            code = "not-in-image" if outside else "not-seen"
-            parts = 2 if name == part else 1
-            notices.append(notice(code, rows=[a for a, _ in spans], part=name, parts=parts, when=when))
-    return notices
-
-
-def _long(mask: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """(T,) the mask (T,) without times that are not worth a sentence."""
-    result = np.zeros(len(mask), dtype=bool)
-    steps_s = np.diff(times, append=times[-1:])  # the last row ends the take
-    steps_s = np.minimum(steps_s, np.median(steps_s))  # rows may be missing after one
-    for first, stop in stretches(mask).tolist():
-        result[first:stop] = times[stop - 1] + steps_s[stop - 1] - times[first] >= _SHORTEST_S
-    return result
-
-
-def _when(start: int, end: int, times: np.ndarray) -> str:
-    begins, ends = start == 0, end == len(times)
-    if begins and ends:
-        return "in the whole take"
-    if ends:
-        return f"from {times[start]:.1f} s"
-    return f"until {times[end - 1]:.1f} s" if begins else f"from {times[start]:.1f} to {times[end - 1]:.1f} s"
 
 
 def _mostly(mask: np.ndarray, times: np.ndarray) -> np.ndarray:

@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from ...models.common.motion import Motion, agrees, contradicted, lasting, steady
+from ...models.common.residuals import LIMBS, Residuals, residuals_of
 from ...pipeline.core.measures import Measure, Row, side_of, within
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import stretches
-from ...pipeline.signals.reprojection import LIMBS, Residuals, residuals_of
 from ...pipeline.signals.swaps import kinds
 from .figures import moments
 
 
 def off_keypoints(motion: Motion) -> list[Row]:
     """The group `off_keypoints`: of each limb the median and the 95th percentile of its residual
-    (signals/reprojection.py), in pixels and in per cent of the stature, and from when to when it contradicts its
+    (models/common/residuals.py), in pixels and in per cent of the stature, and from when to when it contradicts its
     keypoints. Empty without keypoints beside poses in a camera's axes."""
     residuals = motion.residuals
     if residuals is None:

@@ -9,12 +9,12 @@ import numpy as np
 
 from ...models.angle_error.repeatability import ends, known_median, same_shares
 from ...models.common.motion import Motion
+from ...models.common.residuals import limb_scores
 from ...models.gait.of_take import SIDES
 from ...pipeline.core.measures import SD_90, Measure, Remark, Row, side_of, withheld, within
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES, EXCHANGED, MIDLINE, UNDEFINED, UNTRUSTED, continuous, of_both
 from ...pipeline.signals.foot_angles import ALL_ANGLES
-from ...pipeline.signals.reprojection import limb_scores
 from ...pipeline.signals.visibility import SURE_SCORE
 from .figures import basis, error_of_difference, error_of_range, symmetry, unstated_deg, with_error
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from ...models.common.residuals import LIMBS, residuals_of
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import with_feet
 from ...pipeline.core.rotations import angle_deg
@@ -15,7 +16,6 @@ from ...pipeline.core.system import give_memory_back
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
-from ...pipeline.signals.reprojection import LIMBS, residuals_of
 from ..drawing.facts import length_unit, shared_up, voted
 from ..drawing.palette import GREEN, LEFT, MIDDLE, PURPLE, RIGHT
 from ..drawing.rerun_file import recording_file

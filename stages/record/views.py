@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...models.common.residuals import has_residuals
 from ...pipeline.core.anthropometry import floor_height
 from ...pipeline.core.frames import BODY
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
-from ...pipeline.signals.reprojection import has_residuals
 from ..drawing.facts import OWN_WAYS, voted, ways_of_level
 from ..drawing.rerun_log import person_view
 from .angles import angle_views, angled, first_angles

@@ -8,13 +8,13 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.angle_error.off_keypoints import agrees, steady
+from ...models.common.residuals import LIMBS, residuals_of, unsure_joints
 from ...pipeline.core.layouts import Layout, with_feet
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.inspect.image import from_the_front
-from ...pipeline.signals.reprojection import LIMBS, residuals_of, unsure_joints
 from ...pipeline.signals.swaps import in_doubt
 from ...pipeline.signals.visibility import certain
 from ..drawing import palette
@@ -110,7 +110,7 @@ def _angle(take: Take, event: Event) -> str:
 def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
     """(J, 2) pixels of the 2D keypoints that were seen in a video frame, and their layout; NaN where there are none: a
     detector puts legs that it does not see somewhere. A point of which it is unsure is not drawn either, but a lift
-    rests on it (visibility.py)."""
+    rests on it (pipeline/signals/visibility.py)."""
     poses, keypoints = take.need("poses"), take.keypoints
     if keypoints is None:
         return np.full((len(poses.layout), 2), np.nan), poses.layout

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
+from ...models.common.residuals import limb_scores
 from ...pipeline.core.measures import grouped, moments, subgroup
 from ...pipeline.core.messages import spans_in_words
+from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES
 from ...pipeline.signals.checks import moves
 from ...pipeline.signals.filters import stretches
-from ...pipeline.signals.rates import against_rate
-from ...pipeline.signals.reprojection import limb_scores
 from ...pipeline.signals.visibility import SURE_SCORE
 from ..angles import ANGLE_ERRORS
 from ..drawing.facts import Facts
@@ -34,6 +36,8 @@ _ONE = 0.15
 _MOSTLY = 0.5  # share of the frames that have all joints
 _MOST = 5  # stretches that are told
 _LIMBS = {f"{side[0]}_{limb}": f"{side} {limb}" for side in ("right", "left") for limb in ("leg", "arm")}
+# Notices that leave the rate open, but for what a user says against the file.
+_AGAINST_RATE = frozenset(("slow-motion-stated", "clocks-contradict", "rate-against-movement"))
 _SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
 _SHOWS_FAULTS_S = 0.5  # of the take, in which an arm that is lost comes back
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
@@ -58,7 +62,7 @@ def trust(take: Take, facts: Facts) -> Markup:
         words = "The errors of the angles are not known; look at what is marked '!'."
     elif level == "good" and take.angle_errors == "none":
         words = "The errors of the angles are not known."
-    elif level == "care" and against_rate(take.said):
+    elif level == "care" and _against_rate(take.said):
         words = "Times and speeds hold only if the frame rate is right; look at what is marked '!'."
     elif level == "care" and facts.verdict == "suspicious":
         verdict, words = (
@@ -70,6 +74,11 @@ def trust(take: Take, facts: Facts) -> Markup:
     return gauge(level, verdict, words, checks)
 
 
+def _against_rate(said: Iterable[Notice]) -> list[Notice]:
+    """Those by which the frame rate may be wrong, and with it all times and speeds."""
+    return [each for each in said if each.code in _AGAINST_RATE]
+
+
 def _poses(take: Take, facts: Facts) -> list[Check]:
     if facts.verdict is None:
         return []
@@ -79,7 +88,7 @@ def _poses(take: Take, facts: Facts) -> list[Check]:
         level = "care"
         doubts.append("Less than half a second does not show faults that come and go.")
     doubts += [each.text for each in take.notices if each.about == "poses" and each.weight == "warning"]
-    if against := [each.text for each in against_rate(take.notices) if each.weight == "warning"]:
+    if against := [each.text for each in _against_rate(take.notices) if each.weight == "warning"]:
         level = "care" if level == "good" else level
         doubts += against
     name = f"The poses are {facts.verdict}"

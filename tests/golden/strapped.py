@@ -10,7 +10,7 @@ from pcnet3d.examples.walker.skeleton import UP
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.rotations import from_columns, rotate, transpose, unit
-from pcnet3d.pipeline.signals.imu import GRAVITY_MPS2, Imu, point_on
+from pcnet3d.pipeline.reading.imu import GRAVITY_MPS2, Imu, point_on
 
 _SPINE = ("pelvis", "thorax")
 _BONES = {"upper_arm": ("shoulder", "elbow"), "forearm": ("elbow", "wrist"), "thigh": ("hip", "knee")}

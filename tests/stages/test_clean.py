@@ -8,10 +8,12 @@ from hypothesis import strategies as st
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, H36M17, Z_UP, InputError, PoseSequence, Take
 from pcnet3d.pipeline.signals.checks import leaps
-from pcnet3d.stages.clean import Clean, clean
+from pcnet3d.stages.clean import Clean, clean, not_seen
 
 FPS = 30
 ROWS = 60
+TIMES_S = np.arange(90) / FPS
+ANKLES = H36M17.indices(("r_ankle", "l_ankle"))
 
 
 def moving(rows: int = ROWS) -> PoseSequence:
@@ -213,3 +215,19 @@ def test_a_change_of_pose_that_stays_and_two_people_in_turns_are_no_strays(rows)
     joints = moving().joints.copy()
     joints[rows] *= -1
     assert counts(clean(moving().with_(joints=joints))[0])["strays_removed"] == 0
+
+
+def test_feet_that_leave_the_image_in_turn_are_told_as_long_as_they_are_out():
+    """A walk's right foot was out until 0.7 s and told until 0.4 s, for then the left one was out too for a moment."""
+    hidden = np.zeros((90, len(H36M17)), dtype=bool)
+    hidden[:22, ANKLES[0]] = hidden[14:41, ANKLES[1]] = hidden[70:80, ANKLES[0]] = True
+    said = {each.values["part"]: each.values["when"] for each in not_seen(hidden, hidden, TIMES_S)}
+    assert said == {"right foot": "until 0.7 s, from 2.3 to 2.6 s", "left foot": "from 0.5 to 1.3 s"}
+
+
+def test_missing_rows_make_a_moment_out_of_the_image_no_longer():
+    """Of one row before a gap of two seconds "from 1.0 to 1.0 s" was told."""
+    times = np.concatenate([TIMES_S[:30], TIMES_S[30:] + 2])
+    hidden = np.zeros((90, len(H36M17)), dtype=bool)
+    hidden[29, ANKLES[0]] = True
+    assert not_seen(hidden, hidden, times) == []

@@ -25,12 +25,12 @@ from ....pipeline.files.video_frames import shown_size
 from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.load import read_video
 from ....pipeline.signals.angles import FINE, near, of_both
-from ....pipeline.signals.visibility import seen_only
 from ...angle_error.take_angles import AngleSeries, TakeJoints, smoothed, take_angles
 from ...common.metrics import joint_error, procrustes_error, scaled
 from ...common.spread import stated_spread
 from ...gravity import Seen, known_up, level_static, why_not
 from ...gravity.view import camera_of
+from ...lifter.input import seen_only
 from ...rectifier.load import load_rectifier
 from ..mocap.clips import data_folder
 from .people import mean

@@ -17,10 +17,10 @@ from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_list, whole_folder, write_json
 from ....pipeline.files.digest import sha256
 from ....pipeline.plugins.options import pairs
+from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.flags import Force
+from ....pipeline.reading.imu import MOST_HZ
 from ....pipeline.running.conclusion import point_to
-from ....pipeline.signals.imu import MOST_HZ
-from ....pipeline.signals.rates import check_fps
 from .comparison import Align, compared, figures, result
 from .imu import against_sensors
 from .page import as_page

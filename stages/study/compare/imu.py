@@ -33,6 +33,7 @@ from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import call, did_you_mean
 from ....pipeline.reading.find import find_adapter
+from ....pipeline.reading.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
 from ....pipeline.signals.filters import (
     CUTOFF_HZ,
     breaks,
@@ -44,7 +45,6 @@ from ....pipeline.signals.filters import (
     resample,
     runs,
 )  # fmt: skip
-from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
 from ...drawing.charts import Curve, busiest, over_time
 from ...drawing.page import Cell, answer, box, charts, figure, heading, joined, page, small, table
 from ...drawing.palette import GREEN, PURPLE, as_hex

@@ -18,12 +18,12 @@ from ....pipeline.files.bvh import parse
 from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_trc
 from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs
 from ....pipeline.plugins.options import call, did_you_mean
+from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.find import adapters, recognises
 from ....pipeline.reading.mocap import bvh as mocap_bvh
 from ....pipeline.reading.mocap import joints as mocap_joints
 from ....pipeline.reading.mocap.clip import read_mocap
 from ....pipeline.reading.mocap.common import How, upright_share, z_up
-from ....pipeline.signals.rates import check_fps
 
 
 def read_truth(

@@ -10,7 +10,7 @@ from golden.detections import AS_COCO, WRITERS
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.layouts import COCO17
-from pcnet3d.pipeline.signals.joint_order import likely_layout, misfit, other_order
+from pcnet3d.pipeline.reading.joint_order import likely_layout, misfit, other_order
 from refusals import refused
 
 

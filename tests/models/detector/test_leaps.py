@@ -1,4 +1,5 @@
-"""Cuts within a scene are found by what leaps in the image and in somebody's joints at once."""
+"""Cuts within a scene are found by what leaps in the image and in somebody's joints at once; where somebody else goes
+on, by where the track was going."""
 
 from dataclasses import replace
 
@@ -6,7 +7,7 @@ import numpy as np
 import pytest
 
 from golden.detections import detected, scored
-from pcnet3d.models.detector.leaps import leaps
+from pcnet3d.models.detector.leaps import exchanges, leaps
 from pcnet3d.models.detector.video import _told_apart
 from pcnet3d.pipeline.reading.choose import choose_detected
 
@@ -78,3 +79,42 @@ def test_who_comes_back_where_another_is_lost_may_be_the_other(joints, told):
     points[:, joints:] = np.nan
     said = choose_detected(detected(frames, scored(points), person).people(), "0", "").notices
     assert [each.values["frame"] for each in said if each.code == "leap-between-people"] == [30] * told
+
+
+def walking_on(frame: int) -> np.ndarray:
+    """(17, 2) joints of somebody who moves a pixel a frame."""
+    return np.array([100.0 + frame, 100.0]) + 50 * np.random.default_rng(0).uniform(-1, 1, (17, 2))
+
+
+@pytest.mark.parametrize(
+    ("aside", "size", "told"), [(0.3, 1, True), (0.14, 1.4, True), (0.14, 1, False), (0, 1.4, False)]
+)
+@pytest.mark.parametrize("lasts", [1, 20])
+def test_who_goes_on_elsewhere_is_somebody_else(aside, size, told, lasts):
+    """Of two who cross a detector followed now one and now the other, and the page spoke of one. A frame in which it is
+    lost is no other person, nor is who jumps aside or is taken for larger on the spot."""
+    points = np.stack([walking_on(frame) for frame in range(40)])
+    there = slice(20, 20 + lasts)
+    middle = points[there].mean(axis=1, keepdims=True)
+    away = (aside * np.linalg.norm(np.ptp(points[0], axis=0)), 0)
+    points[there] = middle + size * (points[there] - middle) + away
+    points[:, 3] = points[5] = np.nan
+    assert [row for row, _ in exchanges(np.arange(40) / 30, points)] == [20] * (told and lasts > 1)
+
+
+@pytest.mark.parametrize(("aside", "told"), [(0.6, True), (0.2, False)])
+def test_who_goes_on_elsewhere_is_somebody_else_at_ten_frames_a_second_too(aside, told):
+    """Three men one after the other were one person: a quarter of a second had too few frames to show where he went."""
+    points = np.stack([walking_on(frame) for frame in range(40)])
+    points[20:] += (aside * np.linalg.norm(np.ptp(points[0], axis=0)), 0)
+    assert [row for row, _ in exchanges(np.arange(40) / 10, points)] == [20] * told
+
+
+def test_who_is_seen_with_more_of_the_body_is_nobody_else():
+    """A woman to the hips turned, and more joints of hers were seen: she went on as another person."""
+    points = np.stack([walking_on(frame) for frame in range(40)])
+    size = np.linalg.norm(np.ptp(points[0], axis=0))
+    points[:, 13:] += (0, size)
+    points[20:, :13] = points[20:, 12::-1]
+    points[:20, 13:] = np.nan
+    assert not exchanges(np.arange(40) / 30, points)

@@ -11,7 +11,7 @@ from golden.strapped import STILL, strapped
 from golden.worlds import R_Y_UP_FROM_Z_UP
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.reading.find import find_adapter
-from pcnet3d.pipeline.signals.imu import point_on
+from pcnet3d.pipeline.reading.imu import point_on
 
 SENSORS = {"R_LowArm": "r_forearm", "Pelvis": "pelvis", "L_LowLeg": "l_shank"}
 

@@ -15,7 +15,7 @@ from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
 from pcnet3d.pipeline.reading.choose import same_person
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
-from pcnet3d.pipeline.signals.together import together
+from pcnet3d.pipeline.reading.together import together
 
 
 def shown(poses, folder, order=lambda people, frame: people):

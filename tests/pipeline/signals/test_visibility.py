@@ -5,15 +5,15 @@ import pytest
 
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.common.residuals import limb_scores, unsure_joints
 from pcnet3d.pipeline import H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.signals.angles import UNSEEN
-from pcnet3d.pipeline.signals.reprojection import limb_scores, unsure_joints
-from pcnet3d.pipeline.signals.visibility import check_size, mean_scores, not_seen, size_doubted, unseen
+from pcnet3d.pipeline.signals.visibility import check_size, mean_scores, size_doubted, unseen
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.clean import Clean
+from pcnet3d.stages.clean import Clean, not_seen
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 from refusals import refused
@@ -53,22 +53,6 @@ def test_beyond_the_border_from_a_time_on(axis, value):
     (said,) = not_seen(hidden, out, TIMES)
     assert said.code == "not-in-image"
     assert said.text.startswith("The feet are not in the image from 2.0 s")
-
-
-def test_feet_that_leave_the_image_in_turn_are_told_as_long_as_they_are_out():
-    """A walk's right foot was out until 0.7 s and told until 0.4 s, for then the left one was out too for a moment."""
-    hidden = np.zeros((FRAMES, len(H36M17)), dtype=bool)
-    hidden[:22, ANKLES[0]] = hidden[14:41, ANKLES[1]] = hidden[70:80, ANKLES[0]] = True
-    said = {each.values["part"]: each.values["when"] for each in not_seen(hidden, hidden, TIMES)}
-    assert said == {"right foot": "until 0.7 s, from 2.3 to 2.6 s", "left foot": "from 0.5 to 1.3 s"}
-
-
-def test_missing_rows_make_a_moment_out_of_the_image_no_longer():
-    """Of one row before a gap of two seconds "from 1.0 to 1.0 s" was told."""
-    times = np.concatenate([TIMES[:30], TIMES[30:] + 2])
-    hidden = np.zeros((FRAMES, len(H36M17)), dtype=bool)
-    hidden[29, ANKLES[0]] = True
-    assert not_seen(hidden, hidden, times) == []
 
 
 def test_a_low_score_is_not_seen_by_the_detector():

@@ -9,8 +9,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.recordings import Recording
+from pcnet3d.models.common.residuals import LIMBS
 from pcnet3d.pipeline import InputError, Pipeline, notice, own_notice, rotate
-from pcnet3d.pipeline.signals.reprojection import LIMBS
 from pcnet3d.stages.record import stage
 from pcnet3d.stages.record.stage import Record, record
 from pcnet3d.stages.record.summary import summary_markdown

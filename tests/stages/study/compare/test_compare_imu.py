@@ -16,11 +16,11 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.finished import read_run
+from pcnet3d.pipeline.reading.imu import GRAVITY_MPS2, point_on
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.pipeline.signals.filters import resample
-from pcnet3d.pipeline.signals.imu import GRAVITY_MPS2, point_on
 from pcnet3d.stages.study.compare.imu import (
     aligned,
     beyond_gravity,

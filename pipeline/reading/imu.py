@@ -15,7 +15,7 @@ from ..core.errors import InputError
 from ..core.layouts import H36M17
 from ..core.notices import Notice, notice
 from ..core.rotations import angle_deg, is_finite, rotate, transpose
-from .filters import rate
+from ..signals.filters import rate
 
 GRAVITY_MPS2 = 9.80665  # standard gravity (CGPM 1901)
 MOST_HZ = 10_000.0  # samples a second; sensors for people take up to 2000

@@ -7,9 +7,9 @@ from golden.bodies import Person
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
 from pcnet3d.pipeline.inspect.inspect import inspect
+from pcnet3d.pipeline.reading.bounds import check_size, check_times
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.signals.bounds import check_size, check_times
 from refusals import refused
 
 

@@ -1,9 +1,8 @@
 """Names of people: the same from frame to frame, through short gaps and past each other, never over a cut."""
 
 import numpy as np
-import pytest
 
-from pcnet3d.pipeline.signals.tracker import Sighting, Tracker, exchanges
+from pcnet3d.pipeline.reading.tracker import Sighting, Tracker
 
 
 def person(frame: int, x: float, y: float = 100, size: float = 50) -> Sighting:
@@ -69,37 +68,3 @@ def test_a_tracker_goes_on_from_what_is_known():
     # The first one has gone on to 280 meanwhile, nearer to where the other was than to where they were seen last.
     frame = [person(18, 281), person(18, 401), person(18, 900)]
     assert whole.names(frame) == later.names(frame) == [0, 1, 2]
-
-
-@pytest.mark.parametrize(
-    ("aside", "size", "told"), [(0.3, 1, True), (0.14, 1.4, True), (0.14, 1, False), (0, 1.4, False)]
-)
-@pytest.mark.parametrize("lasts", [1, 20])
-def test_who_goes_on_elsewhere_is_somebody_else(aside, size, told, lasts):
-    """Of two who cross a detector followed now one and now the other, and the page spoke of one. A frame in which it is
-    lost is no other person, nor is who jumps aside or is taken for larger on the spot."""
-    points = np.stack([person(frame, 100 + frame).points for frame in range(40)])
-    there = slice(20, 20 + lasts)
-    middle = points[there].mean(axis=1, keepdims=True)
-    away = (aside * np.linalg.norm(np.ptp(points[0], axis=0)), 0)
-    points[there] = middle + size * (points[there] - middle) + away
-    points[:, 3] = points[5] = np.nan
-    assert [row for row, _ in exchanges(np.arange(40) / 30, points)] == [20] * (told and lasts > 1)
-
-
-@pytest.mark.parametrize(("aside", "told"), [(0.6, True), (0.2, False)])
-def test_who_goes_on_elsewhere_is_somebody_else_at_ten_frames_a_second_too(aside, told):
-    """Three men one after the other were one person: a quarter of a second had too few frames to show where he went."""
-    points = np.stack([person(frame, 100 + frame).points for frame in range(40)])
-    points[20:] += (aside * np.linalg.norm(np.ptp(points[0], axis=0)), 0)
-    assert [row for row, _ in exchanges(np.arange(40) / 10, points)] == [20] * told
-
-
-def test_who_is_seen_with_more_of_the_body_is_nobody_else():
-    """A woman to the hips turned, and more joints of hers were seen: she went on as another person."""
-    points = np.stack([person(frame, 100 + frame).points for frame in range(40)])
-    size = np.linalg.norm(np.ptp(points[0], axis=0))
-    points[:, 13:] += (0, size)
-    points[20:, :13] = points[20:, 12::-1]
-    points[:20, 13:] = np.nan
-    assert not exchanges(np.arange(40) / 30, points)

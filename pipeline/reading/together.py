@@ -1,7 +1,8 @@
 """Whether 3D poses and 2D keypoints are of the same person and the same frames, and if not, which would be.
 
-Each pose is placed where its joints lie best on the rays of the keypoints (reprojection.py); how far they are off then
-is least for the frames that belong together: as they are numbered, some frames earlier or later, or by another rate.
+Each pose is placed where its joints lie best on the rays of the keypoints (signals/reprojection.py); how far they are
+off then is least for the frames that belong together: as they are numbered, some frames earlier or later, or by another
+rate.
 Of 142 lifts of noisy keypoints and six files of other lifters none is off its own keypoints by more than 0.062 of the
 stature, of 60 pairs of different recordings none by less than 0.070. Another shift or rate betters a lift of 70 by a
 factor of 1.05 at most; a shift of five frames, and 25 frames a second for 30, worsen 99 % by more than 1.06.
@@ -19,7 +20,7 @@ from ..core.layouts import H36M17
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
-from .reprojection import FEWEST, JOINTS, keypoint_rays, off_rays
+from ..signals.reprojection import FEWEST, JOINTS, keypoint_rays, off_rays
 
 _ROWS = 60  # that are compared, evenly spread
 _ENOUGH = 20  # rows that both have

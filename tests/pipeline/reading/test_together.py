@@ -10,7 +10,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
 from pcnet3d.pipeline.core.layouts import H36M17
 from pcnet3d.pipeline.core.pose import PoseSequence
-from pcnet3d.pipeline.signals.together import together
+from pcnet3d.pipeline.reading.together import together
 
 WALK = walker(seconds=8.0)
 FILMED = side_camera(WALK)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from pcnet3d.models.common.residuals import LIMBS, residuals
 from pcnet3d.pipeline import H36M17, PoseSequence
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.camera import Camera
-from pcnet3d.pipeline.signals.reprojection import LIMBS, residuals
 
 SIZE, FOCAL = (1280, 720), 900.0
 LENS = Camera(SIZE, FOCAL, 0.0, "told")

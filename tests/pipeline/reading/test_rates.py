@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import H36M17, LEVEL, InputError, PoseSequence, Video
-from pcnet3d.pipeline.signals.rates import check_fps, rate_doubts, timed
+from pcnet3d.pipeline.reading.bounds import check_fps, rate_doubts, timed
 
 
 @pytest.mark.parametrize("fps", [0, -30, 0.5, 3000, float("nan"), float("inf")])

@@ -1,0 +1,132 @@
+"""How far poses are off the keypoints of the same images, limb by limb, and of which limbs a detector is unsure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.blocks import blocks
+from ...pipeline.core.camera import Camera
+from ...pipeline.core.frames import CAMERA, require
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.take import Take
+from ...pipeline.signals.reprojection import JOINTS, NEAREST, keypoint_rays, placed
+from ...pipeline.signals.visibility import SURE_SCORE, mean_scores
+
+# {limb: its joints from the trunk outwards}
+LIMBS = {
+    f"{side}_{limb}": tuple(f"{side}_{part}" for part in parts)
+    for limb, parts in {"arm": ("shoulder", "elbow", "wrist"), "leg": ("hip", "knee", "ankle")}.items()
+    for side in "rl"
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """How far poses are off their keypoints, in the rows of the poses. NaN where a joint has no keypoint that was seen,
+    where the pose lacks it, and where fewer than FEWEST joints place the body.
+
+    px: (T, 17, 2) of H36M17, from the keypoint to the joint's image, pixels of an ideal lens, x right and y down.
+    statures: (T, 17, 2) the same at the joint's distance from the camera, in shares of the person's stature.
+    """
+
+    px: np.ndarray
+    statures: np.ndarray
+
+    def whole(self) -> np.ndarray:
+        """(T,) root mean square over JOINTS, in statures; NaN where none is known."""
+        return _rms(self.statures[:, H36M17.indices(JOINTS)])
+
+    def limb(self, limb: str) -> np.ndarray:
+        """(T,) root mean square of the two outer joints of one of LIMBS, each less that of the joint nearer the trunk:
+        how far its bones are off, wherever the body is. In statures; NaN where a bone is not known."""
+        return _limb(self.statures, limb)
+
+    def limb_px(self, limb: str) -> np.ndarray:
+        """The same in pixels."""
+        return _limb(self.px, limb)
+
+
+def residuals(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> Residuals:
+    """How far poses are off the keypoints of the same person, each frame placed by itself (`placed`), so that neither
+    the body's place nor its size is part of it.
+
+    poses: H36M17 in CAMERA axes, relative to the pelvis, with times, in any unit. keypoints: pixels as they were
+    filmed, in any layout that has H36M17's joints; rows belong together by their frame numbers. InputError for poses in
+    other axes or without times.
+    """
+    require(poses.frame, CAMERA, "residuals")
+    rays, trust = keypoint_rays(poses, keypoints, camera)
+    stature = implied_stature(poses.joints)
+    joints = poses.joints / stature if stature > 0 else np.full_like(poses.joints, np.nan)
+    use = H36M17.indices(JOINTS)
+    px, statures = np.empty_like(rays), np.empty_like(rays)
+    for rows in blocks(len(joints)):
+        place, _ = placed(
+            rays[rows, use].astype(np.float64), joints[rows, use].astype(np.float64), trust[rows, use]
+        )
+        before = joints[rows] + place[:, None]
+        depth = np.where(before[..., 2:] > NEAREST, before[..., 2:], np.nan)
+        off = before[..., :2] / depth - rays[rows]
+        px[rows], statures[rows] = off * camera.focal_px, off * depth
+    return Residuals(px, statures)
+
+
+def residuals_of(take: Take) -> Residuals | None:
+    """Of a take whose poses are in CAMERA axes; None where it has no keypoints, no camera or other axes."""
+    beside = _beside(take)
+    return None if beside is None else residuals(*beside)
+
+
+def has_residuals(take: Take) -> bool:
+    """Whether `residuals_of` would tell them."""
+    return _beside(take) is not None
+
+
+def limb_scores(take: Take) -> dict[str, np.ndarray]:
+    """{limb: (T, 2)} of LIMBS in the rows of the poses: mean_scores of its middle and outer joint, one below SURE_SCORE
+    where the detector is unsure of the limb. Empty where nothing tells, and of motion capture, which needs no detector.
+    """
+    poses, keypoints = take.poses, take.keypoints
+    if poses is None or keypoints is None or poses.made_by.kind == "measured":
+        return {}
+    scores = mean_scores(keypoints, poses.frame_index, poses.times)
+    return (
+        {limb: scores[:, H36M17.indices(of[1:])] for limb, of in LIMBS.items()} if scores is not None else {}
+    )
+
+
+def unsure_joints(take: Take) -> dict[str, np.ndarray]:
+    """{joint: (T,)} of the middle and outer joints of LIMBS, in the rows of the poses: where the detector is unsure of
+    it, and may have guessed. Empty where nothing tells."""
+    return {
+        joint: score < SURE_SCORE
+        for limb, scores in limb_scores(take).items()
+        for joint, score in zip(LIMBS[limb][1:], scores.T, strict=True)
+    }
+
+
+def _beside(take: Take) -> tuple[PoseSequence, PoseSequence, Camera] | None:
+    """Poses in CAMERA axes, keypoints of the same images, and their camera; None where one lacks."""
+    poses, keypoints, camera = take.poses, take.keypoints, take.camera
+    if poses is None or keypoints is None or camera is None:
+        return None
+    if (poses.frame.family, poses.frame.axes) != (CAMERA.family, CAMERA.axes) or poses.layout != H36M17:
+        return None
+    return poses, keypoints, camera
+
+
+def _limb(off: np.ndarray, limb: str) -> np.ndarray:
+    points = off[:, H36M17.indices(LIMBS[limb])]
+    bones = np.diff(points, axis=1)
+    return np.sqrt((bones**2).sum(axis=-1).mean(axis=-1))
+
+
+def _rms(off: np.ndarray) -> np.ndarray:
+    """(T,) of offsets (T, J, 2), over those that are known."""
+    square = (off**2).sum(axis=-1)
+    count = np.isfinite(square).sum(axis=-1)
+    return np.sqrt(np.where(count, np.nansum(square, axis=-1), np.nan) / np.maximum(count, 1))
