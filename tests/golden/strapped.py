@@ -42,7 +42,7 @@ STILL = Faults(
 def strapped(
     walk: Walk, segment: str, faults: Faults | None = None, rate_hz: float = 100.0, seed: int = 0
 ) -> Imu:
-    """The sensor on that segment (pipeline.signals.imu.SEGMENTS) of a walker who moves as `walk` and turns as usual."""
+    """The sensor on that segment (pipeline.reading.imu.SEGMENTS) of a walker who moves as `walk` and turns as usual."""
     from scipy.spatial.transform import Rotation
 
     faults = faults or Faults()
