@@ -1,8 +1,9 @@
 """3D joints in AlphaPose's alphapose-results.json: `pred_xyz_jts` of its SMPL model, HybrIK's (formats.md section 15).
 
-The list of adapter alphapose, where each entry has 24 joints in SMPL's order besides: camera axes about SMPL's pelvis,
-in units of the depth that the network covers, which is 2 m unless a config says BBOX_3D_SHAPE. Nose and top of the head
-are made of the shoulders and the neck, for SMPL's joints end at the skull. The person's place is not in the file.
+Beside the keypoints that adapter json2d reads, each entry of the list has 24 joints in SMPL's order: camera axes about
+SMPL's pelvis, in units of the depth that the network covers, which is 2 m unless a config says BBOX_3D_SHAPE. Nose and
+top of the head are made of the shoulders and the neck, for SMPL's joints end at the skull. The person's place is not in
+the file.
 """
 
 from __future__ import annotations
@@ -18,9 +19,8 @@ from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import H36M17, Layout
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.skeletons import SMPL, h36m17_named
-from .alphapose import track_named
 from .kit.clock import Moments
-from .kit.frames import first_person, people
+from .kit.frames import first_person, people, track_named
 from .kit.json import field, frame_number, numbers
 from .kit.people import People
 

@@ -1,54 +1,156 @@
-"""2D keypoints in JSON of whoever wrote it: frames of people, each with keypoints in a spelling in use.
+"""2D keypoints in JSON of whoever wrote it: frames of people, each with keypoints in a known form (formats.md 3, 6).
 
-A list of {frame, people: [...]} or of lists of people, an object with such a list, one person or frame a line, or a
-folder with a file a frame: MoveNet and PoseNet of TF.js and ml5 ({keypoints: [{x, y, score, name}]}), OpenPifPaf,
-EasyMocap's annots, rtmlib's and others' own scripts ({keypoints: [[x, y, score]]}).
-Pixels; the layout is told by the number of joints.
+A list of detections (AlphaPose, COCO's results), of {frame, people: [...]} (MMPose's inferencer) or of lists of people
+(Ultralytics' to_json), an object with such a list (MMPose's demos, COCO's annotations) or of images by their names
+(AlphaPose's --format cmu and open), one person or frame a line, or a folder with a file a frame (OpenPose's
+--write_json, Pose2Sim, Sports2D, MMPose over images). So do MoveNet and PoseNet of TF.js and ml5, OpenPifPaf,
+EasyMocap's annots, rtmlib and others' own scripts.
+Pixels; the layout is told by the number of joints. Frames count from 0; a frame without people has no row. Scores that
+are all 0, 1 or 2 are COCO's flags of visibility: 0 means that the joint is missing, the others say nothing about
+certainty.
 """
 
 from __future__ import annotations
 
+import reprlib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..pipeline.core.errors import InputError
+from ..pipeline.core.layouts import COCO17, OPENPOSE18
 from ..pipeline.core.pose import PoseSequence
-from . import alphapose, coco, mmpose2d, openpose, ultralytics
 from .kit.clock import Moments
-from .kit.frames import first_person, keypoints_of, name_of, people
+from .kit.frames import first_person, frame_files, keypoints_of, name_of, people, surely_2d
+from .kit.json import beginning, entries, field, load
 from .kit.people import People
 
 name = "json2d"
 gives = "keypoints"
 general = True
-reads = "other JSON of 2D keypoints, a file or a folder of frames: TF.js, OpenPifPaf, EasyMocap, own scripts, pixels"
+reads = (
+    "JSON of 2D keypoints, a file or a folder of frames: AlphaPose, OpenPose, MMPose, COCO, Ultralytics, TF.js, "
+    "OpenPifPaf, EasyMocap, own scripts, pixels"
+)
 marks = ("keypoints", "score")
 
+_BODIES = ("bodies", "people")  # of AlphaPose's --format cmu and open
+_WHAT = "2D keypoints in JSON"
 _PIXELS = 5.0  # that joints lie apart, at least; shares of an image are within 1
 _MOST_SCORE = 2.0  # and no third coordinate
+_PIXEL = 1.0
 
 
 def sniff(path: Path) -> bool:
+    content = beginning(next(iter(frame_files(path)), path) if path.is_dir() else path)
+    if path.is_dir() and isinstance(content, dict) and isinstance(content.get("people"), list):
+        return True  # OpenPose's, though nobody may be there in the first frames
+    if _lists_images(content) or _by_image(content):
+        return True
     found = first_person(path)
-    others = (alphapose, coco, mmpose2d, openpose, ultralytics)
-    if found is None or any(other.sniff(path) for other in others):
+    if found is None:
         return False
     try:
         points, scores = keypoints_of(found[0], "")
     except InputError:
         return False
     places = points[(points != 0).any(axis=1)]
-    return len(places) > 1 and bool(np.ptp(places) > _PIXELS and not (np.abs(scores) > _MOST_SCORE).any())
+    in_pixels = len(places) > 1 and np.ptp(places) > _PIXELS and not (np.abs(scores) > _MOST_SCORE).any()
+    return bool(surely_2d(found[0]) or in_pixels)
 
 
 def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     """One sequence a person, by the number that the file gives, or joined from frame to frame by nearness.
 
-    track: ignore the numbers and join people by nearness all the same. Raises InputError when the file is of another
-    form, or in shares of the image.
+    frame_index is the frame or image that the file names, or the number in a name of an image or a file.
+    track: ignore the numbers and join people by nearness all the same. Scores above 1 are clipped and counted in the
+    history; scores that are all alike are unknown. Raises InputError when the file is of another form, in shares of the
+    image or 3D, when images are of several videos, and when a person is in a frame twice because nobody was tracked.
     """
+    content = beginning(path)
+    by_image = _by_image(content)
+    _check_names(content, str(path))
     moments, found = Moments(str(path)), People(str(path))
-    for moment, person, where in people(path, "2D keypoints in JSON", moments):
-        found.add(moment, *keypoints_of(person, where), None if track else name_of(person))
-    return found.keypoints(moments.clock())
+    listed = _annotations(path, moments) if _lists_images(content) else people(path, _WHAT, moments)
+    for moment, person, where in listed:
+        points, scores = keypoints_of(person, where)
+        if by_image:
+            _refuse_head_as_neck(points, where)
+        found.add(moment, points, scores, None if track else name_of(person, where))
+    flags = found.without_flags()
+    everybody = found.keypoints(moments.clock())
+    return tuple(poses.noted("scores", unknown="visibility flags") if flags else poses for poses in everybody)
+
+
+def _lists_images(content: Any) -> bool:
+    """Whether it is COCO's annotations: a dict whose images have numbers and names."""
+    listed = content.get("images") if isinstance(content, dict) else None
+    first = listed[0] if isinstance(listed, list) and listed else None
+    return isinstance(first, dict) and first.keys() >= {"id", "file_name"}
+
+
+def _annotations(path: Path, moments: Moments) -> Iterator[tuple[int, Any, str]]:
+    """Moment, annotation and place in the file of each of COCO's that has keypoints."""
+    listed: dict[str, str] = {}  # names of images by their numbers
+    images: dict[str, str] = {}  # and numbers by names, of those with people
+    content = load(path, _WHAT)
+    for i, image in enumerate(entries(field(content, "images", str(path)), str(path))):
+        here = f"{path}, image {i}"
+        listed[str(field(image, "id", here))] = str(field(image, "file_name", here))
+    for i, entry in enumerate(entries(field(content, "annotations", str(path)), str(path))):
+        here = f"{path}, annotation {i}"
+        image = field(entry, "image_id", here)
+        if str(image) not in listed:
+            raise InputError(
+                "wrong-content", f"{here}: expected an image that the file lists, got {reprlib.repr(image)}."
+            )
+        if "keypoints" not in entry:
+            continue
+        name = listed[str(image)]
+        if images.setdefault(name, str(image)) != str(image):
+            raise InputError(
+                "files-apart",
+                f"{here}: expected the images of one video, each with a name of its own, got {name} beside {name} of "
+                "another image; keep each video's keypoints in a file of their own.",
+            )
+        if (moment := moments.of({"file_name": name}, here)) is not None:
+            yield moment, entry, here
+
+
+def _by_image(content: Any) -> bool:
+    """Whether it is the dict of AlphaPose's --format cmu or open."""
+    first = next(iter(content.values()), None) if isinstance(content, dict) else None
+    return isinstance(first, dict) and any(isinstance(first.get(key), list) for key in _BODIES)
+
+
+def _refuse_head_as_neck(points: np.ndarray, where: str) -> None:
+    """AlphaPose's writer appends the mid-shoulders and then takes entry 17 for them, which is Halpe's head
+    (`write_json` in alphapose/utils/pPose_nms.py): with a Halpe model the "neck" of these formats is the head.
+    """
+    if len(points) != len(OPENPOSE18):
+        return
+    shoulders = points[OPENPOSE18.indices(["l_shoulder", "r_shoulder"])].mean(axis=0)
+    if np.abs(points[OPENPOSE18.index("neck")] - shoulders).max() > _PIXEL:
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected the neck between the shoulders, where AlphaPose puts it with COCO models; with Halpe "
+            "models --format writes the top of the head instead, so run AlphaPose again without --format.",
+        )
+
+
+def _check_names(content: Any, where: str) -> None:
+    """Other datasets of MMPose have 17 joints too, in another order: PoseTrack18, Human3.6M, AP-10K."""
+    meta = content.get("meta_info") if isinstance(content, dict) else None
+    if not isinstance(meta, dict) or not isinstance(names := meta.get("keypoint_id2name"), dict):
+        return
+    written = [
+        str(names.get(str(i))).replace("left_", "l_").replace("right_", "r_") for i in range(len(COCO17))
+    ]
+    if written != list(COCO17.joints):
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected joints in COCO's order, got those of dataset {meta.get('dataset_name')!r}: "
+            f"{', '.join(written)}; run MMPose with a COCO-17 or Halpe-26 model.",
+        )

@@ -96,7 +96,7 @@ def read(
                 f"{where}: expected {', '.join(map(str, _ORDERS))} joints, as many throughout, got {len(points)}.",
             )
         points = points[list(columns.values())]
-        found.add(moment, points[:, :3], points[:, 3], None if track else name_of(person))
+        found.add(moment, points[:, :3], points[:, 3], None if track else name_of(person, where))
     layout = Layout("JSON", tuple(columns))
     frame = standing_frame(found.points, layout, up, unit, str(path))
     return tuple(

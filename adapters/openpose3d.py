@@ -67,7 +67,7 @@ def read(path: Path, unit: str = "m") -> tuple[PoseSequence, ...]:
     if not len(found):
         raise InputError(
             "format-unknown",
-            f"{path}: expected OpenPose's 3D results ({_FIELDS[0]}), found none; adapter openpose "
+            f"{path}: expected OpenPose's 3D results ({_FIELDS[0]}), found none; adapter json2d "
             f"reads its 2D results.",
         )
     layout = likely_layout(found.points, _LAYOUTS[found.points.shape[1]])

@@ -1,9 +1,8 @@
-"""Ultralytics' pose results: JSON of `Results.to_json`, or the folder of texts that `save_txt` fills (formats.md 6).
+"""The folder of texts that Ultralytics' save_txt fills (formats.md 6); its JSON is read by adapter json2d.
 
-JSON is a list with the list of people of each frame, or of {frame, detections}: a person is {name, class, confidence,
-box, track_id, keypoints: {x: [...], y: [...], visible: [...]}}, of COCO-17, in pixels. A folder holds
-`<video>_<frame>.txt`, frames from 1, a line a person: class, box (4), then x, y and score of each joint, and maybe the
-track; shares of the image's width and height, so that the size has to be known. Joints hardly seen are at 0, 0.
+A folder holds `<video>_<frame>.txt`, frames from 1, a line a person: class, box (4), then x, y and score of each joint
+of COCO-17, and maybe the track; shares of the image's width and height, so that the size has to be known. Joints hardly
+seen are at 0, 0.
 """
 
 from __future__ import annotations
@@ -17,15 +16,12 @@ import numpy as np
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17
 from ..pipeline.core.pose import PoseSequence
-from .kit.clock import Moments
-from .kit.frames import first_person, keypoints_of, people
 from .kit.opened import filled_lines, first_lines
 from .kit.people import People, in_pixels
 
 name = "ultralytics"
 gives = "keypoints"
-reads = "Ultralytics' pose results: JSON of to_json, or folder of save_txt (needs the image's size), COCO-17"
-marks = ("keypoints", "x", "y", "visible", "box", "class")
+reads = "folder of Ultralytics' save_txt (needs the image's size), COCO-17"
 
 _BEFORE = 5  # numbers: class and box
 _JOINTS = len(COCO17)
@@ -34,12 +30,8 @@ _NUMBER = re.compile(r"(?:^|_)(\d+)$")
 
 
 def sniff(path: Path) -> bool:
-    if path.is_dir():
-        first = next(iter(_files(path)), None)
-        return first is not None and len((first_lines(path / first, 4096) or [""])[0].split()) in _COUNTS
-    found = first_person(path)
-    points = found[0].get("keypoints") if found else None
-    return isinstance(points, dict) and {"x", "y"} <= points.keys()
+    first = next(iter(_files(path)), None) if path.is_dir() else None
+    return first is not None and len((first_lines(path / first, 4096) or [""])[0].split()) in _COUNTS
 
 
 def read(
@@ -47,25 +39,14 @@ def read(
 ) -> tuple[PoseSequence, ...]:
     """One sequence a person, named by the track, or joined from frame to frame by nearness in results without.
 
-    track: ignore the tracks and join people by nearness all the same. image_size: width and height in pixels, which a
-    folder of text files needs; a run takes those of its video, or of read.image_size. Raises InputError when the files
-    are of another form.
+    track: ignore the tracks and join people by nearness all the same. image_size: width and height in pixels; a run
+    takes those of its video, or of read.image_size. Raises InputError when the files are of another form.
     """
     found = People(str(path))
-    if path.is_dir():
-        for frame, values, person in _folder(path):
-            found.add(
-                frame,
-                in_pixels(values[:, :2], image_size, str(path)),
-                values[:, 2],
-                None if track else person,
-            )
-        return found.keypoints()
-    moments = Moments(str(path))
-    for moment, person, where in people(path, "Ultralytics' results", moments):
-        name = None if track else person.get("track_id")
-        found.add(moment, *keypoints_of(person, where), None if name is None else str(name))
-    return found.keypoints(moments.clock())
+    for frame, values, person in _folder(path):
+        points = in_pixels(values[:, :2], image_size, str(path))
+        found.add(frame, points, values[:, 2], None if track else person)
+    return found.keypoints()
 
 
 def _files(path: Path) -> dict[str, int]:

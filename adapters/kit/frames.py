@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import re
+import reprlib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -242,11 +243,38 @@ def _point(point: Any) -> list[Any] | None:
     return [place.get("x"), place.get("y"), _first(point, _SCORE)]
 
 
-def name_of(person: Mapping[str, Any]) -> str | None:
-    """The person's number or name in the file; None where it names nobody."""
-    key = first_of("person", [*person])
-    name = None if key is None else [*person.values()][key]
+def surely_2d(person: Mapping[str, Any]) -> bool:
+    """Whether a person's keypoints are of the image by their form: x, y, score in one list, x and y apart, or scores
+    beside pairs. Lists of three numbers and points by x, y, z may be 3D."""
+    held = _first(person, _KEYPOINTS)
+    flat = isinstance(held, list) and bool(held) and isinstance(held[0], int | float)
+    return flat or isinstance(held, dict) or isinstance(_first(person, _SCORES), list)
+
+
+def name_of(person: Mapping[str, Any], where: str) -> str | None:
+    """The person's number or name in the file; None where it names nobody. InputError for AlphaPose's `idx` that is no
+    single number."""
+    if "idx" in person:
+        return track_named(person["idx"], where)
+    # COCO's annotations have numbers of their own.
+    keys = [key for key in person if key != "id" or "image_id" not in person]
+    at = first_of("person", keys)
+    name = None if at is None else person[keys[at]]
     return None if name is None or isinstance(name, list | dict) or name == -1 else str(name)
+
+
+def track_named(idx: Any, where: str) -> str:
+    """The track that `idx` names: a number, or nested lists of one and the same number. InputError for others."""
+    if type(idx) is int and abs(idx) < 1 << 53:  # as nearly always, and an array of one number takes its time
+        return str(idx)
+    ids = numbers(idx, where).ravel()
+    if len(ids) == 0 or not (ids == ids[0]).all() or ids[0] % 1 != 0:
+        raise InputError(
+            "people-mixed",
+            f"{where}: expected one track number as idx, got {reprlib.repr(idx)}; pass track=true "
+            "(--set keypoints.track=true) to ignore idx and join people to the nearest of the frames before.",
+        )
+    return f"{ids[0]:.0f}"
 
 
 def _first(held: Mapping[str, Any], keys: tuple[str, ...]) -> Any:

@@ -45,7 +45,7 @@ def read_poses(path: Path, what: str, count: int, layout: Layout, axes: Frame) -
         if joints.ndim == 2 and joints.shape[1] == 2:
             raise InputError(
                 "format-unknown",
-                f"{where}: expected 3D keypoints, got two coordinates each; adapter mmpose2d reads 2D results.",
+                f"{where}: expected 3D keypoints, got two coordinates each; adapter json2d reads 2D results.",
             )
         if joints.shape != (count, 3) or scores.shape != (count,):
             raise InputError(

@@ -180,7 +180,7 @@ class People:
     def without_flags(self) -> bool:
         """Whether all scores are COCO's flags of visibility; if so, joints that are not labelled become missing, and
         nothing is known of the others' certainty."""
-        if not (np.isin(self.scores, _FLAGS).all() and self.scores.any()):
+        if not (len(self) and np.isin(self.scores, _FLAGS).all() and np.ptp(self.scores)):
             return False
         self.points[self.scores == 0] = np.nan
         self.scores[:] = np.nan

@@ -65,6 +65,10 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "read.swaps=repair": "correct the keypoints where they were made, or give read.swaps=mask",
     },
     "adapters": {
+        **dict.fromkeys(
+            ("alphapose", "coco", "mmpose2d", "openpose"),
+            "leave it out; adapter json2d reads all JSON of 2D keypoints",
+        ),
         "ddhpose_3dhp": _ARRAY,
         "display": "give the poses as the lifter gave them, before they were turned for display",
         "mpi3dhp": _ARRAY,

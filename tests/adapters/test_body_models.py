@@ -82,7 +82,7 @@ def smpl_json(tmp_path, turning):
 
 def test_alphapose3d(smpl_json):
     path, people = smpl_json
-    assert recognised(path) == ["alphapose", "alphapose3d"]  # its keypoints are the same file's
+    assert recognised(path) == ["alphapose3d", "json2d"]  # its keypoints are the same file's
     found = read_all(path)  # 3D comes first
     assert [poses.person for poses in found] == ["1", "2"]
     for poses, bodies in zip(found, people, strict=True):

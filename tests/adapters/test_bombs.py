@@ -162,7 +162,7 @@ def test_a_sentence_that_quotes_a_file_stays_one_line(tmp_path):
     people = [{"image_id": "\x1b[2J\n\r\u202e" + "x" * 100_000, "keypoints": [1, 2, 3], "idx": 0}]
     (tmp_path / "x.json").write_text(json.dumps(people))
     with refused(r"x\.json") as _:
-        read(tmp_path / "x.json", "alphapose", gives="keypoints")
+        read(tmp_path / "x.json", "json2d", gives="keypoints")
     shown = str(InputError("bad-value", "a\n\tb \x1b[2J \u202e" + "x" * 9000 + " the end"))
     assert re.fullmatch(r"a b \\x1b\[2J \\u202ex+ \.\.\. x+ the end", shown)
     assert len(shown) <= 1000

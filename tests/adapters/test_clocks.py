@@ -204,4 +204,4 @@ def test_json_in_json(tmp_path):
     points = {"x": [90.0 + j for j in range(17)], "y": [9.0 * j for j in range(17)]}
     person = {"name": "person", "class": 0, "box": {}, "keypoints": points}
     (tmp_path / "a.json").write_text(json.dumps([json.dumps([person])] * 12))
-    assert len(read(tmp_path / "a.json", "ultralytics")) == 12
+    assert len(read(tmp_path / "a.json", "json2d")) == 12

@@ -90,7 +90,7 @@ def test_scores_that_are_all_above_1_say_nothing(save, alone):
 
 
 BAD = {
-    "two": (lambda person: person | {"keypoints": [p[:2] for p in person["keypoints"]]}, "adapter mmpose2d"),
+    "two": (lambda person: person | {"keypoints": [p[:2] for p in person["keypoints"]]}, "adapter json2d"),
     "joints": (lambda person: person | {"keypoints": person["keypoints"][:16]}, r"got shapes \(16, 3\)"),
     "scores": (lambda person: person | {"keypoint_scores": [1.0]}, "x, y, z and score of 17 joints"),
     "text": (lambda person: person | {"keypoints": "none"}, "finite numbers"),

@@ -33,7 +33,7 @@ def test_golden(save, turning, layout, name):
     frames = [[body] for body in openpose_joints(turning(FRAMES) + AWAY_M, layout)]
     folder = save([[], *frames], name)
     fits = [name for name, each in adapters().items() if each.sniff(folder)]
-    assert fits == ["openpose", "openpose3d"]  # its 2D results are there too; 3D comes first
+    assert fits == ["json2d", "openpose3d"]  # its 2D results are there too; 3D comes first
     poses = read(folder, fps=30)
     assert poses.history[0].options["adapter"] == "openpose3d"
     hips = H36M17.indices(["l_hip", "r_hip"])
@@ -95,7 +95,7 @@ def test_the_layout_is_that_of_all_bodies(save, alone):
 def test_2d_results_only(save, alone):
     folder = save([[np.empty((0, 3))] for _ in alone])
     assert not adapters()["openpose3d"].sniff(folder)
-    with pytest.raises(InputError, match="adapter openpose reads its 2D results"):
+    with pytest.raises(InputError, match="adapter json2d reads its 2D results"):
         read(folder, "openpose3d")
 
 

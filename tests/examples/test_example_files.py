@@ -119,7 +119,7 @@ def test_a_seed_gives_the_same_files(tmp_path, walk, camera):
 
 
 def test_the_files_are_found_to_be_what_they_are(files):
-    assert read(files.keypoints, gives="keypoints").history[0].options["adapter"] == "alphapose"
+    assert read(files.keypoints, gives="keypoints").history[0].options["adapter"] == "json2d"
     poses = read(files.poses, gives="poses")
     assert poses.history[0].options["adapter"] == "motionbert"
     assert not poses.notices  # left and right are beyond doubt

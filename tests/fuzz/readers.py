@@ -296,7 +296,7 @@ OTHERS = {
 # Real files by reader, in the data folder.
 REAL = {
     "motionbert": ("native/motionbert/boxing_X3D.npy", "native/motionbert/broken_X3D.npy"),
-    "alphapose": ("native/motionbert/boxing_alphapose-results.json",),
+    "json2d": ("native/motionbert/boxing_alphapose-results.json",),
     "videopose3d": ("native/mhformer/skating/output_3D/output_keypoints_3d.npz",),
     "vis2d": ("native/mhformer/skating/input_2D/keypoints.npz",),
     "video": ("video/walk_crop.mp4",),

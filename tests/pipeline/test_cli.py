@@ -290,7 +290,7 @@ def test_list_prints_one_line_an_adapter_and_json():
     rows = json.loads(pcnet3d("list", "adapters", "--json").stdout)
     assert [line.split(maxsplit=2) for line in lines] == [list(row.values()) for row in rows]
     assert all(list(row) == ["name", "gives", "reads"] for row in rows)
-    assert {"motionbert", "alphapose", "video"} <= {row["name"] for row in rows}
+    assert {"motionbert", "json2d", "video"} <= {row["name"] for row in rows}
     for what, known in (("notices", CATALOGUE), ("refusals", REFUSALS)):
         assert [row["code"] for row in json.loads(pcnet3d("list", what, "--json").stdout)] == [*known]
     stages = json.loads(pcnet3d("list", "stages", "--json").stdout)

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pcnet3d.adapters import alphapose, read, read_all
+from pcnet3d.adapters import json2d, read, read_all
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import OPENPOSE18
 
@@ -47,7 +47,7 @@ def test_image_numbers(results, image):
 @pytest.mark.parametrize("image", ["portrait.jpg", "", -1, True, None, 7.5, [7], 10**30, "9" * 5000 + ".jpg"])
 def test_images_without_number(results, image):
     with pytest.raises(InputError, match="numbered by its video frame"):
-        alphapose.read(results((image, 1, 200, 0.5)))
+        json2d.read(results((image, 1, 200, 0.5), ("3.jpg", 1, 200, 0.5)))
 
 
 @pytest.mark.parametrize("idx", [4, 4.0, [4], [[4.0], [4.0]]])
@@ -63,11 +63,11 @@ def test_track_numbers(results, idx):
 def test_no_single_track_number(results, idx):
     path = results(("0.jpg", [idx], 100, 0.5))
     with pytest.raises(InputError, match=r"idx|finite numbers"):
-        alphapose.read(path)
+        json2d.read(path)
     assert read(path, track=True).person == "0"
 
 
-@pytest.mark.parametrize("idx", [None, 0, [[0.0]]])
+@pytest.mark.parametrize("idx", [0, [[0.0]]])
 def test_without_tracking_two_people_are_refused(results, idx):
     """AlphaPose without --pose_track gives everybody idx 0."""
     path = results(
@@ -127,7 +127,7 @@ def test_neck_that_is_a_head_is_refused(write, moving):
 
 def test_images_of_two_videos_are_refused(results):
     with pytest.raises(InputError, match=r"expected the images of one video.*b_7\.jpg beside a_7\.jpg"):
-        alphapose.read(results(("a_7.jpg", 1, 100, 0.5), ("b_7.jpg", 2, 300, 0.5)))
+        json2d.read(results(("a_7.jpg", 1, 100, 0.5), ("b_7.jpg", 2, 300, 0.5)))
 
 
 @pytest.mark.data("lifter", "native")

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pcnet3d.adapters import coco, read, read_all
+from pcnet3d.adapters import json2d, read, read_all
 from pcnet3d.pipeline import InputError
 
 
@@ -64,25 +64,18 @@ def test_track_in_one_frame_twice(write, moving):
     assert [poses.person for poses in read_all(path, track=True)] == ["0", "1"]
 
 
-def test_image_names_in_results_are_not_cocos(write, moving):
-    path = write("coco_results", {"0": moving(17)})
-    assert coco.sniff(path)
-    path.write_text(path.read_text().replace('"image_id": 0,', '"image_id": "0.jpg",'))
-    assert not coco.sniff(path)
-
-
 def test_long_list_of_images_before_the_annotations(annotations):
     more = [{"id": -i, "file_name": f"{i:030d}.jpg"} for i in range(1, 3000)]
     path = annotations(lambda content: content["images"].extend(more))
     assert path.stat().st_size > 100_000
-    assert coco.sniff(path)
+    assert json2d.sniff(path)
     assert len(read(path)) == 12
 
 
 def test_negative_image_id(write, moving):
     path = write("coco_results", {"0": moving(17)})
     path.write_text(path.read_text().replace('"image_id": 3,', '"image_id": -3,'))
-    with pytest.raises(InputError, match="entry 3: expected an image that is numbered"):
+    with pytest.raises(InputError, match=r"expected an image that is numbered.*-3"):
         read(path)
 
 
@@ -130,15 +123,12 @@ def test_images_are_those_of_one_video(annotations, names, frames, words):
 
 @pytest.mark.parametrize("beside", [{}, {"box": [0, 0, 9, 9]}])
 def test_track_numbers_beside_images_names(write, moving, beside):
-    """AlphaPose, whose images have names too, calls the track idx."""
     path = write("coco_tracks", {"4": moving(17, range(6)), "5": moving(17, range(6, 12))})
     content = [
         {**entry, **beside, "image_id": f"{entry['image_id']}.jpg"} for entry in json.loads(path.read_text())
     ]
     path.write_text(json.dumps(content))
     people = read_all(path)
-    assert people[0].history[0].options["adapter"] == "coco"
+    assert people[0].history[0].options["adapter"] == "json2d"
     assert [poses.person for poses in people] == ["4", "5"]
     np.testing.assert_array_equal(people[1].frame_index, np.arange(6, 12))
-    with pytest.raises(InputError, match=r"entry 0: expected a person's idx.*adapter coco"):
-        read_all(path, "alphapose")

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pcnet3d.adapters import mmpose2d, read
+from pcnet3d.adapters import json2d, read
 from pcnet3d.pipeline import InputError
 from refusals import refused
 
@@ -36,9 +36,9 @@ def test_3d_output_is_refused(path):
                 person["keypoints"] = [[*xy, 0.5] for xy in person["keypoints"]]
 
     path = _edited(path, deepen)
-    assert not mmpose2d.sniff(path)
+    assert not json2d.sniff(path)
     with refused("format-unknown"):
-        mmpose2d.read(path)
+        json2d.read(path)
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_scores_that_do_not_fit_and_keypoints_of_another_form(path, what, values
         frames[1]["instances"][0][what] = values
 
     with pytest.raises(InputError, match=f"entry 1{words}"):
-        mmpose2d.read(_edited(path, spoil))
+        json2d.read(_edited(path, spoil))
 
 
 def test_other_joint_order_is_refused(write, moving):
@@ -76,5 +76,5 @@ def test_demo_frame_zero(write, moving):
 
 def test_recognised_though_the_first_frames_are_empty(write, moving):
     path = write("mmpose_inferencer", {"0": moving(17, range(500, 512))})
-    assert mmpose2d.sniff(path)
+    assert json2d.sniff(path)
     assert read(path).frame_index[0] == 500

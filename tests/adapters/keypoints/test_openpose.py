@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from golden.detections import openpose as write_openpose
-from pcnet3d.adapters import openpose, read
+from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.layouts import BODY_25B, COCO17, remap
-from refusals import refused
 
 # What OpenPose found of a man in one frame of Pose2Sim's demo (BSD-3-Clause), in BODY_25B.
 _REAL = (
@@ -48,7 +47,7 @@ def test_other_names(write, moving, name):
         file.rename(folder / name.format(i))
     (folder / "notes.json").write_text("{}")
     poses = read(folder)
-    assert poses.history[0].options["adapter"] == "openpose"
+    assert poses.history[0].options["adapter"] == "json2d"
     np.testing.assert_array_equal(poses.frame_index, np.arange(12))
 
 
@@ -108,11 +107,4 @@ def test_a_file_that_does_not_belong_there_is_named(write, moving, name, content
 def test_files_without_a_number_or_a_person_are_refused(tmp_path, name, words):
     (tmp_path / f"{name}_keypoints.json").write_text('{"version": 1.3, "people": []}')
     with pytest.raises(InputError, match=words):
-        read(tmp_path, "openpose")
-
-
-def test_not_a_folder_of_such_files(tmp_path):
-    (tmp_path / "walk.json").write_text("{}")
-    for path in (tmp_path, tmp_path / "walk.json"):
-        with refused("format-unknown"):
-            openpose.read(path)
+        read(tmp_path, "json2d")

@@ -93,7 +93,7 @@ def test_motionberts_annotations_have_frames_of_their_own(tmp_path, walk):
     del listed[10:15]
     (tmp_path / "a.json").write_text(json.dumps({"annotations": listed}))
     poses = read(tmp_path / "a.json")
-    assert poses.history[0].options["adapter"] == "coco"
+    assert poses.history[0].options["adapter"] == "json2d"
     assert poses.frame_index.tolist() == [*range(10), *range(15, 40)]
 
 

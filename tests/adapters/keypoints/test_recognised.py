@@ -10,19 +10,19 @@ from pcnet3d.pipeline.core.layouts import BODY_25, COCO17, H36M17, HALPE26, OPEN
 from pcnet3d.pipeline.reading.find import adapters, find_adapter
 
 FORMS = [
-    ("alphapose", "alphapose", COCO17),
-    ("alphapose", "alphapose", HALPE26),
-    ("openpose", "openpose", BODY_25),
-    ("openpose", "openpose", OPENPOSE18),
-    ("coco_results", "coco", COCO17),
-    ("coco_results", "coco", HALPE26),
-    ("coco_tracks", "coco", COCO17),
-    ("coco_annotations", "coco", COCO17),
-    ("mmpose_inferencer", "mmpose2d", COCO17),
-    ("mmpose_inferencer", "mmpose2d", HALPE26),
-    ("mmpose_demo", "mmpose2d", COCO17),
-    ("mmpose_images", "mmpose2d", COCO17),
-    ("mmpose_images", "mmpose2d", HALPE26),
+    ("alphapose", "json2d", COCO17),
+    ("alphapose", "json2d", HALPE26),
+    ("openpose", "json2d", BODY_25),
+    ("openpose", "json2d", OPENPOSE18),
+    ("coco_results", "json2d", COCO17),
+    ("coco_results", "json2d", HALPE26),
+    ("coco_tracks", "json2d", COCO17),
+    ("coco_annotations", "json2d", COCO17),
+    ("mmpose_inferencer", "json2d", COCO17),
+    ("mmpose_inferencer", "json2d", HALPE26),
+    ("mmpose_demo", "json2d", COCO17),
+    ("mmpose_images", "json2d", COCO17),
+    ("mmpose_images", "json2d", HALPE26),
     ("detectron", "detectron", COCO17),
     ("vis2d", "vis2d", H36M17),
     ("vis2d_scores", "vis2d", H36M17),
@@ -50,7 +50,7 @@ def test_keypoints(write, moving, form, adapter, layout):
 def test_alphapose_dicts(write, moving, form):
     frames, points = between_shoulders(moving(18))
     path = write(form, {"0": (frames, points)})
-    assert [name for name, each in adapters().items() if each.sniff(path)] == ["alphapose"]
+    assert [name for name, each in adapters().items() if each.sniff(path)] == ["json2d"]
     (poses,) = read_all(path)
     np.testing.assert_allclose(poses.joints, points[..., :2], atol=1e-4)
     assert poses.layout == OPENPOSE18

@@ -353,7 +353,7 @@ def test_several_people_are_told_apart_and_one_can_be_asked_for(walker, tmp_path
 
 def test_keypoints_alone_are_inspected_too(walker, tmp_path):
     found = inspect(pictured(tmp_path, walker))
-    assert (found.adapter, found.people[0].poses, found.verdict) == ("alphapose", None, "good")
+    assert (found.adapter, found.people[0].poses, found.verdict) == ("json2d", None, "good")
 
 
 def test_frames_that_are_all_lost_are_unusable_and_no_file_at_all_is_an_error(walker, tmp_path):

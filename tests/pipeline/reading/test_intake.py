@@ -380,7 +380,7 @@ def test_each_file_is_read_once_and_hashed_once(tmp_path, lifted, monkeypatch):
         hashlib, "file_digest", lambda file, name: hashed.append(file.name) or digest(file, name)
     )
     keypoints = drawn_tracks(tmp_path / "ap.json", {1: list(range(ROWS))})
-    adapters = {"poses": "motionbert", "keypoints": "alphapose"}
+    adapters = {"poses": "motionbert", "keypoints": "json2d"}
     read = {role: [] for role in adapters}
     for role, name in adapters.items():
         adapter = find_adapter(tmp_path, name)
@@ -394,5 +394,5 @@ def test_each_file_is_read_once_and_hashed_once(tmp_path, lifted, monkeypatch):
     digests = [hashlib.sha256(path.read_bytes()).hexdigest() for path in (lifted, keypoints)]
     assert [(row["role"], row["file"], row["adapter"], row["sha256"]) for row in take.inputs] == [
         ("poses", "X3D.npy", "motionbert", digests[0]),
-        ("keypoints", "ap.json", "alphapose", digests[1]),
+        ("keypoints", "ap.json", "json2d", digests[1]),
     ]

@@ -88,11 +88,11 @@ def test_exchanged_arguments(save, bodies, keypoints, tmp_path):
     for sources, said in (
         (
             RunOptions(poses=keypoints),
-            "Expected 3D poses in .* got 2D keypoints .alphapose.; give them with --keypoints",
+            "Expected 3D poses in .* got 2D keypoints .json2d.; give them with --keypoints",
         ),
         (
             RunOptions(poses=keypoints, adapter="motionbert"),
-            "got 2D keypoints .alphapose.; give them with --keypoints",
+            "got 2D keypoints .json2d.; give them with --keypoints",
         ),
         (RunOptions(poses=clip), "got a video .video.; give it by itself"),
         (RunOptions(keypoints=clip), "got a video .video.; give it by itself"),

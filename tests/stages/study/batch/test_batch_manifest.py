@@ -155,7 +155,7 @@ def mixed(study) -> Path:
         ({"calibrate": "off"}, [1, 2]),
         ({"adapter": "arrays"}, [0]),
         ({"option": "pixel=true"}, [0]),
-        ({"read.keypoints_adapter": "alphapose"}, [1]),
+        ({"read.keypoints_adapter": "json2d"}, [1]),
         ({"read.first_frame": "7"}, [0, 1]),
         ({"stature": "1.8"}, [0, 1, 2]),
         ({"camera": "moving"}, [0, 1, 2]),
