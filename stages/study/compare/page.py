@@ -108,9 +108,18 @@ def _differences(pair: Pair, spread: dict[str, float]) -> Markup:
         ]
     if spread:
         words += ["Spread: standard deviation between all runs, root mean square over the frames."]
-    why = [f"{code}: {WHY[code]}" for code in WHY if any(change.reason == code for change in pair.changes)]
+    why = [
+        f"{_plain(code).capitalize()}: {WHY[code]}"
+        for code in WHY
+        if any(change.reason == code for change in pair.changes)
+    ]
     shown = table([head[i] for i in kept], [[row[i] for i in kept] for row in rows])
     return shown + small(" ".join(words)) + bullets(f"{each}." for each in why) if rows else Markup("")
+
+
+def _plain(reason: str) -> str:
+    """A reason's code as words."""
+    return reason.replace("-", " ")
 
 
 def _of(pair: Pair, change: Change | None, angle: str) -> list[Cell]:
@@ -121,7 +130,7 @@ def _of(pair: Pair, change: Change | None, angle: str) -> list[Cell]:
     values: list[Cell] = [change.value(take) or None for take in (0, 1)]
     if change.reason:
         known = f"{change.difference}; " if np.isfinite(change.by) else ""
-        return [*values, Soft(f"{known}not told: {change.reason}")]
+        return [*values, Soft(f"{known}not told: {_plain(change.reason)}")]
     if change.differs:
         return [*values, f"{change.difference} *"]
     return [*values, Soft(change.difference) if change.within_error else change.difference]

@@ -146,7 +146,7 @@ def test_a_figure_of_which_one_take_shows_another_part_is_not_compared(sides):
     assert [by[name].differs for name in ("r_knee_flexion", "l_thigh_sagittal")] == [True, None]
     assert by["l_thigh_sagittal"].reason == "another-part"
     page = as_page(compared([later, first], align="cycles"))
-    assert "+55; not told: another-part" in page
+    assert "+55; not told: another part" in page
     assert WHY["another-part"] in page
     entries = {one["item"]: one for one in plain(as_figures(list(by.values())))}
     assert [entries["l_thigh_sagittal"][key] for key in ("error", "mdc90", "within_error", "differs")] == [
