@@ -161,17 +161,17 @@ def film(tmp_path: Path) -> Callable[..., Video]:
     return film_in(tmp_path)
 
 
-@pytest.fixture
-def walk_film(film: Callable[..., Video]) -> Video:
+@pytest.fixture(scope="session")
+def walk_film(tmp_path_factory: pytest.TempPathFactory) -> Video:
     """40 frames of one person."""
-    return film([scene(box) for box in walking(40)])
+    return film_in(tmp_path_factory.mktemp("walk"))([scene(box) for box in walking(40)])
 
 
-@pytest.fixture
-def quick(tmp_path: Path) -> Path:
+@pytest.fixture(scope="session")
+def quick(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A recipe without recording and report."""
     stages = ("detect", "lift", "clean", "scale", "rectify", "trajectories", "export")
-    return recipe_of(tmp_path / "quick.toml", *stages)
+    return recipe_of(tmp_path_factory.mktemp("recipe") / "quick.toml", *stages)
 
 
 @pytest.fixture

@@ -1,10 +1,12 @@
 """The walker's own joints, its feet too, as a take that can be exported: every joint is where it was made to be."""
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import pytest
 
+from golden import bodies, waving
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import Z_UP, Pipeline, PoseSequence, Take
@@ -22,7 +24,11 @@ def walk() -> Walk:
 def walked(walk) -> Callable[..., Take]:
     """walked(feet=False, **changes): the take, neither scaled nor smoothed; changes of its poses."""
 
-    def make(feet: bool = False, **changes) -> Take:
+    @cache
+    def made(feet: bool) -> Take:
+        return make(feet)
+
+    def make(feet: bool, **changes) -> Take:
         poses = walk.poses
         if feet:
             points = PoseSequence(
@@ -32,7 +38,7 @@ def walked(walk) -> Callable[..., Take]:
         stages = Rectify("geometric"), Trajectories(smoother="none")
         return Pipeline(stages)(Take("walker", poses=poses.with_(**changes)))
 
-    return make
+    return lambda feet=False, **changes: make(feet, **changes) if changes else made(feet)
 
 
 @pytest.fixture(scope="session")
@@ -43,3 +49,15 @@ def gappy(walked, walk) -> Take:
     joints[:4] = joints[60:70] = np.nan
     joints[20:25, take.filtered.layout.index("l_wrist")] = np.nan
     return take.with_(filtered=take.filtered.with_(joints=joints))
+
+
+@pytest.fixture(scope="session")
+def take() -> Take:
+    """A person who waves."""
+    return waving.made(bodies.facing_camera())
+
+
+@pytest.fixture(scope="session")
+def walks() -> Take:
+    """The same, walking towards the camera, whose place before it is known."""
+    return waving.made(bodies.facing_camera(), walks=True)

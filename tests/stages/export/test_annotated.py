@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.bodies import facing_camera
 from golden.films import film
 from pcnet3d.adapters import video as adapter
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, Pipeline, PoseSequence, Take, Told
@@ -24,12 +25,12 @@ WIDTH, HEIGHT = 128, 96  # so small an image is enlarged
 PANEL = 96  # pixels wide
 
 
-@pytest.fixture
-def take(facing_camera, tmp_path) -> Take:
+@pytest.fixture(scope="module")
+def take(tmp_path_factory) -> Take:
     """An upright person before a level camera; the detector sees the wrists alone, the left one hardly."""
-    (video,) = adapter.read(film(tmp_path / "film.mp4", STAMPS_MS))
+    (video,) = adapter.read(film(tmp_path_factory.mktemp("film") / "film.mp4", STAMPS_MS))
     clock = {"time_s": video.time_s[ROWS], "frame_index": ROWS}
-    poses = PoseSequence(np.tile(facing_camera, (len(ROWS), 1, 1)), H36M17, CAMERA, **clock)
+    poses = PoseSequence(np.tile(facing_camera(), (len(ROWS), 1, 1)), H36M17, CAMERA, **clock)
     pixels = np.full((len(ROWS), len(COCO17), 2), np.nan)
     sure = np.full(pixels.shape[:2], np.nan)
     for joint, at, confidence in (("r_wrist", (15, 40), 1.0), ("l_wrist", (45, 40), 0.05)):
@@ -50,19 +51,30 @@ def shown(take, folder) -> tuple[np.ndarray, list[np.ndarray]]:
     return video.time_s, [image.astype(int) for _, image in images_from(video)]
 
 
+@pytest.fixture(scope="module")
+def stamps_and_images(take, tmp_path_factory):
+    """Of the take as it is."""
+    return shown(take, tmp_path_factory.mktemp("annotated"))
+
+
+@pytest.fixture
+def images(stamps_and_images) -> list[np.ndarray]:
+    return stamps_and_images[1]
+
+
 def near(image: np.ndarray, colour, off: int = 60) -> np.ndarray:
     """(N, 2) x and y of the pixels of about that colour."""
     return np.argwhere(np.abs(image - np.array(colour)).max(axis=-1) < off)[:, ::-1]
 
 
-def test_frames_keep_their_time_stamps(take, tmp_path):
-    time_s, images = shown(take, tmp_path)
+def test_frames_keep_their_time_stamps(stamps_and_images):
+    time_s, images = stamps_and_images
     np.testing.assert_allclose(time_s, (np.array(STAMPS_MS[2:10]) - STAMPS_MS[2]) / 1000, atol=1e-4)
     assert {image.shape for image in images} == {(HEIGHT, WIDTH + PANEL, 3)}
 
 
-def test_keypoints_are_where_they_are_and_filled_as_far_as_they_are_sure(take, tmp_path):
-    image = shown(take, tmp_path)[1][0][:, :WIDTH]
+def test_keypoints_are_where_they_are_and_filled_as_far_as_they_are_sure(images):
+    image = images[0][:, :WIDTH]
     right, left = near(image, RIGHT), near(image, LEFT)
     assert len(right) >= 4
     np.testing.assert_allclose(right.mean(axis=0), (30.5, 80.5), atol=1.5)
@@ -82,8 +94,8 @@ def test_no_bone_goes_to_a_point_that_was_not_seen(take, tmp_path):
         assert between.any() == drawn
 
 
-def test_the_horizon_of_a_level_camera_is_in_the_middle(take, tmp_path):
-    columns = shown(take, tmp_path)[1][0][:, 60:120].sum(axis=-1)
+def test_the_horizon_of_a_level_camera_is_in_the_middle(images):
+    columns = images[0][:, 60:120].sum(axis=-1)
     assert np.abs(columns[:68].argmax(axis=0) - 48).max() <= 2  # keypoints lie below
 
 
@@ -97,15 +109,14 @@ def test_no_horizon_that_is_not_known(take, tmp_path, change):
     assert np.ptp(image[36:64, 60:120]) < 40
 
 
-def test_the_skeleton_stands_beside_it_with_its_right_on_the_left(take, tmp_path):
-    image = shown(take, tmp_path)[1][0][:, WIDTH : WIDTH + PANEL // 2]
+def test_the_skeleton_stands_beside_it_with_its_right_on_the_left(images):
+    image = images[0][:, WIDTH : WIDTH + PANEL // 2]
     right, left = near(image, RIGHT, 90), near(image, LEFT, 90)
     assert len(right) > 3
     assert right[:, 0].mean() < left[:, 0].mean() - 1
 
 
-def test_a_frame_without_a_pose_has_no_skeleton(take, tmp_path):
-    _, images = shown(take, tmp_path)
+def test_a_frame_without_a_pose_has_no_skeleton(images):
     coloured = [np.ptp(image[:, WIDTH + 4 :], axis=-1).max() > 100 for image in images]
     assert coloured == [number in ROWS for number in range(2, 10)]
 
@@ -142,7 +153,7 @@ def test_without_a_video_or_frames_of_it_it_is_refused(take, tmp_path):
         write_annotated(
             take.with_(rectified=replace(take.rectified, level=level)), tmp_path / "annotated.mp4"
         )
-    assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
+    assert not list(tmp_path.iterdir())
 
 
 def test_images_are_refused_where_none_may_leave_the_run(tmp_path):

@@ -22,11 +22,6 @@ def ezc3d():
     return pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
 
 
-@pytest.fixture
-def take(facing_camera) -> Take:
-    return made(facing_camera)
-
-
 def test_c3d_round_trip(ezc3d, take, tmp_path):
     file = ezc3d.c3d(str(exported(take, tmp_path, "c3d") / "markers.c3d"))
     point = file["parameters"]["POINT"]

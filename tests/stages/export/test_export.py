@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from golden.bodies import facing_camera
 from golden.walks import GEOMETRIC, measured
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.messages import bound_in_words
@@ -19,9 +20,9 @@ from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 
 
-@pytest.fixture
-def take(facing_camera) -> Take:
-    joints = np.repeat(facing_camera[None], 8, axis=0) * np.linspace(1, 1.1, 8)[:, None, None]
+@pytest.fixture(scope="module")
+def take() -> Take:
+    joints = np.repeat(facing_camera()[None], 8, axis=0) * np.linspace(1, 1.1, 8)[:, None, None]
     joints[3, H36M17.index("r_wrist")] = np.nan
     joints[5, H36M17.index("r_hip")] = np.nan
     poses = PoseSequence(joints, H36M17, CAMERA, time_s=np.arange(8) / 25, frame_index=np.arange(8) + 4)
@@ -36,10 +37,11 @@ def take(facing_camera) -> Take:
     return Trajectories(smoother="none")(Rectify("geometric")(take))
 
 
-@pytest.fixture
-def folder(take, tmp_path):
-    Export(tmp_path / "out")(take)
-    return tmp_path / "out"
+@pytest.fixture(scope="module")
+def folder(take, tmp_path_factory):
+    path = tmp_path_factory.mktemp("export") / "out"
+    Export(path)(take)
+    return path
 
 
 def test_poses_npz_has_plain_arrays_that_agree_with_each_other(take, folder):
@@ -69,9 +71,9 @@ def test_poses_npz_has_plain_arrays_that_agree_with_each_other(take, folder):
     assert np.nanmax(angle_deg(votes, arrays["R_source_from_level"][:, 2])) < 1  # one posture, one up
 
 
-def test_columns_have_the_same_names_for_every_estimator(facing_camera):
+def test_columns_have_the_same_names_for_every_estimator():
     """One in metres that states its errors, one without a scale that states none."""
-    joints = np.repeat(facing_camera[None], 12, axis=0) * np.linspace(1, 1.1, 12)[:, None, None]
+    joints = np.repeat(facing_camera()[None], 12, axis=0) * np.linspace(1, 1.1, 12)[:, None, None]
     metric = PoseSequence(joints, H36M17, CAMERA.with_(origin="pelvis", unit="m"), time_s=np.arange(12) / 25)
     covariance = np.broadcast_to(1e-4 * np.eye(3), (12, 17, 3, 3))
     bare = metric.with_(frame=metric.frame.with_(unit="arbitrary"))
@@ -111,6 +113,7 @@ def test_summary_tells_where_everything_came_from(folder):
         "rows": None,
         "values": {"text": "careful"},
     }
+    assert summary["session"] == {}
     assert summary["inputs"][0]["sha256"] == "0" * 64
     assert summary["poses"]["fps"] == pytest.approx(25)
     assert summary["rectification"]["method"] == "geometric"

@@ -22,12 +22,6 @@ from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 from refusals import refused
 
-
-@pytest.fixture
-def take(facing_camera) -> Take:
-    return made(facing_camera)
-
-
 TRC_KEYS = [
     "DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units", "OrigDataRate", "OrigDataStartFrame",
     "OrigNumFrames",
@@ -84,16 +78,17 @@ def test_what_is_too_short_to_be_smoothed_is_not_written(facing_camera, tmp_path
     assert codes.count("not-written") == 1
 
 
-def test_a_person_who_walks_moves_through_the_trc(facing_camera, tmp_path):
-    take = made(facing_camera, walks=True)
-    found, names, time_s, _ = read_trc(exported(take, tmp_path, "trc") / "markers.trc")
+def test_a_person_who_walks_moves_through_the_trc(walks, tmp_path):
+    found, names, time_s, _ = read_trc(exported(walks, tmp_path, "trc") / "markers.trc")
     pelvis = found[:, names.index("pelvis")]
-    forward = take.rectified.R_source_from_level.T @ [0, 0, -1.3]
+    forward = walks.rectified.R_source_from_level.T @ [0, 0, -1.3]
     speed = np.array([-forward[0], forward[2], forward[1]])
     np.testing.assert_allclose(pelvis - pelvis[0], np.outer(time_s - time_s[0], speed), atol=2e-3)
-    root = take.filtered.root[0] - [0, 0, floor_height(take.filtered)]
+    root = walks.filtered.root[0] - [0, 0, floor_height(walks.filtered)]
     np.testing.assert_allclose(pelvis[0], root @ [[-1, 0, 0], [0, 0, 1], [0, 1, 0]], atol=1e-5)
     assert speed[0] > 1.2
+    ankles = found[:, [names.index(f"{side}_ankle") for side in "rl"], 1]
+    assert np.median(ankles.min(axis=1)) == pytest.approx(ANKLE_HEIGHT * 1.75, abs=0.02)  # the floor is at 0
 
 
 def test_uneven_stamps_become_an_even_rate(facing_camera, tmp_path):
@@ -117,13 +112,6 @@ def test_images_that_the_recording_lacks_are_gaps_whatever_the_stamps(facing_cam
     assert len(even_s) == pytest.approx(ROWS + 3, abs=1)
     assert 3 <= lost.sum() <= 4
     assert abs(even_s[lost].mean() - 41 / FPS) < 1.5 / FPS
-
-
-def test_the_floor_is_at_0_where_the_person_has_a_place(facing_camera, tmp_path):
-    take = made(facing_camera, walks=True)
-    points, names, *_ = read_trc(exported(take, tmp_path, "trc") / "markers.trc")
-    ankles = points[:, [names.index(f"{side}_ankle") for side in "rl"], 1]
-    assert np.median(ankles.min(axis=1)) == pytest.approx(ANKLE_HEIGHT * 1.75, abs=0.02)
 
 
 def test_mot_bears_the_coordinates_of_a_model_where_they_mean_the_same(take, tmp_path):
@@ -226,14 +214,13 @@ def written_by(writer: str, folder: Path) -> tuple[str, str, np.ndarray]:
 
 
 @pytest.mark.parametrize("writer", ["c3d", "mot"])
-def test_what_a_file_says_of_its_axes_is_what_it_holds(facing_camera, tmp_path, writer):
+def test_what_a_file_says_of_its_axes_is_what_it_holds(walks, tmp_path, writer):
     """All of them said the pelvis was the origin, one other axes than its own, one another unit."""
-    take = made(facing_camera, walks=True)
-    text, unit, pelvis = written_by(writer, exported(take, tmp_path, writer))
+    text, unit, pelvis = written_by(writer, exported(walks, tmp_path, writer))
     told = re.fullmatch(r"\w+ \(x (\w+), y (\w+), z (\w+), right-handed; origin camera(.*); (\w+)\)", text)
     axes = Frame("told", "level", told.groups()[:3])
     assert told.groups()[3:] == (", heights from the floor", unit)
-    root = take.filtered.root - [0, 0, floor_height(take.filtered)]
+    root = walks.filtered.root - [0, 0, floor_height(walks.filtered)]
     off = pelvis * METRES[unit] - root @ (axes.basis @ LEVEL.basis.T).T
     assert np.nanmax(np.linalg.norm(off, axis=1)) < (0.1 if writer == "mot" else 1e-5)
 

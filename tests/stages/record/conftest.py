@@ -102,12 +102,22 @@ def read_back(tmp_path: Path) -> Callable[[Take], Recording]:
     return make
 
 
+@pytest.fixture(scope="session")
+def as_it_is(make_take, tmp_path_factory) -> tuple[Take, Recording]:
+    """The take and its recording."""
+    path = tmp_path_factory.mktemp("recording") / "take.rrd"
+    record(make_take(), path)
+    return make_take(), Recording(path)
+
+
 @pytest.fixture
-def taken(make_take, read_back):
+def taken(make_take, read_back, as_it_is):
     """taken(**changes): the take with these changes, and its recording read back."""
 
-    def make(rows: int = 12, frames: bool = True, **changes):
-        take = make_take(rows).with_(**changes).telling(images=frames)
+    def make(frames: bool = True, **changes):
+        if frames and not changes:
+            return as_it_is
+        take = make_take().with_(**changes).telling(images=frames)
         return take, read_back(take)
 
     return make

@@ -11,13 +11,9 @@ ORIGIN = "ViewBlueprint:space_origin"
 
 
 @pytest.fixture
-def recorded(make_take, read_back):
-    """recorded(kinematics, **changes): a recording of the take with these columns."""
-
-    def make(kinematics, **changes):
-        return read_back(make_take().with_(kinematics=kinematics, **changes))
-
-    return make
+def recorded(taken):
+    """recorded(kinematics): a recording of the take with these columns."""
+    return lambda kinematics: taken(kinematics=kinematics)[1]
 
 
 def columns(**given):
@@ -50,19 +46,6 @@ def test_the_band_where_it_is_stated(recorded):
     np.testing.assert_allclose(low[:, 0], np.arange(12) - 3.29)
     np.testing.assert_allclose(high[:, 0], np.arange(12) + 3.29)
     assert np.isnan(low[:, 1]).all()
-
-
-def test_gaps_end_the_curves(make_take, read_back):
-    take = make_take()
-    kept = take.poses.frame_index.copy()
-    kept[6:] += 1  # one frame was dropped
-    poses = take.poses.with_(frame_index=kept, time_s=kept / 25)
-    level = take.rectified.level.with_(frame_index=kept, time_s=kept / 25)
-    rectified = replace(take.rectified, level=level)
-    take = take.with_(poses=poses, rectified=rectified, keypoints=None, kinematics=columns())
-    frame, _, values = read_back(take).over_time("angles/knee_flexion", "Scalars:scalars")
-    assert frame.tolist() == list(range(5, 18))
-    assert np.flatnonzero(np.isnan(values).any(axis=1)).tolist() == [6]
 
 
 @pytest.mark.parametrize(("dropped", "marked"), [(0, []), (2, [6])])

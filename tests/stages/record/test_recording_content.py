@@ -27,12 +27,13 @@ def same(values, expected):
 def test_skeletons_on_both_time_axes(taken):
     take, recording = taken()
     skeletons = {"source": take.poses, "body": take.rectified.body, "level": take.rectified.level}
-    for entity, poses in skeletons.items():
-        frame, nanoseconds, positions = recording.over_time(f"{entity}/joints", "Points3D:positions")
+    for entity, poses in {**skeletons, "video/keypoints": take.keypoints}.items():
+        points = "Points2D" if poses is take.keypoints else "Points3D"
+        frame, nanoseconds, positions = recording.over_time(f"{entity}/joints", f"{points}:positions")
         same(positions, poses.joints)
         np.testing.assert_array_equal(frame, poses.frame_index)
         np.testing.assert_array_equal(nanoseconds, np.round(poses.times * 1e9))
-        assert recording.static(f"{entity}/joints", "Points3D:labels") == list(poses.layout.joints)
+        assert recording.static(f"{entity}/joints", f"{points}:labels") == list(poses.layout.joints)
 
 
 def test_bones_join_the_joints_they_name(taken):
@@ -62,13 +63,6 @@ def test_left_and_right_have_their_own_colours(taken):
             by_side.setdefault(sides.pop() if len(sides) == 1 else "", set()).add(colour)
     assert all(len(colours) == 1 for colours in by_side.values())
     assert len(set.union(*by_side.values())) == 3
-
-
-def test_keypoints_in_pixels(taken):
-    take, recording = taken()
-    frame, _, positions = recording.over_time("video/keypoints/joints", "Points2D:positions")
-    same(positions, take.keypoints.joints)
-    np.testing.assert_array_equal(frame, take.keypoints.frame_index)
 
 
 def test_wrists_before_and_after_with_units(taken):
@@ -349,9 +343,8 @@ def test_a_recording_that_was_cut_off_is_told(make_take, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_how_far_each_limb_is_from_its_keypoints(taken, monkeypatch):
+def test_how_far_each_limb_is_from_its_keypoints(make_take, read_back, monkeypatch):
     shares = {limb: np.linspace(0, 0.01 * (1 + i), 12) for i, limb in enumerate(LIMBS)}  # of the stature
     monkeypatch.setattr(stage, "residuals_of", lambda take: SimpleNamespace(limb=shares.get))
-    _, recording = taken()
-    _, _, values = recording.over_time(OFF_KEYPOINTS, "Scalars:scalars")
+    _, _, values = read_back(make_take()).over_time(OFF_KEYPOINTS, "Scalars:scalars")
     np.testing.assert_allclose(values, 100 * np.stack([*shares.values()], axis=-1), atol=1e-6)

@@ -115,11 +115,6 @@ def test_the_summary_of_a_moving_camera_and_of_who_does_not_stand_has_its_condit
     assert "Known to within 5° (90 %), unless the image is turned" in summary_markdown(laid)
 
 
-def test_the_summary_of_one_frame_has_no_rate(make_take):
-    assert "- 12 frames, 5 to 16, 25 a second\n" in summary_markdown(make_take())
-    assert "- 1 frame, 5 to 5\n" in summary_markdown(make_take(1))
-
-
 def test_votes_are_off_by_the_known_lean_beside_their_bound(taken):
     _, recording = taken()
     _, _, values = recording.over_time("rotation/up", "Scalars:scalars")

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.recordings import Recording
 from pcnet3d.adapters import video as video_adapter
 from pcnet3d.stages.drawing.rerun_video import transcoded, viewable
 from pcnet3d.stages.record.stage import record
@@ -17,14 +16,9 @@ UNEVEN_MS = (0, 33, 66, 133, 140, 200, 300, 333, 366, 400, 433, 500)
 
 
 @pytest.fixture
-def recorded(make_take, tmp_path):
+def recorded(taken):
     """recorded(video, frames=True): the recording of a take with that video."""
-
-    def make(video, frames: bool = True):
-        record(make_take().with_(video=video).telling(images=frames), tmp_path / "take.rrd")
-        return Recording(tmp_path / "take.rrd")
-
-    return make
+    return lambda video, frames=True: taken(frames, video=video)[1]
 
 
 def mp4(part) -> io.BytesIO:

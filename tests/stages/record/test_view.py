@@ -56,7 +56,7 @@ def test_viewer_that_does_not_open(run_folder, monkeypatch):
 def serving(handler) -> Iterator[int]:
     """The port of a server with that handler."""
     server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
-    threading.Thread(target=server.serve_forever, daemon=True).start()
+    threading.Thread(target=server.serve_forever, args=(0.01,), daemon=True).start()
     yield server.server_port
     server.shutdown()
     server.server_close()

@@ -163,19 +163,21 @@ def walk_take() -> Take:
     return Pipeline((Rectify(rectifier="geometric"), Trajectories(), Angles()))(take)
 
 
-@pytest.fixture
-def film(tmp_path: Path) -> Callable[..., Video]:
-    """film(frames=60, size=(640, 360), name="film.mp4"): H.264 with B-frames, one key frame and uneven time stamps; a
-    white square stands at column 10 x frame number (modulo the width less the square's)."""
+@pytest.fixture(scope="session")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Video]:
+    """film(frames=60, size=(640, 360)), a file of its own at each call: H.264 with B-frames, one key frame and uneven
+    time stamps; a white square stands at column 10 x frame number (modulo the width less the square's)."""
 
-    def make(frames: int = 60, size: tuple[int, int] = (640, 360), name: str = "film.mp4") -> Video:
+    def make(frames: int = 60, size: tuple[int, int] = (640, 360)) -> Video:
         (width, height), images = size, []
         for i in range(frames):
             image = np.full((height, width, 3), 40, np.uint8)
             image[:16, 10 * i % (width - 16) :][:, :16] = 255
             images.append(image)
         stamps = np.cumsum(np.where(np.arange(frames) % 3, 33, 34)) - 34
-        path = film_of(tmp_path / name, images, stamps, g=999, bf=2, preset="ultrafast")
+        path = film_of(
+            tmp_path_factory.mktemp("film") / "film.mp4", images, stamps, g=999, bf=2, preset="ultrafast"
+        )
         return read(path)[0]
 
     return make

@@ -7,7 +7,7 @@ import pytest
 
 from golden.html import Page
 from pcnet3d.stages.drawing.charts import SLICES, Curve, over_time, ranges, sides
-from pcnet3d.stages.drawing.page import table
+from pcnet3d.stages.drawing.page import Link, table
 from pcnet3d.stages.report.measures import _percent
 
 
@@ -17,6 +17,9 @@ def test_a_table_escapes_and_aligns_its_columns():
     assert "&lt;i&gt;" in made
     assert re.findall(r"<td class=number>(.*?)</td>", made) == ["1234", "0.123", "–", "0.500"]
     assert table(("name",), []) == ""
+    linked = table(["a"], [[Link('<b>"', "x%22%3E?a=1&b=2")]])
+    assert '<a href="x%22%3E?a=1&amp;b=2">&lt;b&gt;&#34;</a>' in linked
+    assert "sortable" not in linked
 
 
 def test_long_curves_keep_their_extremes_and_their_gaps():

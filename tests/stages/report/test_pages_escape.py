@@ -1,6 +1,5 @@
 """Names that are HTML, of files, folders and people, on every page made of them: shown letter by letter, not obeyed."""
 
-import json
 import re
 from pathlib import Path
 
@@ -8,41 +7,32 @@ import numpy as np
 import pytest
 
 from golden.html import Page
-from pcnet3d.examples.walker.camera import aimed, side_camera
-from pcnet3d.examples.walker.files import halpe26
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import load_recipe
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.running.recipe import Recipe
+from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.stages import drawing
 from pcnet3d.stages.study.compare.command import compare
 
 PERSON = "<script>alert(1)</script>&quot;&lt;b&gt;\"'"
-FILE = "<img src=x onerror=alert(1)>&quot;\"'.json"
+FILE = "<img src=x onerror=alert(1)>&quot;\"'.npy"
 FOLDERS = ("<svg onload=alert(1)>&amp;", "<b>front&#60;")
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
     """Two runs in folders of such names, of a person and files of such names, and their comparison."""
-    walk = walker(seconds=4)
+    walk = walker(seconds=2)
     folder = tmp_path_factory.mktemp("names")
-    target = walk.root.mean(axis=0)
-    cameras = (side_camera(walk), aimed(target, 6.5, walk.heading_deg[-1] + 160, 8, -4))
-    stages = tuple(entry for entry in load_recipe().starting_with("lift").stages if entry.use != "record")
-    recipe = Recipe(stages=stages)
-    for name, camera in zip(FOLDERS, cameras, strict=True):
+    stages = ("rectify", "trajectories", "angles", "measures", "export", "report")
+    recipe = Recipe(stages=tuple(StageEntry(use=stage) for stage in stages))
+    for name in FOLDERS:
         (folder / f"of {name}").mkdir()
-        flat = folder / f"of {name}" / FILE
-        points = camera.project(halpe26(walk))
-        rows = np.concatenate([points, np.full_like(points[..., :1], 0.9)], axis=-1).reshape(len(points), -1)
-        entries = [
-            {"image_id": i, "category_id": 1, "keypoints": row.tolist(), "score": 1.0, "track_id": PERSON}
-            for i, row in enumerate(rows)
-        ]
-        flat.write_text(json.dumps(entries), encoding="utf-8")
-        run_files(RunOptions(keypoints=flat, fps=walk.fps, image_size=(1920, 1080)), folder / name, recipe)
+        file = folder / f"of {name}" / FILE
+        np.save(file, camera_poses(walk, side_camera(walk)).joints)
+        options = RunOptions(poses=file, adapter="videopose3d", fps=walk.fps, person_id=PERSON)
+        run_files(options, folder / name, recipe.with_options("rectify", rectifier="geometric"))
     compare([folder / name for name in FOLDERS], output=folder / "compared")
     return folder
 

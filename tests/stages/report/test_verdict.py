@@ -1,16 +1,11 @@
 """What inspect says of poses stands in a run's last line, its report, recording, summary and the study's table."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import Pipeline, Take
 from pcnet3d.pipeline.core.notices import verdict
-from pcnet3d.pipeline.inspect.inspect import inspect
-from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.running.conclusion import conclude
 from pcnet3d.pipeline.signals.findings import findings_of
 from pcnet3d.stages.export.stage import Export, summary
@@ -68,11 +63,3 @@ def test_nothing_is_said_of_poses_that_nobody_looked_at(takes, capsys, tmp_path)
     assert "poses are" not in capsys.readouterr().out
     assert summary(take)["verdict"] is None
     assert "poses are" not in report(take)
-
-
-@pytest.mark.data("native")
-@pytest.mark.parametrize("name", ["boxing", "cycling"])
-def test_it_is_the_same_as_for_the_file(data: Path, name):
-    file = data / "native" / "motionbert" / f"{name}_X3D.npy"
-    take = open_take(RunOptions(poses=file, fps=30))
-    assert verdict(take.findings) == inspect(file).verdict
