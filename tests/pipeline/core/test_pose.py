@@ -157,13 +157,6 @@ def test_a_rectified_take_is_printed_with_up_and_its_error():
     rectified = Rectified(level, R_source_from_level=R, up_bound_deg=np.array([2.04, 2.04]), **parts)
     said = "levelled, up (0.00, -1.00, 0.00) in CAMERA within 2.0 degrees (90 %)"
     assert repr(rectified) == f"<Rectified: {level.in_words}; {said}>"
-    assert "levelled, up of each frame of unknown error" in repr(
-        Rectified(level, R_source_from_level=np.stack([R, R]), camera="moving", **parts)
-    )
-    not_levelled = Rectified(
-        level, R_source_from_level=R, level_ok=False, level_reason="too few votes", **parts
-    )
-    assert repr(not_levelled).endswith("; not levelled: too few votes>")
     assert repr(Take("walk", poses=level, rectified=rectified, findings=())) == (
         f"<Take walk: {level.in_words}; {said}; the poses are good>"
     )

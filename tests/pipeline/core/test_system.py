@@ -21,7 +21,6 @@ from pcnet3d.pipeline.core import system
 from pcnet3d.pipeline.files.atomic import whole_file, whole_folder
 from pcnet3d.pipeline.plugins.registry import registered
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.running.people import folder_names
 from pcnet3d.pipeline.running.plan import planned
 from pcnet3d.pipeline.running.run import run_files
 
@@ -211,12 +210,6 @@ def test_names_that_some_system_refuses_and_that_every_system_takes():
         assert not system.is_file_name(name), name
     for name in ["walk", "P01 visit 2", "ä-1", "console", "com10", "a.b", "nullity", "con1", "com"]:
         assert system.is_file_name(name), name
-
-
-def test_a_person_called_nul_gets_a_folder():
-    names = folder_names(["nul", "NUL", "a:b", "1"])
-    assert names == ["nul_", "NUL__2", "a_b", "1"]
-    assert all(map(system.is_file_name, names))
 
 
 def held(path: str | os.PathLike[str]) -> list[str]:

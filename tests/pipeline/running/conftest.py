@@ -45,8 +45,8 @@ def scene() -> Scene:
     return Scene(walks, aimed(walks[0].root.mean(axis=0), 6, heading_deg=0, pitch_deg=25, roll_deg=8))
 
 
-@pytest.fixture
-def mmpose(scene, tmp_path):
+@pytest.fixture(scope="session")
+def mmpose(scene, tmp_path_factory):
     """mmpose(ghost=4, mirrored=()) -> Path: the scene, somebody else in `ghost` frames, and who is mirrored."""
 
     def write(ghost: int = 0, mirrored: tuple[str, ...] = ()) -> Path:
@@ -56,7 +56,7 @@ def mmpose(scene, tmp_path):
                 frames[frame].append(_instance(body, place, poses.person in mirrored))
         for frame in range(30, 30 + ghost):
             frames[frame].append(_instance(scene.poses[0].joints[frame], 9, False))
-        path = tmp_path / "walk.json"
+        path = tmp_path_factory.mktemp("mmpose") / "walk.json"
         listed = [{"frame_id": i, "instances": people} for i, people in enumerate(frames)]
         path.write_text(json.dumps(listed))
         return path

@@ -1,6 +1,8 @@
 """`--everyone`: a run of each person in a folder of its own, all of it or none, and an index over them."""
 
 import json
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.rotations import angle_deg
+from pcnet3d.pipeline.core.system import is_file_name
 from pcnet3d.pipeline.files.atomic import SUMMARY
 from pcnet3d.pipeline.files.viewer import find_recording
 from pcnet3d.pipeline.reading.settings import RunOptions
@@ -24,7 +27,7 @@ SAVGOL = {"trajectories.smoother": "savgol"}
 STAGES = ("clean", "scale", "rectify", "trajectories", "export")
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def recipe() -> Recipe:
     """What a run needs to write poses and tables; the geometric rectifier, for speed."""
     return Recipe(stages=tuple(StageEntry(use=name) for name in STAGES)).with_options(
@@ -32,10 +35,16 @@ def recipe() -> Recipe:
     )
 
 
-@pytest.fixture
-def done(mmpose, recipe, tmp_path):
-    output = tmp_path / "out"
+@pytest.fixture(scope="module")
+def done(mmpose, recipe, tmp_path_factory):
+    output = tmp_path_factory.mktemp("done") / "out"
     return output, run_people(RunOptions(poses=mmpose(ghost=4), fps=30), output, recipe)
+
+
+@pytest.fixture
+def output(done, tmp_path) -> Path:
+    """A copy of that folder."""
+    return shutil.copytree(done[0], tmp_path / "out")
 
 
 def test_a_whole_run_each_in_one_level(done, scene):
@@ -118,8 +127,7 @@ def test_what_cannot_be_for_all_people_is_refused_and_leaves_no_folder(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_crash_leaves_the_old_folder(done, mmpose, recipe, monkeypatch):
-    output, _ = done
+def test_a_crash_leaves_the_old_folder(output, mmpose, recipe, monkeypatch):
     before = (output / SUMMARY).read_text()
 
     def crash(*_):
@@ -133,8 +141,7 @@ def test_a_crash_leaves_the_old_folder(done, mmpose, recipe, monkeypatch):
     assert not list(output.parent.glob(".out*"))
 
 
-def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(done, mmpose, recipe):
-    output, _ = done
+def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(output, mmpose, recipe):
     run_files(RunOptions(poses=mmpose(), fps=30, person="1"), output, recipe)
     assert not (output / "0").exists()
     run_people(RunOptions(poses=mmpose(), fps=30), output, recipe)
@@ -185,10 +192,12 @@ def test_the_options_are_those_of_the_command(mmpose, tmp_path):
         (["Ann", "ann", "ANN"], ["Ann", "ann_2", "ANN_3"]),
         (["", ".", "summary.json"], ["_", "__2", "summary_json"]),
         (["名前", "x" * 300], ["_", "x" * 60]),
+        (["nul", "NUL", "a:b", "1"], ["nul_", "NUL__2", "a_b", "1"]),  # as Windows refuses names
     ],
 )
 def test_folders_have_safe_names_of_their_own(people, folders):
     assert folder_names(people) == folders
+    assert all(map(is_file_name, folders))
 
 
 @pytest.mark.parametrize("cut", [True, False])

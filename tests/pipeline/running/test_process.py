@@ -80,15 +80,16 @@ def test_functions_take_the_places_of_networks(film, detector, lifter, joints, t
 
 
 def test_arrays_files_and_what_read_gives_say_the_same(save, film, keypoints, joints):
-    arrays = pcnet3d.process(video=film, keypoints=keypoints, poses=joints, unit="m")
+    quick = {"video": film, "settings": {"calibrate": "off", "measures": "off"}}
+    arrays = pcnet3d.process(**quick, keypoints=keypoints, poses=joints, unit="m")
     files = pcnet3d.process(
-        video=film,
+        **quick,
         keypoints=save(keypoints, "keypoints.npy"),
         poses=save(joints.astype(np.float32)),
         adapter="videopose3d",
     )
     given = pcnet3d.process(
-        video=film,
+        **quick,
         keypoints=read(save(keypoints, "keypoints.npy"), gives="keypoints"),
         poses=read(save(joints.astype(np.float32)), "videopose3d"),
     )
