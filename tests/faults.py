@@ -83,7 +83,7 @@ FAULTS = [
     Fault("stages/measures/jumps.py", "GRAVITY / 8", "GRAVITY / 4",
           "models/place/test_airborne.py::test_rebounds_have_the_time_on_the_floor_between"),
     Fault("stages/export/markers.py", "root - height * up", "root + height * up",
-          "stages/export/test_pelvis.py"),
+          "stages/export/test_exports.py"),
     Fault("stages/report/trust.py", "min(_LEVELS.index(level)", "max(_LEVELS.index(level)",
           "stages/report/test_trust.py"),
     Fault("stages/record/gaps.py", "append=last + 1) > usual", "append=last + 1) > 2 * usual",

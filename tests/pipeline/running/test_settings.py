@@ -121,11 +121,11 @@ def test_what_is_told_of_the_recording_cannot_be_contradicted(setting, flag):
 
 
 def test_settings_reach_their_stage_in_the_type_it_asks_for():
-    given = ["clean.spike=0.7", "lift.flip=yes", "measures.repeated=r_elbow_flexion,l_elbow_flexion"]
+    given = ["clean.spike=0.7", "lift.flip=yes", "measures.repeat=r_elbow_flexion,l_elbow_flexion"]
     assert told(keypoints=KEYPOINTS, settings=given) == {
         "clean": {"spike": 0.7},
         "lift": {"flip": True},
-        "measures": {"repeated": ("r_elbow_flexion", "l_elbow_flexion")},
+        "measures": {"repeat": ("r_elbow_flexion", "l_elbow_flexion")},
     }
 
 
