@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import re
 import reprlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +44,8 @@ _KEYPOINTS = (
     "kpts",
     "pred_xyz_jts",
 )
-KEYPOINTS_3D = ("keypoints3d", "joint_positions", "keypoint")  # of EasyMocap, Azure Kinect and ZED
+OPENPOSE_3D = ("pose_keypoints_3d", "body_keypoints_3d")  # as older documents call it
+KEYPOINTS_3D = ("keypoints3d", "joint_positions", "keypoint", *OPENPOSE_3D)  # of EasyMocap, Azure Kinect, ZED
 _SCORES = ("keypoint_scores", "keypoints_scores", "keypoints_score", "keypoints_conf", "scores", "kpt_scores")
 _SCORE = ("score", "visible", "conf", "confidence", "visibility", "c", "v")  # of one point
 _FROM_1 = "instance_info"
@@ -53,9 +54,9 @@ _NUMBER = re.compile(r"([0-9]+)")
 _PEEKED = 100  # files of a folder; nobody may be there in the first ones
 
 
-def first_person(path: Path) -> tuple[Mapping[str, Any], bool] | None:
+def first_person(path: Path, fields: Sequence[str] = ()) -> tuple[Mapping[str, Any], bool] | None:
     """The first person in the beginning of such a file or folder, and whether a list of detections has them, not a
-    frame; None for anything else. Never raises."""
+    frame; None for anything else. fields: of which the person has one that is filled. Never raises."""
     if path.is_dir():
         entries: list[Any] = [beginning(file) for file in frame_files(path)[:_PEEKED]]
     elif isinstance(content := beginning(path), dict):
@@ -69,6 +70,7 @@ def first_person(path: Path) -> tuple[Mapping[str, Any], bool] | None:
         people = people_of(entry)
         if people is None:
             return None
+        people = [person for person in people if not fields or any(person.get(key) for key in fields)]
         if people:
             return people[0], people[0] is entry
     return None

@@ -72,6 +72,7 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "ddhpose_3dhp": _ARRAY,
         "display": "give the poses as the lifter gave them, before they were turned for display",
         "mpi3dhp": _ARRAY,
+        "openpose3d": "leave it out; adapter json3d reads OpenPose's 3D results",
         "totalcapture": "give the BVH file of the data set",
         "totalcapture_imu": "turn the file into tables with `pcnet3d lab totalcapture`",
     },

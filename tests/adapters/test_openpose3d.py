@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from golden.lifters import openpose3d, openpose_joints
-from pcnet3d.adapters import openpose3d as openpose3d_adapter
-from pcnet3d.adapters import read, read_all
+from pcnet3d.adapters import json3d, read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, OPENPOSE18
 from pcnet3d.pipeline.reading.find import adapters
@@ -33,9 +32,9 @@ def test_golden(save, turning, layout, name):
     frames = [[body] for body in openpose_joints(turning(FRAMES) + AWAY_M, layout)]
     folder = save([[], *frames], name)
     fits = [name for name, each in adapters().items() if each.sniff(folder)]
-    assert fits == ["json2d", "openpose3d"]  # its 2D results are there too; 3D comes first
+    assert fits == ["json2d", "json3d"]  # its 2D results are there too; 3D comes first
     poses = read(folder, fps=30)
-    assert poses.history[0].options["adapter"] == "openpose3d"
+    assert poses.history[0].options["adapter"] == "json3d"
     hips = H36M17.indices(["l_hip", "r_hip"])
     bodies = turning(FRAMES)
     pelvis = bodies[:, :1] if layout is BODY_25 else bodies[:, hips].mean(axis=1, keepdims=True)
@@ -88,18 +87,20 @@ def test_the_layout_is_that_of_all_bodies(save, alone):
     """Of the first body only neck, nose and elbow are in view, whose bones are none of either layout's."""
     seen = BODY_25.indices(["neck", "nose", "r_elbow"])
     alone[0][0][np.setdiff1d(np.arange(25), seen)] = np.nan
-    (poses,) = openpose3d_adapter.read(save(alone))
+    (poses,) = json3d.read(save(alone))
     assert poses.layout == BODY_25
 
 
 def test_2d_results_only(save, alone):
     folder = save([[np.empty((0, 3))] for _ in alone])
-    assert not adapters()["openpose3d"].sniff(folder)
-    with pytest.raises(InputError, match="adapter json2d reads its 2D results"):
-        read(folder, "openpose3d")
+    assert not json3d.sniff(folder)
+    with pytest.raises(InputError, match="adapter json2d reads OpenPose's 2D results"):
+        read(folder, "json3d")
 
 
-@pytest.mark.parametrize(("length", "says"), [(4 * 17, "25 or 18 joints"), (7, "x, y, z and score")])
+@pytest.mark.parametrize(
+    ("length", "says"), [(4 * 17, "18, 25, 32, 34, 38 joints"), (7, "x, y, z of each joint")]
+)
 def test_other_numbers_of_joints(save, alone, length, says):
     folder = save(alone)
     file = folder / "walk_000000000007_keypoints.json"
@@ -107,5 +108,5 @@ def test_other_numbers_of_joints(save, alone, length, says):
     content["people"][0]["pose_keypoints_3d"] = [0.5] * length
     file.write_text(json.dumps(content))
     with pytest.raises(InputError, match=says) as error:
-        read(folder, "openpose3d")
+        read(folder, "json3d")
     assert file.name in str(error.value)
