@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..pipeline.core.cores import cores
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
+from ..pipeline.core.system import cores
 from ..pipeline.core.take import Video
 from ..pipeline.files.images import images_in, is_image, read_image
 from ..pipeline.files.video_frames import opened

@@ -21,9 +21,9 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command, get_group
 
-from .core.cores import limit_opencv
 from .core.errors import InputError
 from .core.messages import Detail, is_verbose, say, set_detail
+from .core.system import limit_opencv
 from .plugins import registry
 from .plugins.options import did_you_mean
 from .plugins.removed import refuse_removed

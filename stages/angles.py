@@ -16,6 +16,7 @@ from ..models.angle_error.neutral import STILL_DEG, less_neutral, moves_deg, neu
 from ..models.angle_error.off_keypoints import widened, without_exchanged
 from ..models.angle_error.rates import angle_rates
 from ..models.angle_error.take_angles import AngleSeries, angle_series, in_reference
+from ..models.common.motion import in_doubt
 from ..models.common.residuals import limb_scores, residuals_of
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
@@ -26,7 +27,6 @@ from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
-from ..pipeline.signals.swaps import in_doubt
 from .lift import Lift
 from .trajectories import Smoother
 

@@ -18,7 +18,7 @@ is known, and hold even where a take could not be levelled.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import ClassVar, Literal
 
@@ -35,6 +35,7 @@ from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, in_single
 from ..pipeline.signals.filters import (
     CUTOFF_HZ,
+    ORDER,
     breaks,
     check_cutoff,
     check_savgol_cutoff,
@@ -43,7 +44,6 @@ from ..pipeline.signals.filters import (
     highest_savgol_cutoff,
     lowpass,
     rate,
-    residual_cutoff,
     savitzky_golay,
     uneven_rows,
 )
@@ -291,6 +291,42 @@ def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
             "The take is too short, or has too many gaps, to choose a cut-off; give cutoff_hz.",
         )
     return float(np.nanmax(asked))
+
+
+def residual_cutoff(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> float:
+    """The cut-off in Hz that x (T,) or (T, D) asks for by residual analysis (Winter, Biomechanics and Motor Control of
+    Human Movement, 4th ed. 2009, chapter 3); NaN when no piece is long enough.
+
+    What `lowpass` takes away at some cut-off is noise and, when that is low, motion. Winter draws a line through the
+    part of the residual that is noise alone, back to 0 Hz. Here the residual that white noise leaves, which is known
+    for every cut-off, is fitted to the observed one from half of Nyquist on, where no motion is expected; what the
+    residual has besides is motion lost. The cut-off is the one with the least mean square of motion lost and noise
+    kept.
+    """
+    x = np.asarray(x, dtype=np.float64)
+    fps = rate(time_s)
+    if not np.isfinite(fps):
+        return float("nan")
+    cutoffs = np.geomspace(min(1.0, fps / 20), 0.46 * fps, 45)
+    compared = np.isfinite(lowpass(x, time_s, cutoffs[0], seams))
+    while not compared.any() and cutoffs[0] < fps / 8:  # a short take settles from a higher cut-off on only
+        cutoffs = cutoffs[1:]
+        compared = np.isfinite(lowpass(x, time_s, cutoffs[0], seams))
+    if not compared.any():
+        return float("nan")
+    residual = np.array([np.mean((x - lowpass(x, time_s, hz, seams))[compared] ** 2) for hz in cutoffs])
+    taken, kept = _white_noise(cutoffs, fps)
+    upper = cutoffs >= fps / 4
+    noise = (residual[upper] @ taken[upper]) / (taken[upper] @ taken[upper])
+    return float(cutoffs[np.argmin(residual - noise * taken + noise * kept)])
+
+
+def _white_noise(cutoffs: np.ndarray, fps: float) -> tuple[np.ndarray, np.ndarray]:
+    """Shares (N,) of white noise's power that `lowpass` takes away, and keeps, at each of the cut-offs (N,)."""
+    hz = np.linspace(0, 0.4999, 2000) * fps
+    ratio = np.tan(np.pi * hz / fps) / np.tan(np.pi * cutoffs[:, None] / fps)
+    gain = 1 / (1 + (np.sqrt(2) - 1) * ratio**ORDER)  # of two passes, a half of the order each
+    return ((1 - gain) ** 2).mean(axis=1), (gain**2).mean(axis=1)
 
 
 def _notices(path: PoseSequence, done: Lowpass, known_error: bool) -> list[Notice]:

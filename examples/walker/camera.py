@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.core.canonical import R_world_from_body
+from ...models.common.canonical import R_world_from_body
 from ...pipeline.core.frames import CAMERA, change_frame
 from ...pipeline.core.pose import MadeBy, PoseSequence
 from ...pipeline.core.rotations import rotate

@@ -32,11 +32,11 @@ import numpy as np
 
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.blocks import blocks
-from ...pipeline.core.cores import cores
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, transpose
+from ...pipeline.core.system import cores
 from ...pipeline.signals.angles import ANGLES, angles, near
 
 NOISE_FILE = Path(__file__).with_name("joint_noise.json")

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import BRIDGED_S, breaks, stretches
-from ...pipeline.signals.swaps import in_doubt
 from .residuals import LIMBS, Residuals, residuals_of, unsure_joints
 
 # Of the take's usual residual, within which a limb agrees with its keypoints: what is usual tells how good these are,
@@ -134,3 +134,23 @@ def lasting(rows: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     for start, stop in stretches(rows):
         kept[start:stop] = time_s[stop - 1] - time_s[start] >= BRIDGED_S
     return kept
+
+
+def in_doubt(take: Take) -> dict[str, np.ndarray]:
+    """{"leg" or "arm": (T,) bool} in which rows of the poses these limbs may be exchanged: what is left of
+    theirs (signals.swaps.treated), and of the keypoints if this run has lifted them."""
+    poses = take.need("poses")
+    doubt: dict[str, np.ndarray] = {}
+    of = ("poses", "keypoints") if poses.made_by.in_run else ("poses",)
+    for limb, first, last in left_exchanged(take.said, of):
+        rows = (first <= poses.frame_index) & (poses.frame_index <= last)
+        doubt[limb] = doubt.get(limb, False) | rows
+    return doubt
+
+
+def left_exchanged(
+    said: Iterable[Notice], of: Collection[str] = ("poses", "keypoints")
+) -> list[tuple[str, int, int]]:
+    """("leg" or "arm", the first frame, the last) of limbs that may be exchanged, and were left so."""
+    told = (each.values for each in said if each.code in ("swaps-found", "swaps-doubtful"))
+    return [span for values in told if values.get("what") in of for span in values.get("exchanged", ())]

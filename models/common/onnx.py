@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.core.cores import cores
 from ...pipeline.core.device import AUTO, CPU, KINDS, placement
 from ...pipeline.core.errors import InputError, readable
+from ...pipeline.core.system import cores
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.blocks import blocks
 from ...pipeline.core.camera import Camera
 from ...pipeline.core.frames import CAMERA, require
-from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.layouts import ARM, H36M17, LEG
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.signals.reprojection import JOINTS, NEAREST, keypoint_rays, placed
@@ -19,7 +19,7 @@ from ...pipeline.signals.visibility import SURE_SCORE, mean_scores
 # {limb: its joints from the trunk outwards}
 LIMBS = {
     f"{side}_{limb}": tuple(f"{side}_{part}" for part in parts)
-    for limb, parts in {"arm": ("shoulder", "elbow", "wrist"), "leg": ("hip", "knee", "ankle")}.items()
+    for limb, parts in {"arm": ARM, "leg": LEG}.items()
     for side in "rl"
 }
 

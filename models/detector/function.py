@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.given import numbers
 from ...pipeline.core.layouts import COCO17, Layout
 from ...pipeline.core.rotations import is_finite
-from ...pipeline.reading.given import layout_in_2d
+from ...pipeline.reading.given import layout_in_2d, numbers
 from ..common.function import FunctionError, name_of
 from .protocols import Found
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...pipeline.core.camera import Look
-from ...pipeline.core.canonical import R_world_from_body
 from ...pipeline.core.rotations import angle_deg, from_columns, is_finite, unit
+from ..common.canonical import R_world_from_body
 from .evidence import Evidence, TakeUp
 from .floor import of_feet
 from .fusion import fused_up

@@ -12,10 +12,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...pipeline.core.canonical import body_axes
 from ...pipeline.core.rotations import unit
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.signals.filters import on_lines
+from ..common.canonical import body_axes
 from .votes import CORRELATED_S
 
 _ENOUGH = 600  # frames: so many are always asked

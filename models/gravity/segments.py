@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.core.cores import cores
+from ...pipeline.core.system import cores
 
 _SIDE_PX = 1280  # images are searched at this longer side: finer shows texture, coarser loses edges
 _SHORTEST = 0.025  # of the longer side

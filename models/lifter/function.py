@@ -9,10 +9,10 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA
-from ...pipeline.core.given import numbers
 from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.rotations import is_finite
+from ...pipeline.reading.given import numbers
 from ..common.function import FunctionError, name_of
 from .input import USUAL_HZ, checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 from .scaling import filled

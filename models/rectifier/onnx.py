@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.core.blocks import blocks
-from ...pipeline.core.cores import cores
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.system import cores
 from ..common.onnx import open_onnx
 
 CHUNK = 64  # poses answered at a time; fits the caches

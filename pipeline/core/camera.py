@@ -12,9 +12,6 @@ from .intrinsics import Intrinsics
 FocalSource = Literal["told", "file", "lines", "prior"]
 # Longer sides of the image, and spread of its logarithm (phones filming).
 PRIOR_FOCAL, PRIOR_FOCAL_SPREAD = 0.8, 0.22
-# Standard deviation of an assumed focal length as a share of it. Lenses are far oftener longer than those of phones
-# than shorter: of lenses from 0.65 to 2 longer sides, evenly by their logarithm, nine in ten lie within 1.645 of it.
-ASSUMED_FOCAL_SD = 0.75
 TREMBLE = 0.01  # longer sides of the image: half a degree
 
 

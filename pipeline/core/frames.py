@@ -113,8 +113,6 @@ Z_UP = Frame("Z_UP", "world", ("north", "west", "up"), origin="world")
 Y_UP = Frame("Y_UP", "world", ("west", "up", "north"), origin="world")
 LEVEL = Frame("LEVEL", "level", ("back", "right", "up"))
 BODY = Frame("BODY", "body", ("back", "right", "up"))
-# Of a camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).
-R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 FRAMES = {frame.name: frame for frame in (CAMERA, GL_CAMERA, PC_CAMERA, IMAGE, Z_UP, Y_UP, LEVEL, BODY)}
 

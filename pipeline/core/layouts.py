@@ -105,8 +105,10 @@ def _limb(side: str, *parts: str) -> tuple[str, ...]:
     return tuple(f"{side}_{part}" for part in parts)
 
 
-_LEG, _ARM = ("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")
-_R_LEG, _L_LEG, _R_ARM, _L_ARM = _limb("r", *_LEG), _limb("l", *_LEG), _limb("r", *_ARM), _limb("l", *_ARM)
+# Of one side, from the trunk outwards.
+LEG, ARM = ("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")
+_R_LEG, _L_LEG, _R_ARM, _L_ARM = _limb("r", *LEG), _limb("l", *LEG), _limb("r", *ARM), _limb("l", *ARM)
+TRUNK_CORNERS = ("l_hip", "r_hip", "l_shoulder", "r_shoulder")
 LIMBS = (*_R_LEG, *_R_ARM, *_L_LEG, *_L_ARM)
 _TRUNK = ("spine", "thorax", "nose", "head")
 _COCO = (
@@ -191,17 +193,17 @@ def _soma_hand(side: str) -> tuple[str, ...]:
 SOMA77 = Layout(
     "SOMA77",
     ("hips", "spine1", "spine2", "chest", "neck", "neck2", "skull", "head_top", "jaw", "l_eye", "r_eye",
-     *(name for side in "lr" for name in (f"{side}_collar", *_limb(side, *_ARM), *_soma_hand(side))),
-     *(name for side in "lr" for name in (*_limb(side, *_LEG), f"{side}_toe_base", f"{side}_toe_end"))),
+     *(name for side in "lr" for name in (f"{side}_collar", *_limb(side, *ARM), *_soma_hand(side))),
+     *(name for side in "lr" for name in (*_limb(side, *LEG), f"{side}_toe_base", f"{side}_toe_end"))),
 )  # fmt: skip
 
 # The same with fewer joints, as Kimodo's first examples have it: no top of the head, and two points a hand.
 SOMA30 = Layout(
     "SOMA30",
     ("hips", "spine1", "spine2", "chest", "neck", "neck2", "skull", "jaw", "l_eye", "r_eye",
-     *(name for side in "lr" for name in (f"{side}_collar", *_limb(side, *_ARM),
+     *(name for side in "lr" for name in (f"{side}_collar", *_limb(side, *ARM),
                                             f"{side}_thumb_end", f"{side}_middle_end")),
-     *(name for side in "lr" for name in (*_limb(side, *_LEG), f"{side}_toe_base"))),
+     *(name for side in "lr" for name in (*_limb(side, *LEG), f"{side}_toe_base"))),
 )  # fmt: skip
 
 LAYOUTS = {

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..core.cores import cores
 from ..core.errors import InputError
+from ..core.system import cores
 from ..core.take import Take, Video
 from .images import read_image
 

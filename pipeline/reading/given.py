@@ -12,7 +12,6 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.frames import CAMERA, GL_CAMERA, IMAGE, Y_UP, Z_UP, Frame
-from ..core.given import numbers
 from ..core.layouts import H36M17, LAYOUTS, Layout, layout_named, layouts_of
 from ..core.messages import how_many
 from ..core.pose import UNSAID, MadeBy, PoseSequence
@@ -205,3 +204,21 @@ def _people(given: Any) -> bool:
 def _source(role: str, people: tuple[PoseSequence, ...]) -> Source:
     digest = hashlib.sha256(b"".join(one.joints.tobytes() for one in people)).hexdigest()
     return Source(Path(f"{role} in memory"), InMemory(role), people, digest)
+
+
+def numbers(values: Any, what: str) -> np.ndarray:
+    """The values (...,) as float32 or, if they are finer, float64: an array, nested lists, or a torch tensor, from
+    whichever device. what: they are, for the error. InputError for anything but numbers, and for infinite ones."""
+    if hasattr(values, "detach"):  # a torch tensor
+        values = values.detach().cpu()
+        values = (values.float() if "bfloat16" in str(values.dtype) else values).numpy()
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError) as error:
+        raise InputError("wrong-content", f"Expected {what} as an array of numbers: {error}.") from None
+    if array.dtype.kind not in "fiu":
+        raise InputError("wrong-content", f"Expected {what} as an array of numbers, got {array.dtype}.")
+    array = array.astype(np.result_type(np.float32, array.dtype), copy=False)
+    if np.isinf(array).any():
+        raise InputError("wrong-content", f"Expected {what} as finite numbers or NaN, got infinite ones.")
+    return array

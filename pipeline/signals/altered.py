@@ -10,12 +10,13 @@ and for lines of 1,127 clips of motion capture.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 
 from ..core.anthropometry import trunk_length
-from ..core.layouts import Layout
+from ..core.layouts import ARM, LEG, LIMBS, TRUNK_CORNERS, Layout
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
@@ -24,18 +25,14 @@ from .filters import stretches
 
 _ENOUGH = 30  # rows
 _SIDES = ("r", "l")
-_LIMBS = (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist"))
-_TRUNK = tuple(f"{side}_{part}" for side in _SIDES for part in ("hip", "shoulder"))
 _ENDS = tuple(f"{side}_{part}" for side in _SIDES for part in ("ankle", "wrist"))
-_LIMB_JOINTS = tuple(f"{side}_{part}" for side in _SIDES for limb in _LIMBS for part in limb)
 # A point on a line is off it by two steps of the file's numbers at most, and the path bends at the line's ends by this
 # many at least: a slow, smooth path is nearly straight for long.
 _ON_LINE, _BENDS = 2.0, 6.0
 _FEWEST = 3  # points of a line
 _BY_CHANCE = 1e-4  # lines in a take
-_MOST_BY_CHANCE = (
-    0.5  # share of points on lines of one point from which nothing is said: somebody stands still
-)
+# Share of points on lines of one point from which nothing is said: somebody stands still.
+_MOST_BY_CHANCE = 0.5
 _WHOLE = 0.8  # of the joints, on lines in one row
 _OFTEN = 0.2  # of the rows; somebody who swings evenly is midway in fewer
 _TOGETHER = 10  # rows in which two joints stay at one point
@@ -44,7 +41,8 @@ _TOGETHER = 10  # rows in which two joints stay at one point
 _UNLIKE = 1.1
 _SAME = 0.01  # of a trunk: between a limb and the other side's, in nine rows of ten; lifts have 0.09 and more
 _MOVES = 0.05  # of a trunk, that both move at least
-_AGAIN = 0.3  # of the rows that another row, not beside it, repeats to the digit; no recording has any
+# Of the rows, that another row repeats to the digit, farther away than so many; no recording has any.
+_AGAIN, _BESIDE = 0.3, 5
 # Autocorrelation of hands and feet about the hips from row to row, and by how many trunks they move at least: sound
 # keypoints have 0.76 and more, sound lifts 0.86; of rows in another order 0.32 and less.
 _NOISE, _NOISE_MOVES = 0.5, {2: 0.1, 3: 1e-3}
@@ -138,7 +136,7 @@ def _coinciding(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     """Joints of limbs, or one of them and the nose, that stay at one point: one of the two was not found. The one that
     is nearer to the trunk stays."""
     found, said = np.zeros(points.joints.shape[:2], dtype=bool), []
-    names = [name for name in ("nose", *_LIMB_JOINTS) if name in points.layout and name not in points.derived]
+    names = [name for name in ("nose", *LIMBS) if name in points.layout and name not in points.derived]
     joints = points.joints[:, points.layout.indices(names)].astype(np.float64)
     step, there = _step_of_numbers(joints), ~empty_rows(points)
     for (i, first), (k, second) in combinations(enumerate(names), 2):
@@ -147,7 +145,7 @@ def _coinciding(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
         if not spans:
             continue
         rows = np.concatenate([np.arange(*span) for span in spans])
-        gone = [name for name in (first, second) if name not in _TRUNK and name != "nose"]
+        gone = [name for name in (first, second) if name not in TRUNK_CORNERS and name != "nose"]
         found[rows[:, None], points.layout.indices(gone)] = True
         values = {"first": plainly(first), "second": plainly(second), "count": len(rows)}
         said.append(notice("joints-coincide", rows=[spans[0][0]], **values))
@@ -159,11 +157,7 @@ def _crosswise(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     less alike from frame to frame: their names are exchanged. Who folds the arms or crosses the legs has such bones
     too, but they keep their lengths."""
     found, said = np.zeros(points.joints.shape[:2], dtype=bool), []
-    for limb in _LIMBS:
-        sides = [[f"{side}_{part}" for part in limb] for side in _SIDES]
-        if any(name not in points.layout for side in sides for name in side):
-            continue
-        right, left = (points.joints[:, points.layout.indices(side)].astype(np.float64) for side in sides)
+    for limb, right, left in _of_both_sides(points):
         known = np.asarray(is_finite(right) & is_finite(left)).all(axis=1)
         right, left = right[known], left[known]
         if len(right) < _ENOUGH:
@@ -178,6 +172,15 @@ def _crosswise(points: PoseSequence) -> tuple[np.ndarray, list[Notice]]:
     return found, said
 
 
+def _of_both_sides(points: PoseSequence) -> Iterator[tuple[tuple[str, ...], np.ndarray, np.ndarray]]:
+    """Legs and arms that the layout has whole: their parts, and joints (T, 3, D) of the right one and the left one."""
+    for limb in (LEG, ARM):
+        sides = [[f"{side}_{part}" for part in limb] for side in _SIDES]
+        if all(name in points.layout for side in sides for name in side):
+            right, left = (points.joints[:, points.layout.indices(side)].astype(np.float64) for side in sides)
+            yield limb, right, left
+
+
 def _varies(*ends: np.ndarray) -> float:
     """How much the two bones vary in length from the second joints of the first two limbs (T, 3, D) to the third of the
     other two."""
@@ -187,13 +190,9 @@ def _varies(*ends: np.ndarray) -> float:
 
 def _copied(points: PoseSequence) -> list[Notice]:
     """A limb that is a copy of the other side's."""
-    at, layout = points.joints.astype(np.float64), points.layout
-    trunk = trunk_length(at, layout)
+    trunk = trunk_length(points.joints.astype(np.float64), points.layout)
     said = []
-    for limb in _LIMBS:
-        if not all(f"{side}_{part}" in layout for side in _SIDES for part in limb):
-            continue
-        right, left = (at[:, layout.indices([f"{side}_{part}" for part in limb])] for side in _SIDES)
+    for limb, right, left in _of_both_sides(points):
         right, left = (each[:, 1:] - each[:, :1] for each in (right, left))
         apart = np.linalg.norm(right - left, axis=-1)
         known = np.isfinite(apart).any(axis=0)
@@ -202,7 +201,7 @@ def _copied(points: PoseSequence) -> list[Notice]:
             and np.nanpercentile(apart, 90) < _SAME * trunk
             and np.linalg.norm(np.nanstd(right[:, known], axis=0), axis=-1).max() > _MOVES * trunk
         ):
-            said.append(notice("limbs-copied", limb="leg" if "hip" in limb else "arm"))
+            said.append(notice("limbs-copied", limb="leg" if limb == LEG else "arm"))
     return said
 
 
@@ -212,17 +211,11 @@ def _repeated(points: PoseSequence) -> list[Notice]:
     if len(rows) < _ENOUGH:
         return []
     _, which = np.unique(rows.reshape(len(rows), -1), axis=0, return_inverse=True)
-    which = which.ravel()
-    first = np.full(which.max() + 1, -1)
-    again = 0
-    for row, number in enumerate(which):
-        again += first[number] >= 0 and row - first[number] > 5
-        first[number] = row
-    return (
-        [notice("repeats-itself", count=int(again), rows_read=len(rows))]
-        if again >= _AGAIN * len(rows)
-        else []
-    )
+    order = np.argsort(
+        which.ravel(), kind="stable"
+    )  # rows that are equal lie beside each other, in their order
+    again = int(((np.diff(which.ravel()[order]) == 0) & (np.diff(order) > _BESIDE)).sum())
+    return [notice("repeats-itself", count=again, rows_read=len(rows))] if again >= _AGAIN * len(rows) else []
 
 
 def _rows_lost(points: PoseSequence) -> list[Notice]:
@@ -248,7 +241,7 @@ def _rows_lost(points: PoseSequence) -> list[Notice]:
 def _rows_added(points: PoseSequence) -> list[Notice]:
     """Nearly all joints of a row lie exactly on lines between those of the rows beside it, in which they bend: a
     program has put it there. Rows that follow one another so are gaps that were filled."""
-    limbs = points.layout.indices([name for name in _LIMB_JOINTS if name in points.layout])
+    limbs = points.layout.indices([name for name in LIMBS if name in points.layout])
     if not limbs:
         return []
     bend = _bends_and_moves(points.joints.astype(np.float64))[0][:, limbs]

@@ -1,11 +1,11 @@
-"""Signals over time: unbroken pieces, zero-phase low-pass filters, derivatives, and the choice of a cut-off.
+"""Signals over time: unbroken pieces, zero-phase low-pass filters, and derivatives.
 
 Nothing here ever looks across a missing row, a clip boundary or a jump in time. A hole of up to 0.2 s in the time
 stamps, as of images that a phone dropped, is none: it is bridged, as `clean` fills gaps of that length. Rows whose time
 stamps are not evenly spaced are brought to even ones by a cubic spline for the filter, and back.
 
 Sources: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, chapter 3 (low-pass filters, the
-correction for two passes, the idea of residual analysis); Schafer, "What Is a Savitzky-Golay Filter?", IEEE Signal
+correction for two passes); Schafer, "What Is a Savitzky-Golay Filter?", IEEE Signal
 Processing Magazine 28(4), 2011 (such a filter has a cut-off as any other).
 """
 
@@ -24,7 +24,7 @@ CUTOFF_HZ = 6.0  # what Pose2Sim and Sports2D filter marker positions with, and 
 BRIDGED_S = 0.2  # of images that are lacking, as long as the gaps of rows that `clean` fills
 _GAP = 2.5  # an interval this many times the usual one is a hole: more than one frame was lost
 _STAMP_S = 0.6e-3  # stamps rounded to milliseconds lie this near to even ones
-_ORDER = 4  # of both passes of the Butterworth filter together
+ORDER = 4  # of both passes of the Butterworth filter together
 _ALL = 512  # rows of a take that is short; further than half of it away no row changes a spline's value
 _AT_ONCE = 1 << 17  # rows times paths that are filtered at once: some tens of megabytes
 _HALF_POWER = np.sqrt(0.5)  # gain at the cut-off
@@ -134,8 +134,8 @@ def lowpass(
     """
     fps = rate(time_s)
     check_cutoff(cutoff_hz, fps)
-    warped = np.tan(np.pi * cutoff_hz / fps) / (np.sqrt(2) - 1) ** (1 / _ORDER)
-    pad = max(int(np.ceil(fps / cutoff_hz)), 3 * (_ORDER // 2 + 1))
+    warped = np.tan(np.pi * cutoff_hz / fps) / (np.sqrt(2) - 1) ** (1 / ORDER)
+    pad = max(int(np.ceil(fps / cutoff_hz)), 3 * (ORDER // 2 + 1))
 
     def both_ways(piece: np.ndarray) -> np.ndarray:
         before, after = 2 * piece[0] - piece[pad:0:-1], 2 * piece[-1] - piece[-2 : -pad - 2 : -1]
@@ -293,41 +293,6 @@ def each_path(
             answer = filter_(together.reshape(len(paths), -1))
             result[:, some] = answer.reshape(len(answer), *together.shape[1:])
     return result
-
-
-def residual_cutoff(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> float:
-    """The cut-off in Hz that x (T,) or (T, D) asks for by residual analysis; NaN when no piece is long enough.
-
-    What `lowpass` takes away at some cut-off is noise and, when that is low, motion. Winter draws a line through the
-    part of the residual that is noise alone, back to 0 Hz. Here the residual that white noise leaves, which is known
-    for every cut-off, is fitted to the observed one from half of Nyquist on, where no motion is expected; what the
-    residual has besides is motion lost. The cut-off is the one with the least mean square of motion lost and noise
-    kept.
-    """
-    x = np.asarray(x, dtype=np.float64)
-    fps = rate(time_s)
-    if not np.isfinite(fps):
-        return float("nan")
-    cutoffs = np.geomspace(min(1.0, fps / 20), 0.46 * fps, 45)
-    compared = np.isfinite(lowpass(x, time_s, cutoffs[0], seams))
-    while not compared.any() and cutoffs[0] < fps / 8:  # a short take settles from a higher cut-off on only
-        cutoffs = cutoffs[1:]
-        compared = np.isfinite(lowpass(x, time_s, cutoffs[0], seams))
-    if not compared.any():
-        return float("nan")
-    residual = np.array([np.mean((x - lowpass(x, time_s, hz, seams))[compared] ** 2) for hz in cutoffs])
-    taken, kept = _white_noise(cutoffs, fps)
-    upper = cutoffs >= fps / 4
-    noise = (residual[upper] @ taken[upper]) / (taken[upper] @ taken[upper])
-    return float(cutoffs[np.argmin(residual - noise * taken + noise * kept)])
-
-
-def _white_noise(cutoffs: np.ndarray, fps: float) -> tuple[np.ndarray, np.ndarray]:
-    """Shares (N,) of white noise's power that `lowpass` takes away, and keeps, at each of the cut-offs (N,)."""
-    hz = np.linspace(0, 0.4999, 2000) * fps
-    ratio = np.tan(np.pi * hz / fps) / np.tan(np.pi * cutoffs[:, None] / fps)
-    gain = 1 / (1 + (np.sqrt(2) - 1) * ratio**_ORDER)  # of two passes, a half of the order each
-    return ((1 - gain) ** 2).mean(axis=1), (gain**2).mean(axis=1)
 
 
 def _savgol_gain(window: int, hz: float) -> float:

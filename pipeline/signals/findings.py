@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.anthropometry import STATURES_M, implied_stature
+from ..core.anthropometry import LIMBS, STATURES_M, implied_stature
 from ..core.catalogue import Weight
 from ..core.layouts import H36M17
 from ..core.notices import Notice, notice
@@ -41,7 +41,6 @@ _DEPTH = 1.5  # how many times too small depth is
 _STRETCHED = 0.75  # the same of depth that is too large; lifts have 0.87 to 1.26
 _ENOUGH_ROWS = 10
 _FEWEST_ROWS = 2  # complete ones, for a verdict at all
-_LIMBS = tuple(bone for bone in H36M17.bones if bone[1].endswith(("knee", "ankle", "elbow", "wrist")))
 _AXES = "xyz"
 
 
@@ -206,7 +205,7 @@ def depth_factor(poses: PoseSequence) -> float:
 
 def _vectors(joints: np.ndarray) -> np.ndarray:
     """(N, 8, 3) limb bones."""
-    starts, ends = zip(*_LIMBS, strict=True)
+    starts, ends = zip(*LIMBS, strict=True)
     return joints[:, H36M17.indices(ends)] - joints[:, H36M17.indices(starts)]
 
 
@@ -225,7 +224,7 @@ def _sides(poses: PoseSequence) -> list[Notice]:
     joints = _complete(poses)
     if not len(joints):
         return []
-    length = dict(zip(_LIMBS, np.median(np.linalg.norm(_vectors(joints), axis=-1), axis=0), strict=True))
+    length = dict(zip(LIMBS, np.median(np.linalg.norm(_vectors(joints), axis=-1), axis=0), strict=True))
     for (start, end), right in length.items():
         left = length.get((start.replace("r_", "l_"), end.replace("r_", "l_")), 0.0)
         if end.startswith("r_") and max(right, left) > _SIDES * min(right, left):

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.layouts import FEET, H36M17
+from ..core.layouts import FEET, H36M17, LEG
 from ..core.notices import Notice, grave, notice
 from ..core.pose import PoseSequence
 from ..core.take import Check, Handedness, Take
@@ -105,7 +105,7 @@ def repaired(poses: PoseSequence, handedness: Handedness) -> PoseSequence:
         root_covariance = root_covariance if root_covariance is None else root_covariance * signs
         feet = feet if feet is None else feet * mirror
     else:
-        legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
+        legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in LEG])
         swapped = legs if handedness == "swap-legs" else order
         order[swapped] = poses.layout.mirror[swapped]
         feet = feet if feet is None else feet[:, FEET.mirror]

@@ -14,7 +14,7 @@ long run. Nothing is put right: what is certain may be masked.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
 from typing import Any, Literal
@@ -24,17 +24,16 @@ import numpy as np
 from ..core.anthropometry import trunk_length
 from ..core.blocks import blocks
 from ..core.frames import CAMERA
-from ..core.layouts import Layout
+from ..core.layouts import ARM, LEG, TRUNK_CORNERS, Layout
 from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..core.take import Swaps, Take
+from ..core.take import Swaps
 from .checks import handedness_cues, without_made_nose
 from .filters import breaks, stretches
 
-_LEG = ("hip", "knee", "ankle", "big_toe", "small_toe", "heel", "foot_index")
-_ARM = ("shoulder", "elbow", "wrist", "pinky", "index", "thumb")
+_LEG = (*LEG, "big_toe", "small_toe", "heel", "foot_index")
+_ARM = (*ARM, "pinky", "index", "thumb")
 _INNER = ("hip", "knee", "shoulder", "elbow")
-_TRUNK = ("l_hip", "r_hip", "l_shoulder", "r_shoulder")
 # Joints of a limb that are exchanged by themselves: their names, which joint goes with them, and which shows that.
 _ALONE = (
     ("knee", "leg", "ankle"),
@@ -183,7 +182,7 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
     A swap as long as its clip has no ends and is not found: checks.chirality finds it. A depth mirror
     needs both ends.
     """
-    if any(joint not in poses.layout for joint in _TRUNK):
+    if any(joint not in poses.layout for joint in TRUNK_CORNERS):
         return ()
     joints, times = without_made_nose(poses).joints.astype(np.float64), assumed_times(poses)
     ways = _ways(poses)
@@ -567,26 +566,6 @@ def _treated(
     if how == "report":
         return poses.noted("swaps", found=as_frames(poses, swaps)), swaps, notices
     return mask_swaps(poses, certain) if certain else poses, swaps, notices
-
-
-def in_doubt(take: Take) -> dict[str, np.ndarray]:
-    """{"leg" or "arm": (T,) bool} in which rows of the poses these limbs may be exchanged: what `treated` has left of
-    theirs, and of the keypoints if this run has lifted them."""
-    poses = take.need("poses")
-    doubt: dict[str, np.ndarray] = {}
-    of = ("poses", "keypoints") if poses.made_by.in_run else ("poses",)
-    for limb, first, last in left_exchanged(take.said, of):
-        rows = (first <= poses.frame_index) & (poses.frame_index <= last)
-        doubt[limb] = doubt.get(limb, False) | rows
-    return doubt
-
-
-def left_exchanged(
-    said: Iterable[Notice], of: Collection[str] = ("poses", "keypoints")
-) -> list[tuple[str, int, int]]:
-    """("leg" or "arm", the first frame, the last) of limbs that may be exchanged, and were left so."""
-    told = (each.values for each in said if each.code in ("swaps-found", "swaps-doubtful"))
-    return [span for values in told if values.get("what") in of for span in values.get("exchanged", ())]
 
 
 def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSequence, Notice]:

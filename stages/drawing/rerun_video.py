@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...pipeline.core.cores import cores
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.system import cores
 from ...pipeline.core.take import Video
 from ...pipeline.files.video_frames import frames_from, opened
 

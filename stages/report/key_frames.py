@@ -8,6 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.angle_error.off_keypoints import agrees, steady
+from ...models.common.motion import in_doubt
 from ...models.common.residuals import LIMBS, residuals_of, unsure_joints
 from ...pipeline.core.layouts import Layout, with_feet
 from ...pipeline.core.pose import PoseSequence
@@ -15,7 +16,6 @@ from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.inspect.image import from_the_front
-from ...pipeline.signals.swaps import in_doubt
 from ...pipeline.signals.visibility import certain
 from ..drawing import palette
 from ..drawing.page import figure, picture

@@ -6,8 +6,8 @@ import pytest
 from pcnet3d.examples.walker.camera import Camera, R_camera_from_body, aimed, camera_poses
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.pipeline import BODY, CAMERA, H36M17, change_frame, rotate
-from pcnet3d.pipeline.core.canonical import body_axes
 from pcnet3d.pipeline.core.rotations import transpose
 
 TARGET = np.array([1.0, 2.0, 1.0])

@@ -5,9 +5,9 @@ import pytest
 
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import Walk, walker
+from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT, SEGMENTS
-from pcnet3d.pipeline.core.canonical import R_world_from_body
 from pcnet3d.pipeline.core.layouts import HALPE26
 from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.pipeline.signals.checks import chirality

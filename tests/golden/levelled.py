@@ -5,11 +5,11 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
+from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.models.gravity import Seen, level_moving, level_static
 from pcnet3d.models.gravity.levelling import upright
 from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.core.camera import view_rotation
-from pcnet3d.pipeline.core.canonical import R_world_from_body
 from pcnet3d.pipeline.core.rotations import from_columns, unit
 
 Z = np.array([0.0, 0.0, 1.0])

@@ -15,9 +15,9 @@ from pcnet3d.models.angle_error.joint_noise import (
     shipped_noise,
 )
 from pcnet3d.models.angle_error.take_angles import LiftErrors, TakeJoints, smoothed, take_angles
+from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of, read_pairs
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take, Told
-from pcnet3d.pipeline.core.canonical import R_world_from_body
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate, transpose
 from pcnet3d.pipeline.reading.settings import RunOptions

@@ -15,7 +15,6 @@ import numpy as np
 
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import Look
-from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA
 from ....pipeline.core.layouts import H36M17
@@ -26,6 +25,7 @@ from ....pipeline.reading.load import read_video
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
+from ...common.canonical import R_world_from_body
 from ...gravity.view import camera_of, known_camera
 from ...lifter.features import body_rays
 from ..mocap.clips import lying

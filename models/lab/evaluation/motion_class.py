@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg
+from ...common.canonical import R_world_from_body
 
 _HALF_S = 0.25
 _WALK, _RUN = 0.5, 2.0  # m/s of the pelvis; people change from walking to running at about 2

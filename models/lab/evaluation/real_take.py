@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.camera import Look
-from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17, LIMBS
 from ....pipeline.core.messages import how_many
@@ -26,6 +25,7 @@ from ....pipeline.plugins.protocols import Rectifier
 from ....pipeline.reading.load import read_video
 from ....pipeline.signals.angles import FINE, near, of_both
 from ...angle_error.take_angles import AngleSeries, TakeJoints, smoothed, take_angles
+from ...common.canonical import R_world_from_body
 from ...common.metrics import joint_error, procrustes_error, scaled
 from ...common.spread import stated_spread
 from ...gravity import Seen, known_up, level_static, why_not

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.frames import R_CAMERA_FROM_UPRIGHT
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ...common.metrics import Figure, joint_error
 from ...common.spread import stated_spread
@@ -27,6 +26,8 @@ from .tables import Page, Table
 from .take_answers import CAMERA_AXES, TRUE_AXES, Answer, answers, constant, joints_of, named, simulated_look
 from .testbed import LiftedTake
 
+# Of a camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).
+_R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 _LONG_S = 2.0
 LONG, _SHORT, _PARTLY, _LYING = _GROUPS = (
     "upright, 2 s and more", "upright, under 2 s", "lying now and then", "lying",
@@ -168,7 +169,7 @@ def signals(take: LiftedTake, joints: np.ndarray, both: dict[str, Answer]) -> di
     true ones."""
     seen = take.seen
     methods = {
-        CAMERA_AXES: constant(R_CAMERA_FROM_UPRIGHT, len(joints)),
+        CAMERA_AXES: constant(_R_CAMERA_FROM_UPRIGHT, len(joints)),
         **both,
         TRUE_AXES: constant(seen.R_camera_from_world, len(joints)),
     }

@@ -16,13 +16,13 @@ from typing import Literal
 import numpy as np
 import torch
 
-from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import IMAGE
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.reading.mocap.clip import Clip
+from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...lifter.builtin import lift, network
 from ...lifter.features import body_rays

@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.extras import needed_for
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.files.atomic import write_text
 from ....pipeline.reading.mocap.clip import Clip
 from ....pipeline.signals.filters import lowpass
+from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...gait.contact import SIDES, ContactNet, window_features
 from ...gait.events import ON_FLOOR

@@ -12,13 +12,16 @@ from typing import Any, Literal, NamedTuple, get_args
 import numpy as np
 from pydantic import BaseModel
 
-from ....pipeline.core.canonical import LYING_DEG, trunk_lean_deg
 from ....pipeline.core.errors import InputError
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.rotations import angle_deg
 from ....pipeline.reading.mocap.clip import Clip, read_mocap
 from ..common.toml_config import read_json
 
 Subjects = Literal["train", "train-a", "train-b", "val", "test", "hdm05", "tennis"]
 OWN_SKELETON = ("asfamc", "max", "markers", "accad-bvh", "arena")  # sources with the people's own proportions
+
+LYING_DEG = 60.0  # from the vertical, beyond which a trunk no longer tells which way is up
 
 # The train subjects in two halves of about equal minutes (46.1 and 46.3; of tennis 15.3 and 13.8, five players each),
 # for cross-fitted lifts. 60 and 61 dance together and stay together, as the data's README asks; x are takes of unknown
@@ -144,6 +147,17 @@ def lying(joints_world: np.ndarray) -> np.ndarray:
     trunk no longer tells which way is up.
     """
     return trunk_lean_deg(joints_world) > LYING_DEG
+
+
+def trunk_lean_deg(joints: np.ndarray) -> np.ndarray:
+    """(...,) the angle in degrees between the trunk, mid-hips to mid-shoulders, of joints (..., 17, 3) and +z; NaN
+    where one of the four is missing."""
+    hips, shoulders = (
+        joints[..., H36M17.indices((f"l_{part}", f"r_{part}")), :].mean(axis=-2)
+        for part in ("hip", "shoulder")
+    )
+    trunk = (shoulders - hips).astype(np.float64)
+    return np.asarray(angle_deg(trunk, np.broadcast_to((0.0, 0.0, 1.0), trunk.shape)))
 
 
 class Parts(NamedTuple):

@@ -19,9 +19,9 @@ from __future__ import annotations
 import numpy as np
 
 from ....pipeline.core.anthropometry import implied_stature
-from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.signals.filters import derivative, runs
+from ...common.canonical import R_world_from_body
 
 _RESTS_MPS = 0.5
 _LOW_M = 0.06  # above the foot's own floor level

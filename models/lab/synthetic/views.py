@@ -9,10 +9,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import CAMERA, PC_CAMERA
 from ....pipeline.core.rotations import is_finite, rotate, transpose
+from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...common.vectors import Array, library_of
 from ..common.testbed_file import read_testbed

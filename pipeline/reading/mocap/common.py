@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.errors import InputError
 from ...core.frames import Z_UP
-from ...core.layouts import H36M17
+from ...core.layouts import H36M17, LEG
 from ...core.pose import PoseSequence
 from ...files.skeletons import LEG_M, leg_length
 from ...signals.checks import chirality
@@ -22,7 +22,7 @@ _LIMBS = tuple(
     for side in "lr"
     for a, b in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 )
-_LEGS = tuple(f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle"))
+_LEGS = tuple(f"{side}_{joint}" for side in "lr" for joint in LEG)
 _MIN_VOTES = 20  # bent knees, before they say anything
 _BACKWARD = 0.2  # share of knees bent forward at or below which left and right are not what the file says
 _LIMB_SPREAD = 0.15  # of optical capture it is below 0.01, of markerless capture up to 0.1

@@ -13,12 +13,12 @@ from typing import Annotated, Any
 
 import typer
 
-from ....pipeline.core.cores import cores
 from ....pipeline.core.device import AUTO, computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.extras import needed_for
 from ....pipeline.core.messages import how_many, say
 from ....pipeline.core.pose import package_version
+from ....pipeline.core.system import cores
 from ....pipeline.files.atomic import printable, read_object, refuse_unwritable, write_json, write_text
 from ....pipeline.plugins.options import pairs
 from ....pipeline.reading.flags import Output, offering

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from markupsafe import Markup
 
+from ....models.common.canonical import R_world_from_body
 from ....models.common.metrics import SD_90
-from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import is_finite, rotate, transpose

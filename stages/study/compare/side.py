@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from ....models.angle_error.take_angles import AngleSeries, TakeJoints, smoothed, take_angles
+from ....models.common.canonical import R_world_from_body
 from ....models.common.metrics import relative
 from ....models.gravity.levelling import level_frame
-from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import Row

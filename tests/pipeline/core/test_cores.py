@@ -9,8 +9,7 @@ import pytest
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_video
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline.core.cores import cores
-from pcnet3d.pipeline.core.system import cores_given
+from pcnet3d.pipeline.core.system import cores, cores_given
 
 
 def test_no_more_threads_than_are_given_or_told(monkeypatch):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.core.canonical import R_world_from_body
 from pcnet3d.pipeline.core.rotations import rotate, transpose
 from pcnet3d.pipeline.signals.angles import (
     ANGLES,

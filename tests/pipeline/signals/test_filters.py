@@ -22,11 +22,11 @@ from pcnet3d.pipeline.signals.filters import (
     nearest_row,
     rate,
     resample,
-    residual_cutoff,
     runs,
     savitzky_golay,
     uneven_rows,
 )
+from pcnet3d.stages.trajectories import residual_cutoff
 
 FILTERS = pytest.mark.parametrize("smooth", [lowpass, savitzky_golay])
 

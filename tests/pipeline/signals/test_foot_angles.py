@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from golden.bodies import facing_camera, feet_of
 from pcnet3d.models.angle_error.take_angles import TakeJoints, take_angles
+from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.core.canonical import R_world_from_body
 from pcnet3d.pipeline.core.layouts import FEET
 from pcnet3d.pipeline.core.rotations import transpose
 from pcnet3d.pipeline.signals.angles import FINE, MISSING, UNSEEN, UNTRUSTED

@@ -11,12 +11,13 @@ from commands import pcnet3d, recipe_of, succeeded
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.common.motion import in_doubt
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, PoseSequence, Take
 from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, HALPE26, Layout
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.signals.findings import swap_findings
-from pcnet3d.pipeline.signals.swaps import Swap, described, find_swaps, in_doubt, kinds, mask_swaps, treated
+from pcnet3d.pipeline.signals.swaps import Swap, described, find_swaps, kinds, mask_swaps, treated
 
 ARRAYS = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 OPTIONS = [

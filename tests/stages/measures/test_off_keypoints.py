@@ -6,12 +6,12 @@ import pytest
 
 from pcnet3d.models.angle_error.off_keypoints import widened, without_exchanged
 from pcnet3d.models.angle_error.take_angles import AngleSeries
-from pcnet3d.models.common.motion import Motion, agrees, motion_of, steady
+from pcnet3d.models.common.motion import Motion, agrees, in_doubt, left_exchanged, motion_of, steady
 from pcnet3d.models.common.residuals import Residuals, limb_scores
 from pcnet3d.pipeline import H36M17, Take
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.signals.angles import ANGLES, EXCHANGED
-from pcnet3d.pipeline.signals.swaps import in_doubt, kinds, left_exchanged, treated
+from pcnet3d.pipeline.signals.swaps import kinds, treated
 from pcnet3d.stages.measures.off_keypoints import exchanged
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab.evaluation import real_take as module
 from pcnet3d.models.lab.evaluation.evaluate import evaluate
 from pcnet3d.models.lab.evaluation.real_data import (
@@ -20,7 +21,6 @@ from pcnet3d.models.lab.evaluation.real_data import (
 )
 from pcnet3d.models.lab.evaluation.real_take import level_row, lift_row, truth_row
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
-from pcnet3d.pipeline.core.canonical import body_axes
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.rotations import rotate
 from refusals import refused

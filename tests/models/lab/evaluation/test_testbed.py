@@ -10,17 +10,17 @@ import pytest
 from golden.bodies import facing_camera
 from golden.virtual import exact
 from pcnet3d.models import load_rectifier
+from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab.evaluation import evaluate as reports
 from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation import testbed as module
 from pcnet3d.models.lab.evaluation.lifter import groups, lifter_figures
 from pcnet3d.models.lab.evaluation.testbed import BEDS, LiftedTake, lay_down, lifted_takes, see
 from pcnet3d.models.lab.evaluation.write_takes import write_takes
-from pcnet3d.models.lab.mocap.clips import read_clips
+from pcnet3d.models.lab.mocap.clips import read_clips, trunk_lean_deg
 from pcnet3d.models.lifter.builtin import Network
 from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.pipeline import CAMERA, H36M17, InputError
-from pcnet3d.pipeline.core.canonical import body_axes, trunk_lean_deg
 from pcnet3d.pipeline.core.rotations import geodesic_deg
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 from refusals import refused

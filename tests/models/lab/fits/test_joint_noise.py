@@ -6,9 +6,9 @@ import numpy as np
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import JOINTS
+from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.models.lab.fits import joint_noise
 from pcnet3d.models.rectifier.load import load_rectifier
-from pcnet3d.pipeline.core.canonical import R_world_from_body
 from pcnet3d.pipeline.core.rotations import rotate
 
 R_CAMERA_FROM_WORLD = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])  # a level camera that looks north

@@ -5,9 +5,9 @@ import pytest
 
 from golden.bodies import bone_lengths
 from golden.takes import write_lifted
+from pcnet3d.models.common.canonical import body_axes
 from pcnet3d.models.lab.synthetic.views import paper_angles, read_lifted, refuse_shared_subjects, seen, views
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.core.canonical import body_axes
 from pcnet3d.pipeline.core.rotations import angle_deg
 
 

@@ -5,9 +5,10 @@ import pytest
 
 from golden.bodies import bone_lengths
 from golden.takes import write_lifted
+from pcnet3d.models.common.canonical import body_axes
+from pcnet3d.models.lab.mocap.clips import trunk_lean_deg
 from pcnet3d.models.lab.synthetic.views import read_lifted
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.core.canonical import body_axes, trunk_lean_deg
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate, transpose
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 from refusals import refused

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .layouts import H36M17
-from .rotations import angle_deg, from_columns, is_finite, unit
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import from_columns, is_finite, unit
 
-LYING_DEG = 60.0  # from the vertical, beyond which a trunk no longer tells which way is up
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -32,17 +31,6 @@ def body_axes(joints: np.ndarray, up: np.ndarray) -> np.ndarray:
 def R_world_from_body(joints: np.ndarray) -> np.ndarray:
     """(T, 3, 3) for joints (T, 17, 3), H36M17, in axes whose +z points up: a Z-up world, or LEVEL."""
     return body_axes(joints, _UP)
-
-
-def trunk_lean_deg(joints: np.ndarray) -> np.ndarray:
-    """(...,) the angle in degrees between the trunk, mid-hips to mid-shoulders, of joints (..., 17, 3) and +z; NaN
-    where one of the four is missing."""
-    hips, shoulders = (
-        joints[..., H36M17.indices((f"l_{part}", f"r_{part}")), :].mean(axis=-2)
-        for part in ("hip", "shoulder")
-    )
-    trunk = (shoulders - hips).astype(np.float64)
-    return np.asarray(angle_deg(trunk, np.broadcast_to(_UP, trunk.shape)))
 
 
 def _axis(joints: np.ndarray, left: str, right: str) -> np.ndarray:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from pcnet3d.models.common.canonical import R_world_from_body, body_axes
 from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.core.canonical import R_world_from_body, body_axes
 
 UP_IN_CAMERA = np.array([0.0, -1.0, 0.0])
 
