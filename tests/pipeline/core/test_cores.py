@@ -59,7 +59,7 @@ def video(tmp_path_factory):
 
 def used(video, threads: int) -> list[int]:
     """New threads, and those that OpenCV, onnxruntime and Arrow say they take."""
-    code = "from pcnet3d.pipeline.core.cores import limit_opencv; limit_opencv()\n" + USED
+    code = "from pcnet3d.pipeline.core.system import limit_opencv; limit_opencv()\n" + USED
     clean = {
         name: value
         for name, value in os.environ.items()

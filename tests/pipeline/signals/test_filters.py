@@ -26,7 +26,6 @@ from pcnet3d.pipeline.signals.filters import (
     savitzky_golay,
     uneven_rows,
 )
-from pcnet3d.stages.trajectories import residual_cutoff
 
 FILTERS = pytest.mark.parametrize("smooth", [lowpass, savitzky_golay])
 
@@ -268,41 +267,6 @@ def test_resampling_a_part_of_a_long_take_is_that_of_the_whole():
     assert (
         np.flatnonzero(np.isnan(cut)).tolist() == np.flatnonzero((at > 2419 / 30) & (at < 2420 / 30)).tolist()
     )
-
-
-@pytest.mark.parametrize("fps", [30, 60, 120])
-@pytest.mark.parametrize("noise", [0.003, 0.01, 0.03])
-def test_residual_analysis_finds_nearly_the_best_cutoff(fps, noise):
-    """Swings of 1, 2.7 and 4 Hz in white noise: the error is within a tenth of the least of any cut-off."""
-    rng = np.random.default_rng(4)
-    time_s = np.arange(10 * fps) / fps
-    w = 2 * np.pi * time_s
-    clean = 0.3 * np.sin(w) + 0.05 * np.sin(2.7 * w) + 0.02 * np.sin(4 * w)
-    clean = np.stack([clean, 0.5 * clean, clean[::-1]], axis=-1)
-    x = clean + noise * rng.normal(size=clean.shape)
-
-    def error(cutoff_hz: float) -> float:
-        return float(np.sqrt(np.mean((lowpass(x, time_s, cutoff_hz) - clean) ** 2)))
-
-    chosen = residual_cutoff(x, time_s)
-    assert error(chosen) < 1.1 * min(error(hz) for hz in np.arange(1, 0.9 * fps / 2))
-    assert error(chosen) < noise
-
-
-def test_more_noise_asks_for_a_lower_cutoff():
-    rng = np.random.default_rng(5)
-    time_s = np.arange(600) / 60
-    white = rng.normal(size=600)
-    clean = 0.3 * np.sin(2 * np.pi * time_s) + 0.03 * np.sin(2 * np.pi * 4 * time_s)
-    cutoffs = [residual_cutoff(clean + noise * white, time_s) for noise in (0.0, 0.002, 0.02, 0.2)]
-    assert cutoffs == sorted(cutoffs, reverse=True)
-    assert cutoffs[0] > 2 * cutoffs[-1]
-
-
-def test_no_cutoff_for_a_take_of_a_few_rows_or_of_nothing():
-    assert np.isnan(residual_cutoff(np.arange(5.0), np.arange(5) / 30))
-    assert np.isnan(residual_cutoff(np.full((100, 3), np.nan), np.arange(100) / 30))
-    assert np.isnan(residual_cutoff(np.zeros(1), np.zeros(1)))
 
 
 def test_paths_that_are_filtered_together_are_as_each_alone() -> None:

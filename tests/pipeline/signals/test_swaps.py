@@ -201,9 +201,7 @@ def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path, poses):
     few = saved(tmp_path / "few.npz", spoilt(poses, "legs exchanged", first=60, last=61))
     many = saved(tmp_path / "many.npz", spoilt(poses, "l_leg mirrored in depth", first=60, last=69))
     result = succeeded(pcnet3d("inspect", few, *OPTIONS))
-    assert (
-        "The poses look wrong: legs exchanged in frames 60-61 from 2.00 s (2 of 240 frames)." in result.stdout
-    )
+    assert "legs exchanged in frames 60-61 from 2.00 s (2 of 240 frames)" in result.stdout
     result = pcnet3d("inspect", many, *OPTIONS, "--json")
     assert result.returncode == 3, result.stderr
     (found,) = json.loads(result.stdout)["people"][0]["swaps"]
