@@ -18,7 +18,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.extras import needed_for
 from ...pipeline.core.rotations import rotate, transpose
 from ...pipeline.files.atomic import write_json, write_text
-from ...pipeline.reading.mocap.clip import Clip, write_mocap
+from ...pipeline.reading.mocap import Clip, write_mocap
 from ...pipeline.running.recipe import load_toml
 from ..common.metrics import plain
 from ..rectifier.geometric import Geometric

@@ -9,7 +9,7 @@ from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import CAMERA, Take
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.camera import Camera
-from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.reading.mocap import Clip
 from pcnet3d.stages.scale import scale
 
 

@@ -27,7 +27,7 @@ from ....pipeline.core.measures import Measure, grouped, subgroup, text
 from ....pipeline.core.rotations import rotate
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import write_text
-from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.reading.mocap import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.signals.angles import ANGLES, OF_BOTH, continuous, of_both
 from ...angle_error.joint_noise import shipped_noise

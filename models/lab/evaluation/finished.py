@@ -22,7 +22,7 @@ from ....pipeline.core.pose import MadeBy
 from ....pipeline.core.take import CameraMotion, Take, Told
 from ....pipeline.files.video_frames import shown_size
 from ....pipeline.reading.load import read_video
-from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.reading.mocap import Clip
 from ....pipeline.running.progress import each
 from ....pipeline.running.recipe import Recipe, load_recipe
 from ...common.canonical import R_world_from_body

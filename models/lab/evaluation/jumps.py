@@ -22,7 +22,7 @@ from ....pipeline.core.measures import grouped, moments, numbered, subgroup
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Take
-from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.reading.mocap import Clip
 from ...common.metrics import SD_90
 from ...place.flights import GRAVITY, Flight, flights
 from .finished import Configuration, finished

@@ -12,7 +12,7 @@ import numpy as np
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.pose import PoseSequence, package_version
 from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.reading.mocap import Clip
 from ....pipeline.running.progress import each
 from ...lifter.builtin import lift
 from ..mocap.clips import Subjects, data_set, read_clips

@@ -21,7 +21,7 @@ from ....pipeline.core.frames import IMAGE
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
-from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.reading.mocap import Clip
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative
 from ...lifter.builtin import lift, network

@@ -19,7 +19,7 @@ from ....pipeline.core.extras import needed_for
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.files.atomic import write_text
-from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.reading.mocap import Clip
 from ....pipeline.signals.filters import lowpass
 from ...common.canonical import R_world_from_body
 from ...common.metrics import relative

@@ -15,7 +15,7 @@ from pydantic import BaseModel
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import angle_deg
-from ....pipeline.reading.mocap.clip import Clip, read_mocap
+from ....pipeline.reading.mocap import Clip, read_mocap
 from ..common.toml_config import read_json
 
 Subjects = Literal["train", "train-a", "train-b", "val", "test", "hdm05", "tennis"]

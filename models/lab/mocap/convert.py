@@ -18,10 +18,17 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say, show
 from ....pipeline.files.skeletons import UNITS
 from ....pipeline.plugins.options import did_you_mean
-from ....pipeline.reading.mocap import bvh as mocap_bvh
-from ....pipeline.reading.mocap import joints as mocap_joints
-from ....pipeline.reading.mocap.clip import Clip, write_mocap
-from ....pipeline.reading.mocap.common import Found, How, upright_share
+from ....pipeline.reading.mocap import (
+    BVH_FILES,
+    JOINTS_FILES,
+    Clip,
+    Found,
+    How,
+    bvh_clip,
+    joints_clip,
+    upright_share,
+    write_mocap,
+)
 from ....pipeline.running.progress import each
 from . import asfamc as mocap_asfamc
 from . import mmfi as mocap_mmfi
@@ -61,8 +68,8 @@ FORMATS = {
         "E01/S01/A01/ground_truth.npy", mocap_mmfi.read, mocap_mmfi.PATTERN, mocap_mmfi.FPS, mocap_mmfi.check
     ),
     "asfamc": Format(".amc", mocap_asfamc.read, mocap_asfamc.PATTERN),
-    "bvh": Format(".bvh", mocap_bvh.read, mocap_bvh.PATTERN),
-    "joints": Format(".npz", mocap_joints.read, mocap_joints.PATTERN),
+    "bvh": Format(".bvh", bvh_clip, BVH_FILES),
+    "joints": Format(".npz", joints_clip, JOINTS_FILES),
 }
 # The first that fits. MM-Fi comes before anything is searched through, for it has millions of files beside the joints;
 # .npz files lie beside other data as well, such as the one that this command writes.

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.reading.mocap import Clip
 from ...common.vectors import Array, across, length, picked, unit
 from ..mocap.clips import OWN_SKELETON, person
 from .draw import Draw

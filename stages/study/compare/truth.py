@@ -14,16 +14,12 @@ from ....pipeline.core.frames import Z_UP, change_frame
 from ....pipeline.core.layouts import H36M17, remap
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.files.arrays import keys
-from ....pipeline.files.bvh import parse
 from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_trc
 from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs
 from ....pipeline.plugins.options import call, did_you_mean
 from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.find import adapters, recognises
-from ....pipeline.reading.mocap import bvh as mocap_bvh
-from ....pipeline.reading.mocap import joints as mocap_joints
-from ....pipeline.reading.mocap.clip import read_mocap
-from ....pipeline.reading.mocap.common import How, upright_share, z_up
+from ....pipeline.reading.mocap import How, bvh_clip, joints_clip, read_mocap, upright_share, z_up
 
 
 def read_truth(
@@ -56,9 +52,7 @@ def read_truth(
         if kind in (".trc", ".c3d"):
             poses = _of_markers(read_trc(path) if kind == ".trc" else read_c3d(path), up, unit, fps)
         elif kind == ".bvh":
-            captured = mocap_bvh.read(path, path.parent, How(unit, up, fps)).clip
-            _, _, frames, _ = parse(path.read_text(encoding="utf-8", errors="replace"))
-            left_out = len(frames) - len(captured)  # a T-pose at the beginning
+            captured, _, left_out = bvh_clip(path, path.parent, How(unit, up, fps))
             poses = _poses(captured.joints, (left_out + np.arange(len(captured))) / captured.fps)
         elif kind == ".npz":
             poses = _npz(path, clip, How(unit, up, fps))
@@ -118,7 +112,7 @@ def _npz(path: Path, name: str | None, how: How) -> PoseSequence:
     if not several:
         if name is not None:
             raise InputError("option-conflict", "--clip chooses from a file of several clips; this holds one")
-        clip = mocap_joints.read(path, path.parent, how, parts=True).clip
+        clip = joints_clip(path, path.parent, how, parts=True).clip
     else:
         _refuse(how, "a file of several clips is in metres with +Z up and says its frame rate")
         clips = {clip.name: clip for clip in read_mocap(path)}

@@ -23,7 +23,7 @@ from torch import Tensor
 from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.files.atomic import whole_file, write_text
-from .....pipeline.reading.mocap.clip import Clip
+from .....pipeline.reading.mocap import Clip
 from ....common.metrics import joint_error, procrustes_error, scaled
 from ....common.vectors import rotate, transpose, unit
 from ....lifter import SHIPPED

@@ -25,7 +25,7 @@ from .....pipeline.core.errors import InputError
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.core.rotations import geodesic_deg
 from .....pipeline.files.atomic import whole_file, write_text
-from .....pipeline.reading.mocap.clip import Clip
+from .....pipeline.reading.mocap import Clip
 from ....common.onnx import session_of
 from ....shipped import PCNET
 from ...common.onnx_file import stored_in, to_onnx

@@ -20,7 +20,7 @@ from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import Measure, Moments, grouped
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate
-from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.reading.mocap import Clip
 from pcnet3d.pipeline.signals.angles import ANGLES
 from refusals import refused
 

@@ -9,7 +9,7 @@ from pcnet3d.models.lab.evaluation import sets as evaluation_sets
 from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge, tables
 from pcnet3d.models.lab.evaluation.tables import written
 from pcnet3d.models.rectifier.geometric import Geometric
-from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.reading.mocap import Clip
 
 
 class Fixed:

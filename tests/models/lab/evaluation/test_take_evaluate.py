@@ -26,7 +26,7 @@ from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.rectifier.geometric import Geometric
 from pcnet3d.pipeline import CAMERA, H36M17
 from pcnet3d.pipeline.core.rotations import angle_deg, transpose
-from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.reading.mocap import Clip
 
 FPS = 30.0
 LIMBS = H36M17.indices(("l_wrist", "r_wrist", "l_ankle", "r_ankle"))

@@ -22,7 +22,7 @@ from pcnet3d.models.lifter.builtin import Network
 from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.pipeline import CAMERA, H36M17, InputError
 from pcnet3d.pipeline.core.rotations import geodesic_deg
-from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.reading.mocap import Clip
 from refusals import refused
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from golden.acclaim import write_still
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.reading.mocap import Clip
 
 
 @pytest.fixture

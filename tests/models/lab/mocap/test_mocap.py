@@ -7,7 +7,7 @@ import pytest
 
 from pcnet3d.models.lab.mocap.clips import data_folder, data_set, lying, person, read_clips
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.reading.mocap.clip import Clip, read_mocap
+from pcnet3d.pipeline.reading.mocap import Clip, read_mocap
 from refusals import refused
 
 CLIPS = {

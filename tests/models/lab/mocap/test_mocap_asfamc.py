@@ -8,8 +8,7 @@ from golden.acclaim import CMU, TWO, amc, asf
 from golden.skeleton import SKELETON, bent, bvh
 from pcnet3d.models.lab.mocap import asfamc as mocap_asfamc
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.reading.mocap import bvh as mocap_bvh
-from pcnet3d.pipeline.reading.mocap.common import How
+from pcnet3d.pipeline.reading.mocap import How, bvh_clip
 
 
 def two(axis="0 0 0", dof="rx", length=0.45, angle="deg"):
@@ -82,7 +81,7 @@ def test_the_same_motion_as_bvh_gives_the_same_clip(tmp_path):
     (tmp_path / "07_01.amc").write_text(amc(frames))
     (tmp_path / "07_01.bvh").write_text(bvh(turned))
     one = mocap_asfamc.read(tmp_path / "07_01.amc", tmp_path, How())
-    other = mocap_bvh.read(tmp_path / "07_01.bvh", tmp_path, How())
+    other = bvh_clip(tmp_path / "07_01.bvh", tmp_path, How())
     assert (one.clip.name, one.clip.subject, one.clip.source, one.clip.fps) == ("07_01", "07", "asfamc", 120)
     np.testing.assert_allclose(one.clip.joints, other.clip.joints, atol=2e-5)
     assert np.abs(angles).max() > 5

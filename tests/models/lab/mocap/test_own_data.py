@@ -11,7 +11,7 @@ from pcnet3d.models.lab.mocap.clips import read_parts
 from pcnet3d.models.lab.synthetic.views import seen, views
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.pipeline.core.rotations import transpose
-from pcnet3d.pipeline.reading.mocap.clip import write_mocap
+from pcnet3d.pipeline.reading.mocap import write_mocap
 
 SPLIT = {"train": ["01", "02"], "val": ["03"], "test": ["04"]}
 

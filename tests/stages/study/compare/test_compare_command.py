@@ -17,7 +17,7 @@ from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.rotations import turn_deg, turned
 from pcnet3d.pipeline.files.measures import read_measures
-from pcnet3d.pipeline.reading.mocap.clip import Clip, read_mocap, write_mocap
+from pcnet3d.pipeline.reading.mocap import Clip, read_mocap, write_mocap
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
 from pcnet3d.stages.study.compare.align import correlated, size_ratio
 from pcnet3d.stages.study.compare.command import compare

@@ -5,7 +5,7 @@ import pytest
 
 from golden.worlds import freemocap_rtmpose, trc, y_up
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
+from pcnet3d.pipeline.reading.mocap import Clip, write_mocap
 from pcnet3d.stages.study.compare.command import compared
 from pcnet3d.stages.study.compare.side import load_side, truth_side
 from pcnet3d.stages.study.compare.truth import read_truth

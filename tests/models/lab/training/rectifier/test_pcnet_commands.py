@@ -8,7 +8,7 @@ import pytest
 
 from commands import pcnet3d, refused
 from golden.trainings import tiny
-from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
+from pcnet3d.pipeline.reading.mocap import Clip, write_mocap
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")

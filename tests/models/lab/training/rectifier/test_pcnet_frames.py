@@ -10,7 +10,7 @@ from pcnet3d.models.lab.mocap.clips import trunk_lean_deg
 from pcnet3d.models.lab.synthetic.views import read_lifted
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate, transpose
-from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.reading.mocap import Clip
 from refusals import refused
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")

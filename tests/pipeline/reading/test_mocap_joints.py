@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import H36M17, InputError, rotate
-from pcnet3d.pipeline.reading.mocap import joints as mocap_joints
-from pcnet3d.pipeline.reading.mocap.common import How
+from pcnet3d.pipeline.reading.mocap import How, joints_clip
 from refusals import refused
 
 SMPL = [
@@ -37,7 +36,7 @@ def smpl(standing):
 def read(tmp_path):
     def read(how=None, **arrays):
         np.savez(tmp_path / "s01_walk.npz", **arrays)
-        return mocap_joints.read(tmp_path / "s01_walk.npz", tmp_path, how or How()).clip
+        return joints_clip(tmp_path / "s01_walk.npz", tmp_path, how or How()).clip
 
     return read
 

@@ -6,8 +6,7 @@ import pytest
 from golden.skeleton import MIXAMO, SKELETON, bent, bvh
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.files import bvh as bvh_file
-from pcnet3d.pipeline.reading.mocap import bvh as mocap_bvh
-from pcnet3d.pipeline.reading.mocap.common import How
+from pcnet3d.pipeline.reading.mocap import How, bvh_clip
 
 CHAIN = """HIERARCHY
 ROOT a
@@ -42,7 +41,7 @@ def chain(numbers=(0,) * 9, order="ZYX", place=""):
 def read(tmp_path):
     def read(text, **how):
         (tmp_path / "01_02.bvh").write_text(text)
-        return mocap_bvh.read(tmp_path / "01_02.bvh", tmp_path, How(**how))
+        return bvh_clip(tmp_path / "01_02.bvh", tmp_path, How(**how))
 
     return read
 

@@ -1,1 +1,0 @@
-"""Motion capture files as clips of joints, metres, in a world with +Z up."""
