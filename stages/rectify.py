@@ -36,7 +36,7 @@ from ..pipeline.core.take import CameraMotion, Check, Take, Told
 from ..pipeline.plugins.protocols import Rectifier
 from ..pipeline.reading.given import Meaning, poses_given
 from ..pipeline.reading.normalise import Guards
-from ..pipeline.signals.checks import nobody_upright, up_of_unusable
+from ..pipeline.signals.checks import nobody_upright
 from ..pipeline.signals.guard import doubts
 
 
@@ -89,7 +89,7 @@ def _judged(rectified: Rectified, judged: Sequence[Notice]) -> tuple[Rectified, 
         notices.append(notice("frames-not-rectified", lost=lost, frames=len(rectified.level)))
     if not rectified.level_ok:
         notices.append(notice("not-levelled", reason=rectified.level_reason))
-    if up_of_unusable(rectified, verdict(judged)):
+    if _up_of_unusable(rectified, verdict(judged)):
         rectified = replace(rectified, up_bound_deg=np.full(len(rectified.level), np.nan))
         notices.append(notice("up-of-unusable"))
     told = any(finding.code in _UPSIDE_DOWN for finding in judged)
@@ -314,3 +314,10 @@ def _notices(levelled: Levelled, poses: PoseSequence, view: View | None) -> list
     if not np.isnan(levelled.apart_deg):
         notices.append(notice("up-of-one-apart", apart_deg=float(levelled.apart_deg)))
     return notices
+
+
+def _up_of_unusable(rectified: Rectified, verdict: str | None) -> bool:
+    """Whether up rests mostly on poses that are unusable, so that nobody knows how far it is off. verdict: on the
+    poses."""
+    share = sum(rectified.up_shares.get(source, 0.0) for source in ("frames", "feet", "floor"))
+    return verdict == "unusable" and share > 0.5

@@ -38,14 +38,13 @@ from ..pipeline.signals.filters import (
     ORDER,
     breaks,
     check_cutoff,
-    check_savgol_cutoff,
     derivative,
     each_path,
-    highest_savgol_cutoff,
+    evenly_spaced,
     lowpass,
+    piecewise,
     rate,
-    savitzky_golay,
-    uneven_rows,
+    runs,
 )
 from ..pipeline.signals.norms import FINE, MISSING, UNCERTAIN
 
@@ -57,7 +56,9 @@ Cutoff = float | Literal["auto"] | None
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
 # Of a column whose name ends so; {} is the unit of length.
 _UNITS = {unit.ending.removeprefix("_"): unit.table for unit in UNITS.values() if unit.ending} | {"sd": "{}"}
-_FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
+_HALF_POWER = np.sqrt(0.5)  # gain at the cut-off
+# Of a Savitzky-Golay filter the usual order, and the rows that it does not fit exactly.
+_CUBIC, _SHORTEST = 3, 5
 
 
 @dataclass(frozen=True)
@@ -280,6 +281,66 @@ def unit_of(column: str, length: str) -> str:
         if last == norm or last in {prefix + axis for axis in "xyz"}:
             return unit.format(length)
     return _UNITS.get(last, "").format(length)
+
+
+def savitzky_golay(
+    x: np.ndarray, time_s: np.ndarray, cutoff_hz: float = CUTOFF_HZ, seams: Sequence[int] = ()
+) -> np.ndarray:
+    """x (T,) or (T, D), each row the value there of the polynomial of order 3 fitted to its window.
+
+    The window is the widest whose power at cutoff_hz is not yet below a half (Schafer, "What Is a Savitzky-Golay
+    Filter?", IEEE Signal Processing Magazine 28(4), 2011). Missing rows stay NaN, as do pieces
+    shorter than the window. InputError for a cut-off that no window has.
+    """
+    from scipy.signal import savgol_filter
+
+    fps = rate(time_s)
+    check_savgol_cutoff(cutoff_hz, fps)
+    window = _SHORTEST
+    while _savgol_gain(window + 2, cutoff_hz / fps) >= _HALF_POWER:
+        window += 2
+    return piecewise(
+        x, time_s, seams, fps, window, lambda piece: np.asarray(savgol_filter(piece, window, _CUBIC, axis=0))
+    )
+
+
+def highest_savgol_cutoff(fps: float) -> float:
+    """The highest cut-off in Hz that `savitzky_golay` has at a frame rate, that of its shortest window, rounded down to
+    a hundredth."""
+    # The weights of its five rows are (-3, 12, 17, 12, -3) / 35, so the gain is 1 - 12 (1 - cos)^2 / 35 of the angle by
+    # which a sine goes on from row to row.
+    angle = np.arccos(1 - np.sqrt(35 / 12 * (1 - _HALF_POWER)))
+    return float(np.floor(100 * fps * angle / (2 * np.pi)) / 100)
+
+
+def check_savgol_cutoff(cutoff_hz: float, fps: float) -> None:
+    """InputError unless `savitzky_golay` has a window for the cut-off at that frame rate."""
+    check_cutoff(cutoff_hz, fps)
+    if _savgol_gain(_SHORTEST, cutoff_hz / fps) < _HALF_POWER:
+        raise InputError(
+            "bad-value",
+            f"A Savitzky-Golay filter of order {_CUBIC} has no window for a cut-off of {cutoff_hz:g} Hz at {fps:.4g} "
+            f"frames a second; choose one of at most {highest_savgol_cutoff(fps):g} Hz, or the Butterworth filter.",
+        )
+
+
+def _savgol_gain(window: int, hz: float) -> float:
+    """What a Savitzky-Golay filter leaves of a sine. hz: its frequency over the frame rate."""
+    from scipy.signal import savgol_coeffs
+
+    offset = np.arange(window) - window // 2
+    return float(savgol_coeffs(window, _CUBIC) @ np.cos(2 * np.pi * hz * offset))
+
+
+def uneven_rows(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> int:
+    """How many of T rows, valid (T,) bool at time_s (T,), lie in pieces whose time stamps are not evenly
+    spaced, so that filters resample them."""
+    fps = rate(time_s)
+    pieces = runs(valid, time_s, seams)
+    return sum(piece.stop - piece.start for piece in pieces if not evenly_spaced(time_s[piece], fps))
+
+
+_FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
 
 def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:

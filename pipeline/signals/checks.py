@@ -247,13 +247,6 @@ def _off_up(poses: PoseSequence, code: str) -> Notice | None:
     return notice(code, weight=weight, off_deg=_OFF_UP_DEG, share_percent=100 * share)
 
 
-def up_of_unusable(rectified: Rectified, verdict: str | None) -> bool:
-    """Whether up rests mostly on poses that are unusable, so that nobody knows how far it is off. verdict: on the
-    poses."""
-    share = sum(rectified.up_shares.get(source, 0.0) for source in ("frames", "feet", "floor"))
-    return verdict == "unusable" and share > 0.5
-
-
 def _stays(level: PoseSequence) -> bool:
     """Whether the pelvis is known to stay where it is, as that of a person who lies does."""
     if level.root is None:

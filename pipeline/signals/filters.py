@@ -4,9 +4,8 @@ Nothing here ever looks across a missing row, a clip boundary or a jump in time.
 stamps, as of images that a phone dropped, is none: it is bridged, as `clean` fills gaps of that length. Rows whose time
 stamps are not evenly spaced are brought to even ones by a cubic spline for the filter, and back.
 
-Sources: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, chapter 3 (low-pass filters, the
-correction for two passes); Schafer, "What Is a Savitzky-Golay Filter?", IEEE Signal
-Processing Magazine 28(4), 2011 (such a filter has a cut-off as any other).
+Source: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, chapter 3 (low-pass filters, the
+correction for two passes).
 """
 
 from __future__ import annotations
@@ -27,9 +26,6 @@ _STAMP_S = 0.6e-3  # stamps rounded to milliseconds lie this near to even ones
 ORDER = 4  # of both passes of the Butterworth filter together
 _ALL = 512  # rows of a take that is short; further than half of it away no row changes a spline's value
 _AT_ONCE = 1 << 17  # rows times paths that are filtered at once: some tens of megabytes
-_HALF_POWER = np.sqrt(0.5)  # gain at the cut-off
-# Of a Savitzky-Golay filter the usual order, and the rows that it does not fit exactly.
-_CUBIC, _SHORTEST = 3, 5
 
 
 def breaks(poses: PoseSequence) -> tuple[int, ...]:
@@ -103,14 +99,6 @@ def stretches(mask: np.ndarray) -> np.ndarray:
     return np.flatnonzero(np.diff(mask, prepend=False, append=False)).reshape(-1, 2)
 
 
-def uneven_rows(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> int:
-    """How many of T rows, valid (T,) bool at time_s (T,), lie in pieces whose time stamps are not evenly
-    spaced, so that filters resample them."""
-    fps = rate(time_s)
-    pieces = runs(valid, time_s, seams)
-    return sum(piece.stop - piece.start for piece in pieces if not evenly_spaced(time_s[piece], fps))
-
-
 def check_cutoff(cutoff_hz: float, fps: float) -> None:
     """InputError unless 0 < cutoff_hz < fps / 2, the Nyquist frequency."""
     if not 0 < cutoff_hz < fps / 2:
@@ -142,7 +130,7 @@ def lowpass(
         forwards = _butterworth(np.concatenate([before, piece, after]), warped)
         return _butterworth(forwards[::-1], warped)[::-1][pad:-pad]
 
-    return _piecewise(x, time_s, seams, fps, pad + 1, both_ways)
+    return piecewise(x, time_s, seams, fps, pad + 1, both_ways)
 
 
 def _butterworth(x: np.ndarray, warped: float) -> np.ndarray:
@@ -163,46 +151,6 @@ def _butterworth(x: np.ndarray, warped: float) -> np.ndarray:
     (solve,) = get_lapack_funcs(("tbtrs",), (bands, driven))
     answer, _ = solve(bands, driven * (warped**2 / scale), uplo="L")
     return x[0] + answer.reshape(x.shape)
-
-
-def savitzky_golay(
-    x: np.ndarray, time_s: np.ndarray, cutoff_hz: float = CUTOFF_HZ, seams: Sequence[int] = ()
-) -> np.ndarray:
-    """x (T,) or (T, D), each row the value there of the polynomial of order 3 fitted to its window.
-
-    The window is the widest whose power at cutoff_hz is not yet below a half. Missing rows stay NaN, as do pieces
-    shorter than the window. InputError for a cut-off that no window has.
-    """
-    from scipy.signal import savgol_filter
-
-    fps = rate(time_s)
-    check_savgol_cutoff(cutoff_hz, fps)
-    window = _SHORTEST
-    while _savgol_gain(window + 2, cutoff_hz / fps) >= _HALF_POWER:
-        window += 2
-    return _piecewise(
-        x, time_s, seams, fps, window, lambda piece: np.asarray(savgol_filter(piece, window, _CUBIC, axis=0))
-    )
-
-
-def highest_savgol_cutoff(fps: float) -> float:
-    """The highest cut-off in Hz that `savitzky_golay` has at a frame rate, that of its shortest window, rounded down to
-    a hundredth."""
-    # The weights of its five rows are (-3, 12, 17, 12, -3) / 35, so the gain is 1 - 12 (1 - cos)^2 / 35 of the angle by
-    # which a sine goes on from row to row.
-    angle = np.arccos(1 - np.sqrt(35 / 12 * (1 - _HALF_POWER)))
-    return float(np.floor(100 * fps * angle / (2 * np.pi)) / 100)
-
-
-def check_savgol_cutoff(cutoff_hz: float, fps: float) -> None:
-    """InputError unless `savitzky_golay` has a window for the cut-off at that frame rate."""
-    check_cutoff(cutoff_hz, fps)
-    if _savgol_gain(_SHORTEST, cutoff_hz / fps) < _HALF_POWER:
-        raise InputError(
-            "bad-value",
-            f"A Savitzky-Golay filter of order {_CUBIC} has no window for a cut-off of {cutoff_hz:g} Hz at {fps:.4g} "
-            f"frames a second; choose one of at most {highest_savgol_cutoff(fps):g} Hz, or the Butterworth filter.",
-        )
 
 
 def derivative(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (), order: int = 1) -> np.ndarray:
@@ -295,15 +243,7 @@ def each_path(
     return result
 
 
-def _savgol_gain(window: int, hz: float) -> float:
-    """What a Savitzky-Golay filter leaves of a sine. hz: its frequency over the frame rate."""
-    from scipy.signal import savgol_coeffs
-
-    offset = np.arange(window) - window // 2
-    return float(savgol_coeffs(window, _CUBIC) @ np.cos(2 * np.pi * hz * offset))
-
-
-def _piecewise(
+def piecewise(
     x: np.ndarray,
     time_s: np.ndarray,
     seams: Sequence[int],
@@ -311,7 +251,8 @@ def _piecewise(
     shortest: int,
     smooth: Callable[[np.ndarray], np.ndarray],
 ) -> np.ndarray:
-    """smooth(values at even times) on every piece of x that has at least that many rows then; NaN elsewhere."""
+    """x (T,) or (T, D) at time_s (T,) through a filter of even times, `smooth`, piece by piece of those that have
+    `shortest` rows or more then; NaN elsewhere. fps: of these even times."""
     from scipy.interpolate import CubicSpline
 
     x = np.asarray(x, dtype=np.float64)

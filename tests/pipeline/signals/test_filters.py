@@ -11,18 +11,20 @@ from pcnet3d.pipeline import H36M17, LEVEL, InputError, PoseSequence
 from pcnet3d.pipeline.signals.filters import (
     breaks,
     check_cutoff,
-    check_savgol_cutoff,
     derivative,
     each_path,
     even_grid,
     evenly_spaced,
-    highest_savgol_cutoff,
     holes,
     lowpass,
     nearest_row,
     rate,
     resample,
     runs,
+)
+from pcnet3d.stages.trajectories import (
+    check_savgol_cutoff,
+    highest_savgol_cutoff,
     savitzky_golay,
     uneven_rows,
 )
