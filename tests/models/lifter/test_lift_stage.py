@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from commands import pcnet3d, refused, succeeded
+from commands import pcnet3d, succeeded
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
@@ -59,11 +59,6 @@ def test_a_lifter_that_cannot_be_opened_ends_the_run_before_it_reads_anything(tm
         recipe.build()
 
 
-def test_keypoints_that_all_lie_outside_the_image_are_not_called_missing(files, tmp_path):
-    words = ("run", "--keypoints", files.keypoints, "--set", "read.image_size=30x30", "--fps", 30)
-    refused(pcnet3d(*words, "-o", tmp_path / "out"), "30x30", "100 % of them")
-
-
 def test_run_with_a_lifter(files, per_frame, facing_camera, tmp_path):
     lifter = per_frame(ZERO, facing_camera, name="mine.onnx")
     folder = tmp_path / "out"
@@ -73,13 +68,3 @@ def test_run_with_a_lifter(files, per_frame, facing_camera, tmp_path):
     (step,) = (step for step in summary["history"] if step["name"] == "lift")
     assert step["options"]["kind"] == "motionbert"
     assert summary["poses"]["made_by"]["by"].startswith("mine.onnx@")
-
-
-@pytest.mark.parametrize("given", [["--lifter", "rectifier"], ["--set", "lift.lifter_kind=coco"]])
-def test_a_network_of_another_kind_is_one_sentence_and_exit_code_2(files, tmp_path, given):
-    from importlib.resources import files as package
-
-    given = [str(package("pcnet3d.models") / "pcnet.onnx") if text == "rectifier" else text for text in given]
-    folder = tmp_path / "out"
-    refused(pcnet3d("run", files.video, "--keypoints", files.keypoints, *given, "-o", folder))
-    assert not folder.exists()

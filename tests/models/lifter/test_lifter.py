@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.lifter.builtin import lift, network, run
 from pcnet3d.models.lifter.features import CHANNELS, HALF_WINDOW, features, flipped, ray_rotation
-from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate, unit
 
@@ -52,10 +52,10 @@ def test_chunks_make_no_clip_boundary():
 
 @pytest.mark.parametrize("rate", [30, 100])
 def test_a_long_take_in_pieces_has_the_answer_of_the_whole(rate, monkeypatch):
-    pixels = person(900)
+    pixels = person(450)
     pixels[300:305] = np.nan  # nobody is seen for a moment, and a joint for longer
     pixels[290:330, 4] = np.nan
-    given = poses(pixels, time_s=np.arange(900) / rate)
+    given = poses(pixels, time_s=np.arange(450) / rate)
     whole = lift(given, SIZE, flip=True)
     monkeypatch.setattr("pcnet3d.models.lifter.builtin._ROWS", 101)
     pieces = lift(given, SIZE, flip=True)
@@ -84,13 +84,6 @@ def test_a_size_is_averaged_over_as_many_frames_on_each_side():
     ]
     changed = np.flatnonzero(~np.isclose(*averaged, rtol=1e-6))
     assert changed.tolist() == list(range(120 - HALF_WINDOW, 120 + HALF_WINDOW + 1))
-
-
-@pytest.mark.parametrize("frames", [1, 2, 5, 30])
-def test_any_number_of_frames(frames):
-    lifted = lift(poses(person(frames)), SIZE)
-    assert lifted.joints.shape == (frames, 17, 3)
-    assert np.isfinite(lifted.joints).all()
 
 
 def test_mirrored_person_gives_the_mirrored_skeleton_with_flip():
@@ -201,6 +194,7 @@ def two_people():
 def test_bad_input_is_refused_in_words():
     for keypoints, size, options, words in [
         (lambda: PoseSequence(person(), COCO17, IMAGE), SIZE, {}, "COCO17.*remap"),
+        (lambda: PoseSequence(np.zeros((3, 17, 3)), H36M17, CAMERA), SIZE, {}, "IMAGE"),
         (lambda: poses(person() / 960 - 1), SIZE, {}, "look normalised"),
         (lambda: poses(person()), None, {}, "width and height"),
         (lambda: poses(person() * 3), SIZE, {}, "outside which 100 % of them lie"),
@@ -219,13 +213,6 @@ def test_bad_input_is_refused_in_words():
     ]:
         with pytest.raises(InputError, match=words):
             lift(keypoints(), size, **options)
-
-
-def test_another_frame_is_refused():
-    from pcnet3d.pipeline import CAMERA
-
-    with pytest.raises(InputError, match="IMAGE"):
-        lift(PoseSequence(np.zeros((3, 17, 3)), H36M17, CAMERA), SIZE)
 
 
 def test_a_scene_cut_is_not_two_people():

@@ -67,11 +67,6 @@ def test_lengths_that_differ_cannot_be_joined(tmp_path, lifted):
         open_take(RunOptions(poses=lifted, keypoints=path, fps=25))
 
 
-def test_without_any_rate_it_says_so(lifted):
-    with pytest.raises(InputError, match="--fps"):
-        open_take(RunOptions(poses=lifted))
-
-
 @pytest.mark.parametrize("fps", [0, -5, 0.5, 3000, float("nan")])
 def test_a_rate_that_is_none_is_refused(lifted, fps):
     with refused("bad-value"):
@@ -281,24 +276,6 @@ def test_millimetres_called_metres_are_doubted(tmp_path, facing_camera):
         told = {**IN_METRES, "unit": unit}
         take = open_take(RunOptions(poses=tmp_path / "a.npy", adapter="arrays", fps=25, options=told))
         assert f"is really {unit}." in next(said.text for said in take.said if said.code == "stature")
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "words"),
-    [
-        ("empty.npy", b"", "is empty"),
-        ("cut.json", b'[{"image_id": "1.jpg", "key', "is incomplete"),
-        ("other.npy", None, r"an array of shape \(30, 16, 3\)"),
-    ],
-)
-def test_a_file_that_nobody_recognises_says_what_is_wrong_with_it(tmp_path, lifted, name, content, words):
-    if content is None:
-        np.save(tmp_path / name, np.load(lifted)[:, :16])
-    else:
-        (tmp_path / name).write_bytes(content)
-    gives = "keypoints" if name.endswith("json") else "poses"
-    with pytest.raises(InputError, match=words):
-        open_take(RunOptions(fps=25, **{gives: tmp_path / name}))
 
 
 def _half_an_array(path):

@@ -174,15 +174,6 @@ def test_csv_is_the_parquet_and_nothing_but_a_table(take, tmp_path):
     assert {row["l_wrist_x"] for row in rows[20:25]} == {""}
 
 
-def test_pandas_opens_the_csv_as_it_is(take, tmp_path):
-    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
-    found = pandas.read_csv(exported(take, tmp_path, "csv") / "kinematics.csv")
-    assert found.shape == (ROWS, len(take.kinematics) + 3)
-    assert all(kind.kind in "fi" for kind in found.dtypes.iloc[:-1])
-    np.testing.assert_allclose(found.r_knee_flexion_deg, take.kinematics["r_knee_flexion_deg"])
-    assert found.l_wrist_x.isna().sum() == 5
-
-
 def test_every_table_says_where_it_comes_from(take, tmp_path):
     told = pq.read_table(exported(take, tmp_path) / "kinematics.parquet").schema.metadata
     told = {name.decode(): text.decode() for name, text in told.items()}
