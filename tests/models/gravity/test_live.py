@@ -82,7 +82,7 @@ def expect_the_takes_answer(frames, joints, time_s, rectifier):
 @pytest.mark.parametrize("name", ["pcnet", "geometric"])
 def test_at_the_end_it_says_what_the_whole_take_says(fps, name):
     """With 120 frames a second more votes than are kept. What came last may not be pooled yet."""
-    walk = walker(fps=fps)
+    walk = walker(fps=fps, seconds=5)
     joints = relative(camera_poses(walk, side_camera(walk)).joints.astype(float))
     rectifier = load_rectifier(name)
     frames = answers(LiveRectifier(rectifier), joints, walk.time_s)

@@ -83,6 +83,12 @@ def told_jumps(take: Take) -> dict:
     return nested(run(take).measures)["jumps"]
 
 
+@pytest.fixture(scope="module")
+def twice() -> Take:
+    """Two jumps, filmed."""
+    return filmed(*jumping())
+
+
 def without(take: Take, *which) -> Take:
     """With these rows and joints of LEVEL missing."""
     joints = np.array(take.rectified.level.joints)
@@ -130,16 +136,15 @@ def test_nobody_is_highest_before_the_feet_leave():
     assert all(one.off_s < one.apex_s < one.land_s for one in airborne(skip.take).flights)
 
 
-def test_no_depth_and_no_size_is_needed():
+def test_no_depth_and_no_size_is_needed(twice):
     """The smooth path of the pelvis has no fall in it; the body on its rays has."""
-    take = filmed(*jumping())
-    far = take.with_(
+    far = twice.with_(
         camera=Camera(SIZE, 0.7 * FOCAL_PX, 300.0, "prior"),
-        poses=take.poses.with_(root=None, root_covariance=None),
+        poses=twice.poses.with_(root=None, root_covariance=None),
     )
     times = [
         [flight.land_s - flight.off_s for flight in airborne(one).flights]
-        for one in (take, Rectify()(Place()(far.with_(rectified=None))))
+        for one in (twice, Rectify()(Place()(far.with_(rectified=None))))
     ]
     np.testing.assert_allclose(times[0], times[1], atol=0.04)
 
@@ -193,26 +198,24 @@ def test_a_jump_that_an_end_of_the_take_cuts_makes_the_others_the_least(seen):
     assert (jumps["count"], jumps["count_at_least"]) == (1, True)
 
 
-def test_where_nothing_flies_nothing_is_counted():
+def test_where_nothing_flies_nothing_is_counted(twice):
     for take, percent in ((filmed(*squats()), 100.0), (filmed(*squats(), camera="moving"), 0.0)):
         assert told_jumps(take) == {"observable_percent": percent}
-    assert airborne(filmed(*jumping()).with_(keypoints=None)).observable is None
-    assert len(airborne(of_an_unknown_camera(filmed(*jumping()))).flights) == 2
+    assert airborne(twice.with_(keypoints=None)).observable is None
+    assert len(airborne(of_an_unknown_camera(twice)).flights) == 2
 
 
-def test_a_jump_before_a_camera_that_may_move_has_no_error():
+def test_a_jump_before_a_camera_that_may_move_has_no_error(twice):
     """A height of 6 cm was "within 3" of a jump of 10 cm before a camera of which nobody knows."""
-    known = told_jumps(take := filmed(*jumping()))
-    unknown = told_jumps(of_an_unknown_camera(take))
+    known, unknown = told_jumps(twice), told_jumps(of_an_unknown_camera(twice))
     assert (known["count"], "height_by_flight_time_error_cm" in known) == (2, True)
     assert unknown["count"] == 2
     assert not [name for name in unknown if "error" in name]
 
 
-def test_ankles_that_nobody_saw_leave_the_floor_unknown():
-    take = filmed(*jumping())
-    rows = (take.poses.times > 1.15) & (take.poses.times < 1.35)
-    (found,) = airborne(without(take, rows, H36M17.index("r_ankle"))).flights
+def test_ankles_that_nobody_saw_leave_the_floor_unknown(twice):
+    rows = (twice.poses.times > 1.15) & (twice.poses.times < 1.35)
+    (found,) = airborne(without(twice, rows, H36M17.index("r_ankle"))).flights
     assert found.apex_s == pytest.approx(3.0, abs=0.02)
 
 

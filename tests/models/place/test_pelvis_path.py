@@ -41,6 +41,13 @@ def seen(body, points, noise_px=0.0, **changes) -> PoseSequence:
     )
 
 
+@pytest.fixture(scope="module")
+def noisy(body, points):
+    """Keypoints with 2 pixels of noise, and their path."""
+    keypoints = seen(body, points, 2.0)
+    return keypoints, pelvis_path(body, keypoints, LENS)
+
+
 def off(path, points) -> np.ndarray:
     return np.linalg.norm(path.root - points[:, 0], axis=1)
 
@@ -51,18 +58,17 @@ def test_exact_keypoints_and_an_exact_body_give_the_exact_path(body, points):
     assert (path.growth == 1).all()
 
 
-def test_a_body_in_another_unit_gives_the_path_in_that_unit(body, points):
-    keypoints = seen(body, points, 2.0)
-    path = pelvis_path(body, keypoints, LENS)
+def test_a_body_in_another_unit_gives_the_path_in_that_unit(body, noisy):
+    keypoints, path = noisy
     halved = body.with_(joints=body.joints / 2, frame=body.frame.with_(unit="arbitrary"))
     half = pelvis_path(halved, keypoints, LENS)
     np.testing.assert_allclose(half.root, path.root / 2, rtol=1e-4)
     np.testing.assert_allclose(half.covariance, path.covariance / 4, rtol=1e-3)
 
 
-def test_hidden_joints_and_outliers_hardly_move_it(body, points):
-    rng = np.random.default_rng(1)
-    joints = seen(body, points, 2.0).joints.copy()
+def test_hidden_joints_and_outliers_hardly_move_it(body, points, noisy):
+    (given, whole), rng = noisy, np.random.default_rng(1)
+    joints = given.joints.copy()
     joints[rng.uniform(size=joints.shape[:2]) < 0.3] = np.nan
     wild = rng.uniform(size=joints.shape[:2]) < 0.05
     joints[wild] += rng.choice([-1, 1], (wild.sum(), 2)) * 150
@@ -70,12 +76,9 @@ def test_hidden_joints_and_outliers_hardly_move_it(body, points):
     assert np.median(off(pelvis_path(body, keypoints, LENS), points)) < 0.05
     # Legs out of the image for the whole take: the trunk and the arms tell as well, with a larger error.
     legs = H36M17.indices([f"{side}_{part}" for side in "rl" for part in ("knee", "ankle")])
-    joints = seen(body, points, 2.0).joints.copy()
+    joints = given.joints.copy()
     joints[:, legs] = np.nan
-    cut, whole = (
-        pelvis_path(body, seen(body, points).with_(joints=j), LENS)
-        for j in (joints, seen(body, points, 2.0).joints)
-    )
+    cut = pelvis_path(body, given.with_(joints=joints), LENS)
     assert np.median(off(cut, points)) < 0.1
     assert np.median(np.trace(cut.own, axis1=1, axis2=2)) > np.median(np.trace(whole.own, axis1=1, axis2=2))
 
@@ -88,13 +91,15 @@ def test_frames_of_somebody_else_do_not_pull_it(body, points):
     assert off(path, points)[55:70].max() < 0.25  # of 2.5 m
 
 
-def test_a_short_gap_is_bridged_with_a_growing_error_and_a_long_one_is_left(body, points):
-    def gapped(rows):
-        joints = seen(body, points, 2.0).joints.copy()
-        joints[rows] = np.nan
-        return pelvis_path(body, seen(body, points).with_(joints=joints), LENS)
+def test_a_short_gap_is_bridged_with_a_growing_error_and_a_long_one_is_left(body, noisy):
+    keypoints, whole = noisy
 
-    short, whole = gapped(slice(60, 75)), gapped(slice(0, 0))
+    def gapped(rows):
+        joints = keypoints.joints.copy()
+        joints[rows] = np.nan
+        return pelvis_path(body, keypoints.with_(joints=joints), LENS)
+
+    short = gapped(slice(60, 75))
     assert is_finite(short.root).all()
     size = np.trace(short.own, axis1=1, axis2=2) / np.trace(whole.own, axis1=1, axis2=2)
     assert size[67] > 2 * size[20]
