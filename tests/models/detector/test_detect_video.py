@@ -232,17 +232,13 @@ def test_a_video_of_which_no_image_can_be_decoded_is_not_one_without_people(walk
         detect(walk_film, load_detector(toy))
 
 
-@pytest.mark.parametrize("size", [(321, 241), (64, 200), (33, 31)])
-def test_odd_sizes(film, toys, toy, size):
+@pytest.mark.parametrize(("size", "frames"), [((321, 241), 3), ((64, 200), 3), ((33, 31), 1)])
+def test_odd_sizes_and_a_single_frame(film, toys, toy, size, frames):
     box = (0.3 * size[0], 0.2 * size[1], 0.6 * size[0], 0.9 * size[1])
     box = tuple(float(round(side)) for side in box)
-    found = detect(film([toys.scene(box, size=size)] * 3), load_detector(toy))
-    assert off(found, toys, [box] * 3) < 1.5
-
-
-def test_a_video_of_one_frame(film, toys, toy):
-    found = detect(film([toys.scene((50, 50, 90, 200))]), load_detector(toy))
-    assert len(found.people()[0]) == 1
+    found = detect(film([toys.scene(box, size=size)] * frames), load_detector(toy))
+    assert len(found.people()[0]) == frames
+    assert off(found, toys, [box] * frames) < 1.5
 
 
 @pytest.mark.parametrize("clockwise", [90, 180, 270])

@@ -221,19 +221,19 @@ def test_views_follow_what_there_is(taken):
     assert {"First look", "Details"} <= set(recording.blueprint(TAB))
     assert "2D keypoints" in recording.blueprint(NAME)
     assert recording.blueprint("TimePanelBlueprint:timeline") == ["video_time"]
+    # Without a place the person stands still, on the floor under the ankles.
+    walks = {entity for entity in recording.entities if entity.startswith("walk")}
+    assert walks == {"walk/along", "walk/floor"}
+    assert not np.any(recording.over_time("level", "Transform3D:translation")[2])
+    (x, y, z, ground), *_ = recording.blueprint("LineGrid3D:plane")
+    assert (x, y, z) == (0, 0, 1)
+    assert ground == pytest.approx(-0.9, abs=0.12)
+    eyes = recording.blueprint("EyeControls3D:position")
+    assert [eye for eye in eyes if eye[0] < -1]  # the person faces -x in BODY and in LEVEL
     _, recording = taken(keypoints=None, notices=(own_notice("test.said", "said", "note"),))
     assert "video" not in recording.blueprint(ORIGIN)
     assert "events" in recording.blueprint(ORIGIN)
     assert not any(entity.startswith("video") for entity in recording.entities)
-
-
-def test_eyes_stand_in_front_and_the_grid_under_the_ankles(taken):
-    _, recording = taken()
-    front = [eye for eye in recording.blueprint("EyeControls3D:position") if eye[0] < -1]
-    assert front  # the person faces -x in BODY and in LEVEL
-    (x, y, z, ground), *_ = recording.blueprint("LineGrid3D:plane")
-    assert (x, y, z) == (0, 0, 1)
-    assert ground == pytest.approx(-0.9, abs=0.12)
 
 
 def test_long_takes_are_in_few_chunks(make_take, read_back):
@@ -277,16 +277,6 @@ def test_a_person_whose_place_is_known_walks_through_the_room(taken, make_take):
     assert len(strips) == 2
     assert len({point[2] for strip in strips for point in strip}) == 1
     assert "walk" in recording.blueprint(ORIGIN)
-
-
-def test_without_a_place_the_person_stands_still_on_the_floor(taken):
-    _, recording = taken()
-    assert {entity for entity in recording.entities if entity.startswith("walk")} == {
-        "walk/along",
-        "walk/floor",
-    }
-    assert not np.any(recording.over_time("level", "Transform3D:translation")[2])
-    assert "walk" not in recording.blueprint(ORIGIN)
 
 
 def test_tapered_bones_reach_from_joint_to_joint(taken, make_take):

@@ -35,6 +35,8 @@ def test_it_holds_the_joints_of_every_frame_on_their_floor(walk_take):
     ankles = points[:, H36M17.indices(("r_ankle", "l_ankle")), 2]
     assert np.nanpercentile(ankles, 2) == pytest.approx(0, abs=0.15)
     assert len(held["bones"]) >= len(H36M17.bones)
+    tilted = walk_take.with_(rectified=replace(walk_take.rectified, level_ok=False))
+    assert not skeleton_player(tilted)
 
 
 def test_a_gap_is_no_pose(walk_take):
@@ -77,10 +79,6 @@ def test_the_film_of_a_long_take_is_of_key_frames_that_need_no_others(film):
     assert set(_chosen(long, 100, 8900)) <= set(long.key_frames)
     assert len(_chosen(long, 0, 99)) == 60
     assert _chosen(replace(long, key_frames=(0,)), 0, 5000)[-1] == 5000
-
-
-def test_nothing_of_a_take_that_is_not_levelled(walk_take):
-    assert not skeleton_player(walk_take.with_(rectified=replace(walk_take.rectified, level_ok=False)))
 
 
 def test_the_player_and_the_charts_are_at_one_moment(walk_take, opened):
