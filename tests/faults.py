@@ -66,7 +66,7 @@ FAULTS = [
     Fault("models/lifter/sequence.py", "if focal_px is not None:", "if focal_px is None:",
           "models/lifter/test_lifters.py"),
     Fault("models/lifter/sides.py", "joints=keypoints.joints[:, order]", "joints=keypoints.joints",
-          "models/lifter/test_doubts.py"),
+          "models/lifter/test_sides.py"),
     Fault("models/place/path.py", "path * stature)", "path)", "models/place/test_pelvis_path.py"),
     Fault("models/gravity/fusion.py", "odds_image > odds_bodies", "odds_image < odds_bodies",
           "models/gravity/test_fusion.py"),
