@@ -138,19 +138,19 @@ def test_the_method_names_the_weights(exported):
 
 def test_a_network_of_somebody_else_is_named_by_its_file(exported, poses, tmp_path):
     onnx = pytest.importorskip("onnx", reason="needs onnx, the extra 'train'")
-    network = onnx.load(exported["mlp"][1])
+    network = onnx.load(exported["paper"][1])
     del network.metadata_props[:]
     onnx.save(network, tmp_path / "mine.onnx")
     rectifier = PCNetRectifier(tmp_path / "mine.onnx")
     assert rectifier.method.startswith("mine.onnx@")
     np.testing.assert_allclose(
-        rectifier.rotation(poses)[0], PCNetRectifier(exported["mlp"][1]).rotation(poses)[0]
+        rectifier.rotation(poses)[0], PCNetRectifier(exported["paper"][1]).rotation(poses)[0]
     )
 
 
 def test_a_network_for_one_batch_only_is_refused(exported, tmp_path):
     onnx = pytest.importorskip("onnx", reason="needs onnx, the extra 'train'")
-    network = onnx.load(exported["mlp"][1])
+    network = onnx.load(exported["paper"][1])
     for entry in network.graph.input:
         entry.type.tensor_type.shape.dim[0].dim_value = 1
     onnx.save(network, tmp_path / "one.onnx")
