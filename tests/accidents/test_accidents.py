@@ -38,6 +38,7 @@ def before() -> dict[str, Take]:
     return {}
 
 
+@pytest.mark.data(*(file for files in NEEDS.values() for file in files))
 def test_five_in_six_of_a_tenth_are_refused_told_or_harmless(all_bases, before, tmp_path: Path):
     outcomes = [judged(edit, all_bases, before, tmp_path) for edit in TENTH if edit.base in all_bases]
     unsaid = [each.edit for each in outcomes if each.changed and not (each.refused or each.told)]
