@@ -26,7 +26,6 @@ from ...pipeline.core.device import computing_on
 from ...pipeline.core.frames import IMAGE
 from ...pipeline.core.layouts import HALPE26, remap
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.plugins.registry import open_model
 from ...pipeline.reading.settings import OnDevice, RunOptions
 from .common.modules import in_own_process
 
@@ -45,7 +44,9 @@ def floors(
     device: OnDevice = "auto",
 ) -> None:
     """Compare the CPU time of four runs with that of reading their files, asking the networks, and writing."""
-    open_model("detectors", detector)  # downloaded, or refused, before the work
+    from ..detector.load import load_detector
+
+    load_detector(detector)  # downloaded, or refused, before the work
     cases: dict[str, Callable[[Path], RunOptions]] = {
         "300 poses": partial(of_poses, frames=300),
         "demo with video": of_demo,
