@@ -22,6 +22,17 @@ _CAMERAS = (
 )  # where they look, degrees, and how far their images are moved to the right, pixels
 
 
+_LANDMARKS = {"olecranon": "elbow", "cubital_fossa": "elbow", "acromion": "shoulder"}
+
+
+def _beside(joint: str, names: tuple[str, ...]) -> str:
+    """The joint of the walker for one that it lacks: that of the arm for its landmarks, the wrist for fingers."""
+    if joint in names:
+        return joint
+    side, part = joint.split("_", 1)
+    return f"{side}_{_LANDMARKS.get(part, 'wrist')}"
+
+
 class Walking(Person):
     """The built-in walker before tilted cameras, with noise."""
 
@@ -47,7 +58,7 @@ class Walking(Person):
         """The walker as two cameras see them, one image beside the other."""
         points = np.concatenate([halpe26(self._walk), self._walk.world], axis=1)
         names = (*HALPE26.joints, *H36M17.joints)
-        points = points[:FRAMES, [names.index(joint) for joint in layout.joints]]
+        points = points[:FRAMES, [names.index(_beside(joint, names)) for joint in layout.joints]]
         scene = {}
         for number, (heading_deg, aside_px) in enumerate(_CAMERAS):
             pixels = _camera(points, heading_deg).project(points) + np.array([aside_px, 0])
