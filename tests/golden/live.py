@@ -7,9 +7,6 @@ import numpy as np
 GEOMETRIC = ["rectify.rectifier=geometric"]
 
 
-QUICK = [*GEOMETRIC, "report=off"]  # takes of which no test opens the report
-
-
 def logged(path, entity: str, component: str) -> tuple[np.ndarray, list]:
     """Frame numbers and values of an entity, in order."""
     from rerun.chunk import RrdReader
@@ -24,14 +21,8 @@ def logged(path, entity: str, component: str) -> tuple[np.ndarray, list]:
     return np.array(frames)[order], [values[i] for i in order]
 
 
-def frames_of(folder) -> list[int]:
-    """Those that the take's poses are of."""
-    with np.load(folder / "poses.npz") as poses:
-        return poses["frame_index"].tolist()
-
-
 def kept(folder, images: int = 60) -> bool:
-    """Whether all of the recording, and nothing of a take, is in the folder."""
+    """Whether all of the recording, and nothing else, is in the folder."""
     assert len(logged(folder / "live.rrd", "video", "VideoStream:sample")[0]) == images
     names = {path.name for path in folder.iterdir()}
     return names - {"keypoints.npz"} == {"live.rrd", "summary.json", *["video.ts"] * bool(images)}

@@ -142,7 +142,7 @@ _WORDS = {
     "MHFORMER": "DATA/native/mhformer/skating",
 }  # DATA and INPUTS come last, as paths may have spaces
 _OR = " || "
-_ONLY_NUMBERS = " --set record=off --set report=off"  # of `run`, `live` and `batch`
+_ONLY_NUMBERS = " --set record=off --set report=off"  # of `run` and `batch`
 _WITHOUT_FOLDER = ("imu", "inspect")  # commands that take no --output
 _SEEN = "run --keypoints INPUTS/take{0:02}.json --set read.image_size=1280x720 --fps 30 "
 _OPTIONS = (
@@ -231,7 +231,7 @@ class _Runner:
 
     def _run(self, name: str, line: str) -> subprocess.CompletedProcess[str]:
         command = line.partition(" ")[0]
-        line += _ONLY_NUMBERS if command in ("run", "live", "batch") else ""
+        line += _ONLY_NUMBERS if command in ("run", "batch") else ""
         for short, words in _WORDS.items():
             line = line.replace(short, words)
         words = line.split()

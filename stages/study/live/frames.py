@@ -16,7 +16,7 @@ from ....models.detector.protocols import Detector, Found
 from ....models.detector.video import Search
 from ....models.gravity import Evidence, fuse, told_up
 from ....models.gravity.levelling import camera_frame
-from ....models.gravity.live import LiveFrame, LiveRectifier
+from ....models.gravity.live import LiveRectifier
 from ....models.lifter.live import LiveLifter
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
@@ -28,7 +28,6 @@ _WHOLE = ("frame", "person", "dropped")  # numbers of a LivePose without decimal
 _DIGITS = {
     "time_s": 6, "captured_s": 6, "body": 4, "level": 4, "R_camera_from_body": 5, "R_camera_from_level": 5, "up": 5,
 }  # fmt: skip
-_LATEST = 300  # frames that the running percentiles of the latency are of: 10 s
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +42,7 @@ class LivePose:
     R_camera_from_body, R_camera_from_level: (3, 3). error_deg: expected error of R_camera_from_body. up: (3,) unit, in
     CAMERA. up_bound_deg: it is off by no more in 90 % of takes. Both rest on all frames so far, so LEVEL settles in the
     first seconds.
-    latency_ms: from the capture until this pose was there; latency_p50_ms, latency_p95_ms: of the last 300 frames.
-    dropped: images so far that came too fast and were left out.
+    latency_ms: from the capture until this pose was there. dropped: images so far that came too fast and were left out.
     """
 
     frame: int
@@ -59,8 +57,6 @@ class LivePose:
     up: np.ndarray
     up_bound_deg: float
     latency_ms: float
-    latency_p50_ms: float
-    latency_p95_ms: float
     dropped: int
 
     def as_dict(self) -> dict[str, Any]:
@@ -98,43 +94,35 @@ def live_frames(
     InputError for a source, a network or a value that cannot be used, and at the end for a source that broke.
     """
     shown = open_source(str(source))
-    found = load_detector(detector, person_detector) if isinstance(detector, str | Path) else detector
-    told = Told(focal_px=focal_px, gravity=gravity)
-    watch = Watch(Networks(found, rectifier, focal_px, told_up(told)))
+    if isinstance(detector, str | Path):
+        detector = load_detector(detector, person_detector)
+    up = told_up(Told(focal_px=focal_px, gravity=gravity))
+    watch = Watch(Networks(detector, rectifier, focal_px, up))
     incoming = Incoming(shown)
     for shot in incoming.until(lambda: False):
-        yield watch.see(shot, incoming.dropped).pose
+        _, pose = watch.see(shot, incoming.dropped)
+        yield pose
     if incoming.broke is not None:
         raise incoming.broke
 
 
 @dataclass(frozen=True, eq=False)
 class Networks:
-    """told: what the user tells about up, which nothing contradicts while the camera runs: the run at the end does."""
+    """told_up: what the user says about up, which nothing contradicts while the camera runs."""
 
     detector: Detector
     rectifier: str
     focal_px: float | None
-    told: Sequence[Evidence]
+    told_up: Sequence[Evidence]
 
     def for_camera(self, image_size: tuple[int, int]) -> tuple[LiveLifter, LiveRectifier]:
-        """Of a camera, or of another one behind a cut. What it lifts is looked at by the run at the end."""
-        return self.for_person(image_size), LiveRectifier(self.rectifier, self.told, check="off")
+        """Of a camera, or of another one behind a cut."""
+        return self.for_person(image_size), LiveRectifier(self.rectifier, self.told_up, check="off")
 
     def for_person(self, image_size: tuple[int, int]) -> LiveLifter:
         """Of another person: the lift of one rests on no keypoints of another. It may rest on an up that is told."""
-        up = fuse(self.told).up if self.told else None
+        up = fuse(self.told_up).up if self.told_up else None
         return LiveLifter(self.detector.layout, image_size, self.focal_px, up=up)
-
-
-@dataclass(frozen=True, eq=False)
-class Moment:
-    """All that is known about one image. joints: (17, 3) in CAMERA from the pelvis."""
-
-    found: Found | None
-    joints: np.ndarray
-    live: LiveFrame
-    pose: LivePose
 
 
 class Watch:
@@ -153,11 +141,11 @@ class Watch:
         self._estimators: tuple[LiveLifter, LiveRectifier] | None = None
         networks.for_camera((1, 1))  # loads them, so that the first images need not wait
 
-    def see(self, shot: Shot, dropped: int) -> Moment:
-        """The next image. dropped: how many were, so far."""
+    def see(self, shot: Shot, dropped: int) -> tuple[Found | None, LivePose]:
+        """The person in the next image, if there, and the pose. dropped: how many images were, so far."""
         search, person, networks = self.search, self.person, self._networks
         cuts, before = len(search.cuts), person.name
-        found = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.image))
+        visible = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.image))
         if self._estimators is None or len(search.cuts) > cuts:
             height, width = shot.image.shape[:2]
             self.size = width, height
@@ -166,19 +154,18 @@ class Watch:
             self._estimators = networks.for_person(self.size), self._estimators[1]
         lifter, rectifier = self._estimators
         missing = np.full((len(networks.detector.layout), 2), np.nan)
-        xy, score = (missing, missing[:, 0]) if found is None else (found.xy, found.score)
+        xy, score = (missing, missing[:, 0]) if visible is None else (visible.xy, visible.score)
         joints = lifter.update(xy, score, shot.time_s)
         live = rectifier.update(joints, shot.time_s)
         R_camera_from_level = camera_frame(live.up)
         body, level = (rotate(transpose(R), joints) for R in (live.R_camera_from_body, R_camera_from_level))
         now_s = time.perf_counter()
         self.latency_ms.append(1000 * (now_s - shot.came_s))
-        p50, p95 = percentiles(self.latency_ms[-_LATEST:])
         pose = LivePose(
             frame=shot.number,
             time_s=shot.time_s,
             captured_s=time.time() - (now_s - shot.came_s),
-            person=None if found is None else person.name,
+            person=None if visible is None else person.name,
             body=body,
             level=level,
             R_camera_from_body=live.R_camera_from_body,
@@ -187,17 +174,9 @@ class Watch:
             up=live.up,
             up_bound_deg=live.up_bound_deg,
             latency_ms=self.latency_ms[-1],
-            latency_p50_ms=p50,
-            latency_p95_ms=p95,
             dropped=dropped,
         )
-        return Moment(found, joints, live, pose)
-
-
-def percentiles(ms: Sequence[float]) -> tuple[float, float]:
-    """p50 and p95."""
-    p50, p95 = np.percentile(ms, (50, 95))
-    return float(p50), float(p95)
+        return visible, pose
 
 
 @dataclass

@@ -7,21 +7,20 @@ from collections import deque
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....models.detector.protocols import Found
-from ....models.gravity.live import LiveFrame
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.frames import BODY, CAMERA, IMAGE
+from ....pipeline.core.frames import BODY, IMAGE
 from ....pipeline.core.layouts import H36M17, Layout
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.rotations import rotate, transpose
 from ...drawing.rerun_file import RecordingFile, recording_file
 from ...drawing.rerun_log import log_body_looks, log_body_now, log_looks, log_rows, person_view
+from ...drawing.rerun_video import TICK, h264_stream
+from .frames import LivePose
 from .source import Shot
 
 if TYPE_CHECKING:
@@ -30,9 +29,7 @@ if TYPE_CHECKING:
     from av.video.stream import VideoStream
 
 _SIZE = 0.85  # half a person's height in the lifter's unit
-_TICK = Fraction(1, 90_000)
 _BEHIND = 2  # images: enough for an uneven encoder; more would be memory and no gain
-_SOURCE = CAMERA.with_(origin="pelvis", unit="arbitrary")
 _BODY = BODY.with_(unit="arbitrary")
 
 
@@ -60,8 +57,7 @@ def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool)
 
 
 class LiveRecording:
-    """Entities as in `record`: video, video/keypoints, source, body; rotation. And body/surface: the person drawn as
-    tapered bones."""
+    """Entities: video, video/keypoints, body, body/surface (the person drawn as tapered bones), rotation."""
 
     def __init__(
         self, file: RecordingFile, layout: Layout, target: OutputContainer | None, beside: ThreadPoolExecutor
@@ -75,26 +71,25 @@ class LiveRecording:
         self._beside, self._pending = beside, deque[Future[None]]()
         self._encoder: VideoStream | None = None
         log_looks(recording, "video/keypoints", layout, IMAGE, -3.0)
-        log_looks(recording, "source", H36M17, _SOURCE, 0.024 * _SIZE)
         log_looks(recording, "body", H36M17, _BODY, 0.024 * _SIZE)
         log_body_looks(recording, "body/surface")
-        for name, words in (("error", "expected error (deg)"), ("bound", "90 % bound of up (deg)")):
-            recording.log(f"rotation/{name}", rr.SeriesLines(names=[words]), static=True)
+        for name, label in (("error", "expected error (deg)"), ("bound", "90 % bound of up (deg)")):
+            recording.log(f"rotation/{name}", rr.SeriesLines(names=[label]), static=True)
 
-    def log(self, shot: Shot, found: Found | None, joints: np.ndarray, live: LiveFrame) -> None:
+    def log(self, shot: Shot, person: Found | None, pose: LivePose) -> None:
         """One image and what is known about it, written meanwhile; where the thread is _BEHIND images behind, that is
-        waited for. joints: (17, 3), CAMERA axes."""
-        self._pending.append(self._beside.submit(self._strictly, shot, found, joints, live))
+        waited for."""
+        self._pending.append(self._beside.submit(self._strictly, shot, person, pose))
         while len(self._pending) > _BEHIND:
             self._pending.popleft().result()
 
-    def _strictly(self, shot: Shot, found: Found | None, joints: np.ndarray, live: LiveFrame) -> None:
+    def _strictly(self, shot: Shot, person: Found | None, pose: LivePose) -> None:
         from rerun.error_utils import catch_and_log_exceptions
 
         with catch_and_log_exceptions(strict=True):  # which is of one thread
-            self._write(shot, found, joints, live)
+            self._write(shot, person, pose)
 
-    def _write(self, shot: Shot, found: Found | None, joints: np.ndarray, live: LiveFrame) -> None:
+    def _write(self, shot: Shot, person: Found | None, pose: LivePose) -> None:
         import rerun as rr
 
         self._file.check()
@@ -103,24 +98,20 @@ class LiveRecording:
         recording.set_time("video_time", duration=shot.time_s)
         if self._target is not None:
             self._log_image(self._target, shot)
-        pixels = np.full((len(self._layout), 2), np.nan) if found is None else found.xy
-        body = rotate(transpose(live.R_camera_from_body), joints)
-        for entity, shown, layout, frame in (
+        pixels = np.full((len(self._layout), 2), np.nan) if person is None else person.xy
+        for entity, joints, layout, frame in (
             ("video/keypoints", pixels, self._layout, IMAGE),
-            ("source", joints, H36M17, _SOURCE),
-            ("body", body, H36M17, _BODY),
+            ("body", pose.body, H36M17, _BODY),
         ):
-            row = PoseSequence(
-                shown[None],
-                layout,
-                frame,
-                frame_index=np.array([shot.number]),
-                time_s=np.array([shot.time_s]),
+            index, time_s = np.array([shot.number]), np.array([shot.time_s])
+            log_rows(
+                recording,
+                entity,
+                PoseSequence(joints[None], layout, frame, frame_index=index, time_s=time_s),
             )
-            log_rows(recording, entity, row)
-        log_body_now(recording, "body/surface", body, H36M17)
-        recording.log("rotation/error", rr.Scalars(live.error_deg))
-        recording.log("rotation/bound", rr.Scalars(live.up_bound_deg))
+        log_body_now(recording, "body/surface", pose.body, H36M17)
+        recording.log("rotation/error", rr.Scalars(pose.error_deg))
+        recording.log("rotation/bound", rr.Scalars(pose.up_bound_deg))
 
     def close(self) -> None:
         """The last images, also those in the encoder."""
@@ -135,14 +126,10 @@ class LiveRecording:
 
         height, width = (side // 2 * 2 for side in shot.image.shape[:2])  # yuv420p needs even sizes
         if self._encoder is None:
-            # "zerolatency": every image comes out at once, and none is stored out of order.
-            options = {"crf": "23", "preset": "veryfast", "tune": "zerolatency", "g": "30"}
-            self._encoder = target.add_stream("libx264", rate=30, options=options)
-            self._encoder.width, self._encoder.height, self._encoder.pix_fmt = width, height, "yuv420p"
-            self._encoder.codec_context.time_base = _TICK
+            self._encoder = h264_stream(target, width, height, 30, at_once=True)
             self._recording.log("video", rr.VideoStream(codec=rr.VideoCodec.H264), static=True)
         image = av.VideoFrame.from_ndarray(np.ascontiguousarray(shot.image[:height, :width]), "rgb24")
-        image.pts, image.time_base = round(shot.time_s / _TICK), _TICK
+        image.pts, image.time_base = round(shot.time_s / TICK), TICK
         for packet in self._encoder.encode(image):
             sample = np.frombuffer(bytes(packet), np.uint8)
             self._recording.log("video", rr.VideoStream.from_fields(sample=sample))
@@ -152,26 +139,9 @@ class LiveRecording:
 def _views() -> rrb.Container:
     import rerun.blueprint as rrb
 
-    eye, camera = (_SIZE * np.array(place) for place in ((-1.8, 0.9, 0.4), (0.5, -0.4, -2.4)))
-    first, second = (rrb.Spatial2DView(origin="video", name="Video and 2D keypoints") for _ in range(2))
-    before = rrb.Spatial3DView(
-        origin="source",
-        name="Before: CAMERA axes",
-        eye_controls=rrb.EyeControls3D(position=camera, look_target=(0, 0, 0)),
-    )
+    eye = _SIZE * np.array((-1.8, 0.9, 0.4))
     # The floor is at about the height of the feet.
-    now, after = (
-        person_view("body", f"{when}: BODY, facing you", eye, grid=(-_SIZE, _SIZE / 4), contents=contents)
-        for when, contents in (
-            ("Now", ["$origin/surface/**"]),
-            ("After", ["$origin/joints", "$origin/bones"]),
-        )
-    )
-    details = rrb.Horizontal(
-        rrb.Vertical(second, before),
-        after,
-        rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)"),
-        column_shares=[3, 4, 4],
-        name="Details",
-    )
-    return rrb.Tabs(rrb.Horizontal(first, now, name="First look"), details, active_tab=0)
+    body = person_view("body", "BODY: the person faces you", eye, grid=(-_SIZE, _SIZE / 4))
+    rotation = rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)")
+    video = rrb.Spatial2DView(origin="video", name="Video and 2D keypoints")
+    return rrb.Horizontal(rrb.Vertical(video, rotation, row_shares=[3, 1]), body)

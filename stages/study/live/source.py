@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from queue import Empty, Queue
 from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.take import Video
-from ....pipeline.files.video_frames import images_from
+from ....pipeline.files.video_frames import images_ahead
 from ....pipeline.reading.load import read_video
 
 _ASK_S = 0.1
@@ -23,8 +24,7 @@ _ASK_S = 0.1
 @dataclass(frozen=True, eq=False)
 class Shot:
     """number: from 0, of the images that were not dropped; of a file its frame number. time_s: from the first one.
-    image: (H, W, 3) uint8 RGB, upright. came_s: when the image was there, by time.perf_counter; of one that waits, when
-    it was taken."""
+    image: (H, W, 3) uint8 RGB, upright. came_s: when the image was there, by time.perf_counter."""
 
     number: int
     time_s: float
@@ -38,7 +38,7 @@ class Source:
     do."""
 
     name: str
-    shots: Iterator[Shot]
+    shots: Generator[Shot]
     video: Video | None
     waits: bool
 
@@ -57,12 +57,12 @@ def open_source(source: str) -> Source:
     video = read_video(Path(source))
     shots = (
         Shot(number, float(video.time_s[number]), np.ascontiguousarray(image))
-        for number, image in images_from(video)
+        for number, image in images_ahead(video)
     )
     return Source(video.path.name, shots, video, waits=True)
 
 
-def _camera(source: str) -> Iterator[Shot]:
+def _camera(source: str) -> Generator[Shot]:
     import cv2
 
     camera: Any = cv2.VideoCapture(int(source) if source.isdigit() else source)
@@ -88,67 +88,64 @@ def _camera(source: str) -> Iterator[Shot]:
 
 
 class Incoming:
-    """A source's shots, read in a thread of their own: each of a source that waits, else always the newest, numbered
-    anew unless they are of a video file. dropped: how many came while nobody asked. broke: what ended a source that had
-    given images before."""
+    """A source's shots: each of a source that waits, else always the newest, numbered anew. dropped: how many came
+    while nobody asked. broke: what ended a source that had given images before."""
 
     def __init__(self, source: Source) -> None:
         self.dropped = 0
         self.broke: InputError | None = None
         self._source = source
-        self._slot: deque[Shot] = deque(maxlen=1)
-        self._error: BaseException | None = None
-        self._news = threading.Condition()
-        self._ended = False
-        self._given = 0
 
     def until(self, stop: Callable[[], bool]) -> Iterator[Shot]:
         """Shots as they come, until the source ends or `stop` says so, which is asked several times a second.
 
         InputError when the source gives nothing; one that breaks later has ended, for what came before is not lost.
         """
-        threading.Thread(target=self._read, daemon=True).start()
+        given = 0
         try:
-            yield from self._shots(stop)
-        finally:  # also where nobody asks for more
-            self._end()
-        if self._error is not None:
-            if not (self._given and isinstance(self._error, InputError)):
-                raise self._error
-            self.broke = self._error
-
-    def _shots(self, stop: Callable[[], bool]) -> Iterator[Shot]:
-        while True:
-            with self._news:
-                while not (self._slot or self._ended or stop()):
-                    self._news.wait(_ASK_S)
-                if stop() or not self._slot:
+            for shot in self._source.shots if self._source.waits else self._newest(stop):
+                if stop():
                     return
-                shot = self._slot.pop()
-                self._news.notify_all()
-            if self._source.waits:
-                shot = replace(shot, came_s=time.perf_counter())
-            elif self._source.video is None:
-                shot = replace(shot, number=self._given)
-            self._given += 1
-            yield shot
+                given += 1
+                yield shot
+        except InputError as error:
+            if not given:
+                raise
+            self.broke = error
 
-    def _end(self) -> None:
-        with self._news:
-            self._ended = True
-            self._news.notify_all()
+    def _newest(self, stop: Callable[[], bool]) -> Iterator[Shot]:
+        """What a thread of its own reads; the last one, too, is given before the source's end or its error."""
+        waiting = Queue[Shot | BaseException | None](1)
+        over = threading.Event()
 
-    def _read(self) -> None:
+        def read() -> None:
+            end: BaseException | None = None
+            try:
+                with closing(self._source.shots) as shots:
+                    for shot in shots:
+                        if over.is_set():
+                            return
+                        with suppress(Empty):
+                            waiting.get_nowait()
+                            self.dropped += 1
+                        waiting.put(shot)
+            except BaseException as error:
+                end = error
+            waiting.put(end)
+
+        threading.Thread(target=read, daemon=True).start()
+        number = 0
         try:
-            for shot in self._source.shots:
-                with self._news:
-                    if self._source.waits:
-                        self._news.wait_for(lambda: not self._slot or self._ended)
-                    if self._ended:
-                        return
-                    self.dropped += len(self._slot)
-                    self._slot.append(shot)
-                    self._news.notify_all()
-        except BaseException as error:
-            self._error = error
-        self._end()
+            while not stop():
+                try:
+                    shot = waiting.get(timeout=_ASK_S)
+                except Empty:
+                    continue
+                if shot is None:
+                    return
+                if isinstance(shot, BaseException):
+                    raise shot
+                yield replace(shot, number=number)
+                number += 1
+        finally:  # also where nobody asks for more
+            over.set()

@@ -11,7 +11,7 @@ from itertools import count
 import numpy as np
 import pytest
 
-from golden.live import GEOMETRIC, QUICK, frames_of, logged
+from golden.live import GEOMETRIC, logged
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.detections import load_detections
 from pcnet3d.stages.study.live.command import live
@@ -19,7 +19,11 @@ from pcnet3d.stages.study.live.source import Incoming, Shot, Source, open_source
 from refusals import refused
 
 
-def test_ctrl_c_ends_the_take_and_it_is_processed(camera, toy_detector, tmp_path):
+def keypoints_of(folder):
+    return load_detections(folder / "keypoints.npz")
+
+
+def test_ctrl_c_ends_the_take_and_what_came_is_kept(camera, toy_detector, tmp_path):
     images = count()
 
     def pressed(image):
@@ -28,14 +32,13 @@ def test_ctrl_c_ends_the_take_and_it_is_processed(camera, toy_detector, tmp_path
         return image
 
     camera(pressed)
-    told = {"detector": str(toy_detector), "settings": QUICK, "no_frames": True}
+    told = {"detector": str(toy_detector), "settings": GEOMETRIC, "no_frames": True}
     live(source="0", output=tmp_path / "out", **told)
     frames, _ = logged(tmp_path / "out" / "live.rrd", "body/joints", "Points3D:positions")
     assert 0 < len(frames) < 60
-    assert frames_of(tmp_path / "out/take") == frames.tolist()
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {
-        "live.rrd", "keypoints.npz", "summary.json", "take",
-    }  # fmt: skip
+    assert keypoints_of(tmp_path / "out").frame_index.tolist() == frames.tolist()
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"live.rrd", "keypoints.npz", "summary.json"}
     assert logged(tmp_path / "out" / "live.rrd", "video", "VideoStream:sample")[1] == []
 
 
@@ -74,7 +77,7 @@ def test_a_source_that_gives_nothing_reaches_who_waits():
         list(Incoming(Source("camera", camera(), None, waits=False)).until(lambda: False))
 
 
-def test_a_camera_that_is_pulled_out_ends_the_take_and_it_is_processed(
+def test_a_camera_that_is_pulled_out_ends_the_take_and_what_came_is_kept(
     numbered_film, toy_detector, tmp_path, monkeypatch, capsys
 ):
     def camera():
@@ -83,11 +86,11 @@ def test_a_camera_that_is_pulled_out_ends_the_take_and_it_is_processed(
 
     came = Source("camera", camera(), None, waits=True)
     monkeypatch.setattr("pcnet3d.stages.study.live.command.open_source", lambda *_: came)
-    live(source="0", output=tmp_path / "out", detector=str(toy_detector), settings=QUICK)
+    live(source="0", output=tmp_path / "out", detector=str(toy_detector), settings=GEOMETRIC)
     assert "warning: The camera is gone. What came before is kept." in capsys.readouterr().err
     frames, _ = logged(tmp_path / "out" / "live.rrd", "body/joints", "Points3D:positions")
     assert frames.tolist() == list(range(60))
-    assert frames_of(tmp_path / "out/take") == list(range(60))
+    assert keypoints_of(tmp_path / "out").frame_index.tolist() == list(range(60))
 
 
 @pytest.mark.parametrize(
@@ -114,10 +117,10 @@ def test_live_ends_before_the_disk_is_full_and_keeps_what_it_has(
     )
     out, detector = tmp_path / "out", str(toy_detector)
     with refused("cannot-write"):
-        live(source=str(numbered_film), output=out, detector=detector, settings=[*GEOMETRIC])
-    frames, _ = logged(tmp_path / "out" / "live.rrd", "source/joints", "Points3D:positions")
+        live(source=str(numbered_film), output=out, detector=detector, settings=GEOMETRIC)
+    frames, _ = logged(tmp_path / "out" / "live.rrd", "body/joints", "Points3D:positions")
     assert 0 < len(frames) < 60
-    assert load_detections(tmp_path / "out" / "keypoints.npz").frames_seen == len(frames)
+    assert keypoints_of(tmp_path / "out").frames_seen == len(frames)
 
 
 def test_a_disk_that_is_full_is_told_before_anything_is_recorded(
