@@ -49,7 +49,7 @@ def _errors(airborne: Airborne, flight: Flight, up_deg: float) -> _Errors:
     if not (airborne.judged and airborne.still):
         return _Errors(np.nan, np.nan)
     rise = np.linalg.norm([0.012, 0.036 * (flight.land_s - flight.off_s), 0.004 * up_deg])
-    return _Errors(float(np.hypot(0.029, 0.003 * up_deg)), float(rise))
+    return _Errors(float(np.hypot(0.026, 0.003 * up_deg)), float(rise))
 
 
 def jumping(motion: Motion, airborne: Airborne, gait: Gait) -> list[Flight]:

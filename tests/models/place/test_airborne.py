@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from golden.jumps import STATURE_M, standing
+from golden.jumps import STATURE_M, standing, toe_jump
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.lab.evaluation.finished import Configuration, finished
 from pcnet3d.models.lab.evaluation.sets import EvaluationSet, Question
 from pcnet3d.models.place.airborne import airborne, units_a_metre
@@ -114,6 +115,24 @@ def test_a_known_fall_has_its_height_and_time(fps, noise_px, high_m):
         assert G / 8 * (flight.land_s - flight.off_s) ** 2 == pytest.approx(high_m, abs=0.035)
         assert flight.land_s - flight.off_s == pytest.approx(time_s, abs=0.05)
         assert (flight.off_feet, flight.land_feet) == (2, 2)
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0])
+@pytest.mark.parametrize("deep_rad", [0.5, 0.9])
+@pytest.mark.parametrize("high_m", [0.2, 0.3, 0.45])
+def test_who_pushes_off_from_the_toes_flies_when_these_leave_the_floor(fps, deep_rad, high_m):
+    """From a squat, and when the heels left, somebody who jumped 19 cm seemed to fly up to 28 cm high."""
+    jump = toe_jump(high_m, deep_rad, fps=fps)
+    take = filmed(jump.world + np.array([0.0, AT_M[1], 0.0]), jump.time_s, 1.0)
+    (flight,) = airborne(take).flights
+    assert flight.off_s == pytest.approx(jump.off_s, abs=0.8 / 30)
+    assert flight.land_s == pytest.approx(jump.land_s, abs=0.8 / 30)
+    told = told_jumps(take)
+    by_time, rise = told["height_by_flight_time_cm"][0], 100 * told["jump_height"][0]
+    errors = told["height_by_flight_time_error_cm"][0], 100 * told["jump_height_error"][0]
+    assert abs(by_time - rise) <= SD_90 * np.hypot(*errors)
+    assert by_time == pytest.approx(100 * high_m, abs=SD_90 * errors[0])
+    assert rise == pytest.approx(100 * high_m, abs=SD_90 * errors[1])
 
 
 @pytest.mark.parametrize("fps", [25.0, 30.0, 50.0, 60.0, 120.0])
