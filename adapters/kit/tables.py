@@ -161,7 +161,7 @@ def read_points(
 
 def _header(lines: Sequence[str], names: Names) -> Header | None:
     lines = [line.strip("\r\n") for line in lines if line.strip()]
-    if not lines:
+    if not lines or lines[0].lstrip("\ufeff ")[:1] in "{[":  # JSON, a line of which may have 100,000 commas
         return None
     delimiter = next((mark for mark in ";\t," if mark in lines[0]), " ")
     rows = [_cells(line, delimiter) for line in lines[: len(_STACKED) + 1]]

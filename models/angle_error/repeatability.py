@@ -110,18 +110,21 @@ def difference_chance(ratio: np.ndarray, freedom: float | None = None) -> np.nda
     """(N,) how often figures of two takes between which nothing changed differ by as much, of differences over their
     standard deviations (N,): by Student's t, scaled so that 1.645 hold nine in ten, for differences have heavier tails
     than a Gaussian. freedom: its degrees of freedom, the fitted ones without."""
-    from scipy.stats import t as student_t
+    from scipy.special import stdtr, stdtrit  # Student's t; scipy.stats takes a third of a second to import
 
     freedom = shipped()["freedom"] if freedom is None else freedom
-    return np.asarray(2 * student_t.sf(np.abs(ratio) * student_t.isf(0.05, freedom) / SD_90, freedom))
+    return np.asarray(2 * stdtr(freedom, np.abs(ratio) * stdtrit(freedom, 0.05) / SD_90))
 
 
 def differing(chances: np.ndarray) -> np.ndarray:
     """(N,) which of the figures (N,) of one comparison differ, by their `difference_chance`: of those that are said to,
     one in ten does not (Benjamini & Hochberg 1995)."""
-    from scipy.stats import false_discovery_control
-
-    return np.asarray(false_discovery_control(chances) <= FALSE)
+    order = np.argsort(chances)
+    ranks = np.arange(1, len(chances) + 1)
+    below = np.flatnonzero(chances[order] <= FALSE * ranks / len(chances))
+    differs = np.zeros(len(chances), bool)
+    differs[order[: below.max(initial=-1) + 1]] = True
+    return differs
 
 
 @cache

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...pipeline.core.frames import Frame
-from ...pipeline.signals.filters import runs
+from ...pipeline.signals.filters import peaks, runs
 from .events import Step
 
 _OTHER = {"r": "l", "l": "r"}
@@ -79,10 +79,8 @@ def faded_steps(
 
 def _swings(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int]) -> list[tuple[float, float]]:
     """(when, how far) a knee's flexion x (T,) is largest, each time, in order."""
-    from scipy.signal import find_peaks
-
-    found = []
-    for rows in runs(np.isfinite(x), time_s, seams):
-        peaks, _ = find_peaks(x[rows], prominence=_LEAST_DEG)
-        found += zip(time_s[rows][peaks].tolist(), x[rows][peaks].tolist(), strict=True)
-    return found
+    swings = []
+    for piece in runs(np.isfinite(x), time_s, seams):
+        tops = peaks(x[piece], _LEAST_DEG)
+        swings += zip(time_s[piece][tops].tolist(), x[piece][tops].tolist(), strict=True)
+    return swings

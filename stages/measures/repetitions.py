@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...pipeline.signals.filters import BRIDGED_S, derivative, runs
+from ...pipeline.signals.filters import BRIDGED_S, derivative, peaks, runs
 
 # A repetition begins at _EDGE of its rise, or earlier, where the rise below _LOW is slower than _STARTS of its
 # fastest for the last time: a lifter flattens slow starts, so that they come late to a height. Of labelled movements
@@ -133,10 +133,12 @@ def _as_seen(one: Repetition, gaps: Sequence[slice], time_s: np.ndarray) -> Repe
 
 def _within(values: np.ndarray, times: np.ndarray, least: float, low: float) -> list[Repetition]:
     """Those of an unbroken piece."""
-    peaks = _peaks(values, least, low)
-    edges = [0, *(int(a + np.argmin(values[a:b])) for a, b in pairwise(peaks)), len(values) - 1]
+    tops = [
+        row - 1 for row in peaks(np.concatenate([[low], values, [low]]), least)
+    ]  # as low before and behind
+    edges = [0, *(int(a + np.argmin(values[a:b])) for a, b in pairwise(tops)), len(values) - 1]
     speed, found = np.abs(derivative(values, times)), []
-    for peak, first, last in zip(peaks, edges, edges[1:], strict=False):
+    for peak, first, last in zip(tops, edges, edges[1:], strict=False):
         if (values[first : last + 1] > values[peak] - least / 2).sum() < _HIGH:
             continue
         up, down = slice(first, peak + 1), slice(last, None if peak == 0 else peak - 1, -1)
@@ -154,22 +156,6 @@ def _within(values: np.ndarray, times: np.ndarray, least: float, low: float) -> 
             )
         )  # fmt: skip
     return found
-
-
-def _peaks(values: np.ndarray, least: float, low: float) -> list[int]:
-    """Rows of the peaks of values (N,), which are as low as `low` before and behind, between which they fall by `least`
-    or more."""
-    from scipy.signal import find_peaks
-
-    peaks: list[int] = []
-    for peak in (find_peaks(np.concatenate([[low], values, [low]]), prominence=least)[0] - 1).tolist():
-        # Of two that are equally high each is as prominent, however little values fall between.
-        valley = values[peaks[-1] : peak].min() if peaks else -np.inf
-        if valley > min(values[[*peaks[-1:], peak]]) - least:
-            peaks[-1] = max(peaks[-1], peak, key=lambda row: values[row])
-        else:
-            peaks.append(peak)
-    return peaks
 
 
 def _rise(own: tuple[float, float], seen: tuple[float, float], least: float) -> float:

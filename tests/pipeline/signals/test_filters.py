@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
+from scipy.signal import find_peaks
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, LEVEL, InputError, PoseSequence
@@ -18,6 +19,7 @@ from pcnet3d.pipeline.signals.filters import (
     holes,
     lowpass,
     nearest_row,
+    peaks,
     rate,
     resample,
     runs,
@@ -282,3 +284,14 @@ def test_paths_that_are_filtered_together_are_as_each_alone() -> None:
     assert np.array_equal(
         each_path(lambda path: derivative(path, time_s), paths[..., 0]), rates, equal_nan=True
     )
+
+
+@given(st.lists(st.integers(-9, 9), max_size=40), st.integers(1, 6))
+def test_peaks_fall_on_both_sides_as_prominent_ones_do(steps, least):
+    """Of a path whose turns all have their own height."""
+    x = np.cumsum([10.0, *steps]) + 1e-6 * np.arange(len(steps) + 1)
+    assert peaks(x, least) == find_peaks(x, prominence=least)[0].tolist()
+
+
+def test_a_plateau_is_one_peak_and_so_are_two_that_are_equally_high():
+    assert peaks(np.array([0.0, 3.0, 3.0, 3.0, 0.0, 4.0, 3.0, 4.0, 0.0, 9.0]), 2.0) == [2, 5]
