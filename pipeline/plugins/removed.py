@@ -57,6 +57,8 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "live --stature": "give it to `pcnet3d run` of what live recorded",
         "live --stream": "--json prints poses on standard output, for a program that sends them on",
         "run --person all": "--everyone processes everybody, also of a video alone",
+        "run --person pick": "--everyone processes everybody, and a run of one person says who else was visible",
+        "run --resume": "begin again, with a part of a long video (--time-range)",
     },
     "settings": {
         "calibrate.gravity_network": "give up as that network tells it, --set read.gravity=X,Y,Z in the camera's axes",

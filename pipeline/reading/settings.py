@@ -27,7 +27,7 @@ from ..plugins.removed import refuse_removed
 from .normalise import Guards, Missing
 
 OFF = "off"  # as the value of a whole stage: leave it out
-_OF_RUN = ("folder", "checkpoint", "resume", "everybody")  # options of stages that the run itself gives them
+_OF_RUN = ("folder", "everybody")  # options of stages that the run itself gives them
 READ, KEYPOINTS = "read", "keypoints"  # not stages, but what --set names like them
 
 _INPUT, _PERSON, _CAMERA, _OUTPUT = "Input", "Person", "Camera", "Output"
@@ -192,8 +192,7 @@ class RunOptions(BaseModel):
         BeforeValidator(_person),
         _option(
             _PERSON,
-            "Which person: an ID in the file, longest or largest. With pick nothing is computed: DIR-people.png "
-            "shows who has which ID.",
+            "Which person: an ID in the file, longest or largest.",
         ),
         Tells("person", by_reading=True),
     ] = None

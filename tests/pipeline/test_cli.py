@@ -125,7 +125,7 @@ def test_bad_options_and_files_get_a_sentence_and_exit_2(lifted, tmp_path, argum
 
 
 @pytest.mark.parametrize("place", ["/", "."])
-@pytest.mark.parametrize("command", ["demo", f"run {LIFT}", f"run {LIFT} --person pick"])
+@pytest.mark.parametrize("command", ["demo", f"run {LIFT}"])
 def test_the_current_folder_and_those_that_hold_it_are_refused_before_any_work(
     lifted, tmp_path, command, place
 ):

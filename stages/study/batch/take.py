@@ -18,12 +18,11 @@ from pydantic import BaseModel, ValidationError
 
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.pose import package_version
-from ....pipeline.files.atomic import add_to_summary, printable, read_summary, write_text
+from ....pipeline.files.atomic import add_to_summary, printable, read_summary
 from ....pipeline.files.digest import sha256
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import files_among
 from ....pipeline.running.recipe import load_recipe
-from ....pipeline.running.run import checkpoint_of
 from .manifest import Entry
 from .process import Ended, run_apart
 from .study import figures
@@ -48,11 +47,6 @@ class Job:
     @property
     def log(self) -> Path:
         return self.output / "logs" / f"{self.entry.name}.txt"
-
-    @property
-    def begun(self) -> Path:
-        """Holds the key of the take as it was last begun, until it is done."""
-        return self.output / "locks" / f"{self.entry.name}.begun"
 
     @property
     def lock(self) -> Path:
@@ -118,12 +112,11 @@ def run_take(job: Job) -> Outcome:
             key = _key(job.entry, files)
             if kept.key == key:
                 return Outcome(name, "kept", seconds=kept.seconds, host=host, rows=figures(job.folder))
-            ended, reason = _run(job, _begun_before(job, key))
+            ended, reason = _run(job)
             seconds = round(time.perf_counter() - start, 2)
             if ended.exit_code:
                 _tidy(job.folder)
                 return Outcome(name, "failed", ended.exit_code, reason, seconds, host, code=ended.code)
-            job.begun.unlink(missing_ok=True)
             add_to_summary(job.folder, **{_KEY: {"key": key, "files": files, "seconds": seconds}})
             job.log.unlink(missing_ok=True)
             return Outcome(name, "done", seconds=seconds, host=host, rows=figures(job.folder))
@@ -179,17 +172,6 @@ def _key(entry: Entry, files: dict[str, dict[str, str]]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _begun_before(job: Job, key: str) -> bool:
-    """Whether a run of the same take that failed or was killed has left what it had detected; what a run of another
-    left there is removed."""
-    kept = checkpoint_of(job.folder)
-    if job.begun.is_file() and job.begun.read_text(encoding="utf-8") == key:
-        return kept.is_file()
-    kept.unlink(missing_ok=True)
-    write_text(job.begun, key)
-    return False
-
-
 def _tidy(folder: Path) -> None:
     """Remove what killed runs left beside the take's folder; nobody else is at work there, for the lock is ours."""
     for kind in ("partial", "old"):
@@ -197,9 +179,9 @@ def _tidy(folder: Path) -> None:
             shutil.rmtree(left, ignore_errors=True)
 
 
-def _run(job: Job, resume: bool) -> tuple[Ended, str]:
+def _run(job: Job) -> tuple[Ended, str]:
     """How the take ended, and why its exit code is not 0. What it says goes to the log."""
-    arguments = ["run", f"--output={job.folder}", *(["--resume"] if resume else []), *job.entry.arguments]
+    arguments = ["run", f"--output={job.folder}", *job.entry.arguments]
     try:
         ended = run_apart(arguments, job.log, job.timeout_s)
     except TimeoutError:
