@@ -11,8 +11,6 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable
-from functools import wraps
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -37,6 +35,7 @@ _OWN = {
 }
 _LAB = "lab"  # the commands of the laboratory stand behind this word
 _HELP = {"help_option_names": ["-h", "--help"]}
+_DETAILS: dict[str, Detail] = {"-q": "quiet", "--quiet": "quiet", "-v": "verbose", "--verbose": "verbose"}
 
 
 def _points(group: str = "commands") -> dict[str, EntryPoint]:
@@ -46,11 +45,16 @@ def _points(group: str = "commands") -> dict[str, EntryPoint]:
 
 
 class _Command(TyperCommand):
-    """A command that says how an option without a flag of its own is given, and takes finite numbers only."""
+    """A command that says how an option without a flag of its own is given, and takes finite numbers only; -q and -v
+    may stand behind its name too."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own = {flag for parameter in self.params for flag in parameter.opts}
         words = args[: args.index("--")] if "--" in args else args
+        for word in words:
+            if word in _DETAILS:
+                set_detail(_DETAILS[word])
+        args = [word for word in words if word not in _DETAILS] + args[len(words) :]
         unknown = {word.partition("=")[0] for word in words if word.startswith("--")} - own
         for flag in unknown:
             refuse_removed("flags", f"{self.name} {flag}")
@@ -104,7 +108,7 @@ def load_command(name: str, group: str = "commands") -> Any:
         several.name = name
         return several
     alone = typer.Typer(add_completion=False)
-    alone.command(name=name, cls=_Command, help=_flowing(command.__doc__ or ""))(_with_detail(command))
+    alone.command(name=name, cls=_Command, help=_flowing(command.__doc__ or ""))(command)
     return get_command(alone)
 
 
@@ -154,45 +158,12 @@ def _version(asked: bool) -> None:
         raise typer.Exit
 
 
-def _detail_option(detail: Detail, hidden: bool = False) -> Any:
-    """-q or -v; it takes effect where it stands."""
-    words = {
-        "quiet": "Print only errors and the result.",
-        "verbose": "Print the options and the time of each stage.",
-    }
-
+def _detail(detail: Detail, help: str) -> Any:
     def asked(given: bool) -> None:
         if given:
             set_detail(detail)
 
-    return typer.Option(f"-{detail[0]}", f"--{detail}", callback=asked, hidden=hidden, help=words[detail])
-
-
-def _with_detail(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The command with -q and -v, so that they may also stand behind its name."""
-    keyword = signatures.Parameter.KEYWORD_ONLY
-    own = [
-        each.replace(kind=keyword)
-        for each in signatures.signature(function, eval_str=True).parameters.values()
-    ]
-    details: tuple[Detail, Detail] = ("quiet", "verbose")
-    more = [
-        signatures.Parameter(
-            f"say_{detail}",
-            keyword,
-            default=False,
-            annotation=Annotated[bool, _detail_option(detail, hidden=True)],
-        )
-        for detail in details
-    ]
-
-    @wraps(function)
-    def command(**given: Any) -> Any:
-        return function(**{each.name: given[each.name] for each in own})
-
-    command.__signature__ = signatures.Signature([*own, *more])  # type: ignore[attr-defined]
-    command.__annotations__ = {each.name: each.annotation for each in (*own, *more)}
-    return command
+    return typer.Option(f"-{detail[0]}", f"--{detail}", callback=asked, help=help)
 
 
 app = typer.Typer(
@@ -229,33 +200,22 @@ def _program(
             help="Print the version and the networks that come with it.",
         ),
     ] = False,
-    quiet: Annotated[bool, _detail_option("quiet")] = False,
-    verbose: Annotated[bool, _detail_option("verbose")] = False,
+    quiet: Annotated[bool, _detail("quiet", "Print only errors and the result.")] = False,
+    verbose: Annotated[bool, _detail("verbose", "Print the options and the time of each stage.")] = False,
 ) -> None:
     pass
 
 
 def view(
     folder: Annotated[Path, typer.Argument(help="Folder of a run.")],
-    web: Annotated[
-        bool, typer.Option("--web", help="Open the recording in a browser on this machine.")
-    ] = False,
     report: Annotated[
         bool, typer.Option("--report", help="Open the HTML page instead: of a run, a study or a comparison.")
     ] = False,
 ) -> None:
     """Open a run's recording, or its report."""
-    from .files.viewer import view as open_recording
-    from .files.viewer import view_page
+    from .files import viewer
 
-    if report and web:
-        raise InputError(
-            "option-conflict", "--web shows the recording and --report the page; give one of them."
-        )
-    if report:
-        view_page(folder)
-    else:
-        open_recording(folder, web)
+    viewer.view_page(folder) if report else viewer.view(folder)
 
 
 def inspect(

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models.detector.leaps import LARGER
-from ..models.detector.load import PersonKind, load_detector
+from ..models.detector.load import load_detector
 from ..models.detector.topdown import Follower
 from ..models.detector.video import detect
 from ..pipeline.core.errors import InputError
@@ -34,17 +34,16 @@ _FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 @dataclass(frozen=True)
 class Detect:
     """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files, or detector a function
-    (models.detector.function). joints: the layout of what a function finds, if its number does not tell. person_kind:
-    "yolox" or "rtmdet". looks: how often each person in each image is looked at, 1 to 4; the mean is taken. By default
-    2, or 1 for a network that finds people by itself. folder: where keypoints.npz goes. everybody: to be found, by
-    YOLOX where no person_detector is given.
+    (models.detector.function). joints: the layout of what a function finds, if its number does not tell. looks: how
+    often each person in each image is looked at, 1 to 4; the mean is taken. By default 2, or 1 for a network that finds
+    people by itself. folder: where keypoints.npz goes. everybody: to be found, by YOLOX where no person_detector is
+    given.
 
     The keypoints are those of the person that the user names, else of the longest track (`choose_detected`)."""
 
     detector: str | Callable[..., Any] = "movenet"
     joints: str | None = None
     person_detector: str | None = None
-    person_kind: PersonKind = "yolox"
     looks: int | None = None
     folder: Path | None = None
     everybody: bool = False
@@ -60,7 +59,6 @@ class Detect:
         detector = load_detector(
             self.detector,
             self.person_detector,
-            self.person_kind,
             self.looks,
             self.everybody,
             self.joints,

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.plugins.registry import open_model
 from ..common.onnx import OnnxFile, open_onnx
-from .blazepose import BlazePose, is_blazepose
 from .function import FunctionDetector
 from .looks import MOST_LOOKS
 from .movenet import MoveNet, MultiMoveNet
@@ -20,8 +19,6 @@ from .yolox import PersonBoxes
 
 __all__ = ["Detector", "Found", "load_detector"]
 
-
-PersonKind = Literal["yolox", "rtmdet"]
 _USUAL_PERSONS = "yolox"
 _USUAL_LOOKS = 2  # twice the time, and most of what four gain
 
@@ -29,7 +26,6 @@ _USUAL_LOOKS = 2  # twice the time, and most of what four gain
 def load_detector(
     detector: str | Path | Callable[..., Any],
     person_detector: str | Path | None = None,
-    person_kind: PersonKind = "yolox",
     looks: int | None = 1,
     everybody: bool = False,
     joints: str | None = None,
@@ -37,12 +33,11 @@ def load_detector(
     """The detector of a name of `pcnet3d list models`, downloaded if need be, or the one in an .onnx file; or one that
     is a function (function.py), whose joints are in that layout, if their number does not tell.
 
-    Files may hold MoveNet (one person, or up to six), RTMPose and other SimCC networks, and BlazePose's landmarks. One
-    that looks at a single person follows it through the images, or gets everybody's box from `person_detector`, a name
-    or the .onnx file of a YOLOX or RTMDet; `person_kind` says which, for their files look alike. everybody: get the
-    boxes from YOLOX where no other is named. looks: at every person that such a network looks at, 1 to 4 (looks.py);
-    None for 2, or 1 where the network finds people by itself. InputError when there is no such name or file, or it is
-    of another kind.
+    Files may hold MoveNet (one person, or up to six), and RTMPose and other SimCC networks. One that looks at a single
+    person follows it through the images, or gets everybody's box from `person_detector`, a name or the .onnx file of a
+    YOLOX. everybody: get the boxes from YOLOX where no other is named. looks: at every person that such a network looks
+    at, 1 to 4 (looks.py); None for 2, or 1 where the network finds people by itself. InputError when there is no such
+    name or file, or it is of another kind.
     """
     if looks is not None and not 1 <= looks <= MOST_LOOKS:
         raise InputError(
@@ -65,14 +60,14 @@ def load_detector(
         if opened is None:
             raise InputError(
                 "wrong-network",
-                f"{name} is not a network that finds joints in images: expected MoveNet, SimCC outputs or BlazePose, "
-                f"got {network.looks}.",
+                f"{name} is not a network that finds joints in images: expected MoveNet or SimCC outputs, got "
+                f"{network.looks}.",
             )
         if not isinstance(opened, MultiMoveNet):
             count = _USUAL_LOOKS if looks is None else looks
             if person_detector is None and not everybody:
                 return Follower(opened, count)
-            return TopDown(opened, _persons(person_detector or _USUAL_PERSONS, person_kind), count)
+            return TopDown(opened, _persons(person_detector or _USUAL_PERSONS), count)
     if person_detector is not None:
         raise InputError(
             "option-conflict", f"{name} finds people by itself; leave --set detect.person_detector out."
@@ -97,10 +92,10 @@ def _joints(network: OnnxFile) -> CropNetwork | MultiMoveNet | None:
         return MoveNet(network)
     if image[3] == 3 and outputs == [(6, 56)]:
         return MultiMoveNet(network)
-    return BlazePose(network) if is_blazepose(network) else None
+    return None
 
 
-def _persons(name: str | Path, kind: PersonKind) -> PersonNetwork:
+def _persons(name: str | Path) -> PersonNetwork:
     opened = open_model("person_detectors", name)
     if not isinstance(opened, Path):
         return opened
@@ -109,4 +104,4 @@ def _persons(name: str | Path, kind: PersonKind) -> PersonNetwork:
         raise InputError(
             "wrong-network", f"{network.path} is not a network that finds people: {network.looks}."
         )
-    return PersonBoxes(network, normalised=kind == "rtmdet")
+    return PersonBoxes(network)

@@ -80,13 +80,6 @@ def is_running(process: int) -> bool:
     return True
 
 
-def apart() -> dict[str, Any]:
-    """Arguments of subprocess.Popen for a process that Ctrl-C on this one's terminal leaves alone."""
-    if sys.platform == "win32":
-        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
-    return {"start_new_session": True}
-
-
 def process_context(preload: Sequence[str]) -> Any:
     """Of multiprocessing: how processes of Python are started. preload: modules that each needs and that begin no
     threads; on Linux they are imported once for all."""

@@ -2,16 +2,14 @@
 
 | program | file |
 |---|---|
-| OpenCV, and scripts that follow its tutorials | YAML, JSON or XML with a camera matrix and distortion coefficients |
+| OpenCV, and scripts that follow its tutorials | YAML or JSON with a camera matrix and distortion coefficients |
 | ROS | camera_info in YAML |
-| COLMAP | cameras.txt |
 | Pose2Sim, Caliscope, FreeMoCap, Anipose | TOML with a section for each camera |
-| Qualisys Track Manager | .qca.txt, which is XML |
 
-Only what is within a camera is read. Pose2Sim's, Caliscope's and Qualisys' files know its orientation as well, in a
-world that often has z up; but none of them promises that: Pose2Sim and Caliscope take the axes of whatever lay in the
-scene, a board or a set of points, and the first camera's where nothing did, and Qualisys lets its user turn them. A
-wrong vertical that a file vouches for would be worse than none, so gravity is never taken from it.
+Only what is within a camera is read. Pose2Sim's and Caliscope's files know its orientation as well, in a world that
+often has z up; but neither promises that: they take the axes of whatever lay in the scene, a board or a set of points,
+and the first camera's where nothing did. A wrong vertical that a file vouches for would be worse than none, so gravity
+is never taken from it.
 """
 
 from __future__ import annotations
@@ -19,10 +17,9 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -34,8 +31,8 @@ from .number_yaml import number_yaml
 _LARGEST = 1 << 20  # bytes; a camera takes some hundred
 _SKEW = 0.01  # of the focal length; what calibrations that fit it find, and OpenCV's models leave out
 _FORMATS = (
-    "a camera's calibration: OpenCV's YAML, JSON or XML, ROS's camera_info, COLMAP's cameras.txt, Pose2Sim's or "
-    "Caliscope's .toml or Qualisys' .qca.txt"
+    "a camera's calibration: OpenCV's YAML or JSON, ROS's camera_info, or Pose2Sim's or Caliscope's .toml; of other "
+    "programs write one with K, dist and image_size"
 )
 
 # Names of entries in lower case without underscores.
@@ -51,18 +48,6 @@ _NAME = ("name", "cameraname")
 _FISHEYE_MODELS = ("equidistant", "fisheye", "kannala_brandt")
 _POLYNOMIAL_MODELS = ("plumb_bob", "rational_polynomial", "radtan", "opencv", "none", "")
 
-# COLMAP's camera models by their parameters (src/colmap/sensor/models.h).
-_COLMAP = {
-    "SIMPLE_PINHOLE": "f cx cy",
-    "PINHOLE": "fx fy cx cy",
-    "SIMPLE_RADIAL": "f cx cy k1",
-    "RADIAL": "f cx cy k1 k2",
-    "OPENCV": "fx fy cx cy k1 k2 p1 p2",
-    "OPENCV_FISHEYE": "fx fy cx cy k1 k2 k3 k4",
-    "FULL_OPENCV": "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6",
-}
-_COLMAP_LINE = re.compile(r"[ \t]*\d+[ \t]+[A-Z][A-Z_]+[ \t]+\d")
-
 Camera = dict[str, Any]
 
 
@@ -71,7 +56,7 @@ def read_camera(
 ) -> Intrinsics:
     """The intrinsics of one camera of a calibration file.
 
-    name: of the camera, where the file holds several: COLMAP's number, Pose2Sim's name, Qualisys' serial number.
+    name: of the camera, where the file holds several.
     image_size: width and height of the video's images, upright as they are shown; intrinsics of images of another size
     and the same aspect are scaled to it.
     InputError for a file of another kind or a damaged one, for several cameras without name, and for numbers that no
@@ -93,18 +78,15 @@ def read_camera(
 def _cameras(path: Path) -> dict[str, Camera]:
     """Every camera by name, as entries of the names above; never none."""
     text = _text(path)
-    parse, damage = _parser(text)
     try:
-        found = [(name or path.stem, camera) for name, camera in parse(text)]
-    except damage as error:
+        found = [(name or path.stem, camera) for name, camera in _in_tree(_parsed(text))]
+    except ValueError as error:
         said = f" ({str(error).strip().splitlines()[-1]})" if str(error).strip() else ""
         raise InputError(
             "format-unknown", f"Expected {_FORMATS}; {path} is not one, or is damaged{said}."
         ) from None
     except RecursionError:
         raise InputError("unsafe", f"Expected {_FORMATS}; {path} nests its values too deeply.") from None
-    except InputError as error:
-        raise InputError(error.code, f"{path}: {error}") from None
     if not found:
         raise InputError("wrong-content", f"Expected {_FORMATS}; {path} has no camera matrix.")
     cameras = dict(found)
@@ -125,19 +107,13 @@ def _text(path: Path) -> str:
         return content.decode("utf-8-sig")
 
 
-def _parser(text: str) -> tuple[Callable[[str], Iterable[tuple[str, Camera]]], type[Exception]]:
-    """What reads a text that begins like this one, and what it raises for a damaged one."""
+def _parsed(text: str) -> Any:
+    """What a text of JSON, TOML or YAML holds, told by how it begins. ValueError for a damaged one."""
     lines = (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#"))
     first = next(lines, "").lstrip()
-    if first.startswith("<"):
-        return _of_xml, ElementTree.ParseError
     if first.startswith("{"):
-        return lambda text: _in_tree(json.loads(text)), ValueError
-    if _COLMAP_LINE.match(first):
-        return _of_colmap, ValueError
-    if re.match(r"\[|[\w.\"'-]+[ \t]*=", first):
-        return lambda text: _in_tree(tomllib.loads(text)), ValueError
-    return lambda text: _in_tree(number_yaml(text)), ValueError
+        return json.loads(text)
+    return tomllib.loads(text) if re.match(r"\[|[\w.\"'-]+[ \t]*=", first) else number_yaml(text)
 
 
 def _in_tree(tree: Any, name: str = "") -> Iterator[tuple[str, Camera]]:
@@ -151,84 +127,6 @@ def _in_tree(tree: Any, name: str = "") -> Iterator[tuple[str, Camera]]:
         return
     for key, value in tree.items():
         yield from _in_tree(value, str(key))
-
-
-def _of_xml(text: str) -> Iterator[tuple[str, Camera]]:
-    """OpenCV's or Qualisys'."""
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise InputError(
-            "unsafe", "expected a calibration without a document type of its own, got XML with one."
-        )
-    root = ElementTree.fromstring(text)
-    found = root.findall("cameras/camera")
-    for number, camera in enumerate(found):
-        intrinsic = camera.find("intrinsic")
-        if intrinsic is not None:
-            yield camera.get("serial", str(number)), _of_qualisys(intrinsic, camera.find("fov_video"))
-    if not found:
-        yield from _in_tree(_branch(root))
-
-
-def _branch(element: ElementTree.Element) -> Any:
-    return {child.tag: _branch(child) for child in element} if len(element) else (element.text or "")
-
-
-def _of_qualisys(intrinsic: ElementTree.Element, shown: ElementTree.Element | None) -> Camera:
-    """Lengths are in 1/64 of the sensor's pixels, of which the video shows the part `fov_video`, borders included.
-
-    Distortion coefficients have no unit: Pose2Sim 0.10 divides them by 64 as well, but OpenCV's calibration of the same
-    cameras in its demonstration (Calib_scene.toml) finds k1, k2 = -0.053, 0.151 where Qualisys wrote -0.046, 0.140.
-    """
-    unit = 64
-
-    def of(element: ElementTree.Element, key: str, otherwise: str | None = None) -> float:
-        return float(_numbers(element.get(key, otherwise), f"{element.tag} {key}", 1)[0])
-
-    if shown is None:
-        left, top = (of(intrinsic, f"sensorMin{axis}", "0") / unit for axis in "UV")
-        right, bottom = ((of(intrinsic, f"sensorMax{axis}") + 1) / unit - 1 for axis in "UV")
-    else:
-        left, top, right, bottom = (of(shown, side) for side in ("left", "top", "right", "bottom"))
-    fx, fy, cx, cy = (
-        of(intrinsic, f"{what}{axis}") / unit for what in ("focalLength", "centerPoint") for axis in "UV"
-    )
-    skew = of(intrinsic, "skew", "0") / unit
-    # In their spelling.
-    keys = ("radialDistortion1", "radialDistortion2", "tangentalDistortion1", "tangentalDistortion2")
-    return {
-        "matrix": [fx, skew, cx - left, 0, fy, cy - top, 0, 0, 1],
-        "distortion": [*(of(intrinsic, key) for key in keys), of(intrinsic, "radialDistortion3", "0")],
-        "size": [right - left + 1, bottom - top + 1],
-    }
-
-
-def _of_colmap(text: str) -> Iterator[tuple[str, Camera]]:
-    for line in text.splitlines():
-        words = line.split()
-        if not words or words[0].startswith("#"):
-            continue
-        if len(words) < 4 or words[1] not in _COLMAP:
-            known = f"number, model, width, height and parameters of one of the models {', '.join(_COLMAP)}"
-            raise InputError("wrong-content", f"expected {known}, got '{line.strip()}'.")
-        keys = _COLMAP[words[1]].split()
-        what = f"{words[1]} with the parameters {' '.join(keys)}"
-        given = dict(zip(keys, _numbers(words[4:], what, len(keys)).tolist(), strict=True))
-        fx, fy = (given.get(key, given.get("f")) for key in ("fx", "fy"))
-        # COLMAP's first pixel begins at 0, OpenCV's has its centre there.
-        cx, cy = given["cx"] - 0.5, given["cy"] - 0.5
-        bent = [key for key in keys if key[0] in "kp"]
-        order = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
-        fisheye = words[1] == "OPENCV_FISHEYE"
-        padded = bent if fisheye or not bent else order[: max(4, len(bent))]
-        yield (
-            words[0],
-            {
-                "matrix": [fx, 0, cx, 0, fy, cy, 0, 0, 1],
-                "distortion": [given.get(key, 0.0) for key in padded],
-                "size": words[2:4],
-                "fisheye": fisheye,
-            },
-        )
 
 
 def _intrinsics(camera: Camera, name: str, source: str) -> Intrinsics:

@@ -22,7 +22,6 @@ from ....pipeline.core.messages import how_many, say, show
 from ....pipeline.core.system import quoted
 from ....pipeline.files.atomic import add_to_summary, require_space, whole_folder
 from ....pipeline.files.names import KEYPOINTS
-from ....pipeline.files.viewer import following
 from ....pipeline.plugins.options import call
 from ....pipeline.reading.flags import Force, Output, offering
 from ....pipeline.reading.settings import RunOptions, flag_of
@@ -42,7 +41,7 @@ _RESERVE_BYTES, _FRAME_BYTES = 16 << 20, 400
 _OPTIONS = ("detector", "device", "focal", "no_frames", "settings")
 # What --set may name: what is done while the camera runs.
 _SETTINGS = (
-    "detect.detector", "detect.person_detector", "detect.person_kind", "detect.looks", "rectify.rectifier",
+    "detect.detector", "detect.person_detector", "detect.looks", "rectify.rectifier",
     "read.gravity", "read.pitch", "read.roll",
 )  # fmt: skip
 
@@ -54,8 +53,6 @@ def live(
     options: RunOptions,
     source: Annotated[str, typer.Argument(help="Number or device of a camera, or a video file.")],
     output: Output,
-    view: Annotated[bool, typer.Option("--view", help="Open the viewer while it runs.")] = False,
-    web: Annotated[bool, typer.Option("--web", help="Open the viewer in a browser on this machine.")] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print every pose as a line of JSON on standard output.")
     ] = False,
@@ -73,8 +70,7 @@ def live(
         inputs = [] if shown.video is None else [shown.video.path]
         with computing_on(options.device) as where, whole_folder(output, force, inputs) as folder:
             networks = _networks(options)
-            with following(folder / LIVE, web) if view or web else nullcontext():
-                watch, summary, full = _watched(shown, networks, folder, not options.no_frames, send)
+            watch, summary, full = _watched(shown, networks, folder, not options.no_frames, send)
             add_to_summary(folder, device=where.summary(), live=summary)
         show(f"what was known at the time: pcnet3d view {quoted(output / LIVE)}")
         if not watch.person.shown:
@@ -127,7 +123,7 @@ def _networks(options: RunOptions) -> Networks:
     detect = call(Detect, what="Stage 'detect'", options=given["detect"])
     rectify = call(Rectify, what="Stage 'rectify'", options=given["rectify"])
     looks = 1 if detect.looks is None else detect.looks  # one is quickest
-    detector = load_detector(detect.detector, detect.person_detector, detect.person_kind, looks)
+    detector = load_detector(detect.detector, detect.person_detector, looks)
     return Networks(detector, rectify.rectifier, options.focal, told_up(options.told))
 
 

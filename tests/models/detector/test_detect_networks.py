@@ -8,7 +8,7 @@ from pcnet3d.models.detector.crops import Crop, around, fitted
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.movenet import MoveNet
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, COCO23, HALPE26
+from pcnet3d.pipeline.core.layouts import COCO17, COCO23, HALPE26
 from pcnet3d.pipeline.files.video_frames import images_from
 
 
@@ -72,24 +72,6 @@ def test_simcc_of_another_number_of_joints(toys, tmp_path):
         load_detector(path)
 
 
-def test_blazepose_landmarks_become_pixels(toys, tmp_path):
-    points = np.zeros((39, 5), np.float32)
-    points[:, 0], points[:, 1], points[:, 3] = 128, np.arange(39) * 4, 3
-    points[34, :2] = (
-        128 + 64,
-        points[33, 1],
-    )  # the circle around the body has a radius of 64 of the 256 pixels
-    answers = {"landmarks": points.reshape(1, 195), "flag": np.array([[0.9]], np.float32)}
-    path = toys.constant_graph(tmp_path / "blaze.onnx", (1, 256, 256, 3), answers)
-    detector = load_detector(path)
-    found = detector._network.look(np.zeros((512, 512, 3), np.uint8), Crop(0, 0, 512, 512))
-    assert detector.layout is BLAZEPOSE33
-    np.testing.assert_allclose(found.xy, np.stack([np.full(33, 256), 8 * np.arange(33)], axis=1), atol=1e-3)
-    np.testing.assert_allclose(found.score, 1 / (1 + np.exp(-3)), rtol=1e-6)
-    np.testing.assert_allclose(found.box, [256 - 128, 264 - 128, 256 + 128, 264 + 128], atol=1e-3)
-    assert found.sure == pytest.approx(0.9)
-
-
 def _nms(boxes, scores, labels):
     dets = np.concatenate([boxes, np.reshape(scores, (-1, 1))], axis=1)[None]
     return {"dets": dets.astype(np.float32), "labels": np.array([labels], np.int64)}
@@ -107,16 +89,6 @@ def test_people_come_from_the_boxes_of_a_person_detector(toys, toy, tmp_path):
     assert len(people) == 2
     for found, box in zip(people, boxes * 2, strict=False):
         np.testing.assert_allclose(found.xy, toys.joints_of(tuple(box)), atol=1.5)
-
-
-def test_boxes_without_suppression(toys, toy, tmp_path):
-    """YOLOX's own output for 64 x 64: 64 + 16 + 4 cells. One person, seen by two cells, in an input of half size."""
-    rows = np.zeros((84, 6), np.float32)
-    for cell, offset, score in ((64 + 4 * 1 + 2, 0.0, 0.9), (64 + 4 * 1 + 3, -1.0, 0.8)):
-        rows[cell] = [offset, 0.5, np.log(2), np.log(1), score, 1]  # centre (32, 24), 32 x 16 pixels
-    path = toys.constant_graph(tmp_path / "raw.onnx", (1, 3, 64, 64), {"output": rows[None]})
-    boxes = load_detector(toy, path)._persons.boxes(np.zeros((128, 128, 3), np.uint8))
-    np.testing.assert_allclose(boxes, [[32, 32, 96, 64]], atol=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -164,17 +136,10 @@ def test_crops_around_boxes():
 
 
 @pytest.mark.data("lifter", "models", "video")
-@pytest.mark.parametrize(
-    ("network", "key", "median", "p90"),
-    [
-        ("movenet_lightning_int8", "movenet_kp2d", 0.03, 0.06),
-        ("pose_landmark_lite", "blazepose_kp2d", 0.03, 0.2),
-    ],
-)
-def test_real_networks_on_real_video_agree_with_the_stored_ones(data, network, key, median, p90):
+def test_a_real_network_on_real_video_agrees_with_the_stored_keypoints(data):
     """Mean distance of sure joints over the body's height; the stored ones were made with other crops."""
-    detector = load_detector(data / f"models/{network}.onnx")
-    stored = np.load(data / "lifter/walk_crop.npz")[key]
+    detector = load_detector(data / "models/movenet_lightning_int8.onnx")
+    stored = np.load(data / "lifter/walk_crop.npz")["movenet_kp2d"]
     (video,) = read(data / "video/walk_crop.mp4")
     before, off = (), []
     for number, image in images_from(video):
@@ -184,8 +149,8 @@ def test_real_networks_on_real_video_agree_with_the_stored_ones(data, network, k
         step = np.linalg.norm(found.xy - stored[number, :, :2], axis=1)[sure].mean()
         off.append(step / np.ptp(stored[number, :, 1]))
     assert len(off) == len(stored)
-    assert np.median(off) < median
-    assert np.percentile(off, 90) < p90
+    assert np.median(off) < 0.03
+    assert np.percentile(off, 90) < 0.06
 
 
 def test_the_number_of_cores_changes_no_answer(toy, monkeypatch):

@@ -134,12 +134,6 @@ def test_cores_are_given(on, name):
     assert 1 <= system.cores_given() <= (os.cpu_count() or 1)
 
 
-def test_windows_starts_a_process_apart_in_its_own_words(on):
-    assert system.apart() == {"start_new_session": True}
-    on("win32")
-    assert system.apart() == {"creationflags": 0x200}
-
-
 @SYSTEMS
 def test_a_process_is_ended_with_what_it_started(on, name, tmp_path):
     code = (
