@@ -18,8 +18,7 @@ is known, and hold even where a take could not be levelled.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -35,30 +34,22 @@ from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, in_single
 from ..pipeline.signals.filters import (
     CUTOFF_HZ,
-    ORDER,
     breaks,
     check_cutoff,
     derivative,
     each_path,
-    evenly_spaced,
     lowpass,
-    piecewise,
     rate,
-    runs,
 )
 from ..pipeline.signals.norms import FINE, MISSING, UNCERTAIN
 
-Filter = Literal["butterworth", "savgol", "none"]
-Smoother = Literal["auto", "butterworth", "savgol", "none"]
-Cutoff = float | Literal["auto"] | None
+Filter = Literal["butterworth", "none"]
+Smoother = Literal["auto", "butterworth", "none"]
 
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
 # Of a column whose name ends so; {} is the unit of length.
 _UNITS = {unit.ending.removeprefix("_"): unit.table for unit in UNITS.values() if unit.ending} | {"sd": "{}"}
-_HALF_POWER = np.sqrt(0.5)  # gain at the cut-off
-# Of a Savitzky-Golay filter the usual order, and the rows that it does not fit exactly.
-_CUBIC, _SHORTEST = 3, 5
 
 
 @dataclass(frozen=True)
@@ -74,7 +65,7 @@ class Trajectories:
 
     joints: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
     smoother: Smoother = "auto"
-    cutoff_hz: Cutoff = None
+    cutoff_hz: float | None = None
 
     name: ClassVar[str] = "trajectories"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified")
@@ -88,7 +79,7 @@ class Trajectories:
             covariance=rectified.level.covariance,
         )
         known_error = self.smoother == "auto" and self.cutoff_hz is None
-        path, lowpass = smooth(level, self.classical, self.cutoff_hz, self.joints)
+        path, lowpass = smooth(level, self.classical, self.cutoff_hz)
         filtered = _notices(path, lowpass, known_error)
         lifted, judged = take.need("poses").lifted, made_by_the_built_in(take.need("poses"))
         motions = known_motions(level, self.joints, lifted, judged) if known_error else {}
@@ -115,9 +106,8 @@ class Trajectories:
 
     def check_rate(self, fps: float) -> None:
         """InputError for a cut-off that is given and that the filter does not have at that frame rate."""
-        if isinstance(self.cutoff_hz, int | float) and self.classical != "none" and np.isfinite(fps):
-            check = check_savgol_cutoff if self.classical == "savgol" else check_cutoff
-            check(self.cutoff_hz, fps)
+        if self.cutoff_hz is not None and self.classical != "none" and np.isfinite(fps):
+            check_cutoff(self.cutoff_hz, fps)
 
     @property
     def classical(self) -> Filter:
@@ -154,63 +144,43 @@ def known_motions(
 @dataclass(frozen=True)
 class Lowpass:
     """What `smooth` did. cutoff_hz: None if it filtered nothing; too_slow: because the frame rate is too low for it.
-    lowered_from_hz: the cut-off asked for, which a Savitzky-Golay filter does not have here. rows_resampled: rows moved
-    to even times. values_lost: values of joints in pieces too short for the filter."""
+    values_lost: values of joints in pieces too short for the filter."""
 
     cutoff_hz: float | None = None
     too_slow: bool = False
-    lowered_from_hz: float | None = None
-    rows_resampled: int = 0
     values_lost: int = 0
 
 
 def smooth(
-    level: PoseSequence,
-    filter: Filter = "butterworth",
-    cutoff_hz: Cutoff = None,
-    moving: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle"),
+    level: PoseSequence, filter: Filter = "butterworth", cutoff_hz: float | None = None
 ) -> tuple[PoseSequence, Lowpass]:
     """The same poses with the paths of every joint, the feet and the root low-pass filtered, inside their unbroken
     pieces (pipeline/signals/filters.py); and what was done, as the history says too.
 
-    filter: "butterworth" (two passes, order 4 together, no phase shift), "savgol" (Savitzky-Golay, order 3), "none".
-    cutoff_hz: where half the power is left; None is 6 Hz, or no filter if the frame rate is too low for 6 Hz;
-        "auto" is the highest that residual analysis finds for any of the joints `moving`. Below 25.3 frames a second a
-        Savitzky-Golay filter cannot have 6 Hz: without a number it takes the highest that it can.
+    filter: "butterworth" (two passes, order 4 together, no phase shift), "none".
+    cutoff_hz: where half the power is left; None is 6 Hz, or no filter if the frame rate is too low for 6 Hz.
 
-    A joint is NaN in pieces too short for the filter. InputError for a given cut-off that the filter
-    does not have at that frame rate, and for a take too short to choose one from.
+    A joint is NaN in pieces too short for the filter. InputError for a given cut-off that the filter does not have at
+    that frame rate.
     """
     times, seams = level.times, breaks(level)
     if filter == "none":
         return level.noted("low-pass filter", filter=filter), Lowpass()
     if cutoff_hz is None and not rate(times) > 2 * CUTOFF_HZ:
         return level.noted("low-pass filter", filter="none", unfiltered=True), Lowpass(too_slow=True)
-    given = cutoff_hz not in (None, "auto")
-    if cutoff_hz == "auto":
-        cutoff_hz = _chosen(level, moving)
     cutoff = CUTOFF_HZ if cutoff_hz is None else cutoff_hz
-    lowered_from_hz = None
-    if filter == "savgol" and not given and cutoff > (highest := highest_savgol_cutoff(rate(times))):
-        cutoff, lowered_from_hz = highest, cutoff
     joints = level.joints
 
     def smoothed(path: np.ndarray) -> np.ndarray:
-        return _FILTERS[filter](path, times, cutoff, seams)
+        return lowpass(path, times, cutoff, seams)
 
     result = each_path(smoothed, joints)
     root = None if level.root is None else smoothed(level.root)
     feet = None if level.feet is None else each_path(smoothed, level.feet)
-    done = Lowpass(
-        cutoff,
-        lowered_from_hz=lowered_from_hz,
-        rows_resampled=uneven_rows(np.asarray(is_finite(joints).any(axis=1)), times, seams),
-        values_lost=int((is_finite(joints) & ~is_finite(result)).sum()),
-    )
-    said = {name: value for name, value in asdict(done).items() if name != "too_slow" and value is not None}
-    return level.with_(joints=result, root=root, feet=feet).noted(
-        "low-pass filter", filter=filter, **said
-    ), done
+    lost = int((is_finite(joints) & ~is_finite(result)).sum())
+    path = level.with_(joints=result, root=root, feet=feet)
+    noted = path.noted("low-pass filter", filter=filter, cutoff_hz=cutoff, values_lost=lost)
+    return noted, Lowpass(cutoff, values_lost=lost)
 
 
 def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> dict[str, np.ndarray]:
@@ -283,125 +253,14 @@ def unit_of(column: str, length: str) -> str:
     return _UNITS.get(last, "").format(length)
 
 
-def savitzky_golay(
-    x: np.ndarray, time_s: np.ndarray, cutoff_hz: float = CUTOFF_HZ, seams: Sequence[int] = ()
-) -> np.ndarray:
-    """x (T,) or (T, D), each row the value there of the polynomial of order 3 fitted to its window.
-
-    The window is the widest whose power at cutoff_hz is not yet below a half (Schafer, "What Is a Savitzky-Golay
-    Filter?", IEEE Signal Processing Magazine 28(4), 2011). Missing rows stay NaN, as do pieces
-    shorter than the window. InputError for a cut-off that no window has.
-    """
-    from scipy.signal import savgol_filter
-
-    fps = rate(time_s)
-    check_savgol_cutoff(cutoff_hz, fps)
-    window = _SHORTEST
-    while _savgol_gain(window + 2, cutoff_hz / fps) >= _HALF_POWER:
-        window += 2
-    return piecewise(
-        x, time_s, seams, fps, window, lambda piece: np.asarray(savgol_filter(piece, window, _CUBIC, axis=0))
-    )
-
-
-def highest_savgol_cutoff(fps: float) -> float:
-    """The highest cut-off in Hz that `savitzky_golay` has at a frame rate, that of its shortest window, rounded down to
-    a hundredth."""
-    # The weights of its five rows are (-3, 12, 17, 12, -3) / 35, so the gain is 1 - 12 (1 - cos)^2 / 35 of the angle by
-    # which a sine goes on from row to row.
-    angle = np.arccos(1 - np.sqrt(35 / 12 * (1 - _HALF_POWER)))
-    return float(np.floor(100 * fps * angle / (2 * np.pi)) / 100)
-
-
-def check_savgol_cutoff(cutoff_hz: float, fps: float) -> None:
-    """InputError unless `savitzky_golay` has a window for the cut-off at that frame rate."""
-    check_cutoff(cutoff_hz, fps)
-    if _savgol_gain(_SHORTEST, cutoff_hz / fps) < _HALF_POWER:
-        raise InputError(
-            "bad-value",
-            f"A Savitzky-Golay filter of order {_CUBIC} has no window for a cut-off of {cutoff_hz:g} Hz at {fps:.4g} "
-            f"frames a second; choose one of at most {highest_savgol_cutoff(fps):g} Hz, or the Butterworth filter.",
-        )
-
-
-def _savgol_gain(window: int, hz: float) -> float:
-    """What a Savitzky-Golay filter leaves of a sine. hz: its frequency over the frame rate."""
-    from scipy.signal import savgol_coeffs
-
-    offset = np.arange(window) - window // 2
-    return float(savgol_coeffs(window, _CUBIC) @ np.cos(2 * np.pi * hz * offset))
-
-
-def uneven_rows(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> int:
-    """How many of T rows, valid (T,) bool at time_s (T,), lie in pieces whose time stamps are not evenly
-    spaced, so that filters resample them."""
-    fps = rate(time_s)
-    pieces = runs(valid, time_s, seams)
-    return sum(piece.stop - piece.start for piece in pieces if not evenly_spaced(time_s[piece], fps))
-
-
-_FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
-
-
-def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
-    """The highest cut-off that any of these joints asks for, so that none is smoothed too much."""
-    asked = [residual_cutoff(level.joint(joint), level.times, breaks(level)) for joint in moving]
-    if np.isnan(asked).all():
-        raise InputError(
-            "nothing-usable",
-            "The take is too short, or has too many gaps, to choose a cut-off; give cutoff_hz.",
-        )
-    return float(np.nanmax(asked))
-
-
-def residual_cutoff(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> float:
-    """The cut-off in Hz that x (T,) or (T, D) asks for by residual analysis (Winter, Biomechanics and Motor Control of
-    Human Movement, 4th ed. 2009, chapter 3); NaN when no piece is long enough.
-
-    What `lowpass` takes away at some cut-off is noise and, when that is low, motion. Winter draws a line through the
-    part of the residual that is noise alone, back to 0 Hz. Here the residual that white noise leaves, which is known
-    for every cut-off, is fitted to the observed one from half of Nyquist on, where no motion is expected; what the
-    residual has besides is motion lost. The cut-off is the one with the least mean square of motion lost and noise
-    kept.
-    """
-    x = np.asarray(x, dtype=np.float64)
-    fps = rate(time_s)
-    if not np.isfinite(fps):
-        return float("nan")
-    cutoffs = np.geomspace(min(1.0, fps / 20), 0.46 * fps, 45)
-    compared = np.isfinite(lowpass(x, time_s, cutoffs[0], seams))
-    while not compared.any() and cutoffs[0] < fps / 8:  # a short take settles from a higher cut-off on only
-        cutoffs = cutoffs[1:]
-        compared = np.isfinite(lowpass(x, time_s, cutoffs[0], seams))
-    if not compared.any():
-        return float("nan")
-    residual = np.array([np.mean((x - lowpass(x, time_s, hz, seams))[compared] ** 2) for hz in cutoffs])
-    taken, kept = _white_noise(cutoffs, fps)
-    upper = cutoffs >= fps / 4
-    noise = (residual[upper] @ taken[upper]) / (taken[upper] @ taken[upper])
-    return float(cutoffs[np.argmin(residual - noise * taken + noise * kept)])
-
-
-def _white_noise(cutoffs: np.ndarray, fps: float) -> tuple[np.ndarray, np.ndarray]:
-    """Shares (N,) of white noise's power that `lowpass` takes away, and keeps, at each of the cut-offs (N,)."""
-    hz = np.linspace(0, 0.4999, 2000) * fps
-    ratio = np.tan(np.pi * hz / fps) / np.tan(np.pi * cutoffs[:, None] / fps)
-    gain = 1 / (1 + (np.sqrt(2) - 1) * ratio**ORDER)  # of two passes, a half of the order each
-    return ((1 - gain) ** 2).mean(axis=1), (gain**2).mean(axis=1)
-
-
 def _notices(path: PoseSequence, done: Lowpass, known_error: bool) -> list[Notice]:
     """What the filter did that a reader of the columns must know; known_error: only angles rest on it."""
-    fps, cutoff_hz = rate(path.times), done.cutoff_hz
     if len(path) == 1:
         return []
     if done.too_slow:
-        return [notice("not-filtered", fps=fps, cutoff_hz=CUTOFF_HZ)]
-    notices = []
-    if (asked := done.lowered_from_hz) is not None:
-        notices.append(notice("cutoff-lowered", cutoff_hz=cutoff_hz, asked_hz=asked, fps=fps))
-    if done.values_lost:
-        missing = "angles" if known_error else "paths, velocities and accelerations"
-        lost = done.values_lost
-        notices.append(notice("pieces-too-short", values=lost, cutoff_hz=cutoff_hz, missing=missing))
-    return notices
+        return [notice("not-filtered", fps=rate(path.times), cutoff_hz=CUTOFF_HZ)]
+    if not done.values_lost:
+        return []
+    missing = "angles" if known_error else "paths, velocities and accelerations"
+    lost = {"values": done.values_lost, "cutoff_hz": done.cutoff_hz, "missing": missing}
+    return [notice("pieces-too-short", **lost)]

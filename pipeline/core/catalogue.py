@@ -225,9 +225,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "pieces-too-short": ("warning", "motion",
         "{values:~joint position was/joint positions were} seen for too short a time between gaps to be smoothed at "
         "{cutoff_hz:g} Hz; {values:?its/their} {missing} are missing."),
-    "cutoff-lowered": ("note", "motion",
-        "The cut-off is {cutoff_hz:g} Hz instead of {asked_hz:.3g} Hz: a Savitzky-Golay filter allows no higher "
-        "one at {fps:.4g} frames per second."),
     "angles-left-out": ("note", "motion",
         "Angles left out (in brackets: frames): {angles}. Reason: {reason}."),
     "angles-from-neutral": ("note", "motion",

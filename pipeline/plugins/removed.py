@@ -70,6 +70,11 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "lift.lifter_kind=instanthmr": _FILE,
         "lift.lifter_kind=rtmw3d": _FILE,
         "measures.repeated": "--set measures.repeat=ANGLE counts the repetitions of any angle",
+        **dict.fromkeys(
+            ("angles.smoother=savgol", "trajectories.smoother=savgol"),
+            "give butterworth, the usual filter, whose cut-off is --set trajectories.cutoff_hz=HZ",
+        ),
+        "trajectories.cutoff_hz=auto": "give a number of Hz, or leave it out for the usual 6",
         "trajectories.foot_lock": "leave it out; feet of an estimated path slide within its stated error",
         "read.swaps=repair": "correct the keypoints where they were made, or give read.swaps=mask",
     },

@@ -82,7 +82,7 @@ def test_a_given_recipe_has_all_that_the_options_ask_for():
         keypoints=KEYPOINTS,
         lifter="geometric",
         also=("csv",),
-        settings=["clean.spike=0.7", "angles.smoother=savgol"],
+        settings=["clean.spike=0.7", "angles.smoother=none"],
     )
     recipe = load_recipe().starting_with("lift")
     assert planned(options, recipe) == planned(options)
@@ -168,7 +168,7 @@ def test_a_setting_that_cannot_be_used_is_refused_with_its_reason(setting, words
         ({"image_size": "640"}, ["WIDTHxHEIGHT", "'640'"]),
         ({"gravity": "0,1"}, ["--set read.gravity=X,Y,Z", "'0,1'"]),
         ({"ftps": 30}, ["'ftps'", "did you mean fps"]),
-        ({"smoother": "savgol"}, ["'smoother'", "--set angles.smoother=VALUE", "--set trajectories."]),
+        ({"smoother": "none"}, ["'smoother'", "--set angles.smoother=VALUE", "--set trajectories."]),
     ],
 )
 def test_a_value_of_another_type_is_one_sentence(given, words):

@@ -24,14 +24,6 @@ from pcnet3d.pipeline.signals.filters import (
     resample,
     runs,
 )
-from pcnet3d.stages.trajectories import (
-    check_savgol_cutoff,
-    highest_savgol_cutoff,
-    savitzky_golay,
-    uneven_rows,
-)
-
-FILTERS = pytest.mark.parametrize("smooth", [lowpass, savitzky_golay])
 
 
 def gain(smooth, hz: float, fps: float, **options) -> float:
@@ -39,7 +31,7 @@ def gain(smooth, hz: float, fps: float, **options) -> float:
     time_s = np.arange(round(20 * fps)) / fps
     sine = np.sin(2 * np.pi * hz * time_s + 0.3)
     middle = slice(len(sine) // 4, 3 * len(sine) // 4)
-    return float(smooth(sine, time_s, **options)[middle] @ sine[middle] / (sine[middle] @ sine[middle]))
+    return float(lowpass(sine, time_s, **options)[middle] @ sine[middle] / (sine[middle] @ sine[middle]))
 
 
 def test_the_nearest_row_of_a_long_take_needs_no_table_of_all_rows_by_all_moments():
@@ -59,55 +51,30 @@ def test_two_passes_halve_the_power_at_the_cutoff():
         assert gain(lowpass, 3.0, fps, cutoff_hz=6.0) == pytest.approx(1 / (1 + designed), abs=2e-3)
 
 
-def test_the_widest_savitzky_golay_window_of_at_least_half_the_power():
-    for fps, cutoff_hz in [(30, 3), (30, 6), (60, 6), (120, 6), (120, 10), (240, 6)]:
-        assert gain(savitzky_golay, cutoff_hz, fps, cutoff_hz=cutoff_hz) >= np.sqrt(0.5) - 1e-3
-        assert gain(savitzky_golay, cutoff_hz, fps, cutoff_hz=0.7 * cutoff_hz) < np.sqrt(0.5)
-
-
-def test_a_cutoff_that_no_savitzky_golay_window_has():
-    """There is no option for the order, which the sentence once named."""
-    with pytest.raises(
-        InputError, match=r"no window for a cut-off of 12 Hz.* of at most 7\.13 Hz, or the Butt"
-    ):
-        savitzky_golay(np.zeros(50), np.arange(50) / 30, cutoff_hz=12)
-
-
-def test_the_highest_savitzky_golay_cutoff_is_had_and_a_higher_one_is_not():
-    for fps in [12.5, 24, 25, 29.97, 240]:
-        highest = highest_savgol_cutoff(fps)
-        assert gain(savitzky_golay, highest, fps, cutoff_hz=highest) == pytest.approx(np.sqrt(0.5), abs=3e-3)
-        with pytest.raises(InputError, match="no window"):
-            check_savgol_cutoff(highest + 0.02, fps)
-
-
-@FILTERS
-def test_a_straight_line_is_left_as_it_is(smooth):
+def test_a_straight_line_is_left_as_it_is():
     time_s = np.arange(60) / 30
     line = np.stack([3 * time_s + 1, -2 * time_s], axis=-1)
-    np.testing.assert_allclose(smooth(line, time_s), line, atol=5e-5)
+    np.testing.assert_allclose(lowpass(line, time_s), line, atol=5e-5)
 
 
-@FILTERS
-def test_time_runs_either_way(smooth):
+def test_time_runs_either_way():
     rng = np.random.default_rng(0)
     x, time_s = rng.normal(size=(80, 2)), np.arange(80) / 30
-    np.testing.assert_allclose(smooth(x[::-1], time_s), smooth(x, time_s)[::-1], atol=2e-2)
+    np.testing.assert_allclose(lowpass(x[::-1], time_s), lowpass(x, time_s)[::-1], atol=2e-2)
 
 
-@FILTERS
-def test_pieces_know_nothing_of_each_other(smooth):
+def test_pieces_know_nothing_of_each_other():
     """A gap, a clip boundary and a jump in time: each piece is filtered as if it were alone."""
     rng = np.random.default_rng(1)
     x = rng.normal(size=(120, 3)) * 0.01 + np.repeat([0.0, 5.0, -3.0, 8.0], 30)[:, None]
     x[29] = np.nan
     time_s = np.arange(120) / 30
     time_s[90:] += 1
-    together = smooth(x, time_s, seams=(60,))
+    together = lowpass(x, time_s, seams=(60,))
     pieces = [slice(0, 29), slice(30, 60), slice(60, 90), slice(90, 120)]
     assert runs(np.isfinite(x).all(axis=1), time_s, (60,)) == pieces
     for piece in pieces:
-        np.testing.assert_allclose(together[piece], smooth(x[piece], time_s[piece]), rtol=1e-6)
+        np.testing.assert_allclose(together[piece], lowpass(x[piece], time_s[piece]), rtol=1e-6)
         assert np.ptp(together[piece]) < 0.1
     assert np.isnan(together[29]).all()
 
@@ -132,7 +99,6 @@ def test_stamps_rounded_to_milliseconds_count_as_even():
     assert evenly_spaced(time_s, rate(time_s))
     jittered = np.arange(300) / 30 + np.random.default_rng(0).uniform(-0.008, 0.008, 300)
     assert not evenly_spaced(jittered, rate(jittered))
-    assert uneven_rows(np.ones(300, dtype=bool), jittered) == 300
 
 
 @pytest.mark.parametrize("fps", [24, 29.97, 59.94, 240])
@@ -153,18 +119,17 @@ def test_stamps_of_no_even_rate_have_no_numbers():
     assert even_grid(np.concatenate([np.arange(100) / 30, 100 / 30 + np.arange(100) / 50])) is None
 
 
-@FILTERS
-def test_a_variable_frame_rate_is_filtered_at_its_true_times(smooth):
+def test_a_variable_frame_rate_is_filtered_at_its_true_times():
     """A slow motion is kept to 3 mm; with its stamps taken for even ones it would lose centimetres."""
     rng = np.random.default_rng(2)
     time_s = np.cumsum(rng.uniform(0.02, 0.045, 300))
     x = 0.3 * np.sin(2 * np.pi * time_s)
     middle = slice(20, -20)
-    np.testing.assert_allclose(smooth(x, time_s)[middle], x[middle], atol=3e-3)
-    as_if_even = smooth(x, np.arange(300) * np.median(np.diff(time_s)))
-    noisy = smooth(x + 0.01 * rng.normal(size=300), time_s)
+    np.testing.assert_allclose(lowpass(x, time_s)[middle], x[middle], atol=3e-3)
+    as_if_even = lowpass(x, np.arange(300) * np.median(np.diff(time_s)))
+    noisy = lowpass(x + 0.01 * rng.normal(size=300), time_s)
     assert np.std((noisy - x)[middle]) < 0.8 * 0.01
-    assert np.abs(as_if_even - x)[middle].max() > 2 * np.abs(smooth(x, time_s) - x)[middle].max()
+    assert np.abs(as_if_even - x)[middle].max() > 2 * np.abs(lowpass(x, time_s) - x)[middle].max()
 
 
 @given(
@@ -186,9 +151,8 @@ def test_runs_are_the_valid_rows_and_hold_no_break(valid, steps, seams):
             assert np.diff(time_s[piece]).max() <= max(2.5 * usual, usual + 0.2 + 1e-6)
 
 
-@FILTERS
 @pytest.mark.parametrize(("lost_s", "bridged"), [(0.1, True), (0.2, True), (0.3, False)])
-def test_a_hole_of_the_clock_is_bridged_as_long_as_a_gap_of_rows_is(smooth, lost_s, bridged):
+def test_a_hole_of_the_clock_is_bridged_as_long_as_a_gap_of_rows_is(lost_s, bridged):
     """Images that a phone dropped: no row is missing, and two of them lost a whole walk."""
     for fps in [30, 60, 240]:
         kept = np.delete(np.arange(4 * fps), np.arange(2 * fps, 2 * fps + round(lost_s * fps)))
@@ -197,7 +161,7 @@ def test_a_hole_of_the_clock_is_bridged_as_long_as_a_gap_of_rows_is(smooth, lost
         motion = np.sin(2 * np.pi * time_s)
         x = motion + np.random.default_rng(0).normal(scale=0.01, size=len(kept))
         middle = slice(fps // 2, -fps // 2)
-        off = np.abs(smooth(x, time_s) - motion)[middle]
+        off = np.abs(lowpass(x, time_s) - motion)[middle]
         assert off.max() < 0.06  # not more beside the hole, where the noise of two rows would swing far
         assert holes(time_s).tolist() == [2 * fps]
         between = resample(motion, time_s, np.array([2 + lost_s / 2]))
