@@ -3,7 +3,6 @@ that stands still."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,11 +16,9 @@ from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import on_lines
 from ...pipeline.signals.reprojection import FEWEST, JOINTS, keypoint_rays
 from .flights import (
-    GRAVITY,
     LIFTED,
     MEASURED,
     NEEDED,
-    SCALE_SD,
     Flight,
     Rule,
     cut,
@@ -31,7 +28,6 @@ from .flights import (
 BUILT_IN = "pcnet3d"  # lifter
 _FEWEST = 10  # frames
 _LEVEL = 0.5  # least share of the view that is horizontal: steeper, heights are depths
-_FALLS_SHORT = 0.975  # of gravity, as lifted paths tell it: median of lifted flights
 _NEAREST = 0.1  # statures before the camera
 _ROBUST = 0.03  # statures off the usual height at which a joint's say is halved
 _ROUNDS = 5  # of weighing joints
@@ -89,18 +85,6 @@ def _airborne(level: PoseSequence, rule: Rule, stature_m: float | None = None) -
 
 def _stature_m(level: PoseSequence) -> float | None:
     return implied_stature(level.joints) if level.frame.unit == "m" else None
-
-
-def units_a_metre(level: PoseSequence, found: Sequence[Flight]) -> tuple[float, float]:
-    """How many of the poses' units of length are a metre by the fall of gravity in lifted flights, and the standard
-    deviation of that as a share; NaN without flights."""
-    if not found:
-        return float("nan"), float("nan")
-    shares = np.array([LIFTED.fall_s / (flight.land_s - flight.off_s) for flight in found])
-    weights = shares**-2
-    fall = float((weights * [flight.fall for flight in found]).sum() / weights.sum())
-    units = implied_stature(level.joints) * fall / _FALLS_SHORT / GRAVITY
-    return float(units), float(np.hypot(1 / np.sqrt(weights.sum()), SCALE_SD))
 
 
 def bridged(joints: np.ndarray, time_s: np.ndarray) -> np.ndarray:

@@ -175,9 +175,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "scale-assumed": ("warning", "",
         "Lengths are in metres for the body size that the estimator assumes; an image does not show how tall a "
         "person is. Give the person's height (--stature METRES)."),
-    "scaled-by-flights": ("warning", "",
-        "The scale comes from how fast the body falls in {flights:~flight}: the stature is {stature_m:.2f} ± "
-        "{within_m:g} m, and lengths and speeds are within {percent:g} %. --stature METRES makes them more certain."),
     "not-placed": ("note", "place",
         "It is not known where the person is: {reason}."),
     "placed": ("note", "place",

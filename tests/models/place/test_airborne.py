@@ -10,7 +10,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.lab.evaluation.finished import Configuration, finished
 from pcnet3d.models.lab.evaluation.sets import EvaluationSet, Question
-from pcnet3d.models.place.airborne import airborne, units_a_metre
+from pcnet3d.models.place.airborne import airborne
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, PoseSequence, Take
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
@@ -242,38 +242,6 @@ def test_a_fall_of_another_pace_is_none():
     world, time_s = jumping()
     found = airborne(filmed(world, 2 * time_s))
     assert found.flights == ()
-
-
-def test_falls_give_metres_with_their_error():
-    apexes_s = (1.5, 2.8, 4.1, 5.4)
-    take = Scale()(filmed(*jumping(apexes_s, high_m=0.4), noise_px=2.0, unit=0.61))
-    poses, step = take.need("poses"), take.need("poses").history[-1]
-    assert poses.frame.unit == take.rectified.level.frame.unit == take.rectified.body.frame.unit == "m"
-    assert [one.code for one in take.notices][-1] == "scaled-by-flights"
-    assert step.options["by"] == "flights"
-    assert abs(step.options["stature_m"] / STATURE_M - 1) < 2.5 * step.options["sd"]
-    assert poses.root_shared[0] == take.rectified.level.root_shared[0] == step.options["sd"]
-    np.testing.assert_allclose(
-        take.rectified.level.root, poses.root @ take.rectified.R_source_from_level, atol=1e-6
-    )
-    assert len(airborne(take).flights) == 4
-
-
-@pytest.mark.parametrize("known", [False, True])
-def test_one_short_fall_or_a_camera_of_which_nobody_knows_gives_none(known):
-    apexes_s = (1.5,) if known else (1.5, 2.8, 4.1, 5.4)
-    take = filmed(*jumping(apexes_s, high_m=0.2), unit=0.61)
-    take = Scale()(take if known else of_an_unknown_camera(take))
-    assert take.need("poses").frame.unit == "arbitrary"
-    assert [one.code for one in take.notices][-1] == "no-scale"
-
-
-def test_more_flights_are_surer_up_to_what_they_share():
-    take = filmed(*jumping((1.5, 2.8, 4.1, 5.4)))
-    level, flights = take.rectified.level, airborne(take).flights
-    sds = [units_a_metre(level, flights[:count])[1] for count in (1, 2, 4)]
-    assert sds[0] > sds[1] > sds[2] > 0.04
-    assert np.isnan(units_a_metre(level, ())).all()
 
 
 def test_rebounds_have_the_time_on_the_floor_between():
