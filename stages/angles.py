@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..models.angle_error.disagreement import by_disagreement
 from ..models.angle_error.joint_covariance import joint_covariance, turns_of
 from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
-from ..models.angle_error.neutral import STILL_DEG, less_neutral, moves_deg, neutral_deg
 from ..models.angle_error.off_keypoints import widened, without_exchanged
 from ..models.angle_error.rates import angle_rates
 from ..models.angle_error.take_angles import AngleSeries, angle_series, in_reference
@@ -21,8 +20,7 @@ from ..models.common.residuals import limb_scores, residuals_of
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from ..pipeline.core.take import AngleErrors, Take, Told, in_single
-from ..pipeline.files.finished import read_run
+from ..pipeline.core.take import AngleErrors, Take, in_single
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
@@ -57,17 +55,12 @@ class Angles:
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered")
     gives: ClassVar[tuple[str, ...]] = ("kinematics", "filtered", "angle_errors")
     renews: ClassVar[tuple[str, ...]] = ("kinematics",)  # which hold: of `filtered` only the error changes
-    reads: ClassVar[tuple[str, ...]] = (*Lift.reads, "neutral")  # Lift, which lifts a second time
+    reads: ClassVar[tuple[str, ...]] = Lift.reads  # it lifts a second time
 
     def __post_init__(self) -> None:
         """InputError for a file that holds no such errors, before a run has begun."""
         if self.errors is not None:
             read_noise(self.errors)
-
-    def check_told(self, told: Told) -> None:
-        """InputError for a neutral posture in a run that has no angles, or none of its own."""
-        if isinstance(told.neutral, str):
-            _standing(told.neutral)
 
     def __call__(self, take: Take) -> Take:
         poses, rectified = take.need("poses"), take.need("rectified")
@@ -81,18 +74,13 @@ class Angles:
         if basis != "none":
             series = widened(series, residuals_of(take), limb_scores(take))
         series = without_exchanged(series, in_doubt(take))
-        said: list[Notice] = []
-        if (neutral := take.told.neutral) is not None:
-            of = _standing(neutral) if isinstance(neutral, str) else _Standing(series, times, neutral)
-            series, said = _from_neutral(series, of, basis == "judged")
-            filtered = filtered.noted("neutral", start_s=of.span_s[0], end_s=of.span_s[1], of=of.run)
         columns = _columns(series, times, breaks(poses), self.smoother == "auto", noise)
         own = rectified.level.covariance
         if noise is not None and turning is not None and own is not None:
             filtered = filtered.with_(covariance=joint_covariance(own, filtered.joints, turning, noise))
         kinematics = {**(take.kinematics or {}), **columns}
         take = take.with_(kinematics=kinematics, filtered=filtered, angle_errors=basis)
-        return take.saying(*_notices(columns), *said, *self._known(poses, basis, noise, _lacking(take)))
+        return take.saying(*_notices(columns), *self._known(poses, basis, noise, _lacking(take)))
 
     def _known(
         self, poses: PoseSequence, basis: AngleErrors, noise: JointNoise | None, more: str
@@ -137,54 +125,6 @@ def errors_unknown(poses: PoseSequence, more: str = _KEYPOINTS) -> Notice | None
         f"; give {more}a file of its errors (--set angles.errors=FILE)" if poses.lifted else " in world axes"
     )
     return notice("angle-errors-unjudged", by=_by(poses.made_by), advice=advice)
-
-
-class _Standing(NamedTuple):
-    """The angles of a person who stands still in a span of times (T,). run: name of another run that this is of."""
-
-    series: dict[str, AngleSeries]
-    times: np.ndarray
-    span_s: tuple[float, float]
-    run: str = ""
-
-
-def _standing(folder: str) -> _Standing:
-    """The whole of a finished run. InputError for one without angles, or whose angles are from a neutral themselves."""
-    run = read_run(folder)
-    columns, times = run.kinematics or {}, run.need("poses").times
-    names = [name for name in ALL_ANGLES if f"{name}_deg" in columns]
-    if run.told.neutral is not None or not names:
-        lacks = (
-            "no angles"
-            if run.told.neutral is None
-            else "angles that are themselves relative to a neutral posture"
-        )
-        raise InputError(
-            "bad-value",
-            f"Expected --neutral to name a run with the angles of a person standing, got {folder}, which has {lacks}.",
-        )
-    series = {
-        name: AngleSeries(
-            columns[f"{name}_deg"], sd := columns[f"{name}_sd_deg"], columns[f"{name}_reason"], sd
-        )
-        for name in names
-    }
-    return _Standing(series, times, (float(times[0]), float(times[-1])), Path(folder).name)
-
-
-def _from_neutral(
-    series: dict[str, AngleSeries], of: _Standing, judged: bool
-) -> tuple[dict[str, AngleSeries], list[Notice]]:
-    """The angles less those of the person standing, and what is to be said of that. Errors of another run count as
-    independent, for the camera may have stood elsewhere."""
-    neutral = neutral_deg(*of[:3])
-    begin_s, end_s = of.span_s
-    told: dict[str, Any] = {"begin_s": begin_s, "end_s": end_s, "of": f" of {of.run}" if of.run else ""}
-    said = [notice("angles-from-neutral", **told, neutral={name: deg for name, (deg, _) in neutral.items()})]
-    moved = moves_deg(*of[:3])
-    if moved > STILL_DEG:
-        said.append(notice("neutral-moves", **told, moved_deg=moved))
-    return less_neutral(series, neutral, judged and not of.run), said
 
 
 def _by_disagreement(take: Take, series: dict[str, AngleSeries]) -> dict[str, AngleSeries] | None:

@@ -71,7 +71,6 @@ FAULTS = [
     Fault("models/gravity/fusion.py", "odds_image > odds_bodies", "odds_image < odds_bodies",
           "models/gravity/test_fusion.py"),
     Fault("models/gravity/floor.py", "> np.sin(np.radians(_STEEP_DEG))", "> 1", "models/gravity/test_floor.py"),
-    Fault("models/angle_error/neutral.py", "np.hypot(angle.sd_deg, sd)", "angle.sd_deg", "models/test_neutral.py"),
     Fault("models/lab/mocap/clips.py", "combinations(PARTS, 2)", "combinations(PARTS[1:], 2)",
           "models/lab/mocap/test_own_data.py"),
     Fault("models/lab/synthetic/cameras.py", "needed.amax(dim=(1, 2))", "needed.mean(dim=(1, 2))",

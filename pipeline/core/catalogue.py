@@ -224,12 +224,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "{cutoff_hz:g} Hz; {values:?its/their} {missing} are missing."),
     "angles-left-out": ("note", "motion",
         "Angles left out (in brackets: frames): {angles}. Reason: {reason}."),
-    "angles-from-neutral": ("note", "motion",
-        "All angles are relative to the person standing from {begin_s:g} to {end_s:g} s{of} (--neutral), and so are "
-        "their errors. Anatomical limits and OpenSim's names do not apply to them."),
-    "neutral-moves": ("warning", "motion",
-        "The person moves by {moved_deg:.0f} degrees from {begin_s:g} to {end_s:g} s{of}. For --neutral choose a "
-        "span in which the person stands still."),
     "angle-errors-unknown": ("note", "motion",
         "The errors of the angles are not known. Say whether the poses were measured or estimated (-O "
         "made_by=measured, or -O made_by=estimated)."),
@@ -345,9 +339,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "the camera."),
     "truth-lacks-joints": ("note", "files",
         "The motion capture has no {joints}, so these angles are left out: {angles}.{trunk}"),
-    "neutral-of-some": ("warning", "motion",
-        "The angles of {with_neutral} are relative to a neutral posture (run --neutral), those of {without} are not, "
-        "so they differ by that posture."),
     "cutoffs-differ": ("warning", "motion",
         "The runs were filtered at different cut-offs ({cutoffs})."),
     "rates-differ": ("warning", "clock",

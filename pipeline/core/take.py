@@ -84,8 +84,7 @@ class Told:
     focal length. gravity: which way things fall, in the camera's axes (x right, y down, z away), any length. pitch_deg,
     roll_deg: of the camera, positive when it looks down, and when the image's content turns counter-clockwise; give
     both or neither, because a missing angle is not 0. image_size: width and height in pixels, of a take without a
-    video. stature_m: the person's height. neutral: start and end, in seconds, of a posture from which all angles are
-    counted, or the folder of a finished run that has one.
+    video. stature_m: the person's height.
     images: False keeps every image of the person out of the results. fps: frames a second, instead of the file's.
     person: which of several people, by name, or "longest" or "largest". handedness: what to do if left and right of the
     poses are exchanged. check: "off" takes poses that are mirrored or upside down as they are. swaps: what to do if
@@ -101,7 +100,6 @@ class Told:
     roll_deg: float | None = None
     image_size: tuple[int, int] | None = None
     stature_m: float | None = None
-    neutral: tuple[float, float] | str | None = None
     images: bool = True
     fps: float | None = None
     person: str | None = None

@@ -58,6 +58,7 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "live --view": "leave it out; `pcnet3d view` shows live.rrd, and --json prints every pose at once",
         "live --web": "leave it out; `pcnet3d view` shows live.rrd, and --json prints every pose at once",
         "live --stream": "--json prints poses on standard output, for a program that sends them on",
+        "run --neutral": "leave it out; angles less those of standing were off by more than the angles themselves",
         "run --person all": "--everyone processes everybody, also of a video alone",
         "run --person pick": "--everyone processes everybody, and a run of one person says who else was visible",
         "view --web": "open the report (--report), or the recording on a machine with a screen",

@@ -20,7 +20,6 @@ from typer.models import ParameterInfo
 from ..core.device import Device
 from ..core.errors import InputError
 from ..core.take import Check, Handedness, Swaps, Told
-from ..files.atomic import SUMMARY
 from ..plugins import registry
 from ..plugins.options import did_you_mean, option_types, pairs
 from ..plugins.removed import refuse_removed
@@ -88,24 +87,6 @@ def _date(value: Any) -> Any:
         raise InputError(
             "bad-value", f"Expected --set read.date=YYYY-MM-DD such as 2026-03-31, got '{value}'."
         ) from None
-
-
-def _neutral(value: Any) -> Any:
-    if not isinstance(value, str) or (Path(value) / SUMMARY).is_file():
-        return value
-    try:
-        start, end = (
-            sum(60**i * float(x) for i, x in enumerate(reversed(t.split(":")))) for t in value.split("-")
-        )
-    except ValueError:
-        raise InputError(
-            "bad-value",
-            "Expected --neutral START-END, such as 0:00-0:02 or 0-2 (seconds), or the folder of a finished run of the "
-            f"person standing, got '{value}'.",
-        ) from None
-    if not start < end:
-        raise InputError("bad-value", f"Expected a --neutral that ends after it starts, got '{value}'.")
-    return start, end
 
 
 def _time_range(value: Any) -> Any:
@@ -203,14 +184,6 @@ class RunOptions(BaseModel):
         float | None,
         _option(_PERSON, "The person's height in metres; it sets the scale."),
         Tells("stature_m"),
-    ] = None
-    neutral: Annotated[
-        tuple[float, float] | str | None,
-        BeforeValidator(_neutral),
-        typer.Option(
-            hidden=True
-        ),  # `run --help` has 22 options at most; the documents tell this one and `recipe`
-        Tells("neutral"),
     ] = None
     camera: Annotated[
         str | None,

@@ -20,7 +20,6 @@ from ..files.atomic import add_to_summary, require_space, sign, whole_folder
 from ..files.detections import FEWEST_FRAMES
 from ..files.names import KEYPOINTS
 from ..plugins.options import files_among
-from ..reading.clock import Clock
 from ..reading.settings import RunOptions
 from ..reading.take import Given, Person, open_people, open_take
 from ..signals.filters import rate
@@ -141,8 +140,6 @@ def run_into(
         }
         for i in takes:
             pipelines[i].check_rate(_frame_rate(takes[i]))
-            if not everybody:  # of several, only who is not there then is left out
-                _check_neutral(takes[i])
         require_space(folder.parent, bytes_needed(recipe, *takes.values()), "The run")
         ended |= _by_scene(pipelines, takes, done)
     runs = []
@@ -183,15 +180,13 @@ def run_in_memory(options: RunOptions, recipe: Recipe, given: Given = NOTHING) -
         pipeline = recipe.build()
         take = open_take(options, given)
         pipeline.check_rate(_frame_rate(take))
-        _check_neutral(take)
         return pipeline(take)
 
 
 def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
     """The files that a run is given, which it must not replace: its own, and those that options of readers and stages
     name, such as networks and cameras."""
-    neutral = Path(options.neutral) if isinstance(options.neutral, str) else None
-    own = (options.poses, options.keypoints, options.video, options.recipe, neutral)
+    own = (options.poses, options.keypoints, options.video, options.recipe)
     told = (options.options, options.keypoints_options, *(entry.options for entry in recipe.stages))
     named = [path for each in told for path in files_among(each).values()]
     return [path for path in own if path and path.exists()] + named
@@ -205,21 +200,6 @@ def _frame_rate(take: Take) -> float:
     video, told = take.need("video"), take.told.fps
     first, last = video.span
     return rate(video.time_s[first : last + 1]) if told is None else told
-
-
-def _check_neutral(take: Take) -> None:
-    """InputError for a neutral posture that is not in the take's time."""
-    told, rows = take.told, take.rows
-    if isinstance(told.neutral, tuple):
-        if rows is None:
-            video = take.need("video")
-            times = Clock(video, told.fps, None).seconds(np.array(video.span), video.path)
-        else:
-            times = rows.times
-        (start, end), (first, last) = told.neutral, times[[0, -1]]
-        if not (start < last and first < end):
-            words = f"Expected a --neutral within the take, which is from {first:.6g} to {last:.6g} s"
-            raise InputError("bad-value", f"{words}, got {start:g} to {end:g} s.")
 
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:

@@ -27,10 +27,9 @@ REASONS = {
     3: "the frame is not levelled, or the angle's error is too large",
     4: "a gap, a clip boundary, or a stretch too short for the filter",
     5: "a joint is not in the image, or the detector does not see it",
-    6: "the neutral posture does not have the angle",
     7: "its limbs may be exchanged, or both lie on one",
 }
-FINE, MISSING, UNDEFINED, UNTRUSTED, TOO_SHORT, UNSEEN, NO_NEUTRAL, EXCHANGED = REASONS
+FINE, MISSING, UNDEFINED, UNTRUSTED, TOO_SHORT, UNSEEN, EXCHANGED = REASONS
 
 # A limb's own plane counts as much as the reference when it is bent by this.
 _STRAIGHT = np.sin(np.radians(20.0))

@@ -74,12 +74,12 @@ def write_trc(take: Take, path: Path) -> tuple[Notice, ...]:
 def write_mot(take: Take, path: Path) -> tuple[Notice, ...]:
     """angles.mot: the joint angles in degrees over time in seconds.
 
-    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours; all of them ours
-    where they are from a neutral posture. trunk_tilt, trunk_list and trunk_rotation turn the hip line and the line from
-    pelvis to thorax, which thighs and arms are against too; they have no value in frames in which the angles of these
-    lines against gravity have none. Where the source knows where the person is, in metres, trunk_tx, ty and tz are
-    where that model's pelvis would have its origin: forward, up and right, over the floor where that is known.
-    Without any angle it is not written, and a warning says so. InputError when no stage made angles.
+    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. trunk_tilt,
+    trunk_list and trunk_rotation turn the hip line and the line from pelvis to thorax, which thighs and arms are
+    against too; they have no value in frames in which the angles of these lines against gravity have none. Where the
+    source knows where the person is, in metres, trunk_tx, ty and tz are where that model's pelvis would have its
+    origin: forward, up and right, over the floor where that is known. Without any angle it is not written, and a
+    warning says so. InputError when no stage made angles.
     """
     poses = take.need("poses")
     columns = take.kinematics or {}
@@ -92,8 +92,7 @@ def write_mot(take: Take, path: Path) -> tuple[Notice, ...]:
         raise InputError("needs-stage", "MOT holds joint angles; put the stage 'angles' before 'export'.")
     if nothing := nothing_in(np.stack([*angles.values()]), path):
         return nothing
-    alike = _COORDINATES if take.told.neutral is None else {}
-    renamed = {name: alike.get(name, (name, 1)) for name in angles}
+    renamed = {name: _COORDINATES.get(name, (name, 1)) for name in angles}
     notes = [
         f"{ours} is {'-' * (sign < 0)}{theirs}" for ours, (theirs, sign) in renamed.items() if ours != theirs
     ]

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...models.angle_error.neutral import KNEES_HIPS_TRUNK
 from ...models.angle_error.repeatability import known_median
 from ...models.common.motion import Motion
 from ...models.gait.gait import separation
@@ -69,7 +68,9 @@ MOVEMENTS = (
     Movement(
         "knee_bends", ("r_knee_flexion", "l_knee_flexion"), 35.0,
         ("r_hip", "r_knee", "r_ankle", "l_hip", "l_knee", "l_ankle"), needs_up=True, in_place=True,
-        shown=KNEES_HIPS_TRUNK,
+        shown=(
+            "r_knee_flexion", "l_knee_flexion", "r_thigh_trunk_flexion", "l_thigh_trunk_flexion", "trunk_lean_sagittal",
+        ),
     ),
     *(
         Movement(

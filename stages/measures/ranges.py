@@ -102,20 +102,17 @@ def _untold(motion: Motion, angle: str) -> float:
     return 0.0 if reason is None else float(np.isin(reason, (UNDEFINED, UNTRUSTED, EXCHANGED)).mean())
 
 
-def range_rows(motion: Motion, found: Mapping[str, Range], own_zero: bool) -> list[Row]:
-    """The group `range_of_motion`. own_zero: angles are 0 where docs/angles.md says, not in somebody's neutral posture:
-    then anatomy limits them."""
-    return [
-        row for name, of in found.items() for row in within(name, _rows(motion, of, own_zero), side_of(name))
-    ]
+def range_rows(motion: Motion, found: Mapping[str, Range]) -> list[Row]:
+    """The group `range_of_motion`."""
+    return [row for name, of in found.items() for row in within(name, _rows(motion, of), side_of(name))]
 
 
-def _rows(motion: Motion, of: Range, own_zero: bool) -> list[Row]:
+def _rows(motion: Motion, of: Range) -> list[Row]:
     if of.why:
         return [withheld(of.why), *basis(of.values)]
     known, sd = of.values[np.isfinite(of.values)], motion.sd(of.angle)
     least, most = ALL_ANGLES[of.angle].anatomy_deg
-    beyond = int(((known < least) | (known > most)).sum()) if own_zero else 0
+    beyond = int(((known < least) | (known > most)).sum())
     return [
         with_error("lowest", "deg", known.min(), of.low[1]),
         with_error("highest", "deg", known.max(), of.high[1]),

@@ -62,14 +62,10 @@ class Measures:
         if not self.unusable and verdict(take.judged) == "unusable":
             return take.with_(measures=()).saying(notice("figures-withheld"))
         motion = motion_of(take)
-        found, why_sides, own_zero = (
-            detected(take, motion, self.repeat),
-            sides_withheld(take),
-            take.told.neutral is None,
-        )
+        found, why_sides = detected(take, motion, self.repeat), sides_withheld(take)
         angles = ranges(motion)
         rows = (
-            *within("range_of_motion", range_rows(motion, angles, own_zero)),
+            *within("range_of_motion", range_rows(motion, angles)),
             *within("symmetry", symmetry_rows(motion, angles, why_sides)),
             *counted_rows(motion, found.counted),
             *within(

@@ -17,16 +17,13 @@ from pcnet3d.models.angle_error.joint_noise import (
 from pcnet3d.models.angle_error.take_angles import LiftErrors, TakeJoints, smoothed, take_angles
 from pcnet3d.models.common.canonical import R_world_from_body
 from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of, read_pairs
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take, Told
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import rotate, transpose
-from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.signals.angles import ANGLES, angles, near
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import rectify
 from pcnet3d.stages.trajectories import smooth
-from refusals import refused
 
 # The camera looks north, the walker's heading: BODY's back is towards the camera.
 R_CAMERA_FROM_WORLD = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
@@ -269,36 +266,3 @@ def test_another_frame_is_refused(camera_poses):
     rectified = rectify(camera_poses, "geometric", gravity=(0, 1, 0))
     with pytest.raises(InputError):
         _angles(camera_poses, rectified, rectified.body)
-
-
-def test_angles_from_a_neutral_are_0_in_it_and_every_file_says_so(walk, camera_poses):
-    rectified = rectify(camera_poses, "geometric")
-    take = Take("t", poses=camera_poses, rectified=rectified, filtered=smooth(rectified.level)[0])
-    plain, take = Angles()(take), Angles()(take.with_(told=Told(neutral=(0.0, 0.5))))
-    inside = camera_poses.times <= 0.5
-    for name in ("r_knee_flexion", "trunk_lean_sagittal"):
-        values = take.kinematics[f"{name}_deg"]
-        assert abs(np.median(values[inside])) < 1e-5
-        apart = plain.kinematics[f"{name}_deg"] - values
-        np.testing.assert_allclose(apart, apart[0], atol=1e-4)
-    assert take.filtered.history[-1].name == "neutral"
-    codes = [said.code for said in take.notices]
-    assert "angles-from-neutral" in codes
-    assert "neutral-moves" in codes  # who walks does not stand
-
-
-def test_the_neutral_may_be_another_run(walk, camera_poses, tmp_path):
-    rectified = rectify(camera_poses, "geometric")
-    take = Take("t", poses=camera_poses, rectified=rectified, filtered=smooth(rectified.level)[0])
-    plain, folder = Angles()(take), tmp_path / "standing"
-    Export(folder)(plain)
-    told = RunOptions(poses="x.npy", neutral=str(folder)).told
-    found = Angles()(take.with_(told=told))
-    for name in ("r_knee_flexion", "trunk_lean_sagittal"):
-        values = plain.kinematics[f"{name}_deg"]
-        np.testing.assert_allclose(found.kinematics[f"{name}_deg"], values - np.nanmedian(values), atol=1e-4)
-    (said,) = [said for said in found.notices if said.code == "angles-from-neutral"]
-    assert said.values["of"] == " of standing"
-    Export(tmp_path / "twice")(found)
-    with refused("bad-value", "--neutral"):
-        Angles().check_told(Told(neutral=str(tmp_path / "twice")))

@@ -124,11 +124,6 @@ def compared(
 def _of_all(sides: Sequence[Side]) -> Iterator[Notice]:
     for side in sides:
         yield from side.notices
-    runs = {side.name: side.run for side in sides if side.run}
-    from_neutral = [name for name, run in runs.items() if run.told.neutral is not None]
-    if 0 < len(from_neutral) < len(sides):
-        without = ", ".join(side.name for side in sides if side.name not in from_neutral)
-        yield notice("neutral-of-some", with_neutral=", ".join(from_neutral), without=without)
     cutoffs = {"none" if side.cutoff_hz is None else f"{side.cutoff_hz:g} Hz" for side in sides}
     if len(cutoffs) > 1:
         yield notice("cutoffs-differ", cutoffs=", ".join(sorted(cutoffs)))

@@ -62,7 +62,6 @@ def test_its_keypoints_can_be_given_again(walk_film, whole, quick, tmp_path, cal
     [
         ("--stature 175", "--stature"),
         ("--focal -5", "--focal"),
-        ("--neutral 0:55-0:59", "got 55 to 59 s"),
         ("--set rectify.rectifier=foo", "no rectifier 'foo'"),
         ("--set calibrate.camera_file=foo.toml", "foo.toml"),
         ("--set trajectories.cutoff_hz=20", "got 20 Hz"),

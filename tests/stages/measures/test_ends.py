@@ -7,7 +7,6 @@ from golden.walks import GEOMETRIC, measured
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.angle_error.repeatability import range_sd
-from pcnet3d.pipeline import Told
 from pcnet3d.pipeline.core.measures import grouped
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.measures.stage import Measures
@@ -37,12 +36,3 @@ def test_of_another_lifter_they_are_independent():
     ends, repeated = knee("somebody@1")
     assert ends["p05_p95"].error == pytest.approx(np.hypot(3, 9))
     assert repeated["peak_mdc90"].value == pytest.approx(1.645 * np.hypot(9, 9))
-
-
-def test_no_anatomy_limits_an_angle_that_is_0_in_a_neutral_posture():
-    """Of a neutral with bent knees: "7 frames beyond anatomy", of knees that are straight."""
-    take = measured(walker().poses, GEOMETRIC[:3])
-    columns = {**take.kinematics, "r_knee_flexion_deg": take.kinematics["r_knee_flexion_deg"] - 60}
-    for neutral, limited in ((None, True), ((0.0, 0.5), False)):
-        measures = grouped(Measures()(take.with_(kinematics=columns, told=Told(neutral=neutral))).measures)
-        assert ("beyond_anatomy_frames" in measures["range_of_motion"]["r_knee_flexion"]) == limited
