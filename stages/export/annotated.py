@@ -1,9 +1,8 @@
-"""annotated.mp4: the run's video with 2D keypoints, joint angles and the horizon; beside it the rectified skeleton."""
+"""annotated.mp4: the run's video with 2D keypoints and the horizon; beside it the rectified skeleton and its angles."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -31,11 +30,10 @@ _PALE: Colour = (235, 235, 235)
 _GROUND = 0.8  # share of its side's colour under a number, which is pale
 _FIXED = 4  # bits of a pixel's fraction, as OpenCV draws
 _ANGLES = {"knee_flexion": "knee", "elbow_flexion": "elbow", "trunk_lean_sagittal": "trunk"}
-_TRUNK = ("r_shoulder", "l_shoulder", "r_hip", "l_hip")  # its angle is written in the middle of these
-# What is to the right, up and near there, in BODY (back, right, up).
+# What is to the right and up there, in BODY (back, right, up).
 _SIDES = {
-    "from the front": ((0, -1.0, 0), (0, 0, 1.0), (-1.0, 0, 0)),
-    "from the right": ((-1.0, 0, 0), (0, 0, 1.0), (0, 1.0, 0)),
+    "from the front": ((0, -1.0, 0), (0, 0, 1.0)),
+    "from the right": ((-1.0, 0, 0), (0, 0, 1.0)),
 }
 
 
@@ -57,10 +55,9 @@ def write_annotated(take: Take, path: Path) -> tuple[Notice, ...]:
     """The video's frames from the first to the last of the poses as H.264, each at its own time stamp, so that a
     variable frame rate stays what it is; sound is left out.
 
-    On the image: the 2D keypoints, each a ring that is filled as far as the detector is sure of it, and the horizon by
-    the take's up, where it is levelled and the camera's focal length known or assumed. Flexion of knees and elbows and
-    the trunk's lean in degrees, where the angle is known and its keypoint seen. Images of a calibrated camera are shown
-    without its distortion. Beside it: the skeleton in BODY from the front and from the right, and the angles with
+    On the image: the 2D keypoints that were seen, and the horizon by the take's up, where it is levelled and the
+    camera's focal length known or assumed. Images of a calibrated camera are shown without its distortion. Beside it:
+    the skeleton in BODY from the front and from the right, and flexion of knees and elbows and the trunk's lean with
     their 90 % bands; in frames without a pose nothing. InputError for a take without a video, or without a frame of
     it, and where it cannot be decoded or written.
     """
@@ -134,9 +131,7 @@ class _Page:
         if self.camera is not None and row is not None and np.isfinite(self.up[row]).all():
             self._draw_horizon(small, self.camera, self.up[row])
         if self.keypoints is not None and number in self.keypoint_rows:
-            at = self._draw_keypoints(small, self.keypoints, self.keypoint_rows[number])
-            if row is not None:
-                self._write_angles(small, row, dict(zip(self.keypoints.layout.joints, at, strict=True)))
+            self._draw_keypoints(small, self.keypoints, self.keypoint_rows[number])
         return np.ascontiguousarray(np.concatenate([small, self._panel(number, row)], axis=1))
 
     def _draw_horizon(self, small: np.ndarray, camera: Camera, up: np.ndarray) -> None:
@@ -151,51 +146,21 @@ class _Page:
         words = "horizon" + (" (focal length assumed)" if camera.focal_source == "prior" else "")
         _write(small, words, (start[0] + 8, start[1] + 12 + 8 * self.thick), self.thick)
 
-    def _draw_keypoints(self, small: np.ndarray, keypoints: PoseSequence, row: int) -> np.ndarray:
-        """(J, 2) where they are, NaN of those that are not seen."""
+    def _draw_keypoints(self, small: np.ndarray, keypoints: PoseSequence, row: int) -> None:
+        """Those that the detector has seen: on others nothing rests."""
         import cv2
 
         points = keypoints.joints[row]
         if self.camera is not None and self.camera.intrinsics is not None:
             points = undistorted(points, self.camera.intrinsics)
-        at = self._on_small(points)
-        unseen = keypoints.confidence[row] < LEAST_SCORE  # for a while so, nothing rests on it
-        seen = np.where(unseen[:, None], np.nan, at)
-        _draw_bones(small, seen, keypoints.layout, self.thick)
-        radius = 3.0 * self.thick
-        for name, point, sure in zip(keypoints.layout.joints, at, keypoints.confidence[row], strict=True):
-            if not is_finite(point):
-                continue
-            filled = radius * np.sqrt(1.0 if np.isnan(sure) else sure)
-            cv2.circle(small, _fixed(point), _unit(filled), side_colour(name), -1, cv2.LINE_AA, _FIXED)
-            cv2.circle(
-                small, _fixed(point), _unit(radius), _PALE, max(1, self.thick // 2), cv2.LINE_AA, _FIXED
-            )
-
-        return seen
-
-    def _write_angles(self, small: np.ndarray, row: int, at: dict[str, np.ndarray]) -> None:
-        """Those of the two sides outwards of both, that of the trunk in its middle."""
-        nothing = np.full(2, np.nan)
-        for name, (values, _) in self.angles.items():
-            joints = [_TRUNK if part == name else (f"{part[:2]}{_ANGLES[name]}",) for part in sides_of(name)]
-            places = np.array([np.mean([at.get(joint, nothing) for joint in own], axis=0) for own in joints])
-            aside = (
-                np.sign(places[:, 0] - np.nanmean(places[:, 0]))
-                if is_finite(places).all()
-                else places[:, 0] > 0
-            )
-            for own, value, place, to in zip(joints, values[row], places, aside, strict=True):
-                if np.isfinite(value) and is_finite(place):
-                    (width, height), _ = _extent(text := f"{value:z.0f}", self.thick)
-                    left = place[0] + to * (4 * self.thick + width / 2 + 4) - width / 2
-                    _write(
-                        small,
-                        text,
-                        (left, place[1] + height / 2),
-                        self.thick,
-                        faint(side_colour(*own), _GROUND),
-                    )
+        unseen = keypoints.confidence[row] < LEAST_SCORE
+        at = np.where(unseen[:, None], np.nan, self._on_small(points))
+        _draw_bones(small, at, keypoints.layout, self.thick)
+        for name, point in zip(keypoints.layout.joints, at, strict=True):
+            if is_finite(point):
+                place, radius = _fixed(point), _unit(3.0 * self.thick)
+                cv2.circle(small, place, radius, side_colour(name), -1, cv2.LINE_AA, _FIXED)
+                cv2.circle(small, place, radius, _PALE, max(1, self.thick // 2), cv2.LINE_AA, _FIXED)
 
     def _on_small(self, pixels: np.ndarray) -> np.ndarray:
         """Pixels (..., 2) of the video, whose centres are whole numbers, in the smaller image."""
@@ -205,29 +170,22 @@ class _Page:
         """The two views of the skeleton, the angles, and the time."""
         height, width = self.size[1], self.size[0] - self.image_size[0]
         panel, line = np.full((height, width, 3), DARK, np.uint8), self.line
-        for i, view in enumerate(self.views):
+        for i, (name, places) in enumerate(self.views.items()):
             left = i * width // len(self.views)
-            _write(panel, view.name, (left + 8, line), self.thick)
+            _write(panel, name, (left + 8, line), self.thick)
             if row is not None:
-                _draw_bones(
-                    panel, view.places[row] + (left, 0), self.body.layout, 3 * self.thick, view.near[row]
-                )
+                _draw_bones(panel, places[row] + (left, 0), self.body.layout, 3 * self.thick)
         bottom = height - 8 - (len(self.angles) + 1) * line
         if row is not None and self.angles:
             _write(panel, "degrees, +/- half the 90 % band", (8, bottom), self.thick)
             for name, (values, bands) in self.angles.items():
                 bottom += line
                 _write(panel, _ANGLES[name], (8, bottom), self.thick)
-                told = zip(sides_of(name), values[row], bands[row], strict=True)
-                for i, (part, value, band) in enumerate(told):
-                    left = width * (1 + i) // 3
-                    _write(
-                        panel,
-                        _in_words(value, band),
-                        (left, bottom),
-                        self.thick,
-                        faint(side_colour(part), _GROUND),
-                    )
+                for i, (part, value, band) in enumerate(
+                    zip(sides_of(name), values[row], bands[row], strict=True)
+                ):
+                    place, ground = (width * (1 + i) // 3, bottom), faint(side_colour(part), _GROUND)
+                    _write(panel, _in_words(value, band), place, self.thick, ground)
         at = f"{self.body.times[row]:.2f} s" if row is not None else "no pose"
         _write(panel, f"{at}, frame {number}", (8, height - 8), self.thick)
         return panel
@@ -240,37 +198,24 @@ def _in_words(value: float, band: float) -> str:
     return f"{value:z.0f} +/- {band:.0f}" if np.isfinite(band) else f"{value:z.0f} +/- ?"
 
 
-@dataclass(frozen=True, eq=False)
-class _View:
-    """places: (T, J, 2) pixels of the body's joints in its part of the panel. near: (T, J) how near they are."""
-
-    name: str
-    places: np.ndarray
-    near: np.ndarray
-
-
-def _views(body: PoseSequence, width: int, height: int) -> list[_View]:
-    """All at one scale, in which the whole take's body fits into so many pixels."""
-    seen = {name: rotate(np.array(axes), body.joints) for name, axes in _SIDES.items()}
-    reach = {name: _range(points[..., :2]) for name, points in seen.items()}
+def _views(body: PoseSequence, width: int, height: int) -> dict[str, np.ndarray]:
+    """By the name of a view, pixels (T, J, 2) of the body's joints in its part of the panel; all at one scale, in which
+    the whole take's body fits into so many pixels."""
+    views = {name: rotate(np.array(axes), body.joints) for name, axes in _SIDES.items()}
+    reach = {name: _range(points) for name, points in views.items()}
     scale = 0.9 * min(float(np.min((width, height) / (high - low))) for low, high in reach.values())
-    return [
-        _View(
-            name,
-            (points[..., :2] - (low + high) / 2) * (scale, -scale) + (width / 2, 0.52 * height),
-            points[..., 2],
-        )
-        for name, points in seen.items()
-        for low, high in [reach[name]]
-    ]
+    return {
+        name: (points - sum(reach[name]) / 2) * (scale, -scale) + (width / 2, 0.52 * height)
+        for name, points in views.items()
+    }
 
 
 def _range(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest (2,) of points (T, J, 2), but for outliers; a unit square of none."""
-    seen = points[is_finite(points)]
-    if not len(seen):
+    known = points[is_finite(points)]
+    if not len(known):
         return np.zeros(2), np.ones(2)
-    low, high = np.percentile(seen, [0.2, 99.8], axis=0)
+    low, high = np.percentile(known, [0.2, 99.8], axis=0)
     return low, np.maximum(high, low + 1e-6)
 
 
@@ -278,16 +223,11 @@ def _by_frame(poses: PoseSequence) -> dict[int, int]:
     return {int(frame): row for row, frame in enumerate(poses.frame_index)}
 
 
-def _draw_bones(
-    image: np.ndarray, at: np.ndarray, layout: Layout, thick: int, near: np.ndarray | None = None
-) -> None:
-    """Lines between points (J, 2) in the colours of sides, the nearest last where it is told how near they are (J,)."""
+def _draw_bones(image: np.ndarray, at: np.ndarray, layout: Layout, thick: int) -> None:
+    """Lines between points (J, 2) in the colours of sides."""
     import cv2
 
-    bones = layout.bones
-    if near is not None:
-        bones = sorted(bones, key=lambda bone: float(np.nan_to_num(near[layout.indices(bone)].sum())))
-    for bone in bones:
+    for bone in layout.bones:
         ends = at[layout.indices(bone)]
         if is_finite(ends).all():
             cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), side_colour(*bone), thick, cv2.LINE_AA, _FIXED)
@@ -297,17 +237,10 @@ def _write(image: np.ndarray, text: str, at: Sequence[float], thick: int, ground
     import cv2
 
     place, font, size = (round(at[0]), round(at[1])), cv2.FONT_HERSHEY_SIMPLEX, 0.15 + 0.15 * thick
-    (width, height), below = _extent(text, thick)
+    (width, height), below = cv2.getTextSize(text, font, size, max(1, thick // 2))
     corners = (place[0] - 3, place[1] - height - 3), (place[0] + width + 3, place[1] + below)
     cv2.rectangle(image, *corners, ground, -1)
     cv2.putText(image, text, place, font, size, _PALE, max(1, thick // 2), cv2.LINE_AA)
-
-
-def _extent(text: str, thick: int) -> tuple[Sequence[int], int]:
-    """Width and height in pixels, and what reaches below the line."""
-    import cv2
-
-    return cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 0.15 + 0.15 * thick, max(1, thick // 2))
 
 
 def _fixed(point: Sequence[float] | np.ndarray) -> tuple[int, int]:

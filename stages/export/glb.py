@@ -33,8 +33,7 @@ _SHORTEST = 1e-6  # what is shorter has neither a direction nor a surface
 def write_glb(take: Take, path: Path) -> tuple[Notice, ...]:
     """An armature of one joint node for each joint, named so, at rest in the T-pose, its y axis along its bone; the
     animation turns them, and moves the pelvis where its path is known, in the take's unit of length from 0 s on. One
-    mesh with the bones' surfaces is its skin; while a joint's rotation or that of one above it is not known, a morph
-    target takes the bone's surface away.
+    mesh with the bones' surfaces is its skin.
     asset.extras holds the provenance, the axes, the unit, the second of the take at which the file begins, where its
     origin is, and in how many frames of which joint what was last known is held.
 
@@ -44,8 +43,6 @@ def write_glb(take: Take, path: Path) -> tuple[Notice, ...]:
     arrays, skeleton = _Arrays(), found.skeleton
     armature_node, body_node = len(skeleton.names), len(skeleton.names) + 1
     R_scene_from_rest = _rest_axes(skeleton)
-    bones = _bones(found)
-    hidden = [bone for bone, shown in bones.items() if not shown.all()]
     content = {
         "asset": {
             "version": "2.0",
@@ -69,13 +66,8 @@ def write_glb(take: Take, path: Path) -> tuple[Notice, ...]:
                 "skeleton": 0,
             }
         ],
-        **_mesh(found, list(bones), hidden, arrays),
-        "animations": [
-            {
-                "name": take.name,
-                **_animation(found, R_scene_from_rest, [bones[bone] for bone in hidden], body_node, arrays),
-            }
-        ],
+        **_mesh(found, arrays),
+        "animations": [{"name": take.name, **_animation(found, R_scene_from_rest, arrays)}],
         "accessors": arrays.accessors,
         "bufferViews": arrays.views,
         "buffers": [{"byteLength": len(arrays.content)}],
@@ -99,29 +91,11 @@ class _Arrays:
 
     def add(self, values: np.ndarray, target: int | None = None) -> int:
         """The number of the accessor of values (N,), (N, D), or (N, 4, 4) matrices."""
-        return self._accessor({"bufferView": self._view(values, target)}, values)
-
-    def add_sparse(self, values: np.ndarray) -> int:
-        """The same of values (N, D), most of whose rows are 0: only the others are stored."""
-        rows = np.flatnonzero(values.any(axis=1))
-        told: dict[str, Any] = {}
-        if len(rows):
-            told["sparse"] = {
-                "count": len(rows),
-                "indices": {
-                    "bufferView": self._view(rows.astype(np.uint16)),
-                    "componentType": _TYPES[np.dtype(np.uint16)],
-                },
-                "values": {"bufferView": self._view(values[rows])},
-            }
-        return self._accessor(told, values)
-
-    def _accessor(self, told: dict[str, Any], values: np.ndarray) -> int:
         rows = values.reshape(len(values), -1)
         kind = {1: "SCALAR", 2: f"VEC{rows.shape[1]}", 3: f"MAT{values.shape[-1]}"}[values.ndim]
         self.accessors.append(
             {
-                **told,
+                "bufferView": self._view(values, target),
                 "componentType": _TYPES[values.dtype],
                 "count": len(values),
                 "type": kind,
@@ -187,26 +161,13 @@ def _inverse_binds(rest: np.ndarray, R_scene_from_rest: np.ndarray) -> np.ndarra
     return columns
 
 
-def _bones(found: Armature) -> dict[int, np.ndarray]:
-    """By the joint where a bone ends, in which frames (N,) its direction is known; without a length there is none."""
-    known = found.known.copy()
-    skeleton = found.skeleton
-    for joint, parent in enumerate(skeleton.parents[1:], 1):
-        known[:, joint] &= known[:, parent]
-    return {
-        joint: known[:, parent]
-        for joint, parent in enumerate(skeleton.parents)
-        if parent >= 0 and np.linalg.norm(skeleton.offsets[joint]) > _SHORTEST
-    }
-
-
-def _mesh(found: Armature, bones: list[int], hidden: list[int], arrays: _Arrays) -> dict[str, Any]:
-    """The skin: the surfaces of all bones, a part for each side, each bone's turned by the joint where it begins.
-
-    bones: the joints where they end; hidden: those of them with a morph target that draws the surface into one point.
-    """
+def _mesh(found: Armature, arrays: _Arrays) -> dict[str, Any]:
+    """The skin: the surfaces of all bones that have a length, a part for each side, each bone's turned by the joint
+    where it begins."""
     skeleton = found.skeleton
     rest = skeleton.rest + found.rest_root
+    long = np.linalg.norm(skeleton.offsets, axis=1) > _SHORTEST
+    bones = [joint for joint, parent in enumerate(skeleton.parents) if parent >= 0 and long[joint]]
     parts = []
     for number, side in enumerate(_MATERIALS):
         joints = [joint for joint in bones if _side(skeleton.names[joint]) == side]
@@ -230,22 +191,8 @@ def _mesh(found: Armature, bones: list[int], hidden: list[int], arrays: _Arrays)
             "indices": arrays.add(faces.ravel().astype(np.uint16), _INDICES),
             "material": number,
         }
-        if hidden:
-            inwards = (rest[starts] - points).astype(np.float32)
-            part["targets"] = [
-                {"POSITION": arrays.add_sparse(np.where(ends[:, None] == joint, inwards, np.float32(0)))}
-                for joint in hidden
-            ]
         parts.append(part)
-    mesh: dict[str, Any] = {"name": "body", "primitives": parts}
-    if hidden:
-        mesh["weights"] = [0.0] * len(hidden)
-        mesh["extras"] = {
-            "targetNames": [
-                f"without {skeleton.names[skeleton.parents[joint]]} to {skeleton.names[joint]}"
-                for joint in hidden
-            ]
-        }
+    mesh = {"name": "body", "primitives": parts}
     return {"meshes": [mesh], "materials": [_material(name, colour) for name, colour in _MATERIALS.items()]}
 
 
@@ -253,33 +200,22 @@ def _side(joint: str) -> str:
     return {"l": "left", "r": "right"}.get(joint.partition("_")[0], "middle")
 
 
-def _animation(
-    found: Armature, R_scene_from_rest: np.ndarray, shown: list[np.ndarray], body: int, arrays: _Arrays
-) -> dict[str, Any]:
-    """Channels and samplers. shown: for each morph target in which frames (N,) its bone is shown; body: the mesh's
-    node."""
+def _animation(found: Armature, R_scene_from_rest: np.ndarray, arrays: _Arrays) -> dict[str, Any]:
+    """Channels and samplers."""
     parents = found.skeleton.parents
     time = arrays.add((np.arange(len(found.root)) / found.fps).astype(np.float32))
     moving = []
     if found.moves:
-        moving.append((0, "translation", time, arrays.add(found.root.astype(np.float32)), "LINEAR"))
+        moving.append((0, "translation", arrays.add(found.root.astype(np.float32))))
     for joint in sorted(set(parents[1:])):
         above = R_scene_from_rest[max(parents[joint], 0)]
         R = above.T @ found.R_parent_from_joint[:, joint] @ R_scene_from_rest[joint]
-        moving.append((joint, "rotation", time, arrays.add(_continuous(_quaternions(R))), "LINEAR"))
-    if shown:
-        weights = np.stack([~each for each in shown], axis=1).astype(np.float32)
-        rows = np.concatenate([[0], np.flatnonzero(np.diff(weights, axis=0).any(axis=1)) + 1])
-        changes = arrays.add((rows / found.fps).astype(np.float32))
-        moving.append((body, "weights", changes, arrays.add(weights[rows].ravel()), "STEP"))
+        moving.append((joint, "rotation", arrays.add(_continuous(_quaternions(R)))))
     return {
         "channels": [
-            {"sampler": i, "target": {"node": node, "path": what}}
-            for i, (node, what, *_) in enumerate(moving)
+            {"sampler": i, "target": {"node": node, "path": what}} for i, (node, what, _) in enumerate(moving)
         ],
-        "samplers": [
-            {"input": at, "output": values, "interpolation": between} for _, _, at, values, between in moving
-        ],
+        "samplers": [{"input": time, "output": values, "interpolation": "LINEAR"} for _, _, values in moving],
     }
 
 
