@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from ..models.detector.leaps import LARGER
 from ..models.detector.load import load_detector
 from ..models.detector.topdown import Follower
 from ..models.detector.video import detect
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.layouts import LIMBS, layout_named
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, package_version
@@ -23,12 +21,10 @@ from ..pipeline.files.detections import Detections, listed
 from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.files.video_frames import shown_size
+from ..pipeline.reading.again import first_names, joined, may_be
 from ..pipeline.reading.bounds import check_fps, rate_doubts, timed
 from ..pipeline.reading.choose import choose_detected
-from ..pipeline.reading.tracker import PACE, REACH, extent
 from ..pipeline.signals.swaps import treated
-
-_FASTEST = 6.0  # of a body's size a second: a sprint of 10 m/s
 
 
 @dataclass(frozen=True)
@@ -76,11 +72,14 @@ class Detect:
                 "another --detector, or check that the person is upright in the image, large enough, and in view with "
                 "shoulders and hips.",
             )
+        tracks = found.people()
+        names = first_names(tracks, video)
+        people = joined(tracks, names)
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)
-            found.save(self.folder / KEYPOINTS)
-        people = found.people()
-        chosen = choose_detected(people, told.person, str(video.path))
+            same = np.array([int(names[str(person)]) for person in found.person], found.person.dtype)
+            replace(found, person=same).save(self.folder / KEYPOINTS)
+        chosen = choose_detected(people, names.get(str(told.person), told.person), str(video.path))
         keypoints = chosen if told.fps is None else timed(chosen, told.fps).with_(notices=chosen.notices)
         _, keypoints, swapped, _ = treated(None, keypoints, told.swaps)
         assert keypoints is not None
@@ -96,31 +95,8 @@ def _notices(
     """What the user should know about who was found where. size: the image's width and height."""
     notices = [*chosen.notices, *found.doubts(chosen)]
     others = sorted((one for one in people if one.person != chosen.person), key=len, reverse=True)
-    again = [one.person for one in others if _may_be(found, one, chosen, size)]
+    again = [one for one in others if may_be(one, chosen, size)]
     if again:
-        notices.append(notice("lost-and-found", again=listed(again), person=chosen.person))
+        whose = {"again": listed([one.person for one in again]), "frames": sum(map(len, again))}
+        notices.append(notice("lost-and-found", **whose, person=chosen.person))
     return notices
-
-
-def _may_be(found: Detections, one: PoseSequence, other: PoseSequence, size: tuple[int, int]) -> bool:
-    """Whether two tracks may be of one person: never in one image, in one scene, and wherever one goes on for the
-    other, as large, by all but the arms, which may be up, and within reach of one who had not gone out of the image.
-    size: the image's width and height."""
-    rows = np.isin(found.person, [int(one.person), int(other.person)])
-    corners, time_s, frames = found.box[rows].reshape(-1, 2, 2), found.time_s[rows], found.frame_index[rows]
-    ends = np.flatnonzero(np.diff(found.person[rows]))
-    goes_on = ends + 1
-    if (np.diff(frames) <= 0).any() or np.ptp(np.searchsorted(found.cuts, frames, side="right")):
-        return False
-    middle, layout = corners.mean(axis=1), layout_named(found.layout)
-    trunk_legs = [joint for joint in LIMBS if joint in layout and not joint.endswith(("elbow", "wrist"))]
-    body = extent(found.joints[rows][:, layout.indices(trunk_legs)])
-    larger, smaller = (of(body[ends], body[goes_on]) for of in (np.maximum, np.minimum))
-    away_s = time_s[goes_on] - time_s[ends]
-    way = np.linalg.norm(middle[goes_on] - middle[ends], axis=1)
-    near = way <= (REACH + _FASTEST * away_s) * np.maximum(*(extent(corners)[at] for at in (ends, goes_on)))
-    before = np.maximum(ends - PACE, np.concatenate([[0], goes_on[:-1]]))
-    went_s = np.maximum(time_s[ends] - time_s[before], 1e-9)
-    gone_to = middle[ends] + (middle[ends] - middle[before]) * (away_s / went_s)[:, None]
-    left = (corners[ends, 0] <= 0) & (gone_to < 0) | (corners[ends, 1] >= size) & (gone_to > size)
-    return bool(((larger <= LARGER * smaller) & near & ~left.any(axis=1)).all())

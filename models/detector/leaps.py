@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.files.detections import MOVES, Detections
-from ...pipeline.reading.tracker import extent, steps
+from ...pipeline.reading.tracker import LARGER, extent, steps
 from ...pipeline.signals.visibility import LEAST_SCORE
 
 # Joints and image change this many times as much as in each of the images beside, and joints move by that much of the
@@ -14,10 +14,10 @@ from ...pipeline.signals.visibility import LEAST_SCORE
 # more; in ninety other clips, films among them, never 1.6 times.
 _TIMES, _BESIDE, _MOVES = 2.0, 3, 0.04
 # Somebody else goes on where joints move by so much of the body's size from one frame to the next, or farther by so
-# much a second that nobody is seen, and then stay: so far from where they were going, or so many times larger or
+# much a second that nobody is seen, and then stay: so far from where they were going, or LARGER times larger or
 # smaller, by medians over so long before and after, or over _PATH frames where these last longer.
 _STEP, _A_SECOND, _FRAME_S = 0.12, 2.5, 1 / 30
-_APART, LARGER, _NEAR_S = 0.15, 1.28, 0.25
+_APART, _NEAR_S = 0.15, 0.25
 _PATH = 4  # frames that show where somebody was going
 _FEWEST = 3  # joints that tell how far a body has moved
 

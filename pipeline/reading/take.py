@@ -19,6 +19,7 @@ from ..signals.altered import alterations, altered, without_altered
 from ..signals.findings import findings_of
 from ..signals.swaps import treated
 from ..signals.visibility import check_size
+from .again import rejoined
 from .bounds import check_times
 from .choose import RANKS, choose_detected, choose_person, same_person
 from .clock import (
@@ -382,7 +383,7 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
     file, options = files.keypoints, files.options
     if file is None:
         return None
-    tracks = file.people
+    tracks = file.people if poses is not None else _tracks(files, file)
     if options.keypoints_person is not None:
         return file.normalised(choose_person(tracks, options.keypoints_person, str(file.path)))
     if options.person is None and len(tracks) > 1 and poses is not None and not poses.frames_known:
@@ -412,6 +413,17 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
     if poses is None and file.adapter.name == "keypoints":  # as the run that detected them
         return file.normalised(choose_detected(tracks, person, str(file.path)))
     return file.normalised(choose_person(tracks, person, str(file.path)))
+
+
+def _tracks(files: _Files, file: Source) -> tuple[PoseSequence, ...]:
+    """The tracks of a file of keypoints; those of one person as one where a video's images show it, and nobody is asked
+    for by a name of the file."""
+    video, options = files.video, files.options
+    asked_for = options.keypoints_person or options.person
+    if video is None or options.first_frame is not None or asked_for not in (None, *RANKS):
+        return file.people
+    within = all(one.frames_known and one.frame_index[-1] < len(video.time_s) for one in file.people)
+    return rejoined(file.people, video) if within else file.people
 
 
 def _doubts(lead: PoseSequence, keypoints: PoseSequence | None, video: Video | None) -> list[Notice]:

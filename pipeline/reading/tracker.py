@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 REACH = 0.5  # of the body's size: how far a person's joints may have moved, on average, since last seen
+LARGER = 1.28  # times that one person may be larger or smaller than where the track goes on
 MEMORY = 30  # frames after which somebody who was lost counts as a new person
 PACE = 10  # frames over which it is seen how people move on
 _NEVER = 1e6

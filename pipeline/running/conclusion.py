@@ -20,6 +20,7 @@ from .people import PersonRun
 
 _MOST = 3  # notices of a command; the rest is in the report
 _FIRST = ("person-chosen", "lost-and-found")  # who was visible and left out comes before the result
+_OTHERS = (*_FIRST, "joined-again")  # without them there is one person, whose name says nothing
 _SAID = (
     "note",
     "repair",
@@ -119,11 +120,18 @@ def trust(take: Take) -> tuple[int, str]:
 
 
 def seen(take: Take) -> str:
-    """What a take shows, in a line: how long it is, and what moved (pipeline/core/answer.py)."""
+    """What a take shows, in a line: how long it is, how much of the video and of whom, and what moved
+    (pipeline/core/answer.py)."""
     rows = take.rows
     if rows is None:
         return "Nobody was seen."
     length = how_many(len(rows), "frame")
+    if take.video is not None:
+        first, last = take.video.span
+        if len(rows) < (whole := last + 1 - first):
+            length = f"{len(rows)} of the video's {how_many(whole, 'frame')} ({100 * len(rows) // whole} %)"
+    if any(each.code in _OTHERS for each in take.notices):
+        length += f", of person {rows.person}"
     if rows.time_s is not None:
         length = f"{rows.duration_s:.1f} s, {length}"
     return " ".join([f"{length}.", *answer(take)])

@@ -12,6 +12,7 @@ from pcnet3d.pipeline import Z_UP, InputError, Take
 from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.messages import set_detail
 from pcnet3d.pipeline.core.notices import notice, own_notice
+from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.files.viewer import view_page
 from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, trust
 from pcnet3d.stages import rectify
@@ -170,3 +171,12 @@ def test_without_a_page_one_of_the_runs_inside_is_named(tmp_path: Path):
     (tmp_path / "1" / "report.html").touch()
     with pytest.raises(InputError, match=r"it holds runs, such as .*1"):
         view_page(tmp_path)
+
+
+def test_the_first_line_says_how_much_of_the_video_and_of_whom(take):
+    """Half of a video was left out, and the first line said how long the rest was."""
+    frames = len(take.poses)
+    whole = Video(Path("film.mp4"), 320, 240, np.arange(2 * frames) / 30, "h264")
+    part = take.with_(video=whole).saying(notice("lost-and-found", person="0", again="2", frames=frames))
+    assert f"{frames} of the video's {2 * frames} frames (50 %), of person 0. " in f"{seen(part)} "
+    assert "video" not in seen(take.with_(video=replace(whole, part=(0, frames - 1))))
