@@ -35,6 +35,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m accidents", description=__doc__)
     parser.add_argument("folder", type=Path, help="where finished ones are kept")
     parser.add_argument("--only", default="", help="edits and takes whose name has this pattern")
+    parser.add_argument("--part", default="", help='"first", "chosen by" or "looked at once"; all')
     parser.add_argument("--honest", type=int, default=300, help="how many honest takes")
     parser.add_argument("--every", type=int, default=1, help="only every so many-th edit")
     given = parser.parse_args()
@@ -73,7 +74,7 @@ def _edits(given: argparse.Namespace) -> list[Outcome]:
     path, before = given.folder / "edits.jsonl", dict[str, Take]()
     done, all_bases, outcomes = _kept(path), bases(given.folder), []
     for edit in list(edits())[:: given.every]:
-        if not re.search(given.only, str(edit)):
+        if not re.search(given.only, str(edit)) or given.part not in ("", edit.part):
             continue
         if str(edit) not in done:
             done[str(edit)] = judged(edit, all_bases, before, given.folder / "run").fields()

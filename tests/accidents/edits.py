@@ -11,9 +11,9 @@ from scipy.ndimage import uniform_filter1d
 
 from pcnet3d.pipeline.core.layouts import COCO17, H36M17, Layout
 
-from .material import Given
+from .material import Bases, Given
+from .slips import CHOSEN_BY, SLIPS
 
-Bases = dict[str, Given]
 CLOCK = (
     "rate-against-movement", "rows-lost", "rows-added", "fps-contradicts",
 )  # fmt: skip
@@ -33,12 +33,13 @@ PEOPLE = ("leaps", "leap-between-people", "strays-removed", "people-by-poses-alo
 @dataclass(frozen=True)
 class Edit:
     """base, name; codes: one of which has to be told, unless it is refused; empty where all is fine, and then figures
-    may change, for the take is another one."""
+    may change, for the take is another one. part: "first", or of the later ones "chosen by" and "looked at once"."""
 
     base: str
     name: str
     make: Callable[[Given, Bases], Given]
     codes: tuple[str, ...] = ()
+    part: str = "first"
 
     def __str__(self) -> str:
         return f"{self.base}: {self.name}"
@@ -58,6 +59,9 @@ def edits() -> Iterator[Edit]:
     for base in ("walker", "walk_crop"):
         for name, (make, codes) in FILMED.items():
             yield Edit(base, name, make, codes)
+    for name, (takes, make, codes) in SLIPS.items():
+        for base in takes:
+            yield Edit(base, name, make, codes, "chosen by" if name in CHOSEN_BY else "looked at once")
 
 
 def _rows(given: Given, rows: np.ndarray) -> Given:

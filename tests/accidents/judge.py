@@ -11,8 +11,8 @@ from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.measures import Measure, Remark
 from pcnet3d.pipeline.core.take import Take
 
-from .edits import Bases, Edit
-from .material import Given, run
+from .edits import Edit
+from .material import Bases, Given, run
 
 SD_90 = 1.645
 # Of figures without a stated error: as wide as those of the built-in lifter are on average.

@@ -56,6 +56,9 @@ class Given:
         return np.array(self.words["image_size"], dtype=float)
 
 
+Bases = dict[str, Given]
+
+
 def run(given: Given, folder: Path) -> Take:
     """The take as `pcnet3d run` has it before it writes. InputError as there."""
     folder.mkdir(parents=True, exist_ok=True)
