@@ -2,13 +2,14 @@
 
 The optical flow between two frames (Kroeger et al., Fast Optical Flow using Dense Inverse Search, ECCV 2016) is read at
 the keypoints and held against their own movement, for the keypoints as they are numbered and for other ones: some rows
-earlier or later, as of a part, by another rate, backwards, mirrored.
+earlier or later, as of a part; from some frame on, as where rows were left out; by another rate; backwards; mirrored.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.reading.together import RATES
+
+Movements = tuple[np.ndarray, np.ndarray]  # of images and of keypoints
 
 SIDE = 480  # pixels of the longer side of what is looked at
 _STEP_S = 0.07  # between the two images of a pair
@@ -25,34 +28,51 @@ _JOINTS = tuple(
     f"{side}_{part}" for side in "lr" for part in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
 )
 _SCORE = 0.3  # of a keypoint that was seen
-NEAR_LAGS = range(-10, 11)  # rows
+NEAR_LAGS = range(-15, 16)  # rows
+# Of a lag that grows from the first row on, as where every so many-th row was left out: how much at most, and in how
+# many steps, of so many rows at the end.
+_GROWS, _AT_THE_END = 0.15, 2
 _FEWEST = 60  # movements of a joint
 _MOVES = 1.5  # pixels of SIDE: the root mean square of keypoints' movements below which nothing can be told
 # Of eight real and rendered films with their own keypoints (MoveNet's; walk_crop, the demo, four cameras of Pose2Sim's
-# take, the walker) movements are alike by 0.45 and more, and no shift betters that by more than 0.03 in a track of two
-# seconds, 0.05 in one of 23 frames, which loses a part of its pairs by a shift; of other recordings, mirrored and
-# reversed ones and those of half the rate by 0.37 at most, and a shift of three rows costs 0.04 to 0.26.
-_ALIKE, _USUAL = 0.41, 0.45
-_BETTER, _CLEARLY_BETTER = 0.04, 0.08  # than what is less than usual, and than any
+# take, the walker) movements are alike by 0.45 and more; of other recordings, mirrored and reversed ones and those of
+# half the rate by 0.37 at most.
+_ALIKE = 0.41
+# No other numbering betters those films' own by more than 0.04; where one row in 16 was left out it is 0.05 to 0.36, of
+# keypoints made at 25 frames a second for 30 0.19 to 0.51. Where somebody goes is nearly the same some rows later, how
+# the limbs move about the body is not: of the whole body's movement so large a share is left out.
+_BETTER, _COMMON = 0.05, 0.7
 _OTHER_WAY = 0.15
 _OF_A_PART = 0.6  # of the best of all shifts: among so many one is alike by chance
+
+
+class Way(NamedTuple):
+    """How keypoints are numbered: `lag` rows later, from the video's frame `since` on, or `rate` times as fast."""
+
+    lag: int = 0
+    rate: float = 1.0
+    since: int | None = None
+
+    def numbers(self, first: int) -> Callable[[np.ndarray], np.ndarray]:
+        """What number keypoints have at frames of the video. first: their first one."""
+        return lambda frames: first + (frames - first) * self.rate + self.lag * (frames >= (self.since or 0))
 
 
 @dataclass(frozen=True)
 class Flow:
     """How alike the movements of keypoints and image are, from 1 to -1. joints: movements compared. moved: root mean
-    square of the keypoints', pixels of an image whose longer side has 480. alike: as they are numbered; best: where
-    their rows are `lag` later, or grow `rate` times as fast as the video's frames; mirrored: of keypoints that are
-    mirrored; backwards: of ones that run backwards."""
+    square of the keypoints', pixels of an image whose longer side has 480. alike: as they are numbered; best: if
+    they were numbered in another way; gain: by how much that is more, in the images that both ways have; mirrored: of
+    keypoints that are mirrored; backwards: of ones that run backwards."""
 
     joints: int
     moved: float
     alike: float
     best: float
-    lag: int
+    gain: float
+    way: Way
     mirrored: float
     backwards: float
-    rate: float = 1.0
 
     @property
     def how(self) -> str | None:
@@ -63,12 +83,13 @@ class Flow:
             return ": they move as in a video that " + (
                 "is mirrored" if way == "mirrored" else "runs backwards"
             )
-        better = _BETTER if self.alike < _USUAL else _CLEARLY_BETTER
-        least = _OF_A_PART if self.lag not in NEAR_LAGS else _ALIKE
-        if self.best > max(self.alike + better, least) and (abs(self.lag) > 1 or self.rate != 1):
-            if self.rate != 1:
-                return f": they fit where their numbers grow {self.rate:.3g} times as fast as the video's"
-            return f": they fit {abs(self.lag)} frames {'later' if self.lag > 0 else 'earlier'}"
+        lag, rate, since = self.way
+        least = _OF_A_PART if lag not in NEAR_LAGS else _ALIKE
+        if self.gain > _BETTER and self.best > least and (abs(lag) > 1 or rate != 1):
+            if rate != 1:
+                return f": they fit where their numbers grow {rate:.3g} times as fast as the video's"
+            way = "later" if lag > 0 else "earlier"
+            return f": they fit {abs(lag)} frames {way}" + (f" from frame {since} on" if since else "")
         return "" if self.alike < _ALIKE else None
 
 
@@ -111,36 +132,46 @@ def flow_of(
     starts, ends = np.array(pairs).T
     first, last = keypoints.frame_index[[0, -1]].tolist()
 
-    def compared(
-        number: Callable[[np.ndarray], np.ndarray], mirrored: bool = False
-    ) -> tuple[float, int, float]:
-        """How alike, for keypoints that have these numbers at the video's frames; movements; their mean square."""
+    def moved(number: Callable[[np.ndarray], np.ndarray], mirrored: bool = False) -> Movements:
+        """(P, J, 2) movements of image and keypoints that have these numbers at the video's frames."""
         before, after = (_at(keypoints.frame_index, points, number(frames)) for frames in (starts, ends))
         if mirrored:
             before, after = ((scale * (width - 1), 0) - part * (1, -1) for part in (before, after))
-        image, moved = _moved(fields, before, after)
-        if len(moved) < _FEWEST:
-            return 0.0, len(moved), 0.0
-        spread = float(np.sqrt((image**2).sum() * (moved**2).sum()))
-        rms = float(np.sqrt((moved**2).sum(-1).mean()))
-        return float((image * moved).sum()) / spread if spread > 0 else 0.0, len(moved), rms
+        return _moved(fields, before, after)
 
-    tried = {(lag, 1.0): compared(lambda frames, lag=lag: frames + lag) for lag in lags}
-    tried |= {
-        (0, rate): compared(lambda frames, rate=rate: first + (frames - first) * rate)
-        for rate in RATES
-        if rate != 1
-    }
-    lag, rate = max(tried, key=lambda key: (tried[key][0], -abs(key[0]), -abs(key[1] - 1)))
-    best = tried[lag, rate]
-    alike, joints, rms = compared(lambda frames: frames)
+    ways = [Way(lag) for lag in lags]
+    near = lags == NEAR_LAGS  # else of a part
+    if near:
+        cuts = [int(start) for start in starts[1:][np.diff(starts) > 1]]
+        ways += [Way(0, rate) for rate in _rates(last - first)]
+        ways += [Way(lag, 1.0, cut) for lag in lags for cut in cuts if lag]
+    tried = {way: moved(way.numbers(first)) for way in ways}
+    numbered = moved(lambda frames: frames)
+    better = {way: _gain(tried[way], numbered) if near else _alike(*tried[way]) for way in ways}
+    way = max(ways, key=lambda way: (better[way], way.since is None, -abs(way.lag), -abs(way.rate - 1)))
+    gain = better[way] if near else better[way] - _alike(*numbered)
+    joints = _count(*numbered)
     if joints < _FEWEST:  # as where a part is numbered from 0, and nobody was there yet
-        if best[0] < _OF_A_PART:
+        if near or better[way] < _OF_A_PART:
             return None
-        joints, rms = best[1:]
-    mirrored = compared(lambda frames: frames, mirrored=True)[0]
-    backwards = compared(lambda frames: first + last - frames)[0]
-    return Flow(joints, rms, alike, best[0], lag, mirrored, backwards, rate)
+        numbered, joints = tried[way], _count(*tried[way])
+    return Flow(
+        joints,
+        float(np.sqrt((numbered[1] ** 2).sum() / joints)),
+        _alike(*numbered),
+        _alike(*tried[way]),
+        gain,
+        way,
+        mirrored=_alike(*moved(lambda frames: frames, mirrored=True)),
+        backwards=_alike(*moved(lambda frames: first + last - frames)),
+    )
+
+
+def _rates(rows: int) -> list[float]:
+    """Rates that are tried of a track of so many rows: those of one video that was made into another, and those of a
+    lag that grows."""
+    steps = max(round(_GROWS * rows / _AT_THE_END), 1)
+    return sorted({*RATES, *(1 + _GROWS * np.arange(-steps, steps + 1) / steps).tolist()} - {1.0})
 
 
 def _at(numbers: np.ndarray, points: np.ndarray, wanted: np.ndarray) -> np.ndarray:
@@ -156,15 +187,49 @@ def _at(numbers: np.ndarray, points: np.ndarray, wanted: np.ndarray) -> np.ndarr
     return np.where(share < 1e-9, of(whole), (1 - share) * of(whole) + share * of(whole + 1))
 
 
-def _moved(fields: np.ndarray, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(N, 2) movements of the images, by their flow (P, H, W, 2), and of keypoints from start to end (P, J, 2)."""
+def _moved(fields: np.ndarray, start: np.ndarray, end: np.ndarray) -> Movements:
+    """(P, J, 2) movements of the images, by their flow (P, H, W, 2), and of keypoints from start to end (P, J, 2); both
+    0 where one is not known."""
     column, row = np.moveaxis(np.round(np.nan_to_num(start, nan=-1)).astype(int), -1, 0)
     inside = (
         is_finite(start) & is_finite(end)
         & (column >= 0) & (column < fields.shape[2]) & (row >= 0) & (row < fields.shape[1])
     )  # fmt: skip
     pair, _ = np.nonzero(inside)
-    return fields[pair, row[inside], column[inside]].astype(np.float64), (end - start)[inside]
+    image, moved = np.zeros(start.shape), np.zeros(start.shape)
+    image[inside], moved[inside] = fields[pair, row[inside], column[inside]], (end - start)[inside]
+    return image, moved
+
+
+def _count(image: np.ndarray, moved: np.ndarray) -> int:
+    """How many movements are known."""
+    return int((image.any(axis=-1) | moved.any(axis=-1)).sum())
+
+
+def _alike(image: np.ndarray, moved: np.ndarray) -> float:
+    """How alike movements are, from 1 to -1; 0 where too few are known."""
+    spread = float(np.sqrt((image**2).sum() * (moved**2).sum()))
+    return float((image * moved).sum()) / spread if spread > 0 and _count(image, moved) >= _FEWEST else 0.0
+
+
+def _gain(tried: Movements, numbered: Movements) -> float:
+    """By how much more alike movements are than as they are numbered, in the pairs of images that both have; 0 where
+    these are less than half of the pairs."""
+    known = numbered[1].any(axis=(1, 2))
+    both = known & tried[1].any(axis=(1, 2))
+    if both.sum() < known.sum() / 2:
+        return 0.0
+    old, new = (
+        _alike(*(_less_common(part[both], each[1][both]) for part in each)) for each in (numbered, tried)
+    )
+    return new - old if new and old else 0.0
+
+
+def _less_common(movements: np.ndarray, keypoints: np.ndarray) -> np.ndarray:
+    """Movements (P, J, 2) less most of what a pair's joints have in common; keypoints: tells which are known."""
+    known = keypoints.any(axis=-1, keepdims=True)
+    common = (movements * known).sum(axis=1, keepdims=True) / np.maximum(known.sum(axis=1, keepdims=True), 1)
+    return (movements - _COMMON * common) * known
 
 
 def flow_notice(flow: Flow | None) -> Notice | None:

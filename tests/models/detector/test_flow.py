@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.detector.flow import Flow, flow_notice, flow_of, pairs_of
+from pcnet3d.models.detector.flow import Way, flow_notice, flow_of, pairs_of
 from pcnet3d.pipeline.core.frames import IMAGE
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.core.pose import PoseSequence
@@ -69,19 +69,6 @@ def test_of_a_person_who_stands_still_nothing_is_told(film):
     assert said(film, np.repeat(film[1][:1], FRAMES, axis=0)) is None
 
 
-@pytest.mark.parametrize(
-    ("alike", "best", "code"),
-    [
-        (0.61, 0.66, None),  # 23 frames of the man who runs, with their own keypoints
-        (0.52, 0.66, "keypoints-not-of-video"),  # the walker, five frames late
-        (0.40, 0.46, "keypoints-not-of-video"),
-    ],
-)
-def test_a_shift_has_to_better_by_far_what_is_as_alike_as_usual(alike, best, code):
-    found = flow_notice(Flow(229, 13.3, alike, best, 3, 0.1, 0.1))
-    assert (found and found.code) == code
-
-
 def test_where_there_are_key_frames_only_frames_behind_them_are_looked_at():
     pairs = pairs_of(0, 299, 30.0, range(0, 300, 50))
     assert {start // 50 for start, _ in pairs} == set(range(6))
@@ -89,14 +76,28 @@ def test_where_there_are_key_frames_only_frames_behind_them_are_looked_at():
     assert len(pairs) >= len(pairs_of(0, 299, 30.0))
 
 
-def test_keypoints_made_at_another_rate_are_told_with_the_rate_that_fits(film):
+def left_out(*rows):
+    return lambda at: np.delete(at, rows, axis=0)
+
+
+@pytest.mark.parametrize(
+    ("change", "way"),
+    [
+        (made_at(25 / 30), Way(0, 25 / 30)),
+        (made_at(24 / 30), Way(0, 24 / 30)),
+        (left_out(*range(9, FRAMES, 10)), Way(0, 0.9)),
+        (left_out(*range(30, 35)), Way(-5, 1.0, 30)),
+    ],
+)
+def test_a_lag_that_grows_or_begins_is_told_with_what_fits(film, change, way):
     """Keypoints of 25 frames a second beside the video of 30: a cadence of 115 for 97, and no word."""
-    for rate in (25 / 30, 24 / 30):
-        images, at = film
-        keypoints = PoseSequence(made_at(rate)(at), COCO17, IMAGE)
-        flow = flow_of(images, pairs_of(0, len(keypoints) - 1, 30.0), keypoints, SIDE)
-        assert flow.rate == pytest.approx(rate)
-        assert flow_notice(flow).code == "keypoints-not-of-video"
+    images, at = film
+    keypoints = PoseSequence(change(at), COCO17, IMAGE)
+    flow = flow_of(images, pairs_of(0, len(keypoints) - 1, 30.0), keypoints, SIDE)
+    assert flow_notice(flow).code == "keypoints-not-of-video"
+    assert flow.way.lag == pytest.approx(way.lag, abs=1)
+    assert flow.way.rate == pytest.approx(way.rate, abs=0.03)
+    assert (flow.way.since is None) == (way.since is None)
 
 
 def test_a_part_that_is_numbered_from_0_is_told_with_the_shift_that_fits(film):
@@ -104,7 +105,7 @@ def test_a_part_that_is_numbered_from_0_is_told_with_the_shift_that_fits(film):
     part = PoseSequence(at[25:50], COCO17, IMAGE)
     pairs = pairs_of(0, FRAMES - 1, 30.0)
     flow = flow_of(images, pairs, part, SIDE, range(-FRAMES, len(part)))
-    assert flow.lag == -25
+    assert flow.way.lag == -25
     assert "25 frames earlier" in flow.how
     other = PoseSequence(at[25:50][::-1] + np.random.default_rng(1).normal(0, 3, (25, 17, 2)), COCO17, IMAGE)
     assert not getattr(flow_of(images, pairs, other, SIDE, range(-FRAMES, 25)), "how", "")
