@@ -3,8 +3,7 @@
 The first line names the columns, in any order and case; further columns are left alone:
     time_s   seconds; may be absent when the rate is given
     ax ay az specific force in the sensor's axes, m/s^2 or g (told apart by the mean norm, which is one g)
-    qw qx qy qz the rotation that maps the sensor's axes into a right-handed world whose z points up; may be absent, and
-             then only the norm of the acceleration can be compared
+    qw qx qy qz the rotation that maps the sensor's axes into a right-handed world whose z points up
 Commas, semicolons or tabs separate the cells; lines that begin with # are comments; an empty cell or "nan" is missing.
 """
 
@@ -23,7 +22,7 @@ from .kit.opened import filled_lines, first_bytes
 
 name = "imu_csv"
 gives = "imu"
-reads = "one IMU as CSV: time_s, ax ay az with gravity, quaternion qw qx qy qz to a world with z up (or none)"
+reads = "one IMU as CSV: time_s, ax ay az with gravity, quaternion qw qx qy qz to a world with z up"
 
 _FORCE = ("ax", "ay", "az")
 _QUATERNION = ("qw", "qx", "qy", "qz")
@@ -52,18 +51,19 @@ def read(
         check_fps(rate_hz, "rate_hz", MOST_HZ)
     lines = [line for line in filled_lines(path, "an IMU's CSV file") if _content(line)]
     names = _names(lines)
-    wanted = (*_FORCE, *(_QUATERNION if set(_QUATERNION) & set(names) else ()))
+    wanted = (*_FORCE, *_QUATERNION)
     if not set(wanted) <= set(names):
         raise InputError(
             "wrong-content",
-            f"Expected columns {', '.join(wanted)} in {path}, got {', '.join(names) or 'none'}.",
+            f"Expected columns {', '.join(wanted)} in {path}, got {', '.join(names) or 'none'}; export the sensor's "
+            "orientation too.",
         )
     table = _table(path, lines, names)
     return (
         imu_from_samples(
             _times(path, table, rate_hz),
             np.stack([table[column] for column in _FORCE], axis=-1),
-            _rotations(table, maps) if "qw" in table else None,
+            _rotations(table, maps),
         ),
     )
 

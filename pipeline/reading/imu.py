@@ -54,7 +54,7 @@ class Imu:
     time_s: (T,) strictly increasing seconds of the sensor's own clock.
     force_mps2: (T, 3) specific force in the sensor's axes; NaN where missing.
     R_world_from_sensor: (T, 3, 3), into right-handed axes with z up and any heading; sensors that are to be
-        subtracted from each other share the world. None where the file does not say, so that only the norm is known.
+        subtracted from each other share the world.
     notices: what was done or found while reading.
 
     Raises InputError when shapes or order do not fit.
@@ -62,7 +62,7 @@ class Imu:
 
     time_s: np.ndarray
     force_mps2: np.ndarray
-    R_world_from_sensor: np.ndarray | None
+    R_world_from_sensor: np.ndarray
     notices: tuple[Notice, ...] = ()
 
     def __post_init__(self) -> None:
@@ -70,7 +70,7 @@ class Imu:
         for name, shape in (
             ("time_s", (rows,)),
             ("force_mps2", (rows, 3)),
-            *([] if self.R_world_from_sensor is None else [("R_world_from_sensor", (rows, 3, 3))]),
+            ("R_world_from_sensor", (rows, 3, 3)),
         ):
             array = np.array(getattr(self, name), dtype=np.float64)
             if array.shape != shape:
@@ -88,26 +88,16 @@ class Imu:
 
     @property
     def acceleration_mps2(self) -> np.ndarray:
-        """(T, 3) in the world, without gravity. InputError without an orientation."""
-        if self.R_world_from_sensor is None:
-            raise InputError(
-                "wrong-content",
-                "Expected the orientation of every IMU, one file has none; export its quaternions too.",
-            )
+        """(T, 3) in the world, without gravity."""
         return _in_world(self.R_world_from_sensor, self.force_mps2) - [0.0, 0.0, GRAVITY_MPS2]
 
 
-def imu_from_samples(time_s: np.ndarray, force: np.ndarray, R_world_from_sensor: np.ndarray | None) -> Imu:
-    """An Imu from specific force (T, 3) in a unit that the norm of its mean in the world, which is one g, tells, or
-    the median of its norms where orientations are unknown.
+def imu_from_samples(time_s: np.ndarray, force: np.ndarray, R_world_from_sensor: np.ndarray) -> Imu:
+    """An Imu from specific force (T, 3) in a unit that the norm of its mean in the world, which is one g, tells.
 
     InputError when the norm fits no unit, as without gravity, and when the orientations do not turn the mean specific
     force upwards, as the right ones do over any take.
     """
-    if R_world_from_sensor is None:
-        norms = np.linalg.norm(force[is_finite(force)], axis=-1)
-        norm = float(np.median(norms)) if len(norms) else np.nan
-        return _in_mps2(time_s, force, None, _unit_of(norm), norm)
     rows = is_finite(force) & is_finite(R_world_from_sensor.reshape(-1, 9))
     if not rows.any():
         raise InputError(
@@ -125,7 +115,8 @@ def imu_from_samples(time_s: np.ndarray, force: np.ndarray, R_world_from_sensor:
             f"acceleration, which is gravity's, leans {lean:.0f} degrees from up: check the order of the quaternions' "
             "numbers (w x y z), which way they map (-O maps=sensor_from_world), and which axis is the vertical.",
         )
-    return _in_mps2(time_s, force, R_world_from_sensor, unit, norm)
+    said = () if unit == "m/s^2" else (notice("imu-unit", unit=unit, gravity=norm),)
+    return Imu(time_s, force * _UNITS[unit], R_world_from_sensor, said)
 
 
 def _unit_of(norm: float) -> str:
@@ -139,17 +130,6 @@ def _unit_of(norm: float) -> str:
         f"them, got {norm:.3g} in the mean; export the accelerometer's own signal (not linear or free acceleration), "
         "and check the order of the quaternions' numbers (w x y z).",
     )
-
-
-def _in_mps2(
-    time_s: np.ndarray,
-    force: np.ndarray,
-    R_world_from_sensor: np.ndarray | None,
-    unit: str,
-    gravity: float,
-) -> Imu:
-    said = () if unit == "m/s^2" else (notice("imu-unit", unit=unit, gravity=gravity),)
-    return Imu(time_s, force * _UNITS[unit], R_world_from_sensor, said)
 
 
 def point_on(segment: str, joints: np.ndarray) -> np.ndarray:

@@ -94,17 +94,6 @@ def over_time(
     )
 
 
-def busiest(moved: np.ndarray, times: np.ndarray, shown_s: float) -> slice:
-    """The stretch of at most so many seconds over which moved (T,), from 0 on, adds up to most; NaN counts as 0."""
-    if times[-1] - times[0] <= shown_s:
-        return slice(None)
-    sums = np.cumsum(np.r_[0.0, np.nan_to_num(moved)])
-    stops = np.searchsorted(times, times + shown_s, side="right")
-    whole = stops[times + shown_s <= times[-1]]
-    start = int(np.argmax(sums[whole] - sums[: len(whole)]))
-    return slice(start, int(stops[start]))
-
-
 def _parted(curves: Sequence[Curve], x: np.ndarray) -> tuple[Sequence[Curve], np.ndarray, np.ndarray]:
     """Curves and x with a row without a value in each hole of x that filters do not bridge, and these rows (N,)."""
     rows = holes(x, BRIDGED_S)

@@ -1,7 +1,5 @@
 """Files of IMUs, written here and read back."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -70,7 +68,7 @@ def test_csv_comes_back_and_has_words_for_what_is_wrong(walk, tmp_path):
         (text.replace(lines[5], "a,b"), {}, ["r_forearm"], "a,b"),
         ("\n".join([lines[0], *lines[:0:-1]]), {}, ["r_forearm"], "increase"),
         (lines[0], {}, ["r_forearm"], "got 0"),
-        ("time_s,ax,ay,az\n0,0,0,0.1\n0.01,0.1,0,0\n", {}, ["r_forearm"], "include gravity"),
+        ("time_s,ax,ay,az\n0,0,0,9.8\n0.01,0,0,9.8\n", {}, ["r_forearm"], "export the sensor's orientation"),
         ("time_s,ax,ay,az,qw\n0,0,0,9.8,1\n", {}, ["r_forearm"], r"Expected columns .* qz"),
     ):
         path.write_text(content)
@@ -100,15 +98,3 @@ def test_another_order_of_the_quaternions_is_refused(walk, order):
     R = Rotation.from_quat(np.roll(misread, -1, axis=-1)).as_matrix()
     with pytest.raises(InputError, match="order of the quaternions"):
         imu_from_samples(sensor.time_s, sensor.force_mps2, R)
-
-
-@pytest.mark.parametrize("unit", [1.0, 1 / GRAVITY_MPS2])
-def test_a_csv_without_orientations_keeps_its_norm(walk, tmp_path, unit):
-    sensor = strapped(walk, "r_forearm")
-    path = tmp_path / "imu.csv"
-    write_csv(path, replace(sensor, force_mps2=sensor.force_mps2 * unit, R_world_from_sensor=None))
-    found = read_sensors([path], ["r_forearm"], {})["r_forearm"]
-    assert found.R_world_from_sensor is None
-    np.testing.assert_allclose(found.force_mps2, sensor.force_mps2, atol=1e-4)
-    with pytest.raises(InputError, match="export its quaternions too"):
-        found.acceleration_mps2  # noqa: B018

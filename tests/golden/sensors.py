@@ -9,9 +9,8 @@ from pcnet3d.pipeline.reading.imu import Imu
 
 
 def write_csv(path: Path, imu: Imu) -> None:
-    """The table that adapter imu_csv reads: m/s^2, quaternion w x y z, which is left out where the sensor has none."""
-    header, columns = "time_s,ax,ay,az", [imu.time_s, imu.force_mps2]
-    if imu.R_world_from_sensor is not None:
-        header += ",qw,qx,qy,qz"
-        columns.append(np.roll(Rotation.from_matrix(imu.R_world_from_sensor).as_quat(), 1, axis=-1))
+    """The table that adapter imu_csv reads: m/s^2, quaternion w x y z."""
+    header = "time_s,ax,ay,az,qw,qx,qy,qz"
+    quaternions = np.roll(Rotation.from_matrix(imu.R_world_from_sensor).as_quat(), 1, axis=-1)
+    columns = [imu.time_s, imu.force_mps2, quaternions]
     np.savetxt(path, np.column_stack(columns), fmt="%.6f", delimiter=",", header=header, comments="")

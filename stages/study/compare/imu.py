@@ -4,9 +4,6 @@ A video shows motion relative to the pelvis only; an IMU feels all of it, and in
 more of a wrist's acceleration. So the pelvis' own is taken from the IMU's: that of a pelvis IMU in the same world;
 without one, only the spans in which the pelvis stands still are compared.
 
-A sensor that does not know its orientation still tells the norm of its acceleration, gravity included. Then the norm
-of the video's is compared with it, with the pelvis' own motion where the run has its path.
-
 Both sides are low-passed alike. Lag and heading are those at which both correlate best over the three axes at once. For
 a given lag the best heading has a closed form: with the horizontal parts as complex numbers it is the angle of
 sum(conj(imu) video), and the correlation's horizontal part its length. So all lags are searched by one Fourier
@@ -33,7 +30,7 @@ from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import call, did_you_mean
 from ....pipeline.reading.find import find_adapter
-from ....pipeline.reading.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
+from ....pipeline.reading.imu import SEGMENTS, Imu, point_on
 from ....pipeline.signals.filters import (
     CUTOFF_HZ,
     breaks,
@@ -45,8 +42,8 @@ from ....pipeline.signals.filters import (
     resample,
     runs,
 )  # fmt: skip
-from ...drawing.charts import Curve, busiest, over_time
-from ...drawing.page import Cell, answer, box, charts, figure, heading, joined, page, small, table
+from ...drawing.charts import Curve, over_time
+from ...drawing.page import Cell, answer, box, charts, figure, page, small, table
 from ...drawing.palette import GREEN, PURPLE, as_hex
 from ...drawing.words import spoken
 from .align import AMBIGUOUS, LEAST_SHARE, NARROW, WEAK, runner_up
@@ -59,7 +56,6 @@ _STILL_HZ = 2.0  # low-pass of that speed, so that an estimator's jitter is not 
 _STILL_EDGE_S = 0.25  # a pelvis is still when it has been, and stays so, for that long
 _LEAST_MOTION_S = 2.0  # of the video, to be compared
 _LEAST_MPS2 = 1e-6  # that an IMU's acceleration changes by; any real one's noise is more
-_SHOWN_S = 20.0  # of a long take, where most happens
 _AXES = {"x": "back", "y": "right", "z": "up", "norm": "norm"}
 
 
@@ -89,14 +85,14 @@ def against_sensors(
 
 
 @dataclass(frozen=True, eq=False)
-class Felt:
+class Sensed:
     """One sensor against the run.
 
     means: how the pelvis' own motion was dealt with, in words. lag_s: by how much the IMU's stamps are later than the
-    video's. heading_deg: the video's heading less the IMU's, NaN of norms. r_three_axes: the correlation over three
-    axes at that lag, runner_up: at the best lag elsewhere. compared_s: of motion known to both. metres_per_unit: of the
-    run. video, imu: accelerations (N, 3), m/s², at time_s (N,) of the video's clock, in LEVEL (back, right, up) about
-    their means, NaN where unknown; of norms the third column alone. agreement: by axis "r" and "rmse_mps2".
+    video's. heading_deg: the video's heading less the IMU's. r_three_axes: the correlation over three axes at that lag,
+    runner_up: at the best lag elsewhere. compared_s: of motion known to both. metres_per_unit: of the run. video, imu:
+    accelerations (N, 3), m/s², at time_s (N,) of the video's clock, in LEVEL (back, right, up) about their means, NaN
+    where unknown. agreement: by axis "r" and "rmse_mps2".
     """
 
     segment: str
@@ -160,29 +156,26 @@ def read_sensors(
     return sensors
 
 
-def compared_with(run: Take, sensors: Mapping[str, Imu], search_s: float = 5.0) -> list[Felt]:
+def compared_with(run: Take, sensors: Mapping[str, Imu], search_s: float = 5.0) -> list[Sensed]:
     """Each sensor against the run, but the pelvis', which is subtracted from the others. search_s: the largest lag that
     is searched for. InputError when there is too little to compare."""
-    return [_felt(run, name, sensors, search_s) for name in sensors if name != "pelvis"]
+    return [_compared(run, name, sensors, search_s) for name in sensors if name != "pelvis"]
 
 
-def _felt(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: float) -> Felt:
-    poses, sensor = run.need("poses"), sensors[segment]
+def _compared(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: float) -> Sensed:
+    poses, sensor, pelvis = run.need("poses"), sensors[segment], sensors.get("pelvis")
     check_cutoff(CUTOFF_HZ, rate(poses.times))
     check_cutoff(CUTOFF_HZ, sensor.rate_hz)
+    joints, seams = run.need("rectified").level.joints.astype(np.float64), breaks(poses)
     grid = even_times(poses.times)
-    norms = sensor.R_world_from_sensor is None
-    video, means = _of_video(run, segment, grid, norms, None if norms else sensors.get("pelvis"))
-    holes_ = holes(sensor.time_s).tolist()
-    if norms:
-        values = lowpass(beyond_gravity(sensor.force_mps2), sensor.time_s, CUTOFF_HZ, holes_)
+    video = path_acceleration(point_on(segment, joints), poses.times, seams, grid)
+    values = low_passed(sensor)
+    if pelvis is not None:
+        means = "the pelvis IMU is subtracted from the IMU, in their common world"
+        values = values - resampled(low_passed(pelvis), pelvis.time_s, sensor.time_s)
     else:
-        values = low_passed(sensor)
-        if pelvis := sensors.get("pelvis"):
-            values = values - resampled(low_passed(pelvis), pelvis.time_s, sensor.time_s)
-    held = sensor.time_s[is_finite(values)]  # looked at before the pelvis may be blamed
-    if not len(held) or min(grid[-1], held[-1]) - max(grid[0], held[0]) + search_s < LEAST_S:
-        raise InputError("files-apart", _no_overlap(grid, held, search_s))
+        means = "only spans in which the pelvis stands still are compared"
+        video[~still_pelvis(joints, poses.times, seams, grid)] = np.nan
     known_s = is_finite(video).sum() / _GRID_HZ
     if known_s < _LEAST_MOTION_S:
         raise InputError(
@@ -198,11 +191,11 @@ def _felt(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: float) 
         scale = float(np.sqrt(imu[both].var(axis=0).sum() / video[both].var(axis=0).sum()))
         notices.append(notice("imu-scale-fitted", metres=scale))
     video, imu = (np.where(both[:, None], of - of[both].mean(axis=0), np.nan) for of in (scale * video, imu))
-    return Felt(
+    return Sensed(
         segment=segment,
         means=means,
         lag_s=lag_s,
-        heading_deg=float("nan") if norms else heading_deg,
+        heading_deg=heading_deg,
         r_three_axes=r,
         runner_up=second,
         imu_hz=sensor.rate_hz,
@@ -211,39 +204,27 @@ def _felt(run: Take, segment: str, sensors: Mapping[str, Imu], search_s: float) 
         time_s=grid,
         video=video,
         imu=imu,
-        agreement=_agreement(video, imu, norms),
+        agreement=_agreement(video[both], imu[both]),
         notices=(*notices, *_doubts(run, r, second)),
     )
 
 
-def _of_video(
-    run: Take, segment: str, grid: np.ndarray, norms: bool, pelvis: Imu | None
-) -> tuple[np.ndarray, str]:
-    """Accelerations (N, 3) of the segment at times (N,), and how the pelvis' own motion was dealt with. norms: norms
-    with gravity, carried as vertical."""
-    poses, level = run.need("poses"), run.need("rectified").level
-    joints, times, seams = level.joints.astype(np.float64), poses.times, breaks(poses)
-    path, root = point_on(segment, joints), level.own_root if norms else None
-    if norms and not poses.frame.metric:
-        raise InputError(
-            "needs-input",
-            f"The IMU on {segment} has no orientation, so only norms with gravity can be compared, and the run has no "
-            "scale; run it again with --stature METRES, or export the IMU's quaternions.",
-        )
-    words = ["no orientation of the IMU: only the norm, gravity included, is compared"] * norms
-    rows = np.ones(len(grid), dtype=bool)
-    if pelvis is not None:
-        words.append("the pelvis IMU is subtracted from the IMU, in their common world")
-    elif root is not None and is_finite(root).any():
-        path = path + root
-        words.append("the pelvis' own motion is that of the run's path")
-    else:
-        rows = still_pelvis(joints, times, seams, grid)
-        words.append("only spans in which the pelvis stands still are compared")
-    values = path_acceleration(path, times, seams, grid)
-    if norms:
-        values = beyond_gravity(values + np.array([0.0, 0.0, GRAVITY_MPS2]))
-    return np.where(rows[:, None], values, np.nan), "; ".join(words)
+def _agreement(video: np.ndarray, imu: np.ndarray) -> dict[str, dict[str, float]]:
+    """Of accelerations (N, 3) and (N, 3) by axis and of their norms; none of fewer than ten."""
+    pairs = zip(_AXES, _with_norm(video).T, _with_norm(imu).T, strict=True)
+    return {
+        axis: {
+            "r": correlation(seen, felt, _LEAST_MPS2),
+            "rmse_mps2": float(np.sqrt(((seen - felt) ** 2).mean())),
+        }
+        for axis, seen, felt in pairs
+        if len(video) >= FEWEST
+    }
+
+
+def _with_norm(values: np.ndarray) -> np.ndarray:
+    """(N, 4) vectors (N, 3) and their norms."""
+    return np.column_stack([values, np.linalg.norm(values, axis=-1)])
 
 
 def aligned(
@@ -337,13 +318,6 @@ def low_passed(imu: Imu) -> np.ndarray:
     return lowpass(imu.acceleration_mps2, imu.time_s, CUTOFF_HZ, holes(imu.time_s).tolist())
 
 
-def beyond_gravity(force: np.ndarray) -> np.ndarray:
-    """(T, 3) whose z is the norm of specific force (T, 3) beyond standard gravity, so that norms are compared as
-    accelerations are; to first order it is the vertical acceleration."""
-    beyond = np.linalg.norm(force, axis=-1) - GRAVITY_MPS2
-    return beyond[:, None] * [0.0, 0.0, 1.0]
-
-
 def path_acceleration(
     path: np.ndarray, time_s: np.ndarray, seams: Sequence[int], grid: np.ndarray
 ) -> np.ndarray:
@@ -398,28 +372,6 @@ def _inner(rows: np.ndarray, begins: Sequence[int], edge: int) -> np.ndarray:
     return inner
 
 
-def _curves(values: np.ndarray, norms: bool) -> dict[str, np.ndarray]:
-    """By axis (N,), of values (N, 3) about their means."""
-    if norms:
-        return {"norm": values[:, 2]}
-    return {**dict(zip("xyz", values.T, strict=True)), "norm": np.linalg.norm(values, axis=-1)}
-
-
-def _agreement(video: np.ndarray, imu: np.ndarray, norms: bool) -> dict[str, dict[str, float]]:
-    both = is_finite(video) & is_finite(imu)
-    if both.sum() < FEWEST:
-        return {}
-    return {
-        axis: {
-            "r": correlation(of, felt, _LEAST_MPS2),
-            "rmse_mps2": float(np.sqrt(((of - felt) ** 2).mean())),
-        }
-        for (axis, of), felt in zip(
-            _curves(video[both], norms).items(), _curves(imu[both], norms).values(), strict=True
-        )
-    }
-
-
 def _doubts(run: Take, r: float, second: float) -> list[Notice]:
     doubts, rectified = [], run.need("rectified")
     if not rectified.level_ok:
@@ -434,40 +386,31 @@ def _doubts(run: Take, r: float, second: float) -> list[Notice]:
     return doubts
 
 
-def as_page(name: str, results: Sequence[Felt]) -> str:
-    """One HTML page of a run's name: a table, and back, right, up and norm over time, the sensor beside the run."""
+def as_page(name: str, results: Sequence[Sensed]) -> str:
+    """One HTML page of a run's name: a table, and the norm over time, the sensor beside the run."""
     rows: list[list[Cell]] = [
         [spoken(result.segment), _AXES[axis], of["r"], of["rmse_mps2"]]
         for result in results
         for axis, of in result.agreement.items()
     ]
-    words = (
+    about = (
         "Axes of the run's LEVEL, to whose heading the sensor's world was turned; the means over the compared time, "
         "which are errors of tilt or bias, are taken out on both sides."
     )
-    said = [f"{each.text}" for result in results for each in result.notices]
-    head = answer([f"{result}." for result in results]) + box("Warnings", said, "warning")
-    shown = joined(heading(spoken(result.segment)) + _over_time(result) for result in results)
+    warnings = [each.text for result in results for each in result.notices]
+    head = answer([f"{result}." for result in results]) + box("Warnings", warnings, "warning")
     sections = [
-        ("Agreement", table(("segment", "axis", "r", "RMSE (m/s²)"), rows) + small(words)),
-        ("Over time", shown),
+        ("Agreement", table(("segment", "axis", "r", "RMSE (m/s²)"), rows) + small(about)),
+        ("Over time", charts([_over_time(result) for result in results])),
     ]
     return page(f"{name} against inertial sensors", head, sections)
 
 
-def _over_time(result: Felt) -> Markup:
-    norms = list(result.agreement) == ["norm"]
-    rows = busiest((result.imu**2).sum(axis=-1), result.time_s, _SHOWN_S)
-    sensor, run = (_curves(values, norms) for values in (result.imu, result.video))
-    shown = []
-    for axis, of in result.agreement.items():
-        curves = [
-            Curve(
-                "sensor", sensor[axis][rows], as_hex(GREEN), width=2.4
-            ),  # neither is the colour of a body's side
-            Curve("run", run[axis][rows], as_hex(PURPLE), width=1.6),
-        ]
-        title = f"{_AXES[axis].capitalize()} (m/s²)"
-        chart = over_time(curves, result.time_s[rows], f"{title} of both over time")
-        shown.append(figure([chart], title, f"r {of['r']:.3f}, RMSE {of['rmse_mps2']:.2f} m/s²"))
-    return charts(shown)
+def _over_time(result: Sensed) -> Markup:
+    felt, seen = (np.linalg.norm(values, axis=-1) for values in (result.imu, result.video))
+    title = f"{spoken(result.segment).capitalize()}: norm of the acceleration (m/s²)"
+    curves = [  # neither has the colour of a body's side
+        Curve("sensor", felt, as_hex(GREEN), width=2.4),
+        Curve("run", seen, as_hex(PURPLE)),
+    ]
+    return figure([over_time(curves, result.time_s, f"{title} of both over time")], title)
