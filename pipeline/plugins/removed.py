@@ -48,6 +48,7 @@ REMOVED: dict[Kind, dict[str, str]] = {
         },
     },
     "flags": {
+        "batch --outside": "leave it out; paths of a manifest may lead anywhere",
         "batch --primary": "test a primary outcome on study.parquet, by the recipe of docs/visits.md",
         "compare --device": "leave it out; compare uses no network",
         "compare --rectifier": "run with --set rectify.rectifier=NAME, and compare that run",

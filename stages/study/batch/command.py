@@ -28,7 +28,7 @@ from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
 from .page import as_page
 from .process import ending_takes
-from .study import doubts, rates_within, write_table
+from .study import doubts, write_table
 from .take import Job, Outcome, run_take
 
 STATUS, TABLE, PAGE = "batch.json", "study.parquet", "study.html"
@@ -65,9 +65,6 @@ def batch(
             help="OPTION=VALUE of `run`, or STAGE.KEY=VALUE, for every take whose row does not set it; repeatable.",
         ),
     ] = None,
-    outside: Annotated[
-        bool, typer.Option("--outside", help="Allow paths in the manifest that lead out of its folder.")
-    ] = False,
 ) -> None:
     """Run every take of a study and make one table of the results.
 
@@ -89,7 +86,7 @@ def batch(
     if not dask:
         with computing_on(options.device):  # refused now rather than by every take
             pass
-    entries = read_entries(source, shared, outside)
+    entries = read_entries(source, shared)
     output = output.resolve()
     executor = on_cluster(dask) if dask else on_this_machine(workers or cores())
     with executor as running, _ours_alone(output):
@@ -99,8 +96,6 @@ def batch(
         write_text(output / PAGE, as_page(f"Study {output.name}", rows))
     failed = [outcome for outcome in outcomes if outcome.state == "failed"]
     kept = sum(outcome.state == "kept" for outcome in outcomes)
-    if rates := rates_within(rows):
-        say("warning", rates)
     print(
         f"{output}: {how_many(len(outcomes) - len(failed), 'take')} done ({kept} of them before), {len(failed)} failed"
     )

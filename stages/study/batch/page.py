@@ -16,7 +16,7 @@ from ....pipeline.signals.angles import MIDLINE
 from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
 from ...drawing.words import ERRORS_OF_ANGLES, spoken
 from ...report.measures import worded
-from .study import doubts, name_of, rates_within
+from .study import doubts, name_of
 
 _ARM = ("elbow", "shoulder", "upper_arm")  # how the names of its angles begin
 _LEGS, _ARMS, _MIDDLE, _MOVEMENTS = _PARTS = (
@@ -50,8 +50,6 @@ def _head(rows: Rows, done: Rows) -> Markup:
         f"{' ...' if len(runs) > _MOST else ''}"
         for what, runs in doubts(done).items()
     ]
-    if rates := rates_within(done):
-        unsure.append(rates)
     return (
         small(" · ".join([*about, f"pcnet3d {package_version()}"]))
         + answer(_conclusion(rows, done))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+import traceback
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing import parent_process
 from multiprocessing.connection import Connection
@@ -14,9 +16,8 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import NamedTuple
 
-from ....pipeline.cli import main
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.system import kill, leave_terminal, process_context, terminate_self
+from ....pipeline.core.system import kill, leave_terminal, limit_opencv, process_context, terminate_self
 
 _TO_END_S = 5.0  # for a take that is asked to leave
 # As many processes as there are cores: each computes with one thread, or they get in each other's way. One on every
@@ -28,14 +29,16 @@ PRELOADED = (
     "scipy.signal", "scipy.stats", "scipy.interpolate", "scipy.ndimage", "scipy.spatial.transform", "cv2", "av",
     *(f"pcnet3d.stages.{stage}" for stage in ("lift", "place", "angles", "trajectories")),
     *(f"pcnet3d.stages.{stage}.stage" for stage in ("measures", "record", "export", "report")),
-    "pcnet3d.pipeline.running.command", "pcnet3d.stages.study.batch.process",
+    "pcnet3d.pipeline.running.run", "pcnet3d.stages.study.batch.process",
 )  # fmt: skip
 
 
 class Ended(NamedTuple):
-    """exit_code: negative for the signal that ended it. code: of the refusal, if that was why."""
+    """exit_code: negative for the signal that ended it. reason: why it failed, in a sentence. code: of the refusal, if
+    that was why."""
 
     exit_code: int
+    reason: str = ""
     code: str = ""
 
 
@@ -43,8 +46,9 @@ _running: set[BaseProcess] = set()
 _stopped = threading.Event()
 
 
-def run_apart(words: Sequence[str], log: Path, timeout_s: float | None) -> Ended:
-    """How `pcnet3d WORDS` ended in a process of its own, all of whose words go to the file `log`.
+def run_apart(work: Callable[[], object], log: Path, timeout_s: float | None) -> Ended:
+    """How work() ended in a process of its own; all that it prints goes to the file `log`. work: as multiprocessing can
+    send it.
 
     TimeoutError when it took longer than `timeout_s` seconds, and was ended. OSError for a process that cannot be
     started or a log that cannot be written."""
@@ -52,7 +56,7 @@ def run_apart(words: Sequence[str], log: Path, timeout_s: float | None) -> Ended
     os.environ.update(_ENVIRONMENT)  # which the process inherits
     context = process_context(PRELOADED)
     receive, send = context.Pipe(duplex=False)
-    process = context.Process(target=_run, args=(list(words), str(log), send))
+    process = context.Process(target=_run, args=(work, str(log), send))
     with receive:
         with send:
             process.start()
@@ -64,10 +68,9 @@ def run_apart(words: Sequence[str], log: Path, timeout_s: float | None) -> Ended
             if process.is_alive():
                 kill(process)
                 raise TimeoutError
-            assert process.exitcode is not None
             with suppress(EOFError):  # it sent nothing
-                return Ended(process.exitcode, receive.recv())
-            return Ended(process.exitcode)
+                return receive.recv()
+            return _without_words(process.exitcode)
         finally:
             _running.discard(process)
             process.close()
@@ -95,21 +98,43 @@ def ending_takes() -> Iterator[None]:
         raise
 
 
-def _run(words: list[str], log: str, answer: Connection) -> None:
-    """The command, in its process: says all to the log, and answers with the code of its refusal if there is one."""
+def failure(error: Exception) -> Ended:
+    """Why a take failed: exit code 2 for its input, 1 for a fault of a program."""
+    if isinstance(error, InputError):
+        return Ended(2, str(error), error.code)
+    if isinstance(error, OSError):
+        return Ended(
+            2, f"{error.filename or 'A file'} could not be read or written: {error.strerror or error}."
+        )
+    return Ended(
+        1,
+        f"a fault of pcnet3d or of a package that adds to it: {type(error).__name__}: {error}; see its log.",
+    )
+
+
+def _run(work: Callable[[], object], log: str, answer: Connection) -> None:
+    """The work, in its process: says all to the log, and answers why it failed if it did."""
     leave_terminal()
     threading.Thread(target=_leave_with_parent, daemon=True).start()
     with open(log, "ab") as file:  # also for what libraries say
         for descriptor in (1, 2):
             os.dup2(file.fileno(), descriptor)
-    sys.argv = ["pcnet3d", *words]
+    limit_opencv()
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # so that half-made files go
     try:
-        main()
-    except SystemExit as end:
-        refusal = end.__context__  # for which `main` ended
-        if isinstance(refusal, InputError):
-            answer.send(refusal.code)
-        raise
+        work()
+    except Exception as error:
+        traceback.print_exc()
+        answer.send(failure(error))
+
+
+def _without_words(exit_code: int) -> Ended:
+    """How a process ended that did not say it."""
+    if exit_code >= 0:
+        return Ended(exit_code, f"it ended with exit code {exit_code}" * bool(exit_code))
+    names = {sent.value: sent.name for sent in signal.Signals}
+    stopped_by = names.get(-exit_code, f"signal {-exit_code}")
+    return Ended(exit_code, f"its process was stopped by {stopped_by}; see its log.")
 
 
 def _leave_with_parent() -> None:

@@ -10,13 +10,11 @@ from ....models.angle_error.repeatability import figure_of
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.measures import OF_LENGTH, Measure, nested
-from ....pipeline.core.messages import how_many
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary, whole_file, write_rows
 from ....pipeline.files.finished import read_run
 from ....pipeline.files.names import POSES
 from ...drawing.facts import facts_of, mean
-from ..rates import is_lifted, rates_apart
 
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 _COUNTS = ("count", "steps")  # of movements, which the page shows beside the figures that have errors
@@ -27,7 +25,7 @@ _SAID = ("code", "weight", "about", "text")
 _UNKNOWN: dict[str, Any] = {
     "notices": [], "verdict": "", "frames": None, "fps": None, "duration_s": None, "unit": "",
     "method": "", "angle_errors": "", "level_ok": None, "level_reason": "", **dict.fromkeys(QUALITY),
-    "lifted": False, "measures": {}, "numbers": {},
+    "measures": {}, "numbers": {},
 }  # fmt: skip
 # Of study.parquet, whose other columns are numbers, each measure's among them.
 _COLUMNS = (
@@ -40,8 +38,8 @@ _NUMBERS = ("fps", "duration_s", *QUALITY)
 
 def figures(folder: Path) -> tuple[dict[str, Any], ...]:
     """What the table says of a take's folder, a row for each person who has a run in it. numbers: all single numbers by
-    their keys, as in summary.json. What `write_table` has not: measures, by `place`, those that the page shows; and
-    lifted, whether the run lifted its poses itself. InputError when a file is not as a run writes it."""
+    their keys, as in summary.json. What `write_table` has not: measures, by `place`, those that the page shows.
+    InputError when a file is not as a run writes it."""
     people = [path.parent for path in sorted(folder.glob(f"*/{SUMMARY}")) if (path.parent / POSES).exists()]
     return tuple(_figures(run, run.relative_to(folder.parent.parent)) for run in people or [folder])
 
@@ -84,7 +82,6 @@ def _of_take(take: Take) -> dict[str, Any]:
         "up_bound_deg": mean(rectified.up_bound_deg[rows]),
         "error_deg_mean": mean(rectified.error_deg),
         "bone_length_spread": facts.bone_length_spread,
-        "lifted": is_lifted(take),
         "numbers": {printable(name): value for name, value in _numbers(nested(take.measures or ()))},
     }
 
@@ -126,20 +123,6 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any
     # Without the stage `export` a run's summary has no figures.
     runs["that cannot be judged"] = [row for row in rows if row.get("level_ok") is None]
     return {what: doubtful for what, doubtful in runs.items() if doubtful}
-
-
-def rates_within(rows: Sequence[Mapping[str, Any]]) -> str:
-    """What is to be said of subjects whose lifted takes differ in frame rate, for these are compared with each other;
-    empty where there is no such subject. rows: as of `study_rows`."""
-    rates: dict[str, list[float]] = {}
-    for row in rows:
-        if row.get("subject") and row.get("lifted") and row.get("fps"):
-            rates.setdefault(row["subject"], []).append(row["fps"])
-    apart = [subject for subject, of in rates.items() if rates_apart("takes", of)]
-    takes = f"takes of {how_many(len(apart), 'subject')}"
-    return "".join(
-        said.text for said in rates_apart(takes, (rate for subject in apart for rate in rates[subject]))
-    )
 
 
 def name_of(row: Mapping[str, Any]) -> str:

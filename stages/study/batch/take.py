@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-import signal
 import socket
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from glob import escape
 from multiprocessing import current_process
 from pathlib import Path
@@ -23,12 +23,12 @@ from ....pipeline.files.digest import sha256
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import files_among
 from ....pipeline.running.recipe import load_recipe
+from ....pipeline.running.run import run_files, run_people
 from .manifest import Entry
-from .process import Ended, run_apart
+from .process import Ended, failure, run_apart
 from .study import figures
 
 _KEY = "batch"  # in a take's summary.json
-_TAIL = 64 << 10  # bytes of a log that are searched for its last words
 
 
 @dataclass(frozen=True)
@@ -112,19 +112,21 @@ def run_take(job: Job) -> Outcome:
             key = _key(job.entry, files)
             if kept.key == key:
                 return Outcome(name, "kept", seconds=kept.seconds, host=host, rows=figures(job.folder))
-            ended, reason = _run(job)
+            ended = _run(job)
             seconds = round(time.perf_counter() - start, 2)
             if ended.exit_code:
                 _tidy(job.folder)
-                return Outcome(name, "failed", ended.exit_code, reason, seconds, host, code=ended.code)
+                return _failed(job, ended, seconds)
             add_to_summary(job.folder, **{_KEY: {"key": key, "files": files, "seconds": seconds}})
             job.log.unlink(missing_ok=True)
             return Outcome(name, "done", seconds=seconds, host=host, rows=figures(job.folder))
-    except InputError as error:
-        return Outcome(name, "failed", 2, str(error), host=host, code=error.code)
-    except OSError as error:
-        reason = f"{error.filename or 'A file'} could not be read or written: {error.strerror or error}."
-        return Outcome(name, "failed", 2, reason, host=host)
+    except (InputError, OSError) as error:
+        return _failed(job, failure(error))
+
+
+def _failed(job: Job, ended: Ended, seconds: float = 0.0) -> Outcome:
+    host = socket.gethostname()
+    return Outcome(job.entry.name, "failed", ended.exit_code, ended.reason, seconds, host, code=ended.code)
 
 
 def _kept(folder: Path) -> _Kept:
@@ -138,7 +140,7 @@ def _kept(folder: Path) -> _Kept:
 def _hashes(entry: Entry, known: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
     """Of every file of the take, and of those that its recipe names: its name, a stamp of size and time, and its
     SHA-256; the hash is taken from the last time where the stamp is still the same."""
-    paths = {column: Path(entry.options[column][0]) for column in entry.files}
+    paths = dict(entry.files)
     if "recipe" in paths:
         for number, stage in enumerate(load_recipe(paths["recipe"]).stages):
             for option, path in files_among(stage.options).items():
@@ -165,11 +167,18 @@ def _stamp(path: Path) -> str:
 def _key(entry: Entry, files: dict[str, dict[str, str]]) -> str:
     """What the take's result depends on: options, contents of files, versions of all packages that take part."""
     content = {
-        "options": {name: values for name, values in entry.options.items() if name not in files},
+        "options": _without_paths(entry),
         "files": {column: (file["file"], file["sha256"]) for column, file in files.items()},
         "versions": registry.packages(),
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _without_paths(entry: Entry) -> dict[str, Any]:
+    """The options that a user gave, but for those that are files."""
+    given = entry.options.model_dump(mode="json", exclude_unset=True)
+    settings = given.pop("settings", {})
+    return {name: value for name, value in {**given, **settings}.items() if name not in entry.files}
 
 
 def _tidy(folder: Path) -> None:
@@ -179,30 +188,10 @@ def _tidy(folder: Path) -> None:
             shutil.rmtree(left, ignore_errors=True)
 
 
-def _run(job: Job) -> tuple[Ended, str]:
-    """How the take ended, and why its exit code is not 0. What it says goes to the log."""
-    arguments = ["run", f"--output={job.folder}", *job.entry.arguments]
+def _run(job: Job) -> Ended:
+    """How the take ended. What it says goes to the log."""
+    go = run_people if job.entry.options.everyone else run_files
     try:
-        ended = run_apart(arguments, job.log, job.timeout_s)
+        return run_apart(partial(go, job.entry.options, job.folder), job.log, job.timeout_s)
     except TimeoutError:
-        return Ended(124), f"took longer than the {job.timeout_s:g} s of --timeout, and was stopped"
-    return ended, _last_words(ended.exit_code, job.log) if ended.exit_code else ""
-
-
-def _last_words(code: int, log: Path) -> str:
-    """Why a run failed: its own sentence for bad input, else what is last in its log."""
-    with open(log, "rb") as file:
-        file.seek(max(0, log.stat().st_size - _TAIL))
-        lines = [line.strip() for line in file.read().decode("utf-8", "replace").splitlines() if line.strip()]
-    ours = [line.removeprefix("pcnet3d: ") for line in lines if line.startswith("pcnet3d: ")]
-    if code == 2 and ours:
-        return ours[-1]
-    others = [line for line in lines if not line.startswith("pcnet3d: ")]
-    last = f": {others[-1]}" if others else ""
-    if code < 0:
-        try:
-            name = signal.Signals(-code).name
-        except ValueError:
-            name = str(-code)
-        return f"its process was stopped by {name}; last in its log{last or ': nothing'}"
-    return f"it failed with exit code {code}{last}"
+        return Ended(124, f"took longer than the {job.timeout_s:g} s of --timeout, and was stopped")

@@ -6,10 +6,12 @@ import subprocess
 import sys
 import threading
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
 
+from pcnet3d.pipeline import InputError
 from pcnet3d.stages.study.batch import process
 from pcnet3d.stages.study.batch.process import PRELOADED, run_apart
 
@@ -20,25 +22,35 @@ def begun(monkeypatch):
     monkeypatch.setattr(process, "_stopped", threading.Event())
 
 
+def refuse() -> None:
+    print("looking", flush=True)
+    raise InputError("cannot-open", "Expected a file.")
+
+
+def break_down() -> None:
+    raise ValueError("a fault")
+
+
 def test_each_take_has_a_log_and_an_exit_code_of_its_own(tmp_path):
-    first, bad, third = (tmp_path / f"{name}.txt" for name in ("first", "bad", "third"))
+    good, bad, faulty = (tmp_path / f"{name}.txt" for name in ("good", "bad", "faulty"))
     bad.write_text("of an earlier run")
-    assert run_apart(["list", "stages"], first, None) == (0, "")
-    out = str(tmp_path / "out")
-    assert run_apart(["run", "-o", out, "--poses", "nowhere.npy"], bad, None) == (2, "cannot-open")
-    assert run_apart(["list", "writers"], third, None) == (0, "")
-    assert "trajectories" in first.read_text()
-    assert "nowhere.npy" in bad.read_text()
+    assert run_apart(partial(print, "words"), good, None) == (0, "", "")
+    assert run_apart(refuse, bad, None) == (2, "Expected a file.", "cannot-open")
+    ended = run_apart(break_down, faulty, None)
+    assert (ended.exit_code, ended.code) == (1, "")
+    assert "ValueError: a fault" in ended.reason
+    assert good.read_text() == "words\n"
+    assert "looking" in bad.read_text()
     assert "of an earlier run" not in bad.read_text()
-    assert "markers" in third.read_text()
-    assert "trajectories" not in third.read_text()
+    assert "words" not in bad.read_text()
+    assert "Traceback" in faulty.read_text()
 
 
 def test_what_takes_too_long_is_ended_and_harms_nobody_else(tmp_path):
     with pytest.raises(TimeoutError):
-        run_apart(["--version"], tmp_path / "log.txt", 0.01)
+        run_apart(partial(time.sleep, 1e6), tmp_path / "log.txt", 0.01)
     assert not process._running
-    assert run_apart(["--version"], tmp_path / "log.txt", None) == (0, "")
+    assert run_apart(partial(print, "words"), tmp_path / "log.txt", None) == (0, "", "")
 
 
 @pytest.mark.parametrize("told", ["1", "8"])
@@ -59,7 +71,7 @@ def test_a_take_computes_in_one_thread_and_writes_utf_8(tmp_path, monkeypatch, t
         monkeypatch.setenv(name, "")
     monkeypatch.setenv("PYTHONIOENCODING", "cp1252")
     with pytest.raises(OSError, match="no memory"):
-        run_apart(["run"], tmp_path / "log.txt", None)
+        run_apart(print, tmp_path / "log.txt", None)
     threads = {started[name] for name in started if name.endswith(("NUM_THREADS", "THREADS_NUM"))}
     assert threads == {"1"}
     assert started["PYTHONIOENCODING"] == "utf-8"

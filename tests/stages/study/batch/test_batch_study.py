@@ -15,7 +15,7 @@ from pcnet3d.stages.export.measures import write_measures
 from pcnet3d.stages.study.batch.command import study_rows
 from pcnet3d.stages.study.batch.manifest import Entry
 from pcnet3d.stages.study.batch.page import as_page
-from pcnet3d.stages.study.batch.study import _shown, figures, rates_within
+from pcnet3d.stages.study.batch.study import _shown, figures
 from pcnet3d.stages.study.batch.take import Outcome, _hashes, _kept, _key
 
 SAID = {"code": "no-scale", "weight": "warning", "about": "", "text": "careful"}
@@ -28,7 +28,7 @@ def figureless(name="t", **more):
 
 
 def test_people_of_one_take_are_counted_as_one_take():
-    entry = Entry("t", {}, (), {"subject": "", "visit": "", "condition": ""})
+    entry = Entry("t", RunOptions(), {}, {"subject": "", "visit": "", "condition": ""})
     people = [{"person": p, "level_ok": p != "1", "verdict": "suspicious", "measures": {}} for p in "012"]
     page = as_page("Study", study_rows([entry], [Outcome("t", "done", rows=tuple(people))]))
     assert "1 take done, none failed; 1 of them with doubts." in page
@@ -47,31 +47,6 @@ def test_a_take_without_figures_is_neither_without_doubts_nor_not_levelled():
     page = as_page("Study", rows)
     assert "1 run that cannot be judged: a<" in page
     assert (page.count(">yes<"), page.count(">no<")) == (1, 0)
-
-
-@pytest.mark.parametrize(
-    ("rates", "lifted", "warned"),
-    [
-        ((30.0, 60.0), True, True),
-        ((29.97, 30.0), True, False),
-        ((24.0, 30.0), True, False),
-        ((60.0, 120.0), True, False),
-        ((30.0, 60.0), False, False),
-        ((30.0, None), True, False),
-    ],
-    ids=["two rates", "two clocks", "near", "both fast", "poses of files", "one frame"],
-)
-def test_a_subject_lifted_at_two_frame_rates_is_warned_of(rates, lifted, warned):
-    rows = [
-        figureless(visit, subject="a", visit=visit, level_ok=True, lifted=lifted, fps=fps)
-        for visit, fps in zip("12", rates, strict=True)
-    ]
-    rows.append({**rows[0], "subject": "b", "fps": 120.0})  # whom nobody compares with another
-    assert (
-        "The takes of 1 subject were lifted at 30 to 60 frames per second" in rates_within(rows)
-    ) == warned
-    assert bool(rates_within(rows)) == warned
-    assert ("at 30 to 60 frames per second" in as_page("Study", rows)) == warned
 
 
 @pytest.fixture
@@ -105,7 +80,6 @@ def test_figures_are_single_numbers_by_their_keys(made):
         "walking.steps": "",
     }
     assert [each["text"] for each in found["notices"]] == [SAID["text"], "a name ?"]
-    assert not found["lifted"]
     assert (found["frames"], found["fps"], found["method"]) == (60, pytest.approx(30), "geometric")
     assert found["report"] == ""
     (run / "report.html").write_text("")
@@ -154,7 +128,8 @@ def test_a_summary_that_somebody_has_changed_has_words(made, summary):
 @pytest.fixture
 def entry(tmp_path) -> Entry:
     (tmp_path / "a.npy").write_bytes(b"some poses")
-    return Entry("a", {"poses": (str(tmp_path / "a.npy"),), "fps": ("30",)}, ("poses",), {"subject": "s"})
+    path = tmp_path / "a.npy"
+    return Entry("a", RunOptions(poses=path, fps=30), {"poses": path}, {"subject": "s"})
 
 
 def key(entry: Entry) -> str:
@@ -166,10 +141,10 @@ def test_a_take_is_another_one_when_its_content_its_options_or_a_version_changes
 ):
     first = key(entry)
     assert key(replace(entry, name="b", labels={"subject": "t"})) == first
-    assert key(replace(entry, options={**entry.options, "fps": ("25",)})) != first
+    assert key(replace(entry, options=entry.options.with_(fps=25))) != first
     (tmp_path / "elsewhere").mkdir()
     moved = (tmp_path / "a.npy").rename(tmp_path / "elsewhere" / "a.npy")
-    entry = replace(entry, options={**entry.options, "poses": (str(moved),)})
+    entry = replace(entry, options=entry.options.with_(poses=moved), files={"poses": moved})
     assert key(entry) == first
     moved.write_bytes(b"other poses")
     assert key(entry) != first
@@ -189,8 +164,8 @@ def test_a_file_that_a_recipe_names_counts_too(entry, tmp_path, monkeypatch, sta
     file, recipe = tmp_path / named.split('"')[1], tmp_path / "r.toml"
     file.write_bytes(b"one")
     recipe.write_text(f'[[stages]]\nuse = "{stage}"\n{named}\n')
-    options = {**entry.options, "recipe": (str(recipe),)}
-    entry = replace(entry, options=options, files=("poses", "recipe"))
+    options = entry.options.with_(recipe=recipe)
+    entry = replace(entry, options=options, files={**entry.files, "recipe": recipe})
     first = key(entry)
     file.write_bytes(b"two")
     assert key(entry) != first
