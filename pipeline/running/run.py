@@ -15,7 +15,7 @@ from ..core.device import computing_on
 from ..core.errors import InputError
 from ..core.messages import how_many
 from ..core.system import give_memory_back
-from ..core.take import Take, Told
+from ..core.take import Take
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
 from ..files.detections import FEWEST_FRAMES
 from ..files.names import KEYPOINTS
@@ -105,12 +105,6 @@ def _detected(
     with computing_on(options.device):
         recipe.only("detect").with_options("detect", folder=folder).build()(open_take(options), done)
     return options.with_(keypoints=folder / KEYPOINTS)
-
-
-def check_plan(recipe: Recipe, told: Told, *given: str) -> None:
-    """InputError when a run by the recipe cannot work, before there is a take for it. told: what the user tells of it.
-    given: names of the fields of Take that will be filled."""
-    _aimed(_checked(recipe), Path()).build().check_given(given, told=told)
 
 
 def run_into(
