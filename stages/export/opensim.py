@@ -23,7 +23,7 @@ from .provenance import provenance
 
 # Our angles that a coordinate of OpenSim's Rajagopal 2016 model measures the same way, and its sign. Those against the
 # trunk line are not among them: that model's back bends, so that its hips and arms are against pelvis and torso.
-_COORDINATES = {
+COORDINATES = {
     f"{side}_{angle}": (f"{coordinate}_{side}", sign)
     for side in "rl"
     for angle, coordinate, sign in (
@@ -67,7 +67,7 @@ def write_trc(take: Take, path: Path) -> tuple[Notice, ...]:
     ]
     body = np.column_stack([np.arange(1, rows + 1), found.time_s, found.joints.reshape(rows, -1)])
     with whole_file(path) as partial:
-        _write(partial, head, body, ["%d", "%.6f", *["%.6f"] * (3 * count)])
+        write_table(partial, head, body, ["%d", "%.6f", *["%.6f"] * (3 * count)])
     return ()
 
 
@@ -92,7 +92,7 @@ def write_mot(take: Take, path: Path) -> tuple[Notice, ...]:
         raise InputError("needs-stage", "MOT holds joint angles; put the stage 'angles' before 'export'.")
     if nothing := nothing_in(np.stack([*angles.values()]), path):
         return nothing
-    renamed = {name: _COORDINATES.get(name, (name, 1)) for name in angles}
+    renamed = {name: COORDINATES.get(name, (name, 1)) for name in angles}
     notes = [
         f"{ours} is {'-' * (sign < 0)}{theirs}" for ours, (theirs, sign) in renamed.items() if ours != theirs
     ]
@@ -120,7 +120,7 @@ def write_mot(take: Take, path: Path) -> tuple[Notice, ...]:
     signed = [sign * angles[name] for name, (_, sign) in renamed.items()]
     with whole_file(path) as partial:
         body = np.column_stack([poses.times, *trunk.values(), *signed])
-        _write(partial, head, body, ["%.6f"] * body.shape[1])
+        write_table(partial, head, body, ["%.6f"] * body.shape[1])
     return ()
 
 
@@ -149,7 +149,8 @@ def _trunk(take: Take) -> dict[str, np.ndarray]:
     return coordinates
 
 
-def _write(path: Path, head: list[str], body: np.ndarray, formats: list[str]) -> None:
+def write_table(path: Path, head: list[str], body: np.ndarray, formats: list[str]) -> None:
+    """The lines of a head, and (N, C) numbers below them, tabs between."""
     with open(path, "w", encoding="utf-8", newline="\n") as file:
         file.write("\n".join(head) + "\n")
         np.savetxt(file, body, fmt=formats, delimiter="\t")

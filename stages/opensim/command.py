@@ -1,0 +1,179 @@
+"""`pcnet3d opensim`: a finished run as a scaled model of OpenSim and its inverse kinematics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from ...models.common.metrics import plain
+from ...pipeline.core.messages import how_many, show
+from ...pipeline.core.pose import package_version
+from ...pipeline.core.take import Take
+from ...pipeline.files.atomic import add_to_list, whole_folder, write_json
+from ...pipeline.files.digest import sha256
+from ...pipeline.files.finished import read_run
+from ...pipeline.reading.flags import Force
+from ..export.markers import OPENSIM, frame_over_the_floor, markers
+from ..export.opensim import COORDINATES, write_table, write_trc
+from ..export.provenance import provenance
+from .model import Solved, follow, opensim
+
+_FOLDER = "opensim"  # in the run's, by default
+_AXIAL = (
+    "hip_rotation, arm_rot and pro_sup turn a limb about its own length, which joints tell only while the knee or the "
+    "elbow is bent"
+)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Of an angle by inverse kinematics with the one that pcnet3d states: mean and standard deviation of the
+    difference, degrees, over frames that have both, and the usual standard error of the stated one, None where that is
+    not known."""
+
+    mean_deg: float
+    sd_deg: float
+    stated_sd_deg: float | None
+
+
+def command(
+    folder: Annotated[Path, typer.Argument(metavar="RESULTS", help="Folder of a finished run, in metres.")],
+    model: Annotated[
+        Path,
+        typer.Option(
+            help="Model to scale, .osim: gait2392, Rajagopal, of Pose2Sim or OpenCap, or named alike."
+        ),
+    ],
+    mass: Annotated[
+        float | None,
+        typer.Option(min=1, max=500, help="The person's mass in kilograms; by default the model's."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="Folder for the results; by default `opensim` in RESULTS."),
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Scale an OpenSim model to the person of a run, and find its joint angles by inverse kinematics.
+
+    Writes scaled.osim, markers.trc, ik.mot, and how far each marker is from its joint."""
+    take = read_run(folder)
+    target = folder / _FOLDER if output is None else output
+    with opensim() as package, whole_folder(target, force, (folder, model)) as partial:
+        solved = solve(take, model, mass)
+        agreement = agreements(take, solved)
+        write_trc(with_path(take), partial / "markers.trc")
+        write_motion(take, solved, partial / "ik.mot")
+        solved.model.setName(f"{solved.model.getName()}_scaled")
+        solved.model.printToXML(str(partial / "scaled.osim"))
+        write_json(partial / "opensim.json", plain(_content(model, package.GetVersion(), solved, agreement)))
+    if output is None:
+        add_to_list(folder, _FOLDER)
+    show("\n".join(_lines(agreement)))
+    for line in _summary(solved):
+        print(line)
+    print(f"results in {target}: {', '.join(sorted(path.name for path in target.iterdir()))}")
+
+
+def solve(take: Take, model: Path, mass_kg: float | None = None) -> Solved:
+    """A take in metres whose filtered joints are known, followed by the model of a file. InputError as `follow` and
+    `markers` raise it, and where the package opensim is not installed."""
+    with opensim() as package:
+        points = markers(with_path(take), OPENSIM)
+        return follow(package, model, points.joints, points.names, points.time_s, mass_kg)
+
+
+def with_path(take: Take) -> Take:
+    """The take of a finished run with the smoothed path of its pelvis, which the kinematics hold."""
+    columns = [(take.kinematics or {}).get(f"root_{axis}") for axis in "xyz"]
+    if take.filtered is None or any(column is None for column in columns):
+        return take
+    path = np.stack([np.asarray(column, np.float64) for column in columns], axis=-1)
+    return take.with_(filtered=take.filtered.with_(root=path))
+
+
+def agreements(take: Take, solved: Solved) -> dict[str, Agreement]:
+    """By our angle that a free coordinate of the model measures too."""
+    columns, times = take.kinematics or {}, take.need("poses").times
+    result = {}
+    for ours, (coordinate, sign) in COORDINATES.items():
+        if coordinate not in solved.names or coordinate in solved.fixed or f"{ours}_deg" not in columns:
+            continue
+        of_model = solved.model.getCoordinateSet().get(coordinate)
+        if coordinate.startswith("knee") and -of_model.getRangeMin() > of_model.getRangeMax():
+            sign = -sign  # gait2392 bends its knees below 0
+        theirs = np.interp(times, solved.time_s, sign * solved.coordinates[:, solved.names.index(coordinate)])
+        apart = (theirs - columns[f"{ours}_deg"] + 180) % 360 - 180
+        if np.isfinite(apart).any():
+            stated = np.asarray(columns[f"{ours}_sd_deg"], np.float64)
+            usual = float(np.nanmedian(stated)) if np.isfinite(stated).any() else None
+            result[ours] = Agreement(float(np.nanmean(apart)), float(np.nanstd(apart)), usual)
+    return result
+
+
+def write_motion(take: Take, solved: Solved, path: Path) -> None:
+    """ik.mot: all coordinates of the model over time, in degrees and metres."""
+    lines = {**provenance(take, frame_over_the_floor(with_path(take), OPENSIM)), "axial": _AXIAL}
+    if solved.fixed:
+        lines["not told by the joints, left at the model's default"] = ", ".join(solved.fixed)
+    head = [
+        path.name,
+        "version=1",
+        f"nRows={len(solved.time_s)}",
+        f"nColumns={len(solved.names) + 1}",
+        "inDegrees=yes",
+        *(f"{name}: {text}".replace("=", ":") for name, text in lines.items()),
+        "endheader",
+        "\t".join(["time", *solved.names]),
+    ]
+    body = np.column_stack([solved.time_s, solved.coordinates])
+    write_table(path, head, body, ["%.6f"] * body.shape[1])
+
+
+def _content(model: Path, version: str, solved: Solved, agreement: dict[str, Agreement]) -> dict[str, Any]:
+    """opensim.json."""
+    return {
+        "pcnet3d": package_version(),
+        "opensim": version,
+        "model": {"file": model.name, "sha256": sha256(model)},
+        "frames": len(solved.time_s),
+        "segments_m": {
+            name: {"person": person, "model": other} for name, (person, other) in solved.lengths_m.items()
+        },
+        "scale_factors": {body: factors.tolist() for body, factors in solved.scales.items()},
+        "fixed_coordinates": list(solved.fixed),
+        "residuals_m": {
+            name: {"rms": rms, "max": largest} for name, rms, largest in solved.residuals_by_marker()
+        },
+        "against_own_angles": {name: vars(each) for name, each in agreement.items()},
+    }
+
+
+def _lines(agreement: dict[str, Agreement]) -> list[str]:
+    """A table of the angles that both know."""
+    if not agreement:
+        return []
+    head = (
+        f"{'inverse kinematics less own angle':<34}{'mean':>7}{'SD':>7}{'own error':>11}  (degrees, one SD)"
+    )
+    return [head] + [
+        f"{name:<34}{each.mean_deg:>z7.1f}{each.sd_deg:>7.1f}"
+        + (f"{each.stated_sd_deg:>11.1f}" if each.stated_sd_deg is not None else f"{'not known':>11}")
+        for name, each in agreement.items()
+    ]
+
+
+def _summary(solved: Solved) -> list[str]:
+    every = solved.residuals_m[np.isfinite(solved.residuals_m)]
+    worst, rms, _ = max(solved.residuals_by_marker(), key=lambda each: each[1])
+    lines = [
+        f"{how_many(len(solved.time_s), 'frame')}; markers {1000 * np.sqrt(np.mean(every**2)):.0f} mm from the joints "
+        f"(root mean square), {worst} most, {1000 * rms:.0f} mm"
+    ]
+    if solved.fixed:
+        lines.append(f"not told by the joints, left at the model's default: {', '.join(solved.fixed)}")
+    return lines
