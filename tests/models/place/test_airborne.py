@@ -159,7 +159,7 @@ def test_no_depth_and_no_size_is_needed(twice):
     """The smooth path of the pelvis has no fall in it; the body on its rays has."""
     far = twice.with_(
         camera=Camera(SIZE, 0.7 * FOCAL_PX, 300.0, "prior"),
-        poses=twice.poses.with_(root=None, root_covariance=None),
+        poses=twice.poses.with_(path=None),
     )
     times = [
         [flight.land_s - flight.off_s for flight in airborne(one).flights]
