@@ -69,7 +69,7 @@ def test_missing_places_are_nan(walk):
 
 @pytest.mark.parametrize("rows", [3, 5])
 def test_a_root_of_another_length_is_refused(rows):
-    with pytest.raises(InputError, match=r"root of shape \(4, 3\)"):
+    with pytest.raises(InputError, match=r"path of shape \(4, 3\)"):
         PoseSequence(np.zeros((4, 17, 3)), H36M17, CAMERA, path=RootPath(np.zeros((rows, 3))))
 
 
