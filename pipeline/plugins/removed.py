@@ -88,6 +88,7 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "display": "give the poses as the lifter gave them, before they were turned for display",
         "mpi3dhp": _ARRAY,
         "openpose3d": "leave it out; adapter json3d reads OpenPose's 3D results",
+        "rtmw3d": "leave it out; adapter mmpose3d reads RTMW3D's results",
         "totalcapture": "give the BVH file of the data set",
         "totalcapture_imu": "turn the file into tables with `pcnet3d lab totalcapture`",
     },
