@@ -15,7 +15,7 @@ from ..pipeline.core.camera import Camera
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.measures import half_bar
 from ..pipeline.core.notices import Notice, notice
-from ..pipeline.core.path import RootPath
+from ..pipeline.core.path import RootPath, moved_covariance
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
 from ..pipeline.core.take import Take, Told
@@ -59,8 +59,10 @@ class Place:
         if path is None or not is_finite(path.root).any():
             return take.saying(_nowhere("too few joints were seen"))
         focal_sd = round(path.focal_sd, 3)
-        placed = poses.moved(
-            np.eye(3) / path.growth[:, None, None],
+        growth = path.growth[:, None, None]
+        placed = poses.mapped(
+            lambda points: points / growth,
+            covariance=moved_covariance(poses.covariance, np.eye(3) / growth),
             path=RootPath(path.root, path.covariance, (SCALE_SD, focal_sd)),
         ).noted(
             "place",
