@@ -66,7 +66,7 @@ def moved_covariance(covariance: np.ndarray | None, A: np.ndarray) -> np.ndarray
 
 
 def owned(values: Any, dtype: type) -> np.ndarray:
-    """The values as an array that nobody else can change: itself if it is so already, else a copy."""
+    """The values (T, ...) as an array that nobody else can change: itself if it is so already, else a copy."""
     array = np.asarray(values, dtype=dtype)
     shared = array is values or array.base is not None
     if not shared or (array.base is None and not array.flags.writeable):
@@ -75,7 +75,7 @@ def owned(values: Any, dtype: type) -> np.ndarray:
 
 
 def check_shape(name: str, array: np.ndarray | None, shape: tuple[int, ...], finite: bool = False) -> None:
-    """InputError for an array of another shape, or with infinite values where they are refused."""
+    """InputError for an array that is not of this shape (T, ...), or has infinite values where they are refused."""
     if array is not None and (array.shape != shape or (finite and np.isinf(array).any())):
         what = f"Expected {name} of shape {shape}{', finite or NaN' * finite}"
         raise InputError("wrong-content", f"{what}, got {array.shape}.")
