@@ -11,7 +11,10 @@ TESTS ?=
 # Programs that the package has to run with.
 PYTHONS ?= python3.11 python3.12 python3.13
 
-.PHONY: demo test lint audit docs package clean
+# Tests start hundreds of processes; where this is set, each would compile every module that it imports.
+unexport PYTHONDONTWRITEBYTECODE
+
+.PHONY: demo test lint types audit docs package clean
 
 demo: .venv/.installed
 	.venv/$(BIN)/pcnet3d demo -o demo-run
@@ -26,6 +29,10 @@ lint: .venv-test/.installed
 	.venv-test/$(BIN)/ruff check .
 	.venv-test/$(BIN)/ruff format --check .
 	.venv-test/$(BIN)/lint-imports --no-logo --no-cache
+	.venv-test/$(BIN)/pyright --pythonpath .venv-test/$(BIN)/python
+
+# As on the systems that `make lint` is not run on, half a minute each.
+types: .venv-test/.installed
 	for system in Linux Windows Darwin; do \
 		.venv-test/$(BIN)/pyright --pythonplatform $$system --pythonpath .venv-test/$(BIN)/python || exit 1; done
 

@@ -4,7 +4,6 @@ import numpy as np
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
-from pcnet3d.models.lab.synthetic.cameras import TYPICAL
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import CAMERA, Take
 from pcnet3d.pipeline.core.anthropometry import implied_stature
@@ -19,14 +18,12 @@ def walked(name="03_01", **how):
     return Clip(name, name.partition("_")[0], "asfamc", walk.fps, walk.world.astype(np.float32))
 
 
-def lifted(clip, seed, made_by=None):
-    """What a run is given of a clip that a typical camera films and the built-in lifter lifts, in metres; and what was
-    seen."""
-    seen = see(clip, seed, views=TYPICAL)
+def lifted(clip, seen, made_by=None):
+    """What a run is given of a clip, as `see` has it, that the built-in lifter lifts, in metres."""
     camera = Camera(seen.image_size, seen.focal_px, 0.02 * seen.focal_px, "told")
     poses = scale(lift(seen.keypoints, seen.image_size, seen.focal_px), implied_stature(clip.joints))[0]
     poses = poses if made_by is None else poses.with_(made_by=made_by)
-    return Take(clip.name, keypoints=seen.keypoints, camera=camera, poses=poses), seen
+    return Take(clip.name, keypoints=seen.keypoints, camera=camera, poses=poses)
 
 
 def exact(clip, scale=0.7, error=0.0, **changes):

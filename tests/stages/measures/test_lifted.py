@@ -7,6 +7,7 @@ from golden.virtual import lifted, walked
 from golden.walks import JUDGED, measured
 from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.models.lab.mocap.clips import read_clips
+from pcnet3d.models.lab.synthetic.cameras import TYPICAL
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence
 from pcnet3d.pipeline.core.measures import nested
@@ -33,16 +34,17 @@ def test_a_difference_of_step_lengths_is_as_uncertain_as_is_stated_from_oblique_
     for clip in read_clips("val"):
         if not clip.name.startswith(("07_", "08_")):  # walks
             continue
-        true = measures_of_truth(clip)["walking"]
-        for seed in range(4):
-            take, seen = lifted(clip, seed, JUDGED)
+        for seed in range(2):
+            seen = see(clip, seed, views=TYPICAL)
             if not _OBLIQUE[0] < np.abs(seen.R_camera_from_body[:, 2, 0]).mean() < _OBLIQUE[1]:
                 continue
+            true = measures_of_truth(clip)["walking"]
+            take = lifted(clip, seen, JUDGED)
             found = nested(Pipeline((Place(), *STAGES))(take).measures)["walking"]
             key = "step_length_symmetry_index_percent"
             if key in found and key in true:
                 off.append((found[key] - true[key]) / found["step_length_symmetry_index_error_percent"])
-    assert len(off) > 30
+    assert len(off) > 15
     assert np.mean(np.abs(off) <= _90) >= 0.85
 
 

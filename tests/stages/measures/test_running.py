@@ -3,7 +3,9 @@
 import pytest
 
 from golden.virtual import lifted
+from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.models.lab.mocap.clips import read_clips
+from pcnet3d.models.lab.synthetic.cameras import TYPICAL
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.measures.stage import Measures
@@ -19,7 +21,7 @@ TRUE_STEP_S, TRUE_MPS, TRUE_FLIGHT_S = 0.33, 4.94, 0.15
 def running(request):
     """`measures.walking`, from three sides."""
     (clip,) = (clip for clip in read_clips("val") if clip.name == "accad-m1_run")
-    take, _ = lifted(clip, request.param)
+    take = lifted(clip, see(clip, request.param, views=TYPICAL))
     for stage in (Place(), Rectify(), Trajectories(), Angles(), Measures()):
         take = stage(take)
     return nested(take.measures)["walking"]
