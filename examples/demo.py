@@ -10,7 +10,6 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from ..pipeline.core.measures import grouped, subgroup, value
 from ..pipeline.core.messages import show
 from ..pipeline.core.pose import Rectified, package_version
 from ..pipeline.core.rotations import angle_deg, rotate
@@ -86,8 +85,7 @@ def _way(take: Take, walk: Walk, camera: Camera) -> str:
         return "against the truth: the pelvis's path before the camera is not known"
     root = rotate(rectified.R_source_from_level, rectified.level.root)
     error_m = np.linalg.norm(root - camera.points(walk.root[rows][:, None])[:, 0], axis=-1)
-    walking = subgroup(grouped(take.measures or ()), "walking")
-    speed = value(walking, "walking_speed") or np.nan
+    speed = take.figures.group("walking").value("walking_speed") or np.nan
     return (
         f"the pelvis's path is off by {np.sqrt(np.nanmean(error_m**2)):.2f} m (root mean square), the walking speed by "
         f"{100 * abs(speed / walk.speed_mps - 1):.1f} %"

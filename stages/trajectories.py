@@ -27,7 +27,7 @@ from ..models.angle_error.joint_noise import made_by_the_built_in
 from ..models.gait.clock import clock_doubts
 from ..models.smoother import LIFTED, Motion, known_noise
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.measures import UNITS
+from ..pipeline.core.figures import UNITS
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite

@@ -18,7 +18,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...pipeline.core.camera import pitch_roll_deg
-from ...pipeline.core.measures import Group, Measure, measure
+from ...pipeline.core.measures import Measure, Measures
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite, unit
 from ...pipeline.signals.angles import ANGLES, near, of_both
@@ -135,7 +135,7 @@ def shipped() -> dict[str, Any]:
     return content
 
 
-def same_part(one: Group, other: Group) -> bool:
+def same_part(one: Measures, other: Measures) -> bool:
     """Whether two figures, or those of both sides, rest on about as large a share of their frames: else one of them may
     have missed a part of the movement, which no error tells."""
     return same_shares(_unseen(one), _unseen(other))
@@ -146,12 +146,12 @@ def same_shares(one: float, other: float) -> bool:
     return abs(one - other) < _ANOTHER_PART
 
 
-def _unseen(of: Group) -> float:
+def _unseen(of: Measures) -> float:
     """The share of the frames on which the figures of a group do not rest."""
-    lost, judged = measure(of, "nan_share"), measure(of, "observable")
+    lost, judged = of.value("nan_share"), of.value("observable")
     if lost is not None:
-        return lost.value
-    return 0.0 if judged is None else 1 - judged.value / 100
+        return lost
+    return 0.0 if judged is None else 1 - judged / 100
 
 
 def same_place(one: Rectified, other: Rectified) -> bool:

@@ -1,213 +1,250 @@
-"""What was seen in a take, in plain words: what its measures and angles come to, each figure with its error."""
+"""What a take comes to, in at most 40 words and six figures: the first lines of a page and of the terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from .measures import Group, Measure, grouped, measure, moments, numbered, subgroup, text, value
+from .figures import OF_LENGTH, UNITS, label_of
+from .measures import Measure, Measures
 from .messages import how_many
 from .take import Take
 
+_MOST_WORDS, _MOST_FIGURES = 40, 6
 _AT_ONCE = 0.25  # of a raise, from which the arms' highest points are apart: half of the way up or down
-_MOST = 4  # depths that are told one by one
 _SIDES = ("right", "left")
-_TIMES = ("never", "once", "twice")
-_Told = tuple[int, str]  # how often it was done, and the words
-_JOINTS = {  # each joint once: its other angles move along
-    "knee_flexion": "knees", "thigh_trunk_flexion": "thighs against trunk", "elbow_flexion": "elbows",
-    "shoulder_elevation": "upper arms from the trunk", "trunk_lean_sagittal": "trunk leaned",
-    "trunk_lean_frontal": "trunk leaned", "thorax_pelvis_rotation": "chest turned",
-}  # fmt: skip
+# Each joint once: its other angles move along.
+_JOINTS = (
+    "knee_flexion", "thigh_trunk_flexion", "elbow_flexion", "shoulder_elevation", "trunk_lean_sagittal",
+    "trunk_lean_frontal", "thorax_pelvis_rotation",
+)  # fmt: skip
 _WAYS = {  # below and above 0
     "trunk_lean_sagittal": ("back", "forward"), "trunk_lean_frontal": ("left", "right"),
     "thorax_pelvis_rotation": ("right", "left"),
 }  # fmt: skip
-_JOINTS_TOLD = 4
-_JOINTS_SAID = 2  # of those, in a sentence
 _UNSEEN = 0.5  # of the frames: the range of the rest is not that of the take
 _UNSTATED = 13.0  # degrees: the usual ± of a lifted range, for one without
+_GAITS = {"running": "Ran", "walking or running": "Walked or ran"}
+
+
+@dataclass(frozen=True)
+class Headline:
+    """A figure of the first screen: its label, and its value with unit and error."""
+
+    label: str
+    value: str
+
+
+def answer(take: Take, further: Iterable[str] = ()) -> list[str]:
+    """Sentences about a take's movements, the most frequent first; where none was found, about the joints that range
+    furthest for their error; then `further` ones, as far as there is room. Nothing of a take without measures."""
+    if not take.measures:
+        return []
+    metric = take.need("poses").frame.metric
+    moved = sorted(_movements(take.measures, metric), key=lambda counted: -counted[0])
+    said, room = [], _MOST_WORDS
+    for sentence in [*(words for _, words in moved), *([] if moved else _ranges(take.measures)), *further]:
+        if len(sentence.split()) <= room:
+            said.append(sentence)
+            room -= len(sentence.split())
+    return said
+
+
+def headlines(take: Take) -> list[Headline]:
+    """The figures of the first screen: of the movements that were found, then the joints that range furthest for their
+    error. No length or speed without a scale."""
+    measures = take.figures
+    found = [
+        *_of(measures.group("walking"), "", ("steps", "cadence", "walking_speed", "mean_step_length")),
+        *_of(measures.group("jumps"), "jumps", ("count", "height_by_flight_time")),
+        *_of(measures.group("knee_bends"), "knee bends", ("count", "peak")),
+        *(
+            row
+            for side in _SIDES
+            for row in _of(measures.group("arm_raises", side), f"raises of the {side} arm", ("count", "peak"))
+        ),
+    ]
+    metric = take.poses is not None and take.poses.frame.metric
+    kept = [headline for unit, headline in found if metric or unit not in OF_LENGTH]
+    joints = [
+        Headline(f"{label_of(each.angle)}{f', {side}' * bool(side)}", each.words(side))
+        for each in joint_ranges(measures.group("range_of_motion"))
+        for side in each.ends
+    ]
+    return [*kept, *joints][:_MOST_FIGURES]
+
+
+def _of(group: Measures, what: str, names: Sequence[str]) -> Iterator[tuple[str, Headline]]:
+    for name in names:
+        rows = group.repetitions(name) or ([row] if (row := group.figure(name)) else [])
+        if rows:
+            label = (
+                what if name == "count" else f"{what}, {rows[0].about.label}" if what else rows[0].about.label
+            )
+            yield rows[0].unit, Headline(label, _spread(rows))
+
+
+def _spread(rows: Sequence[Measure]) -> str:
+    """One figure, or the lowest and highest of several, such as "95 to 102 ± 11°"."""
+    unit = UNITS[rows[0].unit].page.format("m")
+    gap = "" if unit.startswith("°") else " "
+    if len(rows) == 1 and rows[0].number is None:
+        return f"{'at least ' * rows[0].at_least}{rows[0].in_words()}{gap}{unit}".rstrip()
+    ends = dict.fromkeys(f"{of(row.value for row in rows):z.0f}" for of in (min, max))
+    bars = [row.bar for row in rows if row.bar is not None]
+    return f"{' to '.join(ends)}{f' ± {max(bars):.0f}' if bars else ''}{gap}{unit}"
+
+
+def _movements(measures: Measures, metric: bool) -> Iterator[tuple[int, str]]:
+    """How often each movement was made, and a sentence about it."""
+    yield from _walked(measures.group("walking"), metric)
+    yield from _bent(measures.group("knee_bends"))
+    yield from _raised(measures.group("arm_raises"))
+    yield from _jumped(measures.group("jumps"))
+
+
+def _walked(walking: Measures, metric: bool) -> Iterator[tuple[int, str]]:
+    steps = walking.figure("steps")
+    if steps is None:
+        return
+    back = walking.count("backward_steps")
+    words = f"{_GAITS.get(walking.text('gait'), 'Walked')} {_many(steps, 'step')}"
+    words += f" ({back} backwards)" if back else ""
+    if walking.count("walks") == 1 and (lasts_s := walking.value("walked")):
+        words += f" in {lasts_s:.1f} s"
+    if ends := walking.text("not_visible"):
+        words += f" ({ends} not visible)"
+    figures = [walking.figure(name) for name in ("cadence", "walking_speed")[: 1 + metric]]
+    said = [f"{row.about.label} {_stated(row)}" for row in figures if row]
+    yield int(steps.value), " ".join([f"{words}.", f"{', '.join(said).capitalize()}." * bool(said)]).rstrip()
+
+
+def _bent(bends: Measures) -> Iterator[tuple[int, str]]:
+    count, squats = bends.figure("count"), bends.figure("squats")
+    if count:
+        every = squats is not None and squats.value == count.value
+        some = f" ({_many(squats, 'squat')})" if squats and squats.value and not every else ""
+        what = _many(count, "squat" if every else "knee bend")
+        yield int(count.value), f"{what}{some}{_peaks(bends, ', less bent knee to')}."
+    yield from _held(bends, "Knees held bent")
+
+
+def _raised(arms: Measures) -> Iterator[tuple[int, str]]:
+    sides = [arms.group(side) for side in _SIDES]
+    counts = [of.figure("count") for of in sides]
+    right, left = counts
+    if right and left and _many(right, "") == _many(left, "") and _together(*sides):
+        peaks = " and".join(f"{_peaks(of, ' to')} ({side})" for of, side in zip(sides, _SIDES, strict=True))
+        known = all(of.repetitions("peak") for of in sides)
+        yield int(right.value), f"{_many(right, 'raise')} of both arms{peaks if known else ''}."
+    else:
+        for side, of, count in zip(_SIDES, sides, counts, strict=True):
+            if count:
+                yield int(count.value), f"{_many(count, 'raise')} of the {side} arm{_peaks(of, ' to')}."
+    for side, of in zip(_SIDES, sides, strict=True):
+        yield from _held(of, f"{side.capitalize()} arm held up")
+
+
+def _together(one: Measures, other: Measures) -> bool:
+    """Whether the repetitions of both are at their highest at the same times, within a part of the shorter one: arms
+    that swing to and fro are not raised together."""
+    pairs = zip(one.spans, one.times("peak_at"), other.spans, other.times("peak_at"), strict=False)
+    return all(abs(at - at_other) <= _AT_ONCE * min(b - a, d - c) for (a, b), at, (c, d), at_other in pairs)
+
+
+def _held(of: Measures, what: str) -> Iterator[tuple[int, str]]:
+    holds = of.group("holds")
+    if longest := holds.figure("longest"):
+        count = holds.count()
+        often, most = (f" {count} times", " at most") if count > 1 else ("", "")
+        more = " or more" * longest.at_least
+        yield count, f"{what}{often} for {longest.value:.1f} s{more}{most}."
+
+
+def _jumped(jumps: Measures) -> Iterator[tuple[int, str]]:
+    if count := jumps.figure("count"):
+        heights = jumps.repetitions("height_by_flight_time")
+        unknown = " (error not known)" if heights and all(row.error is None for row in heights) else ""
+        high = f", {_spread(heights)} high by time in the air{unknown}" if heights else ""
+        yield int(count.value), f"{_many(count, 'jump')}{high}."
+
+
+def _peaks(of: Measures, to: str) -> str:
+    """Such as " to 95 to 102 ± 11°", of those that are known."""
+    peaks = of.repetitions("peak")
+    if not peaks:
+        return ""
+    some = f" ({len(peaks)} of them)" if len(peaks) < of.count() else ""
+    return f"{to} {_spread(peaks)}{some}"
+
+
+def _many(count: Measure, what: str) -> str:
+    """Such as "4 or more steps"."""
+    if not count.at_least:
+        return how_many(int(count.value), what)
+    return f"{count.value:.0f} or more {what}s"
+
+
+def _stated(row: Measure) -> str:
+    """A figure with its unit, and its error or that this is not known."""
+    unit = UNITS[row.unit].page.format("m")
+    return row.in_words(unit) if row.error is not None else f"about {row.in_words(unit)} (error not known)"
 
 
 @dataclass(frozen=True)
 class JointRange:
-    """Where the angles of a joint lie in nine of ten frames. sides: such as {"right": "3 to 58"}, degrees; of the trunk
-    {"": "4 left to 6 right"}. bar: the widest ± of an end, None where none is known. times: how many errors it ranges.
-    """
+    """Where an angle of a joint lies in nine of ten frames. angle: without a side; ends: low and high by side ("right",
+    "left"; "" of the trunk), degrees; bar: the widest ± of an end, None where none is known; times: how many errors it
+    ranges."""
 
-    joint: str
-    sides: Mapping[str, str]
+    angle: str
+    ends: dict[str, tuple[float, float]]
     bar: float | None
     times: float
 
-    def __str__(self) -> str:
-        """Such as "knees 3 to 58 (right) and 2 to 68 (left) ± 9"."""
-        parts = " and ".join(f"{ends}{f' ({side})' * bool(side)}" for side, ends in self.sides.items())
-        return f"{self.joint} {parts}" + ("" if self.bar is None else f" ± {self.bar:.0f}")
+    def words(self, side: str) -> str:
+        """Such as "3 to 58 ± 9°"; of a joint that goes two ways "4 left to 6 right ± 9°"."""
+        return f"{_between(*self.ends[side], _WAYS.get(self.angle))}{'' if self.bar is None else f' ± {self.bar:.0f}'}°"
 
 
-def answer(take: Take, with_ranges: bool = True) -> list[str]:
-    """Sentences about a take's movements, the most frequent first, and the joints that range furthest for their error.
-    Nothing of a take without measures. with_ranges: in a sentence, where no movement was found and no
-    table shows `joint_ranges`."""
-    if not take.measures:
-        return []
-    measures, metric = grouped(take.measures), take.need("poses").frame.metric
-    done = [
-        *_walked(subgroup(measures, "walking"), metric),
-        *_bent(subgroup(measures, "knee_bends")),
-        *_raised(subgroup(measures, "arm_raises")),
-        *_jumped(subgroup(measures, "jumps")),
-    ]
-    moved = [words for _, words in sorted(done, key=lambda told: -told[0])]
-    ranges = "" if done or not with_ranges else _ranges(subgroup(measures, "range_of_motion"))
-    return [f"{words[:1].upper()}{words[1:]}." for words in ("; ".join(moved), ranges) if words]
+def _ranges(measures: Measures) -> Iterator[str]:
+    """A sentence; none where no joint moves by more than its error."""
+    for each in joint_ranges(measures.group("range_of_motion"))[:1]:
+        parts = [f"{each.words(side)}{f' ({side})' * bool(side)}" for side in each.ends]
+        unknown = " (errors not known)" if each.bar is None else ""
+        yield f"In nine of ten frames: {label_of(each.angle)} {', '.join(parts)}{unknown}."
 
 
-def _walked(walking: Group, metric: bool) -> list[_Told]:
-    steps = _count(walking, "steps")
-    if not steps:
-        return []
-    words = {"running": "ran", "walking or running": "walked or ran"}.get(text(walking, "gait"), "walked")
-    words += f" {_least(walking, 'steps')}{how_many(steps, 'step')}"
-    if back := _count(walking, "backward_steps"):
-        words += " backwards" if back == steps else f", {back} of them backwards"
-    if _count(walking, "walks") == 1 and (lasts := measure(walking, "walked")):
-        words += f" in {lasts.value:.1f} s"
-    if ends := text(walking, "not_visible"):
-        words += f" ({ends} not visible)"
-    if cadence := measure(walking, "cadence"):
-        words += f", {_figure(cadence, 'a minute')}"
-    if metric and (speed := measure(walking, "walking_speed")):
-        words += f", at {_figure(speed, 'm/s')}"
-    return [(steps, words)]
-
-
-def _bent(bends: Group) -> list[_Told]:
-    count, squats = _count(bends), _count(bends, "squats")
-    among = f", {_least(bends, 'squats')}{how_many(squats, 'squat')} among them" if 0 < squats < count else ""
-    did = "squatted" if squats == count else "bent the knees"
-    return [
-        *([(count, f"{did} {_counted([bends], ', the less bent knee to')}{among}")] if count else []),
-        *_held("held the knees bent", bends),
-    ]
-
-
-def _raised(arms: Group) -> list[_Told]:
-    sides = {side: subgroup(arms, side) for side in _SIDES}
-    counts = {side: _count(of) for side, of in sides.items()}
-    held = [told for side, of in sides.items() for told in _held(f"held the {side} arm up", of)]
-    alike = len({(counts[side], _least(of)) for side, of in sides.items()}) == 1
-    if alike and counts["right"] and _together(*sides.values()):
-        return [(counts["right"], f"raised both arms {_counted(list(sides.values()))}"), *held]
-    raised = [
-        (counts[side], f"raised the {side} arm {_counted([of])}")
-        for side, of in sides.items()
-        if counts[side]
-    ]
-    return [*raised, *held]
-
-
-def _together(one: Group, other: Group) -> bool:
-    """Whether the repetitions of both are at their highest at the same times, within a part of the shorter one: arms
-    that swing to and fro are not raised together."""
-    each = [
-        list(zip(*(moments(of, name) for name in ("start", "peak_at", "stop")), strict=True))
-        for of in (one, other)
-    ]
-    return all(
-        abs(a[1] - b[1]) <= _AT_ONCE * min(a[2] - a[0], b[2] - b[0]) for a, b in zip(*each, strict=False)
-    )
-
-
-def _held(what: str, of: Group) -> list[_Told]:
-    """Such as "held the knees bent once, for 5.4 s"; of several the longest."""
-    holds = subgroup(of, "holds")
-    count, longest = _count(holds), value(holds, "longest")
-    if not count or longest is None:
-        return []
-    words = f"{what} {_often(count)}, {'' if count == 1 else 'the longest '}for {_least(holds, 'longest')}"
-    return [(count, f"{words}{longest:.1f} s")]
-
-
-def _counted(moved: Sequence[Group], to: str = " to") -> str:
-    """Such as "at least 3 times to 102 ± 7 degrees". moved: of one count."""
-    return f"{_least(moved[0])}{_often(_count(moved[0]))}{_peaks(moved, to)}"
-
-
-def _least(of: Group, name: str = "count") -> str:
-    """ "at least " of a figure that may be more."""
-    figure = measure(of, name)
-    return "at least " if figure and figure.at_least else ""
-
-
-def _peaks(moved: Sequence[Group], to: str) -> str:
-    """Such as " to 102 degrees (± 7)", " to between 98 and 104 degrees (± 7)"; of both arms each side's own, and the
-    largest error."""
-    parts, errors = [], []
-    for of in moved:
-        if not (peaks := numbered(of, "peak")):
-            continue
-        values = [round(peak.value) for peak in peaks]
-        some = f"{len(peaks)} of them" if len(peaks) < _count(of) else ""
-        alone = len(moved) == 1
-        to = f", {some}{to}" if alone and some else to
-        side = "" if alone else f" ({', '.join(filter(None, (peaks[0].side, some)))})"
-        low, high = min(values), max(values)
-        parts.append((f"{low}" if low == high else f"between {low} and {high}") + side)
-        errors += [peak.bar for peak in peaks if peak.bar is not None]
-    if not parts:
-        return ""
-    return f"{to} {' and '.join(parts)} degrees{f' (± {max(errors):.0f})' if errors else ''}"
-
-
-def _jumped(jumps: Group) -> list[_Told]:
-    count = _count(jumps)
-    if not count:
-        return []
-    found = numbered(jumps, "height_by_flight_time")
-    errors = [height.bar for height in found if height.bar is not None]
-    within = f" (± {max(errors):.0f})" if errors else " (error not known)"
-    told = [f"{height.value:.0f}" for height in found]
-    each = f"each {told[0]} cm" if 1 < len(told) == told.count(told[0]) else f"{_and(told)} cm"
-    heights = f", {each} high by the time in the air{within}"
-    often = f"{_least(jumps)}{_often(count)}"
-    return [(count, f"jumped {often}{heights if 0 < len(found) <= _MOST else ''}")]
-
-
-def _ranges(ranges: Group) -> str:
-    """A sentence; empty where no joint moves by more than its error."""
-    if not (told := joint_ranges(ranges)):
-        return ""
-    of_ends = " (± for each end)" if any(one.bar is not None for one in told) else " (errors not known)"
-    return f"in nine of ten frames, in degrees{of_ends}: {'; '.join(map(str, told[:_JOINTS_SAID]))}"
-
-
-def joint_ranges(ranges: Group) -> list[JointRange]:
+def joint_ranges(ranges: Measures) -> list[JointRange]:
     """The joints whose range is the most times its error, by that of the side that moves more; empty where none moves
-    by more, and all have an error, on both sides, or where none is known."""
-    known = [one for name in _JOINTS if (one := _range(ranges, name)).sides]
-    moving = [one for one in known if one.times > 1]
-    whole = all(one.bar is not None and set(one.sides) in ({""}, set(_SIDES)) for one in known)
+    by more, and all have an error, on both sides, or where none is known. ranges: that group."""
+    known = [each for name in _JOINTS if (each := _range(ranges, name)).ends]
+    moving = [each for each in known if each.times > 1]
+    whole = all(each.bar is not None and set(each.ends) in ({""}, set(_SIDES)) for each in known)
     if not moving and whole and len(known) == len(_JOINTS):
         return []
-    return sorted(moving or known, key=lambda one: -one.times)[:_JOINTS_TOLD]
+    return sorted(moving or known, key=lambda each: -each.times)
 
 
-def _range(ranges: Group, name: str) -> JointRange:
-    """Without sides where none is to be believed."""
-    angles = {"": name} if name in ranges else {side: f"{side[0]}_{name}" for side in _SIDES}
-    sides, errors, times = {}, [], 0.0
+def _range(ranges: Measures, name: str) -> JointRange:
+    """Without ends where none is to be believed."""
+    angles = {"": name} if name in ranges.groups else {side: f"{side[0]}_{name}" for side in _SIDES}
+    ends, bars, times = {}, [], 0.0
     for side, angle in angles.items():
-        of = subgroup(ranges, angle)
-        ends = [end for figure in ("p05", "p95") if (end := measure(of, figure))]
-        if len(ends) < 2 or value(of, "beyond_anatomy_frames") or (value(of, "nan_share") or 0.0) > _UNSEEN:
+        of = ranges.group(angle)
+        low, high = (of.figure(figure) for figure in ("p05", "p95"))
+        if (
+            not low
+            or not high
+            or of.value("beyond_anatomy_frames")
+            or (of.value("nan_share") or 0.0) > _UNSEEN
+        ):
             continue
-        if full := measure(of, "p05_p95"):
-            times = max(times, full.value / (full.bar or _UNSTATED))
-        sides[side] = _between(ends[0].value, ends[1].value, _WAYS.get(name))
-        errors += [end.bar for end in ends if end.bar is not None]
-    return JointRange(_JOINTS[name], sides, max(errors, default=None), times)
+        if whole := of.figure("p05_p95"):
+            times = max(times, whole.value / (whole.bar or _UNSTATED))
+        ends[side] = low.value, high.value
+        bars += [end.bar for end in (low, high) if end.bar is not None]
+    return JointRange(name, ends, max(bars, default=None), times)
 
 
 def _between(low: float, high: float, ways: tuple[str, str] | None) -> str:
@@ -218,20 +255,3 @@ def _between(low: float, high: float, ways: tuple[str, str] | None) -> str:
     if ends[0] < 0 < ends[1]:
         return f"{-ends[0]} {ways[0]} to {ends[1]} {ways[1]}"
     return f"{' to '.join(dict.fromkeys(str(abs(end)) for end in ends))} {ways[ends[1] > 0 or ends[0] == 0]}"
-
-
-def _figure(of: Measure, unit: str) -> str:
-    """With the words of its unit, and its error or that this is not known."""
-    return of.in_words(unit) if of.error is not None else f"about {of.in_words(unit)} (error not known)"
-
-
-def _count(of: Group, name: str = "count") -> int:
-    return int(value(of, name) or 0)
-
-
-def _often(count: int) -> str:
-    return _TIMES[count] if count < len(_TIMES) else f"{count} times"
-
-
-def _and(words: Sequence[str], last: str = "and") -> str:
-    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)

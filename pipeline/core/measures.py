@@ -1,84 +1,55 @@
-"""A take's measures: rows that say what they are, in which unit, of which side and how uncertain.
+"""A take's measures: rows that say what they are, of which side and how uncertain, and one value that holds them.
 
-Files and pages are made from these rows: the keys of summary.json and of measures.csv by `nested` and `Measure.key`.
+What a figure is called, its unit and its definition are in the catalogue (figures.py). The keys of summary.json and of
+measures.csv are made of these rows, `nested` and `Measure.key`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple
+from functools import cached_property
+from typing import Any, Literal
+
+from .figures import FIGURES, GROUPS, TOGETHER, WITHHELD, Figure
 
 Side = Literal["", "right", "left"]
 SD_90 = 1.645  # standard deviations of a Gaussian to each side that hold nine in ten
-# Names of all Moments.
-MOMENTS = ("start", "stop", "peak_at", "stride_start", "stride_stop", "landings", "toe_offs")
-
-
-class Unit(NamedTuple):
-    """How a unit is written: at the end of keys and columns, in tables, on pages. {} stands for the take's unit of
-    length, which keys do not name."""
-
-    ending: str = ""
-    table: str = ""
-    page: str = ""
-
-
-UNITS = {
-    "": Unit(),
-    "deg": Unit("_deg", "deg", "°"),
-    "degps": Unit("_degps", "deg/s", "°/s"),
-    "s": Unit("_s", "s", "s"),
-    "cm": Unit("_cm", "cm", "cm"),
-    "px": Unit("_px", "px", "px"),
-    "percent": Unit("_percent", "%", "%"),
-    "spm": Unit("_spm", "1/min", "steps/min"),
-    "length": Unit("", "{}", "{}"),
-    "speed": Unit("", "{}/s", "{}/s"),
-}
-OF_LENGTH = ("length", "speed")  # units that say something only where the take has a scale
-# Why a figure, or all figures of a group, are not given: the text of the remark `withheld`, and what pages say of it.
-WITHHELD = {
-    "camera-moves": "the camera moves",
-    "detector-unsure": "the detector is unsure of its joints",
-    "error-too-large": "its error is too large",
-    "error-unknown": "its error is not known",
-    "few-frames": "too few frames have it",
-    "few-strides": "too few strides",
-    "few-values": "too few values",
-    "frames-missing": "frames without a value may show more",
-    "no-paths": "the stage trajectories has not run",
-    "not-levelled": "the take is not levelled",
-    "place-unknown": "where the person is in the room is not known",
-    "range-too-small": "both ranges are too small",
-    "side-missing": "one side has no range",
-    "sides-doubtful": "left and right are doubtful",
-    "sides-unlike": "each side was seen in another part of the movement",
-    "take-too-short": "the take is too short",
-}
 
 
 @dataclass(frozen=True)
 class Measure:
-    """One figure.
+    """One figure; KeyError for a name that is not in the catalogue.
 
-    group: names of what it belongs to, the outermost first, such as ("walking", "right"). name: without a unit. value:
-    unrounded, as in files; pages show it `with_bar`. unit: one of UNITS. error: one standard deviation, None if it is
-    not known. number: number of its repetition, from 0; None for a figure of the whole take. within_error: for a
-    difference of the sides, whether zero lies in its 90 % band; None if its error is not known, and for other figures.
-    at_least: of a count, whether there may be more, for an end of the take or a gap cuts one.
+    value: unrounded, as in files; pages show it `with_bar`. error: one standard deviation, None if it is not known.
+    number: number of its repetition, from 0; None for a figure of the whole take. within_error: for a difference of the
+    sides, whether zero lies in its 90 % band; None if its error is not known, and for other figures. at_least: of a
+    count, whether there may be more, for an end of the take or a gap cuts one. group: names of what it belongs to, the
+    outermost first, such as ("walking", "right").
     """
 
     name: str
     value: float
-    unit: str = ""
     error: float | None = None
     side: Side = ""
     number: int | None = None
     within_error: bool | None = None
     at_least: bool = False
     group: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _known(self.name)
+
+    @property
+    def about(self) -> Figure:
+        """What the catalogue says of it."""
+        return FIGURES[self.name]
+
+    @property
+    def unit(self) -> str:
+        """One of UNITS."""
+        return self.about.unit
 
     @property
     def bar(self) -> float | None:
@@ -93,30 +64,29 @@ class Measure:
     @property
     def key(self) -> str:
         """`cadence_spm`: as in files."""
-        return self.name + UNITS[self.unit].ending
-
-    @property
-    def error_key(self) -> str:
-        """`cadence_error_spm`: the unit stays at the end."""
-        return f"{self.name}_error{UNITS[self.unit].ending}"
+        return self.about.key
 
     @property
     def judged(self) -> dict[str, bool]:
         """What files say of it beside it: `step_time_within_error` of `step_time_symmetry_index`, `count_at_least`."""
         said = {f"{self.name}_at_least": True} if self.at_least else {}
         if self.within_error is not None:
-            said[self.name.replace("symmetry_index", "within_error")] = self.within_error
+            said[self.about.within_key] = self.within_error
         return said
 
 
 @dataclass(frozen=True)
 class Remark:
-    """A text about a group: `gait`, `counted`, and others; or of `withheld` a code."""
+    """A text about a group: `gait`, `counted`, and others; or of `withheld` a code. KeyError for another name."""
 
     name: str
     text: str
     side: Side = ""
     group: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.name != "withheld" and (of := self.name.removesuffix("_withheld")) not in TOGETHER:
+            _known(of)
 
     @property
     def key(self) -> str:
@@ -126,16 +96,19 @@ class Remark:
 @dataclass(frozen=True)
 class Moments:
     """Seconds of the take's clock at which something happens. `start`, `stop` and `peak_at` in a group are
-    those of the repetitions that its numbered figures are of."""
+    those of the repetitions that its numbered figures are of. KeyError for a name that is not in the catalogue."""
 
     name: str
     at_s: tuple[float, ...]
     side: Side = ""
     group: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        _known(self.name)
+
     @property
     def key(self) -> str:
-        return self.name + UNITS["s"].ending
+        return FIGURES[self.name].key
 
 
 @dataclass(frozen=True)
@@ -170,15 +143,101 @@ class Curves:
 Row = Measure | Remark | Moments | Curves
 
 
+@dataclass(frozen=True)
+class Measures:
+    """The rows of a take, in the order of files, or those of one of its groups; it iterates them. path: the group's
+    names, the outermost first; empty of a take. KeyError for rows of a group that is not in the catalogue."""
+
+    rows: tuple[Row, ...] = ()
+    path: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if unknown := {row.group[0] for row in self.rows if row.group} - GROUPS.keys():
+            raise KeyError(
+                f"{', '.join(sorted(unknown))}: no groups of the catalogue of figures (figures.py)"
+            )
+
+    def __iter__(self) -> Iterator[Row]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @cached_property
+    def groups(self) -> dict[str, Measures]:
+        """The groups inside this one by their names, in order."""
+        inner: dict[str, list[Row]] = {}
+        depth = len(self.path)
+        for row in self.rows:
+            if len(row.group) > depth:
+                inner.setdefault(row.group[depth], []).append(row)
+        return {name: Measures(tuple(rows), (*self.path, name)) for name, rows in inner.items()}
+
+    @cached_property
+    def own(self) -> dict[str, tuple[Row, ...]]:
+        """The rows of no group inside this one by their names, in order; of a figure of repetitions all."""
+        rows: dict[str, tuple[Row, ...]] = {}
+        for row in self.rows:
+            if len(row.group) == len(self.path):
+                rows[row.name] = (*rows.get(row.name, ()), row)
+        return rows
+
+    def group(self, *names: str) -> Measures:
+        """The group inside by these names, the outermost first; empty where there is none."""
+        found = self
+        for name in names:
+            found = found.groups.get(name, Measures((), (*found.path, name)))
+        return found
+
+    def figure(self, name: str) -> Measure | None:
+        """The figure of this group by that name, None where there is none."""
+        rows = [row for row in self._rows(name) if isinstance(row, Measure) and row.number is None]
+        return rows[0] if rows else None
+
+    def value(self, name: str) -> float | None:
+        """That figure's value."""
+        figure = self.figure(name)
+        return None if figure is None else figure.value
+
+    def count(self, name: str = "count") -> int:
+        """That figure's value as a whole number, 0 where there is none."""
+        return int(self.value(name) or 0)
+
+    def repetitions(self, name: str) -> tuple[Measure, ...]:
+        """The figures of this group's repetitions by that name, in order."""
+        return tuple(row for row in self._rows(name) if isinstance(row, Measure) and row.number is not None)
+
+    def text(self, name: str) -> str:
+        """The remark of this group by that name, "" where there is none."""
+        return next((row.text for row in self._rows(name) if isinstance(row, Remark)), "")
+
+    def withheld(self, name: str = "") -> str:
+        """The code of WITHHELD for which a figure of this group, or all of it, is not given; "" where it is."""
+        return self.text(f"{name}_withheld" if name else "withheld")
+
+    def times(self, name: str) -> tuple[float, ...]:
+        """Seconds by that name, none where there are none."""
+        return next((row.at_s for row in self._rows(name) if isinstance(row, Moments)), ())
+
+    @property
+    def spans(self) -> list[tuple[float, float]]:
+        """From when to when each repetition, stride or stretch of this group lasts."""
+        start, stop = ("stride_start", "stride_stop") if "stride_start" in self.own else ("start", "stop")
+        return list(zip(self.times(start), self.times(stop), strict=False))
+
+    @property
+    def curves(self) -> tuple[Curve, ...]:
+        """Over the cycles of this group."""
+        return next((row.of for row in self._rows("cycles") if isinstance(row, Curves)), ())
+
+    def _rows(self, name: str) -> tuple[Row, ...]:
+        return self.own.get(name, ())
+
+
 def withheld(code: str, figure: str = "") -> Remark:
     """That a figure of a group is not given, or all of it. code: of WITHHELD, else KeyError."""
-    if code not in WITHHELD:
-        raise KeyError(code)
+    WITHHELD[code]
     return Remark(f"{figure}_withheld" if figure else "withheld", code)
-
-
-# Rows by name; what is numbered in a list.
-Group = dict[str, "Group | Row | list[Measure]"]
 
 
 def half_bar(error: float) -> float:
@@ -219,86 +278,38 @@ def within(group: str, rows: Iterable[Row], side: Side = "") -> list[Row]:
     return [replace(row, group=(group, *row.group), side=row.side or side) for row in rows]
 
 
-def grouped(rows: Iterable[Row]) -> Group:
-    """The rows by the names of their groups and their own."""
-    result: Group = {}
-    for row in rows:
-        place: Any = result
-        for name in row.group:
-            place = place.setdefault(name, {})
-        if isinstance(row, Measure) and row.number is not None:
-            place.setdefault(row.name, []).append(row)
-        else:
-            place[row.name] = row
-    return result
-
-
-def subgroup(of: Mapping[str, Any], *names: str) -> Group:
-    """The group in a group by these names, the outermost first; empty where there is none."""
-    for name in names:
-        of = of.get(name, {})
-    return dict(of) if isinstance(of, Mapping) else {}
-
-
-def measure(of: Mapping[str, Any], name: str) -> Measure | None:
-    """The single figure of a group by that name, None where there is none."""
-    found = of.get(name)
-    return found if isinstance(found, Measure) else None
-
-
-def value(of: Mapping[str, Any], name: str) -> float | None:
-    """That figure's value."""
-    found = measure(of, name)
-    return None if found is None else found.value
-
-
-def numbered(of: Mapping[str, Any], name: str) -> list[Measure]:
-    """The figures of a group's repetitions by that name, in order."""
-    found = of.get(name)
-    return found if isinstance(found, list) else []
-
-
-def text(of: Mapping[str, Any], name: str) -> str:
-    """The remark of a group by that name, "" where there is none."""
-    found = of.get(name)
-    return found.text if isinstance(found, Remark) else ""
-
-
-def moments(of: Mapping[str, Any], name: str) -> tuple[float, ...]:
-    """Seconds by that name, none where there are none."""
-    found = of.get(name)
-    return found.at_s if isinstance(found, Moments) else ()
-
-
 def nested(rows: Iterable[Row]) -> dict[str, Any]:
     """The rows as plain nested dicts, as summary.json has them: units end the keys, an error stands behind its figure,
     numbered figures are lists, None for a repetition that has none."""
-    return _fields(grouped(rows))
-
-
-def _fields(group: Mapping[str, Any]) -> dict[str, Any]:
     result: dict[str, Any] = {}
-    for name, leaf in group.items():
-        if isinstance(leaf, Mapping):
-            result[name] = _fields(leaf)
-        elif isinstance(leaf, Remark):
-            result[leaf.key] = leaf.text
-        elif isinstance(leaf, Moments):
-            result[leaf.key] = list(leaf.at_s)
-        elif isinstance(leaf, Curves):
-            result[name] = {curve.angle: curve.fields() for curve in leaf.of}
+    lists: dict[tuple[tuple[str, ...], str], list[Measure]] = {}
+    for row in rows:
+        place = result
+        for name in row.group:
+            place = place.setdefault(name, {})
+        if isinstance(row, Remark):
+            place[row.key] = row.text
+        elif isinstance(row, Moments):
+            place[row.key] = list(row.at_s)
+        elif isinstance(row, Curves):
+            place[row.name] = {curve.angle: curve.fields() for curve in row.of}
+        elif row.number is None:
+            stated = {} if row.error is None else {row.about.error_key: row.error}
+            place |= {row.key: row.value, **stated, **row.judged}
         else:
-            result |= _with_error(leaf)
+            lists.setdefault((row.group, row.name), []).append(row)
+            place |= _listed(lists[row.group, row.name])
     return result
 
 
-def _with_error(of: Measure | Sequence[Measure]) -> dict[str, Any]:
-    if not isinstance(of, Measure):
-        one, by = of[0], {each.number: each for each in of}
-        every = [by.get(number) for number in range(max(number or 0 for number in by) + 1)]
-        stated = (
-            {} if None in (each.error for each in of) else {one.error_key: [e and e.error for e in every]}
-        )
-        return {one.key: [each and each.value for each in every], **stated}
-    stated = {} if of.error is None else {of.error_key: of.error}
-    return {of.key: of.value, **stated, **of.judged}
+def _listed(rows: Sequence[Measure]) -> dict[str, Any]:
+    """A figure of repetitions, with its errors where the first has one, as then all have."""
+    by, about = {row.number: row for row in rows}, rows[0].about
+    every = [by.get(number) for number in range(max(number or 0 for number in by) + 1)]
+    stated = {} if rows[0].error is None else {about.error_key: [row and row.error for row in every]}
+    return {about.key: [row and row.value for row in every], **stated}
+
+
+def _known(name: str) -> None:
+    if name not in FIGURES:
+        raise KeyError(f"{name} is not in the catalogue of figures (figures.py)")

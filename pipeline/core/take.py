@@ -13,7 +13,7 @@ from .anthropometry import STATURES_M
 from .camera import Camera
 from .errors import InputError
 from .extras import needed_for
-from .measures import Row
+from .measures import Measures
 from .messages import in_one_line
 from .movement import dataset_of
 from .notices import Notice, grave, verdict, without_doubles
@@ -181,7 +181,7 @@ class Take:
     angle_errors: how the errors of its angles, and of all that rests on angles, are known: "judged" (the built-in
         lifter made the poses), "disagreement" (of another lifter with it), "file" (given by the user), or "none". None
         for a take without angles.
-    measures: rows of the take's figures, remarks, moments and curves (pipeline/core/measures.py).
+    measures: its figures, remarks, moments and curves (pipeline/core/measures.py).
     session: what the user says about the recording: title, person, date.
     told: what the user says that stages use: camera, up, image size, stature, privacy.
     notices: what else is said of it (pipeline/core/notices.py).
@@ -199,7 +199,7 @@ class Take:
     cutoff_hz: float | None = None
     kinematics: dict[str, np.ndarray] | None = None
     angle_errors: AngleErrors | None = None
-    measures: tuple[Row, ...] | None = None
+    measures: Measures | None = None
     notices: tuple[Notice, ...] = ()
     inputs: tuple[dict[str, Any], ...] = ()
     session: Session = Session()
@@ -239,6 +239,11 @@ class Take:
         background = None if self.camera is None else self.camera.background
         seen = background is not None and background.kind == "still"
         return self.told.standing or (seen and not self.told.moving)
+
+    @property
+    def figures(self) -> Measures:
+        """Its measures; none where no stage has made any."""
+        return self.measures or Measures()
 
     @property
     def judged(self) -> tuple[Notice, ...]:

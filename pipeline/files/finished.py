@@ -14,7 +14,6 @@ from ..core.catalogue import About, Weight
 from ..core.errors import InputError
 from ..core.frames import IMAGE, LEVEL, Frame
 from ..core.layouts import H36M17, Layout
-from ..core.measures import Row
 from ..core.notices import Notice, grave
 from ..core.path import RootPath
 from ..core.pose import MadeBy, PoseSequence, Rectified, Step
@@ -134,7 +133,7 @@ def read_run(folder: str | Path) -> Take:
     folder = Path(folder)
     try:
         summary = _Summary.model_validate(read_object(folder / SUMMARY))
-        take = _take(summary, load_all(folder / POSES), read_measures(folder))
+        take = _take(summary, load_all(folder / POSES))
         return take.with_(kinematics=_kinematics(folder, len(take.need("poses"))))
     except ValidationError as error:
         first = error.errors()[0]
@@ -158,7 +157,7 @@ def read_run(folder: str | Path) -> Take:
     )
 
 
-def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...]) -> Take:
+def _take(summary: _Summary, arrays: dict[str, np.ndarray]) -> Take:
     said = tuple(each.said() for each in summary.notices)
     judged = summary.verdict is not None
     poses = _poses(summary, arrays)
@@ -182,7 +181,7 @@ def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...
         filtered=_filtered(summary, arrays, rectified.level),
         cutoff_hz=summary.cutoff_hz,
         angle_errors=summary.angle_errors,
-        measures=None if summary.measures is None else rows,
+        measures=None if summary.measures is None else read_measures(summary.measures),
         notices=tuple(each for each in said if each not in grave(said)) if judged else said,
         inputs=summary.inputs,
         session=summary.session,

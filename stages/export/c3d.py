@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.core.frames import LEVEL
-from ...pipeline.core.measures import grouped, moments, subgroup
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
@@ -99,12 +98,12 @@ def _add_events(file: Any, take: Take, from_s: float) -> None:
 
 def contacts(take: Take) -> list[tuple[float, str, str]]:
     """Of the walks of a take, in order: seconds, the side, and what happens to that foot, "landings" or "toe_offs"."""
-    walking = subgroup(grouped(take.measures or ()), "walking")
+    walking = take.figures.group("walking")
     return sorted(
         (at_s, side, name)
         for side in ("right", "left")
         for name in _EVENTS
-        for at_s in moments(subgroup(walking, side), name)
+        for at_s in walking.group(side).times(name)
     )
 
 

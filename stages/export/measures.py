@@ -5,14 +5,33 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from ...pipeline.core.errors import InputError
-from ...pipeline.core.measures import UNITS, Curves, Group, Moments, Remark, grouped, moments
+from ...pipeline.core.figures import UNITS
+from ...pipeline.core.measures import Measure, Measures, Moments, Remark
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file, write_rows
-from ...pipeline.files.measures import Row
 from .provenance import provenance
 from .strides import columns_of, stride_rows
+
+
+class Row(NamedTuple):
+    """One figure, a line of measures.csv. measure: the keys that lead to it in summary.json, joined by dots. side:
+    "right", "left" or None. item: which of a list, from 0 on; None for a single figure. value: a number, or None where
+    `text` says something. error: its standard error, where it is stated. unit: "deg", "s", "%", "1/min", the take's
+    unit of length or that a second, None for pure numbers. start_s, stop_s: of the repetition that the figure is of;
+    None where it is of the take."""
+
+    measure: str
+    side: str | None
+    item: int | None
+    value: float | None
+    error: float | None
+    unit: str | None
+    start_s: float | None
+    stop_s: float | None
+    text: str | None
 
 
 def write_measures(take: Take, path: Path) -> None:
@@ -49,35 +68,29 @@ def rows(take: Take) -> Iterator[Row]:
     """The take's figures in the order of summary.json, without its curves. A figure's error stands beside it and has no
     row of its own."""
     length = take.need("poses").frame.unit
-    yield from _rows(grouped(take.measures or ()), (), length)
+    for row in take.figures:
+        of = take.figures.group(*row.group)
+        place, side = ".".join((*row.group, "")), row.side or None
+        if isinstance(row, Remark):
+            yield _said(place + row.key, side, row.text)
+        elif isinstance(row, Moments):
+            of_repetitions = len(row.at_s) == len(of.times("stride_start") or of.times("start"))
+            for i, at_s in enumerate(row.at_s):
+                span = _span(of, i) if of_repetitions else (None, None)
+                yield Row(place + row.key, side, i, float(at_s), None, "s", *span, None)
+        elif isinstance(row, Measure):
+            span = (None, None) if row.number is None else _span(of, row.number)
+            unit = UNITS[row.unit].table.format(length) or None
+            yield Row(place + row.key, side, row.number, float(row.value), row.error, unit, *span, None)
+            for name, judged in row.judged.items():
+                yield _said(place + name, side, str(judged))
 
 
-def _rows(group: Group, above: tuple[str, ...], length: str) -> Iterator[Row]:
-    starts, stops = (moments(group, end) or moments(group, f"stride_{end}") for end in ("start", "stop"))
-    for name, leaf in group.items():
-        if isinstance(leaf, dict):
-            yield from _rows(leaf, (*above, name), length)
-        elif isinstance(leaf, Remark):
-            yield _said(".".join((*above, leaf.key)), leaf.side, leaf.text)
-        elif isinstance(leaf, Moments):
-            for i, at_s in enumerate(leaf.at_s):
-                spans = _span(starts, stops, i) if len(leaf.at_s) == len(starts) else (None, None)
-                yield Row(
-                    ".".join((*above, leaf.key)), leaf.side or None, i, float(at_s), None, "s", *spans, None
-                )
-        elif not isinstance(leaf, Curves):
-            for one in leaf if isinstance(leaf, list) else [leaf]:
-                span = (None, None) if one.number is None else _span(starts, stops, one.number)
-                unit = UNITS[one.unit].table.format(length) or None
-                figure = one.side or None, one.number, float(one.value), one.error, unit
-                yield Row(".".join((*above, one.key)), *figure, *span, None)
-                for name, judged in one.judged.items():
-                    yield _said(".".join((*above, name)), one.side, str(judged))
+def _said(measure: str, side: str | None, text: str) -> Row:
+    return Row(measure, side, None, None, None, None, None, None, text)
 
 
-def _said(measure: str, side: str, text: str) -> Row:
-    return Row(measure, side or None, None, None, None, None, None, None, text)
-
-
-def _span(starts: tuple[float, ...], stops: tuple[float, ...], i: int) -> tuple[float | None, float | None]:
+def _span(of: Measures, i: int) -> tuple[float | None, float | None]:
+    """When the repetition or stride of that number began and ended."""
+    starts, stops = (of.times(end) or of.times(f"stride_{end}") for end in ("start", "stop"))
     return (starts[i] if i < len(starts) else None), (stops[i] if i < len(stops) else None)

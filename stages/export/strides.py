@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...pipeline.core.measures import Moments, Row, Side
+from ...pipeline.core.measures import Measures, Side
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import near, unwrapped
 from ...pipeline.signals.filters import around, breaks, each_path, resample
@@ -30,14 +30,19 @@ class Cycle(NamedTuple):
     stop_s: float
 
 
-def cycles_of(measures: Sequence[Row]) -> Iterator[Cycle]:
-    """All strides and repetitions that the measures of a take have found, in the order of summary.json."""
-    times = {(row.group, row.name): row for row in measures if isinstance(row, Moments)}
-    for (group, name), starts in times.items():
-        stops = times.get((group, name.replace("start", "stop")))
-        if group[0] in _WITH_CYCLES and "holds" not in group and name in ("start", "stride_start") and stops:
-            for number, span in enumerate(zip(starts.at_s, stops.at_s, strict=True)):
-                yield Cycle(".".join(group), starts.side, number, *span)
+def cycles_of(measures: Measures) -> Iterator[Cycle]:
+    """All strides and repetitions of a take's measures, in the order of summary.json."""
+    for of in _moving(measures):
+        for number, (start_s, stop_s) in enumerate(of.spans):
+            yield Cycle(".".join(of.path), of.rows[0].side, number, start_s, stop_s)
+
+
+def _moving(measures: Measures) -> Iterator[Measures]:
+    """The groups of strides and repetitions; postures that are held are none."""
+    for name, of in measures.groups.items():
+        if (measures.path or name in _WITH_CYCLES) and name != "holds":
+            yield of
+            yield from _moving(of)
 
 
 def columns_of(take: Take) -> list[str]:
@@ -62,7 +67,9 @@ def stride_rows(take: Take) -> Iterator[dict[str, Any]]:
     )
     for cycle in cycles_of(take.measures):
         at_s = np.linspace(cycle.start_s, cycle.stop_s, POINTS)
-        events = _events(take.measures, cycle) if cycle.movement.startswith("walking") else {}
+        events = (
+            _events(take.measures.group("walking"), cycle) if cycle.movement.startswith("walking") else {}
+        )
         near = around(times, at_s)
         own_seams = [seam - near.start for seam in seams if near.start < seam < near.stop]
         at_percents = partial(resample, time_s=times[near], at_s=at_s, seams=own_seams)
@@ -86,13 +93,13 @@ def _angles(take: Take) -> list[str]:
     return [name for name in ALL_ANGLES if f"{name}_deg" in take.need("kinematics")]
 
 
-def _events(measures: Sequence[Row], cycle: Cycle) -> dict[int, str]:
-    """By the nearest per cent of a stride: initial contacts and toe-offs of its own foot and of the other."""
-    walked = [row for row in measures if isinstance(row, Moments) and row.group[0] == "walking"]
+def _events(walking: Measures, cycle: Cycle) -> dict[int, str]:
+    """By the nearest per cent of a stride: initial contacts and toe-offs of its own foot and of the other. walking:
+    that group of a take."""
     found = {}
     for prefix, side in (("other ", _OTHER[cycle.side]), ("", cycle.side)):
         for name, words in (("toe_offs", "toe-off"), ("landings", "initial contact")):
-            for at_s in (at_s for row in walked if (row.name, row.side) == (name, side) for at_s in row.at_s):
+            for at_s in walking.group(side).times(name):
                 percent = 100 * (at_s - cycle.start_s) / (cycle.stop_s - cycle.start_s)
                 if -0.5 <= percent <= 100.5:
                     found[round(percent)] = f"{prefix}{words}"

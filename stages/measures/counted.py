@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import groupby
 
 import numpy as np
 
 from ...models.angle_error.repeatability import known_median
 from ...models.common.motion import Motion
-from ...pipeline.core.measures import SD_90, Curve, Curves, Measure, Row, side_of, within
+from ...pipeline.core.measures import SD_90, Curve, Curves, Measure, Row, Side, side_of, within
 from ...pipeline.signals.angles import of_both
 from ...pipeline.signals.filters import rate
 from .cycles import mean_curve
@@ -34,21 +35,30 @@ _EACH_S = 0.15
 def counted_rows(motion: Motion, every: Sequence[Counted]) -> list[Row]:
     """The groups of all movements, curves of both sides in one."""
     rows: list[Row] = []
-    curves: dict[str, list[Curve]] = {}
-    for counted in every:
-        group, _, inner = counted.movement.name.partition(".")
-        own = [observable(counted.observable), *_figures(motion, counted), *_holds(counted.holds)]
-        side = side_of(counted.movement.drivers[0]) if inner else ""
-        rows += within(group, within(inner, own, side) if inner else own)
-        spans = np.array([(one.start_s, one.stop_s) for one in counted.events if one.whole]).reshape(-1, 2)
-        for angle in counted.movement.shown:
-            found = mean_curve(angle, motion.angle(angle), motion.times, spans, motion.seams)
-            curves.setdefault(counted.movement.name if group == "repetitions" else group, []).extend(found)
-    for name, of in curves.items():
-        group, _, inner = name.partition(".")
-        shown = [Curves(tuple(of))] if of else []
-        rows += within(group, within(inner, shown) if inner else shown)
+    for place, movements in groupby(every, _with_curves):
+        curves: list[Curve] = []
+        for counted in movements:
+            spans = np.array([(each.start_s, each.stop_s) for each in counted.events if each.whole]).reshape(
+                -1, 2
+            )
+            for angle in counted.movement.shown:
+                curves += mean_curve(angle, motion.angle(angle), motion.times, spans, motion.seams)
+            own = [observable(counted.observable), *_figures(motion, counted), *_holds(counted.holds)]
+            rows += _inside(counted.movement.name, own, side_of(counted.movement.drivers[0]))
+        rows += _inside(place, [Curves(tuple(curves))] if curves else [])
     return rows
+
+
+def _with_curves(counted: Counted) -> str:
+    """The group that has a movement's curves: of both arms it is one."""
+    name = counted.movement.name
+    return name.partition(".")[0] if name.startswith("arm_raises") else name
+
+
+def _inside(place: str, rows: Sequence[Row], side: Side = "") -> list[Row]:
+    """The rows in the group of that name. side: of an inner group."""
+    group, _, inner = place.partition(".")
+    return within(group, within(inner, rows, side) if inner else rows)
 
 
 def _figures(motion: Motion, counted: Counted) -> list[Row]:
@@ -79,8 +89,8 @@ def _figures(motion: Motion, counted: Counted) -> list[Row]:
     durations_s = np.array([one.stop_s - one.start_s for one in whole])
     return [
         *result,
-        *spread("duration", "s", durations_s, each_s, shared=ends_s),
-        *spread("rise", "deg", np.array([one.rise for one in whole]), shared=height_sd),
+        *spread("duration", durations_s, each_s, shared=ends_s),
+        *spread("rise", np.array([one.rise for one in whole]), shared=height_sd),
     ]
 
 
@@ -91,10 +101,10 @@ def _peaks(motion: Motion, angle: str, events: Sequence[Repetition], sd: np.ndar
     known, usual = bool(np.isfinite(errors).all()), known_median(np.array(errors))
     mdc90 = SD_90 * error_of_difference(motion, f"peak.{of_both(angle)}", (usual, usual), "repetitions")
     peaks = [
-        replace(with_error("peak", "deg", events[i].peak, error if known else np.nan), number=i)
+        replace(with_error("peak", events[i].peak, error if known else np.nan), number=i)
         for i, error in zip(seen, errors, strict=True)
     ]
-    return [*peaks, *([Measure("peak_mdc90", mdc90, "deg")] if known and len(peaks) > 1 else [])]
+    return [*peaks, *([Measure("peak_mdc90", mdc90)] if known and len(peaks) > 1 else [])]
 
 
 def _squats(motion: Motion, counted: Counted) -> Measure:
@@ -114,6 +124,6 @@ def _holds(held: Sequence[Repetition]) -> list[Row]:
         Measure("count", len(held)),
         moments("start", (one.held[0] for one in held)),
         moments("stop", (one.held[1] for one in held)),
-        Measure("longest", float(longest), "s", at_least=cut),
+        Measure("longest", float(longest), at_least=cut),
     ]
     return within("holds", rows)

@@ -55,7 +55,7 @@ def error_of_range(motion: Motion, angle: str, found_deg: float, ends: tuple[flo
 
 def observable(known: np.ndarray) -> Measure:
     """In how much of the take, by its frames (T,), a movement could be judged."""
-    return Measure("observable", 100 * float(known.mean()) if len(known) else 0.0, "percent")
+    return Measure("observable", 100 * float(known.mean()) if len(known) else 0.0)
 
 
 def basis(values: np.ndarray) -> list[Measure]:
@@ -65,7 +65,7 @@ def basis(values: np.ndarray) -> list[Measure]:
 
 
 def spread(
-    name: str, unit: str, values: np.ndarray, resolution: float = 0.0, shared: float = 0.0
+    name: str, values: np.ndarray, resolution: float = 0.0, shared: float = 0.0
 ) -> list[Measure | Remark]:
     """Mean of (N,) with its standard error, and the standard deviation of six values or more, or that they are fewer;
     nothing of none.
@@ -81,22 +81,22 @@ def spread(
     own = np.fmax(sd, resolution) / np.sqrt(len(values))
     known = np.isfinite(sd) or shared
     error = float(np.hypot(own, shared) if known else 0.0) or float("nan")  # no error is known to be 0
-    mean = Measure(f"mean_{name}", float(values.mean()), unit, stated(error))
-    return [mean, *deviation(name, unit, values, resolution)]
+    mean = Measure(f"mean_{name}", float(values.mean()), stated(error))
+    return [mean, *deviation(name, values, resolution)]
 
 
-def deviation(name: str, unit: str, values: np.ndarray, resolution: float) -> list[Measure | Remark]:
+def deviation(name: str, values: np.ndarray, resolution: float) -> list[Measure | Remark]:
     """The standard deviation of (N,) finite values where it is larger than the resolution; the reason for none where
     there are two or more, but fewer than six. Nothing of one, and where the measurement makes it."""
     if len(values) < FEWEST_FOR_SD:
         return [withheld("few-values", "sd")] if len(values) > 1 else []
     sd = float(values.std(ddof=1))
-    return [Measure(f"sd_{name}", sd, unit)] if sd > resolution else []
+    return [Measure(f"sd_{name}", sd)] if sd > resolution else []
 
 
-def with_error(name: str, unit: str, value: float, error: float) -> Measure:
+def with_error(name: str, value: float, error: float) -> Measure:
     """A figure and its standard error, which is left out where it is not known."""
-    return Measure(name, float(value), unit, stated(error))
+    return Measure(name, float(value), stated(error))
 
 
 def stated(error: float) -> float | None:
@@ -123,7 +123,7 @@ def symmetry(right: float, left: float, error: float, of: str = "") -> list[Meas
     if SD_90 * error > _SAYS_NOTHING:
         return [withheld("error-too-large", f"{of}symmetry_index")]
     inside = bool(abs(index) <= SD_90 * error) if np.isfinite(error) else None
-    return [Measure(f"{of}symmetry_index", float(index), "percent", stated(error), within_error=inside)]
+    return [Measure(f"{of}symmetry_index", float(index), stated(error), within_error=inside)]
 
 
 def moments(name: str, values: Iterable[float]) -> Moments:

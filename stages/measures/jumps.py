@@ -123,16 +123,13 @@ def jumps(motion: Motion, airborne: Airborne, found: Sequence[Flight]) -> list[R
         moments("start", (flight.off_s for flight in found)),
         *(Measure("take_off_feet", flight.off_feet, number=i) for i, flight in enumerate(found)),
         *(Measure("landing_feet", flight.land_feet, number=i) for i, flight in enumerate(found)),
-        *_numbered("flight_time", "s", ((i, times(flight), error.time_s) for i, (flight, error) in each)),
-        *_numbered(
-            "height_by_flight_time", "cm", ((i, _CM * high, _CM * error) for i, high, error in heights)
-        ),
+        *_numbered("flight_time", ((i, times(flight), error.time_s) for i, (flight, error) in each)),
+        *_numbered("height_by_flight_time", ((i, _CM * high, _CM * error) for i, high, error in heights)),
         *_numbered(
             "jump_height",
-            "length",
             ((i, flight.rise * stature, error.rise * stature) for i, (flight, error) in each),
         ),
-        *_numbered("contact_time", "s", _contacts(found, errors)),
+        *_numbered("contact_time", _contacts(found, errors)),
     ]
 
 
@@ -144,5 +141,5 @@ def _contacts(found: Sequence[Flight], errors: Sequence[_Errors]) -> Iterator[tu
             yield i, contact_s, errors[i].time_s
 
 
-def _numbered(name: str, unit: str, each: Iterable[tuple[int, float, float]]) -> list[Measure]:
-    return [replace(with_error(name, unit, value, error), number=i) for i, value, error in each]
+def _numbered(name: str, each: Iterable[tuple[int, float, float]]) -> list[Measure]:
+    return [replace(with_error(name, value, error), number=i) for i, value, error in each]

@@ -30,8 +30,8 @@ def off_keypoints(motion: Motion) -> list[Row]:
         if not known.any():
             continue
         own: list[Row] = [
-            Measure(f"{name}_{what}", float(np.percentile(values[known], percentile)), unit)
-            for what, unit, values in (("in_image", "px", px), ("of_stature", "percent", 100 * share))
+            Measure(f"{name}_{what}", float(np.percentile(values[known], percentile)))
+            for what, values in (("in_image", px), ("of_stature", 100 * share))
             for name, percentile in (("median", 50), ("p95", 95))
         ]
         if spans := _spans(against[limb], motion.times):

@@ -114,13 +114,13 @@ def _rows(motion: Motion, of: Range) -> list[Row]:
     least, most = ALL_ANGLES[of.angle].anatomy_deg
     beyond = int(((known < least) | (known > most)).sum())
     return [
-        with_error("lowest", "deg", known.min(), of.low[1]),
-        with_error("highest", "deg", known.max(), of.high[1]),
-        Measure("full_range", float(known.max() - known.min()), "deg"),
-        with_error("p05", "deg", *of.low),
-        with_error("p95", "deg", *of.high),
-        with_error("p05_p95", "deg", of.deg, of.sd_deg),
-        *([Measure("usual_error", known_median(sd), "deg")] if np.isfinite(sd).any() else []),
+        with_error("lowest", known.min(), of.low[1]),
+        with_error("highest", known.max(), of.high[1]),
+        Measure("full_range", float(known.max() - known.min())),
+        with_error("p05", *of.low),
+        with_error("p95", *of.high),
+        with_error("p05_p95", of.deg, of.sd_deg),
+        *([Measure("usual_error", known_median(sd))] if np.isfinite(sd).any() else []),
         *([Measure("beyond_anatomy_frames", beyond)] if beyond else []),
         *basis(of.values),
     ]
@@ -156,8 +156,8 @@ def _compared(motion: Motion, both: str, found: Mapping[str, Range], why: Mappin
     if right.why or left.why:
         yield withheld("side-missing")
         return
-    yield Measure("right", right.deg, "deg", side="right")
-    yield Measure("left", left.deg, "deg", side="left")
+    yield Measure("right", right.deg, side="right")
+    yield Measure("left", left.deg, side="left")
     code = why.get(_part(both), "")
     if max(right.deg, left.deg) < _NO_RANGE:
         code = "range-too-small"

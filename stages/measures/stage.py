@@ -16,6 +16,7 @@ from ...models.place.airborne import Airborne, airborne
 from ...models.place.flights import Flight
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.measures import Measure, Row, side_of, withheld, within
+from ...pipeline.core.measures import Measures as Rows
 from ...pipeline.core.notices import notice, verdict
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.core.take import Take
@@ -60,16 +61,15 @@ class Measures:
 
     def __call__(self, take: Take) -> Take:
         if not self.unusable and verdict(take.judged) == "unusable":
-            return take.with_(measures=()).saying(notice("figures-withheld"))
-        motion = motion_of(take)
-        found, why_sides = detected(take, motion, self.repeat), sides_withheld(take)
-        angles = ranges(motion)
+            return take.with_(measures=Rows()).saying(notice("figures-withheld"))
+        motion, compared = motion_of(take), sides_withheld(take)
+        found, angles = detected(take, motion, self.repeat), ranges(motion)
         rows = (
             *within("range_of_motion", range_rows(motion, angles)),
-            *within("symmetry", symmetry_rows(motion, angles, why_sides)),
+            *within("symmetry", symmetry_rows(motion, angles, compared)),
             *counted_rows(motion, found.counted),
             *within(
-                "walking", walking(motion, found.gait, found.walks, self.belt_speed, why_sides.get("leg", ""))
+                "walking", walking(motion, found.gait, found.walks, self.belt_speed, compared.get("leg", ""))
             ),
             *within("jumps", jumps(motion, found.airborne, found.jumps)),
             *within("paths", _paths(motion)),
@@ -77,7 +77,8 @@ class Measures:
         )
         said = exchanged(take, motion) + doubts(motion, found.gait)
         on_belt = any(row.name == "belt" for row in rows) and self.belt_speed is None
-        return take.with_(measures=rows).saying(*said, *[notice("on-a-belt")] * on_belt)
+        once = dict.fromkeys(rows)  # figures may share a reason
+        return take.with_(measures=Rows(tuple(once))).saying(*said, *[notice("on-a-belt")] * on_belt)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,9 +126,9 @@ def _paths(motion: Motion) -> list[Row]:
             result += within(joint, [withheld("error-too-large"), *rests_on], side_of(joint))
             continue
         way = [
-            Measure("path_length", float(length), "length"),
-            Measure("mean_speed", float(length / duration), "speed"),
-            Measure("duration", float(duration), "s"),
+            Measure("path_length", float(length)),
+            Measure("mean_speed", float(length / duration)),
+            Measure("duration", float(duration)),
         ]
         result += within(joint, [*way, *rests_on], side_of(joint))
     return result or [withheld("no-paths")]

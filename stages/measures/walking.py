@@ -33,6 +33,7 @@ from ...models.gait.gait import (
     time_values,
 )
 from ...models.gait.of_take import SIDES, Walk
+from ...pipeline.core.figures import FIGURES
 from ...pipeline.core.measures import Curves, Measure, Remark, Row, withheld, within
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.notices import Notice, notice
@@ -58,19 +59,8 @@ _IN_STRIDES = (
 _PHASES = ("stance_percent", "swing_percent", "single_support_percent")
 _OF_BOTH = ("walking_speed", "step_length", "stride_length", "step_width")
 _TIMES = ("step_time_s", "stride_time_s", "stance_time_s", "swing_time_s")
-# The name without a unit, and the unit, of each figure of models.gait.gait.
-_NAMED = {
-    **{
-        f"{name}_s": (name, "s")
-        for name in ("step_time", "stride_time", "stance_time", "swing_time", "flight_time")
-    },
-    **{
-        f"{name}_percent": (name, "percent")
-        for name in ("stance", "swing", "single_support", "double_support")
-    },
-    **{name: (name, "length") for name in ("step_length", "stride_length", "step_width")},
-    "walking_speed": ("walking_speed", "speed"),
-}
+# The names of the catalogue by those of models.gait.gait, which end in a unit.
+_NAMED = {figure.key: figure.name for figure in FIGURES.values() if figure.group == "walking"}
 
 
 def walking(
@@ -122,7 +112,7 @@ def _counted(walks: Sequence[Walk]) -> list[Row]:
         Measure("walks", len(walks)),
         Measure("steps", steps, at_least=any(cut) or by_knees > 0),
         *([Measure("steps_by_knees", by_knees)] if by_knees else []),
-        Measure("walked", lasts_s, "s"),
+        Measure("walked", lasts_s),
         Remark(
             "counted", f"{how_many(steps, 'step')} between {how_many(steps + len(walks), 'landing')}{many}"
         ),
@@ -201,11 +191,9 @@ def peaks(
                 numbers.append(number)
         known = bool(np.isfinite(errors).all())
         for value, error, number in zip(values, errors, numbers, strict=True):
-            one = with_error(name, "deg", value, error)
-            result.append(Measure(name, one.value, "deg", one.error if known else None, number=number))
-        result += spread(
-            name, "deg", np.array(values), shared=known_median(np.array(errors)) if known else unknown
-        )
+            one = with_error(name, value, error)
+            result.append(Measure(name, one.value, one.error if known else None, number=number))
+        result += spread(name, np.array(values), shared=known_median(np.array(errors)) if known else unknown)
     return result
 
 
@@ -304,16 +292,16 @@ class _Means:
             found = _finite(values[name][side]) if side else both
             if not len(found):
                 continue
-            plain, unit = _NAMED[name]
+            plain = _NAMED[name]
             mean, own = float(found.mean()), self.error(name, len(found), both, side is not None)
             figure = plain if name == "walking_speed" else f"mean_{plain}"
-            row = with_error(figure, unit, mean, float(np.hypot(own, share * mean)))
+            row = with_error(figure, mean, float(np.hypot(own, share * mean)))
             if name in OF_LENGTH and row.bar is not None and row.bar >= mean:
                 result.append(withheld("error-too-large", figure))
                 continue
             result.append(row)
             if name != "walking_speed":
-                result += deviation(plain, unit, found, self.single(name))
+                result += deviation(plain, found, self.single(name))
         return result
 
 
@@ -333,7 +321,7 @@ def _symmetries(said: _Means, values: Values) -> list[Row]:
         if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
             right, left = (found.mean() for found in sides)
             error = said.difference_error(name, *sides)
-            result += symmetry(float(right), float(left), error, of=f"{_NAMED[name][0]}_")
+            result += symmetry(float(right), float(left), error, of=f"{_NAMED[name]}_")
     return result
 
 
@@ -344,7 +332,7 @@ def _cadence(said: _Means, values: Values, timed: bool) -> Row:
     step_time = _both(values, "step_time_s")
     mean = float(step_time.mean())
     return with_error(
-        "cadence", "spm", 60 / mean, 60 / mean**2 * said.error("step_time_s", len(step_time), step_time)
+        "cadence", 60 / mean, 60 / mean**2 * said.error("step_time_s", len(step_time), step_time)
     )
 
 
@@ -383,7 +371,7 @@ def _lengths(
     share = 0.0 if belt_speed is not None else float("nan")
     if belt_speed is None and motion.source.lifted and said.errors:
         share = _BELT_SHARE
-    speed = with_error("belt_speed", "speed", belt, share * belt or float("nan"))
+    speed = with_error("belt_speed", belt, share * belt or float("nan"))
     how = "its speed is that at which the standing foot drifts back"
     how = how if belt_speed is None else "its speed was given"
     return values, [speed, Remark("belt", how)], float(np.hypot(said.path_share, share))

@@ -63,7 +63,7 @@ def log_marks(recording: rr.RecordingStream, take: Take) -> None:
     import rerun as rr
 
     poses = take.need("poses")
-    for told in take.measures or ():
+    for told in take.figures:
         limbs = _MOVED.get(told.group[0]) if told.group else None
         if not isinstance(told, Moments) or told.name not in _MARKS or not limbs:
             continue

@@ -8,7 +8,8 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.angle_error.repeatability import difference_chance, differing
-from ...pipeline.core.measures import WITHHELD, Group, half_bar, measure, subgroup, text
+from ...pipeline.core.figures import COMPARED, FIGURES, WITHHELD, label_of
+from ...pipeline.core.measures import Measures, half_bar
 from ...pipeline.core.messages import how_many
 from ...pipeline.core.take import AngleErrors, Take
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
@@ -16,28 +17,25 @@ from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.charts import BAND, SIDES, SLICES, Curve, over_time, sides
 from ..drawing.facts import angle_bands
 from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, table
-from ..drawing.words import errors_of_angles, range_words, spoken
-from .measures import measure_tables
-
-_STEPS = {"step_time": "step time", "stance_time": "stance time", "step_length": "step length"}
+from ..drawing.words import errors_of_angles, range_words
 
 
-def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
+def ranges(measures: Measures, errors: AngleErrors | None) -> Markup:
     """HTML of the ranges of motion, right beside left. measures: the groups `range_of_motion` and `symmetry`; errors:
     how those of the take's angles are known."""
-    found, symmetry = subgroup(measures, "range_of_motion"), subgroup(measures, "symmetry")
-    known = [name for name in found if measure(subgroup(found, name), "p05")]
-    bars = any(of.bar is not None for name in known if (of := measure(subgroup(found, name), "p05")))
+    found, symmetry = measures.group("range_of_motion"), measures.group("symmetry")
+    lowest = {name: low for name, of in found.groups.items() if (low := of.figure("p05"))}
+    known, bars = [*lowest], any(low.error is not None for low in lowest.values())
     rows: list[list[Cell]] = [
         [
-            spoken(both),
-            *(_range(subgroup(found, f"{side}_{both}"), bars) for side in "rl"),
-            _difference(subgroup(symmetry, both), errors),
+            label_of(both),
+            *(_range(found.group(f"{side}_{both}"), bars) for side in "rl"),
+            _difference(symmetry.group(both), errors),
         ]
         for both in dict.fromkeys(of_both(name) for name in known if name not in MIDLINE)
     ]  # fmt: skip
     middle: list[list[Cell]] = [
-        [spoken(name), range_words(subgroup(found, name))] for name in known if name in MIDLINE
+        [label_of(name), range_words(found.group(name))] for name in known if name in MIDLINE
     ]
     if not known:
         return Markup("")
@@ -47,19 +45,18 @@ def ranges(measures: Group, errors: AngleErrors | None) -> Markup:
     doubtful = f"the difference lies within ±, {unknown}" if bars else unknown
     return (
         small(
-            f"From the 5th to the 95th percentile of the frames, in degrees{within}. Difference: right minus left "
+            f"From the 5th to the 95th percentile of all frames, in degrees{within}. Difference: right minus left "
             f"range, divided by their mean{mdc}. Grey: {doubtful}, or some values are beyond what a joint reaches. "
             f"{errors_of_angles(errors)}"
         )
         + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
         + Markup("").join(map(small, _without_range(found)))
-        + details("All figures of the ranges", measure_tables({name: found[name] for name in known}, level=3))
     )  # fmt: skip
 
 
-def _range(of: Group, bars: bool) -> Cell:
+def _range(of: Measures, bars: bool) -> Cell:
     """bars: whether ranges of the take have errors; one that has none beside them says so."""
-    shown, low = range_words(of), measure(of, "p05")
+    shown, low = range_words(of), of.figure("p05")
     return (
         Soft(f"{shown.words if isinstance(shown, Soft) else shown}, error not known")
         if bars and low and low.bar is None
@@ -67,26 +64,26 @@ def _range(of: Group, bars: bool) -> Cell:
     )
 
 
-def _without_range(found: Group) -> list[str]:
+def _without_range(found: Measures) -> list[str]:
     """Which angles have no range, and why. found: the group `range_of_motion`."""
-    why = {name: reason for name in found if (reason := text(subgroup(found, name), "withheld"))}
+    why = {name: reason for name, of in found.groups.items() if (reason := of.withheld())}
     angles: dict[str, list[str]] = {}
     for name, reason in why.items():
         alike = {why.get(f"{side}_{of_both(name)}") for side in "rl"} == {reason}
-        angles.setdefault(reason, []).append(spoken(of_both(name) if alike else name))
+        angles.setdefault(reason, []).append(label_of(of_both(name) if alike else name))
     return [
         f"No range of {', '.join(dict.fromkeys(of))}: {WITHHELD[reason]}." for reason, of in angles.items()
     ]
 
 
-def sides_compared(measures: Group) -> list[str]:
+def sides_compared(measures: Measures) -> list[str]:
     """Sentences on whether the sides differ, in ranges of motion and steps, told apart from the one difference in ten
     that chance makes; none where no error is stated. measures: of a take."""
-    walking, symmetry = subgroup(measures, "walking"), subgroup(measures, "symmetry")
+    walking, symmetry = measures.group("walking"), measures.group("symmetry")
     indices = {
-        f"range of {spoken(name)}": measure(subgroup(symmetry, name), "symmetry_index") for name in symmetry
+        f"range of {label_of(name)}": of.figure("symmetry_index") for name, of in symmetry.groups.items()
     }
-    indices |= {words: measure(walking, f"{name}_symmetry_index") for name, words in _STEPS.items()}
+    indices |= {FIGURES[name].label: walking.figure(f"{name}_symmetry_index") for name in COMPARED}
     stated = {
         words: (of.value, of.error, of.bar)
         for words, of in indices.items()
@@ -108,10 +105,10 @@ def sides_compared(measures: Group) -> list[str]:
     return ["No clear difference between right and left."]
 
 
-def _difference(symmetry: Group, errors: AngleErrors | None) -> Cell:
-    of = measure(symmetry, "symmetry_index")
+def _difference(symmetry: Measures, errors: AngleErrors | None) -> Cell:
+    of = symmetry.figure("symmetry_index")
     if of is None:
-        why = text(symmetry, "symmetry_index_withheld")
+        why = symmetry.withheld("symmetry_index")
         return Soft(WITHHELD[why]) if why else None
     bar = "" if of.bar is None else f" ±\u00a0{of.bar:.0f}"
     words = f"{of.value:z.0f}{bar}\u00a0%"
@@ -135,7 +132,7 @@ def angle_charts(take: Take) -> Markup:
             else sides(values[1], values[0], left_margin=margins[1], right_margin=margins[0])
         )
         angle = ALL_ANGLES[sides_of(name)[0]]
-        title = f"{spoken(name).capitalize()} (°)"
+        title = f"{label_of(name).capitalize()} (°)"
         about = f"{angle.words[:1].upper()}{angle.words[1:]}; positive: {angle.positive}."
         figures.append(figure([over_time(curves, times, f"{title} over time", about=about)], title))
     if not figures:
@@ -175,7 +172,7 @@ def angle_table(columns: Mapping[str, np.ndarray]) -> Markup:
         share = f"{100 * len(fine) / len(values):.0f} %"
         median = f"{np.median(fine):z.0f}" if len(fine) else None
         bar = f"{half_bar(float(np.median(error))):.0f}" if len(error) else None
-        rows.append([spoken(name), share, median, bar, why or "–"])
+        rows.append([label_of(name), share, median, bar, why or "–"])
     if not rows:
         return Markup("")
     reasons = "; ".join(f"{code}: {REASONS[code]}" for code in sorted(used & REASONS.keys()))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.core.measures import Group, grouped, moments, numbered, subgroup
+from ...pipeline.core.measures import Measures
 from ...pipeline.core.take import Take
 from ...pipeline.signals.filters import nearest_row
 
@@ -52,24 +52,24 @@ def event_beside(take: Take, row: int) -> Event:
 
 def _known(take: Take) -> list[list[Event]]:
     """Those of each movement, the first to be shown first."""
-    measures = grouped(take.measures or ())
+    measures = take.figures
     return [
-        [*_jumps(take, subgroup(measures, "jumps"))],
-        [*_bends(take, subgroup(measures, "knee_bends"))],
-        [*_arms(take, subgroup(measures, "arm_raises"))],
-        [*_landings(take, subgroup(measures, "walking"))],
+        [*_jumps(take, measures.group("jumps"))],
+        [*_bends(take, measures.group("knee_bends"))],
+        [*_arms(take, measures.group("arm_raises"))],
+        [*_landings(take, measures.group("walking"))],
     ]
 
 
-def _jumps(take: Take, jumps: Group) -> Iterator[Event]:
-    starts = moments(jumps, "start")
-    for time in numbered(jumps, "flight_time"):
+def _jumps(take: Take, jumps: Measures) -> Iterator[Event]:
+    starts = jumps.times("start")
+    for time in jumps.repetitions("flight_time"):
         if time.number is not None and time.number < len(starts):
             middle_s = starts[time.number] + time.value / 2
             yield Event(int(nearest_row(take.need("poses").times, middle_s)), "in the air")
 
 
-def _bends(take: Take, bends: Group) -> Iterator[Event]:
+def _bends(take: Take, bends: Measures) -> Iterator[Event]:
     """The deepest first: a page may have room for one."""
     both = [_column(take, f"{side}knee_flexion") for side in _SIDES.values()]
     for row in _peaks(take, np.fmin(*both), _spans(bends)):
@@ -77,16 +77,16 @@ def _bends(take: Take, bends: Group) -> Iterator[Event]:
         yield Event(row, "knees bent", f"{side}knee_flexion", f"{side}knee")
 
 
-def _arms(take: Take, arms: Group) -> Iterator[Event]:
+def _arms(take: Take, arms: Measures) -> Iterator[Event]:
     for side, short in _SIDES.items():
         angle = f"{short}shoulder_elevation"
-        for row in _peaks(take, _column(take, angle), _spans(subgroup(arms, side))):
+        for row in _peaks(take, _column(take, angle), _spans(arms.group(side))):
             yield Event(row, f"{side} arm raised", angle, f"{short}shoulder")
 
 
-def _landings(take: Take, walking: Group) -> Iterator[Event]:
+def _landings(take: Take, walking: Measures) -> Iterator[Event]:
     """From the middle of the steps on, right and left in turn, and then those before."""
-    landed = [(at, side) for side in _SIDES for at in moments(subgroup(walking, side), "landings")]
+    landed = [(at, side) for side in _SIDES for at in walking.group(side).times("landings")]
     landed.sort()
     middle = len(landed) // 2
     for at_s, side in landed[middle:] + landed[:middle]:
@@ -95,11 +95,10 @@ def _landings(take: Take, walking: Group) -> Iterator[Event]:
         yield Event(row, f"{side} foot lands", f"{knee}_flexion", knee, at_s)
 
 
-def _spans(group: Group) -> list[tuple[float, float]]:
+def _spans(group: Measures) -> list[tuple[float, float]]:
     """Of repetitions whose peak is known."""
-    peaks = {peak.number for peak in numbered(group, "peak")}
-    spans = zip(moments(group, "start"), moments(group, "stop"), strict=False)
-    return [span for i, span in enumerate(spans) if i in peaks]
+    peaks = {peak.number for peak in group.repetitions("peak")}
+    return [span for i, span in enumerate(group.spans) if i in peaks]
 
 
 def _peaks(take: Take, values: np.ndarray, spans: list[tuple[float, float]]) -> list[int]:

@@ -10,6 +10,7 @@ from markupsafe import Markup
 from ...models.angle_error.off_keypoints import agrees, steady
 from ...models.common.motion import in_doubt
 from ...models.common.residuals import LIMBS, residuals_of, unsure_joints
+from ...pipeline.core.figures import label_of
 from ...pipeline.core.layouts import Layout, with_feet
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
@@ -20,7 +21,6 @@ from ...pipeline.signals.visibility import certain
 from ..drawing import palette
 from ..drawing.page import figure, picture
 from ..drawing.skeletons import body_views, key_rows, skeletons
-from ..drawing.words import spoken
 from .events import Event, event_beside, events
 
 FRAMES = 6
@@ -97,7 +97,7 @@ def _key_figure(take: Take, body: PoseSequence, event: Event, image: np.ndarray 
     time_s = float(body.times[row])
     at_s = time_s if event.at_s is None else event.at_s
     title = ", ".join(words for words in (f"{at_s:.2f} s", event.words) if words)
-    told = f": {spoken(event.angle)} {angle}" if angle else ""
+    told = f": {label_of(event.angle)} {angle}" if angle else ""
     return figure([before, after], title, f"frame {frame}{told}", time_s=round(time_s, 3))
 
 

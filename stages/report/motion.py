@@ -6,12 +6,12 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
+from ...pipeline.core.figures import label_of
 from ...pipeline.core.take import Take
 from ...pipeline.signals.norms import cannot_be_told
 from ..drawing.charts import BAND, SIDES, over_time, sides
 from ..drawing.facts import length_unit
 from ..drawing.page import charts, figure, joined, small
-from ..drawing.words import spoken
 
 _UNITS = {"speed": "{}/s", "acceleration": "{}/s²"}
 
@@ -36,7 +36,7 @@ def motion_charts(take: Take) -> Markup:
             curves = sides(*values, left_margin=bands[0], right_margin=bands[1])
             figures.append(figure([over_time(curves, poses.times, f"{title} over time")], title))
     names = [name.rpartition("_") for name in untold]
-    words = ", ".join(f"the {quantity} of the {spoken(joint)}" for joint, _, quantity in names)
+    words = ", ".join(f"the {quantity} of the {label_of(joint)}" for joint, _, quantity in names)
     about = f"Relative to the pelvis, from the smoothed paths. {SIDES}" if figures else ""
     about += f" {BAND}" * banded
     missing = f"Not shown, because the error is larger than the values: {words}." if words else ""

@@ -17,7 +17,6 @@ from ...pipeline.files.atomic import REPORT, SUMMARY
 from ..drawing.facts import SOURCES, Facts
 from ..drawing.page import Cell, Link, box, bullets, details, small, table
 
-IN_THE_GAUGE = ("poses", "left and right", "view")  # what notices there are about, told beside it
 _MOST = 40  # notices of one kind
 _UNITS = {"m": "metres", "arbitrary": "units of the source"}
 _HEADINGS = {
@@ -69,14 +68,10 @@ def files_beside(names: Sequence[str]) -> Markup:
     return table(("file", "what it holds"), rows)
 
 
-def told_of(take: Take) -> Markup:
-    """What is not to be overlooked besides the gauge of trust, and on demand what was repaired."""
-    others = [each for each in take.notices if each.about not in IN_THE_GAUGE]
-    repairs = [each.text for each in others if each.weight == "repair"]
-    warnings = [each.text for each in others if each.warns]
-    return box("Warnings", _most(warnings), "warning") + details(
-        f"{how_many(len(repairs), 'repair')} made", bullets(_most(repairs))
-    )
+def repairs_of(take: Take) -> Markup:
+    """What was repaired, on demand."""
+    repairs = [each.text for each in take.notices if each.weight == "repair"]
+    return details(f"{how_many(len(repairs), 'repair')} made", bullets(_most(repairs)))
 
 
 def gravity_words(facts: Facts) -> Markup:

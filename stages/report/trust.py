@@ -9,8 +9,8 @@ from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
 from ...models.common.residuals import limb_scores
-from ...pipeline.core.measures import grouped, moments, subgroup
-from ...pipeline.core.messages import spans_in_words
+from ...pipeline.core.figures import label_of
+from ...pipeline.core.messages import how_many, spans_in_words
 from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
@@ -21,7 +21,7 @@ from ...pipeline.signals.visibility import SURE_SCORE
 from ..angles import ANGLE_ERRORS
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
-from ..drawing.words import ERRORS_OF_ANGLES, spoken
+from ..drawing.words import ERRORS_OF_ANGLES
 
 # Degrees that up is known to within: below the first, angles to gravity err no more than a lift's joint angles do
 # (5 to 7 degrees in standard deviation, docs/angles.md).
@@ -41,37 +41,41 @@ _AGAINST_RATE = frozenset(("slow-motion-stated", "clocks-contradict", "rate-agai
 _SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
 _SHOWS_FAULTS_S = 0.5  # of the take, in which an arm that is lost comes back
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
-_WORDS = {
-    "good": ("Usable.", "Figures hold within their errors."),
-    "care": ("Usable.", "Figures hold within their errors; look at what is marked '!'."),
-    "bad": ("Do not rely on it.", "Look at what is marked."),
-}
 _TO_GRAVITY = "trunk lean, angles of thigh, shank and upper arm to the vertical, heights and paths"
 
+_IN_THE_GAUGE = ("poses", "left and right", "view")  # what notices there are about, told beside it
 Check = tuple[str, Level, list[str]]
 
 
 def trust(take: Take, facts: Facts) -> Markup:
     """The gauge: as low as the lowest of what it rests on."""
-    checks = _poses(take, facts)
+    checks = [*_poses(take, facts)]
     if facts.verdict != "unusable":  # what else is known of such poses was never compared with a truth
         checks += [_up(facts), *_angles(take), _sides(take), _view(take)]
+    checks += _others(take)
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
-    verdict, words = _WORDS[level]
-    if level == "care" and take.angle_errors == "none":
-        words = "The errors of the angles are not known; look at what is marked '!'."
-    elif level == "good" and take.angle_errors == "none":
-        words = "The errors of the angles are not known."
-    elif level == "care" and _against_rate(take.said):
-        words = "Times and speeds hold only if the frame rate is right; look at what is marked '!'."
-    elif level == "care" and facts.verdict == "suspicious":
-        verdict, words = (
-            "Check.",
-            "Some figures may be off by more than their errors; look at what is marked '!'.",
-        )
-    elif level == "bad" and facts.verdict != "unusable":
-        verdict = "Do not rely on directions, heights and paths."
-    return gauge(level, verdict, words, checks)
+    verdict, said = "Usable.", "Figures hold within their errors."
+    if level == "bad":
+        unusable = facts.verdict == "unusable"
+        verdict, said = f"Do not rely on {'it' if unusable else 'directions, heights and paths'}.", ""
+    elif facts.verdict == "suspicious":
+        verdict, said = "Check.", "Some figures may be off by more than their errors."
+    elif _against_rate(take.said):
+        said = "Times and speeds hold only if the frame rate is right."
+    elif take.angle_errors == "none":
+        said = "The errors of the angles are not known."
+    elif level == "care":
+        said = ""
+    marked = sum(how != "good" for _, how, _ in checks)
+    points = f"{how_many(marked, 'point')} marked '!'" if level == "care" else "what is marked"
+    look = f"Look at {'the ' * (level == 'care')}{points}." if level != "good" else ""
+    return gauge(level, verdict, " ".join(filter(None, [said, look])), checks)
+
+
+def _others(take: Take) -> list[Check]:
+    """Warnings about nothing that is judged here."""
+    texts = [each.text for each in take.notices if each.warns and each.about not in _IN_THE_GAUGE]
+    return [("Also", "care", texts)] if texts else []
 
 
 def _against_rate(said: Iterable[Notice]) -> list[Notice]:
@@ -166,12 +170,12 @@ def _sides(take: Take) -> Check:
         return "Left and right", "care" if warned else "good", words
     if len(take.need("poses")) < 2:
         return "Left and right", "care", ["A single frame does not show whether limbs are exchanged."]
-    limbs = subgroup(grouped(take.measures or ()), "off_keypoints")
-    off = []
-    for name, words in _LIMBS.items():
-        of = subgroup(limbs, name)
-        if spans := list(zip(moments(of, "start"), moments(of, "stop"), strict=True)):
-            off.append(f"{words} from {spans_in_words(spans, _MOST)}")
+    limbs = take.figures.group("off_keypoints")
+    off = [
+        f"{words} from {spans_in_words(spans, _MOST)}"
+        for name, words in _LIMBS.items()
+        if (spans := limbs.group(name).spans)
+    ]
     if not off:
         alone = take.keypoints is None and take.need("poses").frame.family == "camera"
         hidden = "; without 2D keypoints an exchange that the estimator smoothed is not seen" if alone else ""
@@ -189,7 +193,7 @@ def _view(take: Take) -> Check:
     words += _missing(take)
     level: Level = "good" if missing < _WHOLE and gone[worst] < _ONE else "care"
     if missing < _WHOLE and level == "care":
-        words += f" The {spoken(poses.layout.joints[worst])} is missing in {100 * gone[worst]:.0f} % of the frames."
+        words += f" The {label_of(poses.layout.joints[worst])} is missing in {100 * gone[worst]:.0f} % of the frames."
     scores = limb_scores(take)
     shares = {
         name: float((scores[limb] < SURE_SCORE).any(axis=1).mean())

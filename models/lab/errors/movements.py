@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ....pipeline.core.measures import Group, grouped, measure, moments, numbered, subgroup
+from ....pipeline.core.measures import Measures
 from ...common.metrics import SD_90
 from ..evaluation.finished import Finished
 from .judge import Stated, joined
@@ -24,14 +24,14 @@ def movements(finished: Finished) -> Iterator[Stated]:
     take, truth = finished.take, finished.truth
     if take is None or take.need("poses").made_by.kind != "estimated" or truth.up.ndim > 1:
         return
-    found = grouped(take.measures or ())
-    if not any(moments(subgroup(found, *names), "start") for of in _GROUPS.values() for names in of):
+    found = take.figures
+    if not any(found.group(*names).spans for of in _GROUPS.values() for names in of):
         return
-    true = grouped(finished.captured().measures or ())
+    true = finished.captured().figures
     for movement, groups in _GROUPS.items():
         parts: dict[str, list[Stated]] = {}
         for names in groups:
-            pairs = compared(subgroup(found, *names), subgroup(true, *names))
+            pairs = compared(found.group(*names), true.group(*names))
             for figure, (error, half) in pairs.items():
                 one = Stated(f"{movement}: {figure}", truth.subject, error, half)
                 parts.setdefault(figure, []).append(one)
@@ -39,15 +39,15 @@ def movements(finished: Finished) -> Iterator[Stated]:
             yield joined(sides).judged()
 
 
-def compared(found: Group, true: Group) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+def compared(found: Measures, true: Measures) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """{figure: (errors (N,), half bars (N,))} of the repetitions of one movement, found and true; a peak is that of the
     repetition that shares the most time with it."""
-    spans, true_spans = (np.array([moments(of, end) for end in ("start", "stop")]).T for of in (found, true))
+    spans, true_spans = (np.array(of.spans) for of in (found, true))
     if not len(spans) or not len(true_spans):
         return {}
     shared = np.minimum(spans[:, None, 1], true_spans[:, 1]) - np.maximum(spans[:, None, 0], true_spans[:, 0])
-    true_peaks = {peak.number: peak for peak in numbered(true, "peak")}  # one that a gap hides has none
-    rows = [(peak, shared[peak.number or 0]) for peak in numbered(found, "peak")]
+    true_peaks = {peak.number: peak for peak in true.repetitions("peak")}  # one that a gap hides has none
+    rows = [(peak, shared[peak.number or 0]) for peak in found.repetitions("peak")]
     pairs = [
         (peak, true_peaks[nearest])
         for peak, row in rows
@@ -56,7 +56,7 @@ def compared(found: Group, true: Group) -> dict[str, tuple[np.ndarray, np.ndarra
     figures = {"peak, deg": pairs}
     same = shared.max(axis=1).min() > 0 and np.array_equal(shared.argmax(axis=1), np.arange(len(true_spans)))
     for name, figure in _MEANS.items():
-        one, other = measure(found, name), measure(true, name)
+        one, other = found.figure(name), true.figure(name)
         if same and one is not None and other is not None:
             figures[figure] = [(one, other)]
     return {

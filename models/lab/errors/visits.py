@@ -23,7 +23,7 @@ import torch
 from torch import Tensor
 
 from ....pipeline.core.camera import pitch_roll_deg, view_rotation
-from ....pipeline.core.measures import Measure, grouped, subgroup, text
+from ....pipeline.core.measures import Measure
 from ....pipeline.core.rotations import rotate
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import write_text
@@ -124,12 +124,12 @@ def visits(clip: Clip, configuration: Configuration, seed: int) -> Iterator[Visi
         yield from _within(after, true, clip, seed)
         near = same_place(before.need("rectified"), after.need("rectified"))
         rows, others = _figures(before), _figures(after)
-        groups, other_groups = grouped(before.measures or ()), grouped(after.measures or ())
+        groups, other_groups = before.figures, after.figures
         for (figure, side), row in rows.items():
             other = others.get((figure, side))
             if other is None or row.error is None or other.error is None:
                 continue
-            if same_part(subgroup(groups, *row.group), subgroup(other_groups, *other.group)):
+            if same_part(groups.group(*row.group), other_groups.group(*other.group)):
                 found, errors = (row.value, other.value), (row.error, other.error)
                 same = (kind, clip.subject, clip.name, seed, figure, side)
                 yield Visits(*same, found, errors, near, lasts_s=_lasts_s(clip))
@@ -139,14 +139,14 @@ def _within(take: Take, truth: dict[str, np.ndarray], clip: Clip, seed: int) -> 
     """Pairs of sides and of repetitions of one run, and its ranges, known by what their errors are made of. truth: of
     within.true_angles."""
     of, lasts_s = ranges(take, truth), _lasts_s(clip)
-    groups = subgroup(grouped(take.measures or ()), "range_of_motion")
+    groups = take.figures.group("range_of_motion")
     for name, one in of.items():
         known = {part: brief(lasts_s) * np.array([getattr(one, part)]) for part in _PARTS}
         half = np.array([SD_90 * one.ends])
         yield Stated(of_both(name), clip.subject, np.array([one.found - one.true]), half, known)
         left = f"l_{of_both(name)}"
         other = of.get(left)
-        if name.startswith("r_") and other and same_part(subgroup(groups, name), subgroup(groups, left)):
+        if name.startswith("r_") and other and same_part(groups.group(name), groups.group(left)):
             pair = ((one.found, other.found), (one.ends, other.ends))
             off = other.true - one.true
             same = ("sides", clip.subject, clip.name, seed, f"{_RANGE}{of_both(name)}", "")
@@ -173,8 +173,8 @@ def _lasts_s(clip: Clip) -> float:
 
 def _figures(take: Take) -> dict[tuple[str, str], Measure]:
     """A range's error is that of independent errors of its ends."""
-    rows, columns = take.measures or (), take.kinematics or {}
-    gait = text(subgroup(grouped(rows), "walking"), "gait")
+    rows, columns = take.figures, take.kinematics or {}
+    gait = rows.group("walking").text("gait")
     found = {}
     for row in rows:
         if not isinstance(row, Measure) or (figure := figure_of(row, gait)) is None:

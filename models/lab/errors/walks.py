@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.measures import Group, grouped, measure, moments, subgroup
+from ....pipeline.core.measures import Measures
 from ....pipeline.core.rotations import rotate
 from ...common.metrics import SD_90
 from ...gait.events import Stance, Step
@@ -39,14 +39,14 @@ def walks(finished: Finished) -> Iterator[Stated]:
     take, truth = finished.take, finished.truth
     if take is None or truth.up.ndim > 1:
         return
-    found = subgroup(grouped(take.measures or ()), "walking")
-    lands = [at for side in ("right", "left") for at in moments(subgroup(found, side), "landings")]
+    walking = take.figures.group("walking")
+    lands = [at for side in ("right", "left") for at in walking.group(side).times("landings")]
     if not lands:
         return
     true = true_gait(truth)
     if not any(step.start_s < max(lands) and min(lands) < step.stop_s for step in true.steps):
         return
-    part = Gait(true.feet, true_walks(found, true.feet))
+    part = Gait(true.feet, true_walks(walking, true.feet))
     if not part.walks:
         return
     time_s = truth.keypoints.times
@@ -54,23 +54,23 @@ def walks(finished: Finished) -> Iterator[Stated]:
     root = world[:, H36M17.index("pelvis")]
     values = step_values(part, root, filtered(world, time_s), time_s)
     means = {name: mean(np.concatenate([*of.values()])) for name, of in values.items()}
-    stance = measure(found, "mean_stance")
+    stance = walking.figure("mean_stance")
     known = {} if stance is None else {"stance": np.array([stance.value])}
     for statement, (name, of) in _FIGURES.items():
-        one, true_mean = measure(found, name), means[of]
+        one, true_mean = walking.figure(name), means[of]
         if one is not None and one.error is not None and np.isfinite(true_mean):
             yield _stated(statement, finished, one.value - true_mean, one.error, known)
-    cadence = measure(found, "cadence")
+    cadence = walking.figure("cadence")
     if cadence is not None and cadence.error is not None:
         error = cadence.value - 60 / means["step_time_s"]
         yield _stated(_CADENCE, finished, error, cadence.error, known)
 
 
-def true_walks(found: Group, feet: Mapping[str, Sequence[Stance]]) -> list[list[Step]]:
+def true_walks(walking: Measures, feet: Mapping[str, Sequence[Stance]]) -> list[list[Step]]:
     """The true steps between the landings of those that were found. Others are no part of what is said: turns and hops
     that were not counted, and landings so late that the take does not show whether the foot came to rest. A false step
-    has none: it makes the found mean wrong. found: the group `walking`; feet: true stances by side."""
-    lands = {side: moments(subgroup(found, words), "landings") for words, side in SIDES.items()}
+    has none: it makes the found mean wrong. walking: that group; feet: true stances by side."""
+    lands = {side: walking.group(words).times("landings") for words, side in SIDES.items()}
     true = sorted((at.start_s, side) for side, of in feet.items() for at in of if np.isfinite(at.start_s))
 
     def nearest(at_s: float, of: str) -> int:
@@ -82,8 +82,8 @@ def true_walks(found: Group, feet: Mapping[str, Sequence[Stance]]) -> list[list[
 
     pairs = set[int]()  # of true landings, one after the other, by the first
     for words, side in SIDES.items():
-        group, other = subgroup(found, words), "rl"[side == "r"]
-        for start, stop in zip(moments(group, "stride_start"), moments(group, "stride_stop"), strict=True):
+        other = "rl"[side == "r"]
+        for start, stop in walking.group(words).spans:
             between = [nearest(at, other) for at in lands[other] if start < at < stop]
             landings = [nearest(start, side), *between, nearest(stop, side)]
             pairs |= {i for i, j in pairwise(landings) if i >= 0 and j == i + 1}

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....pipeline.core.measures import Group, Measure, grouped, measure, moments, numbered, subgroup, value
+from ....pipeline.core.measures import Measure
 from ....pipeline.core.take import Take
 from ....pipeline.signals.angles import ANGLES, MIDLINE, continuous, near, of_both
 from ...angle_error.repeatability import ends
@@ -53,9 +53,9 @@ def true_angles(truth: SeenTake, rows: np.ndarray) -> dict[str, np.ndarray]:
 def ranges(take: Take, true: Mapping[str, np.ndarray]) -> dict[str, Ranged]:
     """{angle: Ranged} of those that state a range with its error; nothing where the truth lacks frames of it. true:
     (T,) of `true_angles`."""
-    measures, columns, found = grouped(take.measures or ()), take.kinematics or {}, {}
+    measures, columns, found = take.figures, take.kinematics or {}, {}
     for name in ANGLES:
-        row = measure(subgroup(measures, "range_of_motion", name), "p05_p95")
+        row = measures.group("range_of_motion", name).figure("p05_p95")
         if row is None or row.error is None:
             continue
         values, centre = continuous(columns[f"{name}_deg"], ANGLES[name].centre_deg), ANGLES[name].centre_deg
@@ -71,20 +71,17 @@ def ranges(take: Take, true: Mapping[str, np.ndarray]) -> dict[str, Ranged]:
 def repetitions(take: Take, true: Mapping[str, np.ndarray]) -> Iterator[Repeated]:
     """Every two repetitions of an angle, each peak against the highest true value of that repetition. true: (T,) of
     `true_angles`."""
-    times, measures = take.need("poses").times, grouped(take.measures or ())
-    groups: dict[str, Group] = {
-        angle: subgroup(measures, *place.split(".")) for place, angle in _DRIVES.items()
-    }
-    groups |= {name: subgroup(measures, "repetitions", name) for name in subgroup(measures, "repetitions")}
+    times, measures = take.need("poses").times, take.figures
+    groups = {angle: measures.group(*place.split(".")) for place, angle in _DRIVES.items()}
+    groups |= measures.group("repetitions").groups
     for angle, group in groups.items():
-        mdc90 = value(group, "peak_mdc90")
+        mdc90 = group.value("peak_mdc90")
         if mdc90 is None:
             continue
-        spans = zip(moments(group, "start"), moments(group, "stop"), strict=True)
-        at = [true[angle][(times >= start) & (times <= stop)] for start, stop in spans]
+        at = [true[angle][(times >= start) & (times <= stop)] for start, stop in group.spans]
         peaks = [float(np.max(values)) if len(values) else np.nan for values in at]  # NaN where one is
         both: list[tuple[Measure, float]] = [
-            (peak, peaks[peak.number or 0]) for peak in numbered(group, "peak")
+            (peak, peaks[peak.number or 0]) for peak in group.repetitions("peak")
         ]
         for (one, first), (other, second) in combinations(both, 2):
             if np.isfinite(first + second) and one.error is not None and other.error is not None:
@@ -95,14 +92,14 @@ def repetitions(take: Take, true: Mapping[str, np.ndarray]) -> Iterator[Repeated
 def within(take: Take, truth: SeenTake, rows: np.ndarray) -> Iterator[Stated]:
     """What is judged of them. rows: (T,) of the truth that the take has."""
     true = true_angles(truth, rows)
-    found, symmetry = ranges(take, true), subgroup(grouped(take.measures or ()), "symmetry")
+    found, symmetry = ranges(take, true), take.figures.group("symmetry")
     for both in dict.fromkeys(of_both(name) for name in found):
         of = [found[name] for name in (both, f"r_{both}", f"l_{both}") if name in found]
         errors = np.array([one.found - one.true for one in of])
         known = {"found": np.array([one.found for one in of])}
         half = SD_90 * np.array([one.error for one in of])
         yield Stated(f"range of {both}", truth.subject, errors, half, known)
-        index = measure(subgroup(symmetry, both), "symmetry_index")
+        index = symmetry.group(both).figure("symmetry_index")
         if both not in MIDLINE and len(of) == 2 and index is not None and index.error is not None:
             mean = (of[0].found + of[1].found) / 2  # an index in degrees, for that of small ranges has none
             off = of[0].found - of[1].found - (of[0].true - of[1].true)

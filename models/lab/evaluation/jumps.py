@@ -18,7 +18,6 @@ import numpy as np
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.frames import LEVEL
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.measures import grouped, moments, numbered, subgroup
 from ....pipeline.core.path import RootPath
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
@@ -126,9 +125,9 @@ def compared(take: Take, truth: SeenTake) -> Compared:
     """The jumps that a take's measures have, against the true ones; of both the error of each figure."""
     stature = implied_stature(truth.truth)
     true, result = true_flights(truth), Compared()
-    jumps = subgroup(grouped(take.measures or ()), "jumps")
-    starts = moments(jumps, "start")
-    times = {one.number: one.value for one in numbered(jumps, "flight_time")}
+    jumps = take.figures.group("jumps")
+    starts = jumps.times("start")
+    times = {one.number: one.value for one in jumps.repetitions("flight_time")}
     spans = [(start, start + times[i]) for i, start in enumerate(starts)]
     at = {i: _of(true, span) for i, span in enumerate(spans)}
     result.true, result.found = len(true), len({id(one) for one in at.values() if one is not None})
@@ -139,11 +138,11 @@ def compared(take: Take, truth: SeenTake) -> Compared:
         attribute = "off_feet" if side == "take_off_feet" else "land_feet"
         result.feet += [
             one.value == getattr(at[one.number], attribute)
-            for one in numbered(jumps, side)
+            for one in jumps.repetitions(side)
             if one.number is not None and at[one.number] is not None
         ]
     for words, (name, factor) in _FIGURES.items():
-        for one in numbered(jumps, name):
+        for one in jumps.repetitions(name):
             assert one.number is not None
             flight = at[one.number]
             value = None if flight is None else _figure(name, flight, true, stature)

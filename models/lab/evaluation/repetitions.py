@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.measures import grouped, moments, subgroup
 from ....pipeline.core.take import Take
 from ....pipeline.running.progress import each
 from ..mocap.clips import Subjects, read_clips
@@ -66,8 +65,7 @@ class Judged:
 
 def found_in(take: Take, movement: str) -> Spans:
     """(begin, end) in seconds of a movement such as "knee_bends" or "arm_raises.left" in a take's measures."""
-    group = subgroup(grouped(take.measures or ()), *movement.split("."))
-    return list(zip(moments(group, "start"), moments(group, "stop"), strict=True))
+    return take.figures.group(*movement.split(".")).spans
 
 
 def judge(judged: Judged, labelled: Spans, found: Spans) -> None:

@@ -8,14 +8,14 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
-from ....pipeline.core.measures import UNITS, Measure, half_bar, shown
+from ....pipeline.core.figures import label_of
+from ....pipeline.core.measures import Measure, half_bar, shown
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import WARNS
 from ....pipeline.core.pose import package_version
 from ....pipeline.signals.angles import MIDLINE
 from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
-from ...drawing.words import ERRORS_OF_ANGLES, spoken
-from ...report.measures import worded
+from ...drawing.words import ERRORS_OF_ANGLES
 from .study import doubts, name_of
 
 _ARM = ("elbow", "shoulder", "upper_arm")  # how the names of its angles begin
@@ -133,11 +133,8 @@ def _named(measure: Measure) -> str:
     """A measure with its unit, such as "walking: cadence (steps/min)"."""
     group, *inner = measure.group
     if group == "range_of_motion":
-        words = spoken(inner[0])
-    else:
-        words = f"{' '.join([*map(spoken, inner), spoken(group)])}: {worded(measure.name)}"
-    unit = UNITS[measure.unit].page.format("m")
-    return f"{words} ({unit})" if unit else words
+        return f"{label_of(inner[0])} (°)"
+    return f"{' '.join(map(label_of, [*inner, group]))}: {measure.about.label_with_unit()}"
 
 
 def _cell(measure: Measure | None) -> Cell:

@@ -9,7 +9,8 @@ from typing import Any
 from ....models.angle_error.repeatability import figure_of
 from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.measures import OF_LENGTH, Measure, nested
+from ....pipeline.core.figures import OF_LENGTH
+from ....pipeline.core.measures import Measure, nested
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary, whole_file, write_rows
 from ....pipeline.files.finished import read_run
@@ -82,7 +83,7 @@ def _of_take(take: Take) -> dict[str, Any]:
         "up_bound_deg": mean(rectified.up_bound_deg[rows]),
         "error_deg_mean": mean(rectified.error_deg),
         "bone_length_spread": facts.bone_length_spread,
-        "numbers": {printable(name): value for name, value in _numbers(nested(take.measures or ()))},
+        "numbers": {printable(name): value for name, value in _numbers(nested(take.figures))},
     }
 
 
@@ -100,7 +101,7 @@ def _shown(take: Take) -> dict[str, Measure]:
     metric = take.need("poses").frame.metric
     return {
         place(row): row
-        for row in take.measures or ()
+        for row in take.figures
         if isinstance(row, Measure)
         and (figure_of(row, "walking") or (row.name in _COUNTS and row.number is None))
         and (metric or row.unit not in OF_LENGTH)

@@ -20,20 +20,10 @@ from ....models.angle_error.repeatability import (
     same_place,
 )
 from ....models.common.metrics import SD_90
-from ....pipeline.core.measures import (
-    OF_LENGTH,
-    Measure,
-    grouped,
-    measure,
-    subgroup,
-    text,
-    with_bar,
-    without_error,
-)
+from ....pipeline.core.figures import FIGURES, OF_LENGTH, UNITS, label_of
+from ....pipeline.core.measures import Measure, with_bar, without_error
 from ....pipeline.core.messages import how_many
 from ....pipeline.signals.angles import ANGLES
-from ...drawing.words import spoken
-from ...report.measures import unit_of, worded
 from .side import Side
 
 WHY = {
@@ -100,10 +90,10 @@ class Change(NamedTuple):
     def __str__(self) -> str:
         """What the figure is."""
         if self.group == "range_of_motion":
-            return f"range of {spoken(self.item)}"
+            return f"range of {label_of(self.item)}"
         if self.group == "walking":
             return self.item
-        return f"{self.item} of {f'{self.side} ' if self.side else ''}{spoken(self.group)}"
+        return f"{self.item} of {f'{self.side} ' if self.side else ''}{label_of(self.group)}"
 
 
 def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> list[Change]:
@@ -112,23 +102,23 @@ def changes(side: Side, reference: Side, near: bool, doubtful: bool = False) -> 
     errors do not hold."""
     if reference.run is None:
         return []
-    before, after = grouped(reference.measures), grouped(side.measures)
-    gaits = [text(subgroup(of, "walking"), "gait") for of in (before, after)]
+    both = (reference.measures, side.measures)
+    gaits = [of.group("walking").text("gait") for of in both]
     between = ("again" if near else "elsewhere") if _one_lifter(side, reference) else None
     found = []
     for group, path, item, name in _figures():
-        own = [subgroup(of, group, *path) for of in (before, after)]
-        rows = [measure(of, name) for of in own]
+        own = [of.group(group, *path) for of in both]
+        rows = [of.figure(name) for of in own]
         if rows[0] is None and rows[1] is None:
             continue
         values, errors = ((_known(rows[0], of), _known(rows[1], of)) for of in ("value", "error"))
         part = path[0] if path and group != "range_of_motion" else ""
-        unit = next(unit_of(row) for row in rows if row)
+        unit = UNITS[FIGURES[name].unit].page.format("m")
         change = Change(group, item, part, unit, values, errors, math.hypot(*errors))
         figures = [figure_of(row, gait) for row, gait in zip(rows, gaits, strict=True) if row]
         if between and figures[0] is not None and figures == figures[:1] * 2:
             change = change._replace(error=difference_sd(figures[0], change.errors, between))
-        of_length = any(row is not None and row.unit in OF_LENGTH for row in rows)
+        of_length = FIGURES[name].unit in OF_LENGTH
         reasons = {
             "in-one-take": None in rows,
             "unit-unknown": of_length and not (reference.metric and side.metric),
@@ -150,7 +140,7 @@ def _figures() -> Iterator[tuple[str, tuple[str, ...], str, str]]:
     for group, names in MOVEMENTS.items():
         for name in names:
             for side in ("right", "left") if group == "arm_raises" else ("",):
-                yield group, (side,) if side else (), worded(name), name
+                yield group, (side,) if side else (), FIGURES[name].label, name
 
 
 def _known(row: Measure | None, name: str) -> float:

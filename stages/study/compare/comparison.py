@@ -11,12 +11,12 @@ import numpy as np
 
 from ....models.common.metrics import joint_error
 from ....pipeline.core.errors import InputError
+from ....pipeline.core.figures import label_of
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, grave, notice, verdict
 from ....pipeline.core.rotations import turn_deg, turned
 from ....pipeline.signals.angles import ANGLES
 from ....pipeline.signals.filters import rate as frame_rate
-from ...drawing.words import spoken
 from ..rates import is_lifted, rates_apart
 from .align import (
     AMBIGUOUS,
@@ -244,7 +244,8 @@ def _angles_apart(pair: Pair) -> str:
     share = f"{100 * np.mean(inside):.0f} % of the differences are within the stated errors" if inside else ""
     return (
         f"{how_many(len(rmse), 'angle')} differ by {np.median(list(rmse.values())):.1f} degrees in the median, "
-        f"{spoken(worst)} most, by {rmse[worst]:.1f} (root mean square){f'; {share} (90 % expected)' if share else ''}"
+        f"{label_of(worst)} most, by {rmse[worst]:.1f} (root mean square)"
+        f"{f'; {share} (90 % expected)' if share else ''}"
     )
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from ....pipeline.core.measures import Curve, Curves, Group, Row, grouped, moments, subgroup
+from ....pipeline.core.measures import Measures
 from ....pipeline.signals.angles import ANGLES, unwrapped
 from ...measures.cycles import POINTS, alike, normalised
 from .side import Side
@@ -67,33 +67,21 @@ def _cut(side: Side, angle: str, cut: np.ndarray) -> np.ndarray:
     return curves
 
 
-def spans(measures: Iterable[Row]) -> dict[tuple[str, str], np.ndarray]:
+def spans(measures: Measures) -> dict[tuple[str, str], np.ndarray]:
     """(N, 2) seconds at which to cut, by kind of cycle and angle, from a run's measures (stages/measures/stage.py)."""
-    groups = _spans(grouped(measures))
-    return {(kind, angle): cut for kind, angle, cut in groups if angle in ANGLES and len(cut)}
+    cuts = [
+        *_cuts("knee bends", measures.group("knee_bends"), ""),
+        *(("repetitions", angle, of) for angle, of in measures.group("repetitions").groups.items()),
+        *_cuts("arm raises", measures.group("arm_raises"), "right"),
+        *_cuts("strides", measures.group("walking"), "right"),
+        *_cuts("arm raises", measures.group("arm_raises"), "left"),
+        *_cuts("strides", measures.group("walking"), "left"),
+    ]
+    return {(kind, angle): np.array(of.spans) for kind, angle, of in cuts if angle in ANGLES and of.spans}
 
 
-def _spans(measures: Group) -> Iterator[tuple[str, str, np.ndarray]]:
-    bends, raises, walking = (subgroup(measures, name) for name in ("knee_bends", "arm_raises", "walking"))
-    for curve in _curves(bends):
-        yield "knee bends", curve.angle, _starts_and_stops(bends)
-    for name, group in subgroup(measures, "repetitions").items():
-        if isinstance(group, dict):
-            yield "repetitions", name, _starts_and_stops(group)
-    for side in ("right", "left"):
-        for curve in _curves(raises):
-            if curve.side == side:
-                yield "arm raises", curve.angle, _starts_and_stops(subgroup(raises, side))
-        for curve in _curves(walking):
-            if curve.side == side:
-                yield "strides", curve.angle, _starts_and_stops(subgroup(walking, side), "stride_")
-
-
-def _curves(group: Group) -> tuple[Curve, ...]:
-    curves = group.get("cycles")
-    return curves.of if isinstance(curves, Curves) else ()
-
-
-def _starts_and_stops(group: Group, of: str = "") -> np.ndarray:
-    both = [moments(group, f"{of}start"), moments(group, f"{of}stop")]
-    return np.array(both, dtype=np.float64).T.reshape(-1, 2)
+def _cuts(kind: str, of: Measures, side: str) -> Iterator[tuple[str, str, Measures]]:
+    """Kind, angle and group with the times of every angle that a movement's curves show. side: of those of one side."""
+    for curve in of.curves:
+        if side in ("", curve.side):
+            yield kind, curve.angle, of.group(*filter(None, [side]))

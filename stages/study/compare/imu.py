@@ -21,6 +21,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ....pipeline.core.errors import InputError, naming
+from ....pipeline.core.figures import label_of
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, notice
@@ -45,7 +46,6 @@ from ....pipeline.signals.filters import (
 from ...drawing.charts import Curve, over_time
 from ...drawing.page import Cell, answer, box, charts, figure, page, small, table
 from ...drawing.palette import GREEN, PURPLE, as_hex
-from ...drawing.words import spoken
 from .align import AMBIGUOUS, LEAST_SHARE, NARROW, WEAK, runner_up
 from .figures import FEWEST, correlation
 from .side import LEAST_S
@@ -389,7 +389,7 @@ def _doubts(run: Take, r: float, second: float) -> list[Notice]:
 def as_page(name: str, results: Sequence[Sensed]) -> str:
     """One HTML page of a run's name: a table, and the norm over time, the sensor beside the run."""
     rows: list[list[Cell]] = [
-        [spoken(result.segment), _AXES[axis], of["r"], of["rmse_mps2"]]
+        [label_of(result.segment), _AXES[axis], of["r"], of["rmse_mps2"]]
         for result in results
         for axis, of in result.agreement.items()
     ]

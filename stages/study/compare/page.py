@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from ....models.common.canonical import R_world_from_body
 from ....models.common.metrics import SD_90
+from ....pipeline.core.figures import label_of
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import is_finite, rotate, transpose
@@ -16,7 +17,7 @@ from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
 from ...drawing.page import Cell, Soft, answer, box, bullets, charts, figure, joined, page, small, table
 from ...drawing.skeletons import body_views, key_rows, skeletons
-from ...drawing.words import errors_of_angles, spoken
+from ...drawing.words import errors_of_angles
 from .changes import WHY, Change
 from .comparison import Comparison, Pair, result
 
@@ -68,7 +69,7 @@ def _differences(pair: Pair, spread: dict[str, float]) -> Markup:
     others = [change for change in pair.changes if change.group != "range_of_motion"]
     rows = [
         [
-            f"range of {spoken(name)} (°)",
+            f"range of {label_of(name)} (°)",
             *_of(pair, ranges.get(name), name),
             *_agreed(pair, name),
             spread.get(name),
@@ -152,7 +153,7 @@ def _joints(pair: Pair) -> Markup:
     }  # fmt: skip
     keys = [key for key in named if all(key in of for of in pair.joints.values())]
     rows: list[list[Cell]] = [
-        [spoken(joint), *(of[key] for key in keys)] for joint, of in pair.joints.items()
+        [label_of(joint), *(of[key] for key in keys)] for joint, of in pair.joints.items()
     ]
     words = (
         "In one LEVEL and at one size, from the pelvis, in per cent of the person's size (root mean square distance of "
@@ -191,7 +192,7 @@ def _angles(pair: Pair) -> Markup:
                 Curve(pair.reference.name, pair.at_reference[name], SOFT, width=_WIDE),
                 Curve(pair.side.name, pair.side.angles[name], _colour(name), margin),
             ]
-            title = f"{spoken(name).capitalize()} (°)"
+            title = f"{label_of(name).capitalize()} (°)"
             shown.append(figure([over_time(curves, pair.times, f"{title} of both over time")], title))
         rows.append(charts(shown))
     words = f"{_colours(pair)}; its band holds the grey curve in nine of ten frames, if the errors of both are right."
@@ -207,7 +208,7 @@ def _cycles(pair: Pair) -> Markup:
             Curve(pair.reference.name, other[0], SOFT, other[1], width=_WIDE),
             Curve(pair.side.name, mine[0], _colour(cycle.angle), mine[1]),
         ]
-        title = f"{cycle.kind.capitalize()}: {spoken(cycle.angle)} (°)"
+        title = f"{cycle.kind.capitalize()}: {label_of(cycle.angle)} (°)"
         chart = over_time(curves, np.linspace(0, 100, len(mine[0])), f"{title} over a cycle", "cycle (%)")
         of = cycle.figures()
         apart = f"{of['cycles']} and {of['cycles_reference']} cycles, {of['difference_deg']:.1f}° apart"

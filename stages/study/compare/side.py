@@ -15,7 +15,7 @@ from ....models.common.metrics import relative
 from ....models.gravity.levelling import level_frame
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.measures import Row
+from ....pipeline.core.measures import Measures
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import PoseSequence
@@ -54,9 +54,9 @@ class Side:
     notices: tuple[Notice, ...] = ()
 
     @property
-    def measures(self) -> tuple[Row, ...]:
+    def measures(self) -> Measures:
         """Of the run; none for motion capture and where the run has none."""
-        return (self.run and self.run.measures) or ()
+        return Measures() if self.run is None else self.run.figures
 
     def at(self, name: str, time_s: np.ndarray) -> np.ndarray:
         """An angle (N,) at other times (N,) of this side's clock, NaN in gaps and outside."""

@@ -5,8 +5,7 @@ import pytest
 
 from golden.measures import rows_of
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
-from pcnet3d.pipeline.core.answer import _JOINTS, answer, joint_ranges
-from pcnet3d.pipeline.core.measures import grouped
+from pcnet3d.pipeline.core.answer import _JOINTS, answer, headlines
 
 KNEE = {"p05_deg": 8.0, "p95_deg": 68.0, "p05_error_deg": 7.3, "p95_error_deg": 7.3}
 RANGES = {
@@ -41,62 +40,69 @@ def raised(start_s: float, peak_at_s: float, stop_s: float, peak_deg: float = 97
 
 
 def test_a_walk_with_its_cadence_speed_and_knees():
-    assert answer(take(**walking())) == ["Walked 4 steps in 2.4 s, 98 ± 3 a minute, at 1.15 ± 0.082 m/s."]
+    assert answer(take(**walking())) == [
+        "Walked 4 steps in 2.4 s. Cadence 98 ± 3 steps/min, speed 1.15 ± 0.082 m/s."
+    ]
 
 
 @pytest.mark.parametrize(
     ("measures", "words"),
     [
-        ({"unit": "arbitrary", **walking(gait="running")}, "Ran 4 steps in 2.4 s, 98 ± 3 a minute."),
+        ({"unit": "arbitrary", **walking(gait="running")}, "Ran 4 steps in 2.4 s. Cadence 98 ± 3 steps/min."),
         # Three steps were told of a video that shows four, in which the walk goes on.
-        (walking(steps_at_least=True, not_visible="end"), "at least 4 steps in 2.4 s (end not visible), 98"),
-        (walking(backward_steps=4), "Walked 4 steps backwards in 2.4 s, 98"),
-        (walking(backward_steps=1), "Walked 4 steps, 1 of them backwards in 2.4 s, 98"),
+        (
+            walking(steps_at_least=True, not_visible="end"),
+            "Walked 4 or more steps in 2.4 s (end not visible). Cadence 98",
+        ),
+        (walking(backward_steps=4), "Walked 4 steps (4 backwards) in 2.4 s. Cadence 98"),
+        (walking(backward_steps=1), "Walked 4 steps (1 backwards) in 2.4 s. Cadence 98"),
         (
             {"knee_bends": {"count": 1, "squats": 1, "peak_deg": [102.4], "peak_error_deg": [6.9]}},
-            "Squatted once, the less bent knee to 102 degrees (± 11).",
+            "1 squat, less bent knee to 102 ± 11°.",
         ),
         (
             {"knee_bends": {"count": 3, "squats": 1, "peak_deg": [55.0, 90.0, 60.0]}},
-            "Bent the knees 3 times, the less bent knee to between 55 and 90 degrees, 1 squat among them.",
+            "3 knee bends (1 squat), less bent knee to 55 to 90°.",
         ),
         (
             {"knee_bends": {"count": 3, "squats": 3, "peak_deg": [102.0, 95.0, 98.0], **UNSEEN}},
-            "Squatted at least 3 times, the less bent knee to between 95",
+            "3 or more squats, less bent knee to 95 to 102°.",
         ),
-        (arms({"count": 1, "peak_deg": [80.0]}, {}), "Raised the right arm once to 80 degrees."),
-        (arms({"holds": {"count": 1, "longest_s": 4.0}}, {}), "Held the right arm up once, for 4.0 s."),
+        (arms({"count": 1, "peak_deg": [80.0]}, {}), "1 raise of the right arm to 80°."),
+        (arms({"holds": {"count": 1, "longest_s": 4.0}}, {}), "Right arm held up for 4.0 s."),
         (
             arms(*[{"count": 2, "peak_deg": [150.0, 160.0]}] * 2),
-            "Raised both arms twice to between 150 and 160 (right) and between 150 and 160 (left) degrees.",
+            "2 raises of both arms to 150 to 160° (right) and to 150 to 160° (left).",
         ),
         (
             arms({"count": 3}, {"count": 3, **UNSEEN}),
-            "right arm 3 times; raised the left arm at least 3 times.",
+            "3 raises of the right arm. 3 or more raises of the left arm.",
         ),
-        (arms(*[{"count": 3, **UNSEEN}] * 2), "Raised both arms at least 3 times."),
+        (arms(*[{"count": 3, **UNSEEN}] * 2), "3 or more raises of both arms."),
         (
             {"jumps": {"count": 1, "height_by_flight_time_cm": [32.0], "height_by_flight_time_error_cm": [3.1]}},
-            "umped once, 32 cm high by the time in the air (± 5).",
+            "1 jump, 32 ± 5 cm high by time in the air.",
         ),
-        ({"jumps": JUMPS}, "each 13 cm"),
-        ({"jumps": {**JUMPS, "height_by_flight_time_cm": [13.2, 15.0]}}, "13 and 15 cm"),
+        ({"jumps": JUMPS}, "2 jumps, 13 cm high by time in the air (error not known)."),
+        ({"jumps": {**JUMPS, "height_by_flight_time_cm": [13.2, 15.0]}}, "13 to 15 cm"),
     ],
 )  # fmt: skip
 def test_what_was_done_is_told_with_its_count_and_what_hides_some(measures, words):
-    assert words in answer(take(**measures))[0]
+    assert words in " ".join(answer(take(**measures)))
 
 
 def test_a_figure_without_an_error_has_two_digits_and_says_so():
     known = {name: value for name, value in WALK.items() if "error" not in name}
     said = answer(take(walking={**known, "walking_speed": 0.794488}))[0]
-    assert said.endswith("at about 0.79 m/s (error not known).")
+    assert said.endswith(
+        "Cadence about 98 steps/min (error not known), speed about 0.79 m/s (error not known)."
+    )
 
 
 def test_a_peak_that_is_not_known_is_none_of_those_told():
     some = {"count": 3, "peak_deg": [140.0, None, 150.0]}
     whole = {"count": 3, "peak_deg": [140.0, 145.0, 150.0]}
-    told = [answer(take(**arms(*sides)))[0] for sides in ((some, {}), (some, some), (whole, {}))]
+    told = [" ".join(answer(take(**arms(*sides)))) for sides in ((some, {}), (some, some), (whole, {}))]
     assert [each.count("2 of them") for each in told] == [1, 2, 0]
 
 
@@ -107,8 +113,7 @@ def test_where_nothing_is_recognised_the_main_joints_are_told_and_nothing_is_den
     }
     groups = {"walking": {"observable_percent": 12.0}, "jumps": {"observable_percent": 0.0}}
     (joints,) = answer(take(range_of_motion=RANGES | beyond, **groups))
-    assert joints.startswith("In nine of ten frames, in degrees (± for each end): knees 8 to 68")
-    assert joints.endswith("; trunk leaned 1 back to 9 forward.")
+    assert joints == "In nine of ten frames: knee flexion 8 to 68 ± 12° (right), 10 to 80 ± 12° (left)."
     assert "elbow" not in joints  # beyond what joints reach
 
 
@@ -125,21 +130,25 @@ def test_the_joints_that_range_furthest_for_their_error_are_told():
         "r_thigh_trunk_flexion": ranging(0.0, 9.0), "trunk_lean_sagittal": ranging(0.0, 5.0),
         "trunk_lean_frontal": ranging(-20.0, 20.0),
     }  # fmt: skip
-    said = answer(take(range_of_motion=swaying))[-1].split(": ")[1].split("; ")
-    assert [words.split()[0] for words in said] == ["trunk", "knees"]
-    of_table = joint_ranges(grouped(take(range_of_motion=swaying).measures)["range_of_motion"])
-    assert [str(each).split()[0] for each in of_table] == ["trunk", "knees", "elbows", "thighs"]
+    assert answer(take(range_of_motion=swaying)) == [
+        "In nine of ten frames: trunk lean to the side 20 left to 20 right ± 7°."
+    ]
+    shown = [each.label for each in headlines(take(range_of_motion=swaying))]
+    assert shown == [
+        "trunk lean to the side", "knee flexion, right", "knee flexion, left", "elbow flexion, right",
+        "hip flexion (thigh against trunk), right", "shoulder elevation, right",
+    ]  # fmt: skip
     cycling = {
         "r_knee_flexion": ranging(2.0, 34.0, None), "l_knee_flexion": ranging(15.0, 77.0, None),
         "r_shoulder_elevation": ranging(22.0, 159.0, None), "r_elbow_flexion": ranging(-1.0, 43.0, None),
     }  # fmt: skip
-    assert "knees 2 to 34 (right) and 15 to 77 (left)" in answer(take(range_of_motion=cycling))[-1]
+    shown = {each.label: each.value for each in headlines(take(range_of_motion=cycling))}
+    assert (shown["knee flexion, right"], shown["knee flexion, left"]) == ("2 to 34°", "15 to 77°")
 
 
 def test_what_was_done_most_comes_first():
     bends = {"knee_bends": {"count": 1, "squats": 0}}
-    said = answer(take(**bends, **arms({}, {"count": 3})))[0]
-    assert said.index("left arm 3 times") < said.index("bent")
+    assert answer(take(**bends, **arms({}, {"count": 3}))) == ["3 raises of the left arm.", "1 knee bend."]
 
 
 @pytest.mark.parametrize(
@@ -154,8 +163,8 @@ def test_what_was_done_most_comes_first():
 )
 def test_a_lean_names_its_sides(lean, low, high, words):
     ranges = {f"trunk_lean_{lean}": {"p05_deg": low, "p95_deg": high}}
-    said = answer(take(range_of_motion=ranges))[-1]
-    assert said == f"In nine of ten frames, in degrees (errors not known): trunk leaned {words}."
+    (shown,) = headlines(take(range_of_motion=ranges))
+    assert shown.value == f"{words}°"
 
 
 def test_a_range_of_few_frames_is_not_that_of_the_take():
@@ -186,8 +195,21 @@ def test_where_no_range_is_wider_than_its_error_no_joint_moves_and_only_where_al
 )
 def test_both_arms_are_raised_only_if_together(right, together):
     said = answer(take(**arms(right, raised(0.2, 0.7, 1.2))))[0]
-    assert said.startswith("Raised both arms once") == together
+    assert said.startswith("1 raise of both arms") == together
 
 
 def test_arms_of_a_leap_one_in_front_and_one_behind_are_not_raised_together():
     assert "both" not in answer(take(**arms(raised(0.2, 0.8, 1.8), raised(0.2, 0.4, 1.2))))[0]
+
+
+def test_the_first_screen_has_40_words_and_six_figures_and_no_units():
+    bends = {"knee_bends": {"count": 9, "squats": 4, "peak_deg": [90.0] * 9, "peak_error_deg": [5.0] * 9}}
+    raises = arms({"count": 8, "peak_deg": [120.0] * 8}, {"count": 7, "peak_deg": [110.0] * 7})
+    for unit in ("m", "arbitrary"):
+        full = take(unit, **walking(not_visible="start and end", steps=10), **bends, **raises, jumps=JUMPS)
+        said = answer(full, further=["Right and left differ in very many words " + "and more " * 20])
+        assert len(" ".join(said).split()) <= 40
+        shown = headlines(full)
+        assert len(shown) <= 6
+        assert any("m/s" in each.value for each in shown) == (unit == "m")
+        assert not any("units" in words for words in (*said, *(each.value for each in shown)))

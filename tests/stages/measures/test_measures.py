@@ -212,8 +212,8 @@ def test_a_gap_that_cuts_one_of_several_squats_is_told(squats):
     take = measured(without_hip(squats, slice(middle - 13, middle + 14)), _COPIED)
     found = nested(take.measures)["knee_bends"]
     assert (found["count"], found["count_at_least"]) == (3, True)
-    assert answer(take)[0].startswith("Squatted at least 3 times, the less bent knee to ")
-    assert "at least 3" in happened(take.measures, "m")
+    assert answer(take)[0].startswith("3 or more squats, less bent knee to ")
+    assert "at least 3" in happened(take.measures, metric=True)
 
 
 def test_a_take_of_a_few_frames_has_reasons_only(walk):

@@ -8,7 +8,6 @@ import pytest
 from golden.html import Page
 from pcnet3d.stages.drawing.charts import SLICES, Curve, over_time, ranges, sides
 from pcnet3d.stages.drawing.page import Link, table
-from pcnet3d.stages.report.measures import _percent
 
 
 def test_a_table_escapes_and_aligns_its_columns():
@@ -139,7 +138,3 @@ def test_names_in_a_chart_are_escaped():
         "tr", "th", "td",
     }  # fmt: skip
     assert "<b>" in Page(str(drawn)).words
-
-
-def test_shares_are_written_in_full():
-    assert [_percent(share) for share in (1.0, 0.153, 0.0065)] == ["100 %", "15 %", "0.65 %"]

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pcnet3d.pipeline.core.measures import Measure, Moments
+from pcnet3d.pipeline.core.measures import Measure, Measures, Moments
 from pcnet3d.stages.report.events import Event, event_beside, events
 
 
@@ -13,9 +13,9 @@ def test_a_flight_belongs_to_the_jump_of_its_number(walk_take):
     first_s, second_s, flight_s = float(times[5]), float(times[-10]), 2 * float(times[3] - times[0])
     rows = (
         Moments("start", (first_s, second_s), group=("jumps",)),
-        Measure("flight_time", flight_s, "s", number=1, group=("jumps",)),
+        Measure("flight_time", flight_s, number=1, group=("jumps",)),
     )
-    shown = events(replace(walk_take, measures=rows), most=6)
+    shown = events(replace(walk_take, measures=Measures(rows)), most=6)
     assert [event.row for event in shown] == [len(times) - 7]
 
 
@@ -29,15 +29,16 @@ def test_the_one_picture_of_raised_arms_is_of_the_highest_raise(walk_take):
         Moments("stop", (middle_s, float(times[-1])), group=("arm_raises", "right")),
     )
     peaks = [
-        Measure("peak", peak, "deg", number=i, group=("arm_raises", "right"))
-        for i, peak in enumerate((100, 150))
+        Measure("peak", peak, number=i, group=("arm_raises", "right")) for i, peak in enumerate((100, 150))
     ]
     kinematics = {**(walk_take.kinematics or {}), "r_shoulder_elevation_deg": elevation}
-    take = replace(walk_take, measures=(*rows, *peaks), kinematics=kinematics)
+    take = replace(walk_take, measures=Measures((*rows, *peaks)), kinematics=kinematics)
     assert [event.row for event in events(take, most=1)] == [high]
     assert [event.row for event in events(take, most=2)] == [low, high]
     # An arm "raised to between 144 and 152 degrees" was shown at 168, beside a gap that hid how high it came.
-    assert [event.row for event in events(replace(take, measures=(*rows, peaks[0])), most=2)] == [low]
+    assert [event.row for event in events(replace(take, measures=Measures((*rows, peaks[0]))), most=2)] == [
+        low
+    ]
 
 
 def test_every_frame_at_a_landing_is_called_one_with_the_time_that_was_measured(walk_take):
@@ -49,7 +50,7 @@ def test_every_frame_at_a_landing_is_called_one_with_the_time_that_was_measured(
         Moments("landings", tuple(at_s[i::2]), group=("walking", side))
         for i, side in enumerate(("right", "left"))
     ]
-    take = replace(walk_take, measures=tuple(landings))
+    take = replace(walk_take, measures=Measures(tuple(landings)))
     assert [event.row for event in events(take, most=6)] == [30, 40]
     for row, moment_s in zip(rows, at_s, strict=True):
         for beside in (row - 1, row, row + 1):

@@ -95,7 +95,7 @@ def test_it_prints(content, opened):
 def test_values_are_read_off_under_the_pointer_in_every_chart_of_time(unfolded):
     browser = unfolded()
     chart = "[...document.querySelectorAll('figure')].find(f => f.textContent.startsWith('{}')).querySelector('.chart')"
-    knee, thigh = chart.format("Knee flexion"), chart.format("Thigh against trunk")
+    knee, thigh = chart.format("Knee flexion"), chart.format("Hip flexion")
     table = f"[...{knee}.querySelectorAll('tbody tr')].map(r => [...r.cells].map(c => c.textContent))"
     browser.value(f"{knee}.scrollIntoView({{block: 'center'}})")
     left, top, width, height = browser.value(

@@ -140,9 +140,7 @@ def test_a_range_stands_with_its_error_and_is_still_sorted_as_a_number(opened):
     rows = study(3)
     of = ("range_of_motion", "r_knee_flexion")
     for row, value in zip(rows, (9.0, 110.0, 24.0), strict=False):
-        row["measures"]["range_of_motion.r_knee_flexion.p05_p95"] = Measure(
-            "p05_p95", value, "deg", 7.5, group=of
-        )
+        row["measures"]["range_of_motion.r_knee_flexion.p05_p95"] = Measure("p05_p95", value, 7.5, group=of)
     browser = opened(as_page("study", rows))
     click(browser, "Figures", "right knee flexion (°)")
     shown = [cell for cell in column(browser, "Figures", 3) if "±" in cell]

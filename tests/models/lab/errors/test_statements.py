@@ -17,7 +17,7 @@ from pcnet3d.models.lab.errors.statements import angles, joints, rotation, state
 from pcnet3d.models.lab.evaluation import sets
 from pcnet3d.models.lab.evaluation.finished import Configuration, finished
 from pcnet3d.pipeline.core.camera import Camera
-from pcnet3d.pipeline.core.measures import Measure, Moments, grouped
+from pcnet3d.pipeline.core.measures import Measure, Measures, Moments
 from pcnet3d.pipeline.core.path import RootPath
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate
@@ -211,10 +211,10 @@ def test_a_focal_length_that_nobody_told_is_judged(exact):
 
 def repeated(*peaks, error=2.0, **means):
     """Rows of a movement whose repetitions reach their peak at (seconds, degrees)."""
-    rows = [Measure("peak", height, "deg", error, number=i) for i, (_, height) in enumerate(peaks)]
+    rows = [Measure("peak", height, error, number=i) for i, (_, height) in enumerate(peaks)]
     times = {"start": -0.5, "stop": 0.5}
     rows += [Moments(name, tuple(at + off for at, _ in peaks)) for name, off in times.items()]
-    return grouped([*rows, *(Measure(name, value, "deg", error) for name, value in means.items())])
+    return Measures((*rows, *(Measure(name, value, error) for name, value in means.items())))
 
 
 def test_repetitions_are_compared_with_those_of_the_same_time_and_means_of_as_many():

@@ -11,7 +11,7 @@ from pcnet3d.models.lab.errors.walks import true_walks, walks
 from pcnet3d.models.lab.evaluation.finished import Finished
 from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.pipeline import CAMERA
-from pcnet3d.pipeline.core.measures import Measure, grouped, nested
+from pcnet3d.pipeline.core.measures import Measure, Measures, nested
 from pcnet3d.pipeline.core.pose import MadeBy
 
 
@@ -36,13 +36,13 @@ def test_the_walkers_figures_are_inside_their_errors(finished):
 
 def test_what_is_off_is_judged_by_as_much(finished):
     take = finished.take
-    off = tuple(
+    off = (
         Measure(**{**vars(row), "value": row.value + 5.0})
         if getattr(row, "name", "") == "mean_stance"
         else row
         for row in take.measures
     )
-    moved = Finished(take.with_(measures=off), finished.truth, "here")
+    moved = Finished(take.with_(measures=Measures(tuple(off))), finished.truth, "here")
     was, is_now = (
         next(one.error[0] for one in walks(each) if one.statement == "stance, %")
         for each in (finished, moved)
@@ -52,7 +52,7 @@ def test_what_is_off_is_judged_by_as_much(finished):
 
 def test_nothing_is_judged_where_no_walk_was_found(finished):
     assert nested(finished.take.measures)["walking"]["steps"] >= 3
-    assert list(walks(Finished(finished.take.with_(measures=()), finished.truth, "here"))) == []
+    assert list(walks(Finished(finished.take.with_(measures=Measures()), finished.truth, "here"))) == []
     assert list(walks(Finished(None, finished.truth, "here", "refused"))) == []
 
 
@@ -74,6 +74,8 @@ def test_steps_that_were_not_counted_are_no_part_of_what_is_judged():
     }
     feet = {side: [Stance(side, at_s, at_s + 0.3) for at_s in of] for side, of in true.items()}
     judged = [
-        (step.start_s, step.stop_s) for walk in true_walks(grouped(rows_of(found)), feet) for step in walk
+        (step.start_s, step.stop_s)
+        for walk in true_walks(rows_of({"walking": found}).group("walking"), feet)
+        for step in walk
     ]
     assert judged == [(0.0, 0.5), (0.5, 1.0), (1.0, 1.5), (3.5, 4.0), (4.0, 4.5), (4.5, 5.0)]

@@ -11,7 +11,6 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, RunOptions, read_run, run_files
 from pcnet3d.pipeline.plugins import registry
-from pcnet3d.stages.export.measures import write_measures
 from pcnet3d.stages.study.batch.command import study_rows
 from pcnet3d.stages.study.batch.manifest import Entry
 from pcnet3d.stages.study.batch.page import as_page
@@ -66,15 +65,15 @@ def made(tmp_path):
 
 
 def test_figures_are_single_numbers_by_their_keys(made):
-    measures = {"walking": {"steps": 3, "right": {"x_s": 0.5}, "landings_s": [1.0], "reason": "none"}}
+    measures = {
+        "walking": {"steps": 3, "right": {"mean_step_time_s": 0.5}, "landings_s": [1.0], "gait": "running"}
+    }
     device = {"asked": "auto", "networks": {"a.onnx": "cuda", "b.onnx": "cpu", "c.onnx": "cuda"}}
     of_run = {**SAID, "rows": None, "values": {}}
     run = made(measures=measures, notices=[of_run, {**of_run, "text": "a name \udcff"}], device=device)
-    take = read_run(run).with_(measures=rows_of(measures))
-    write_measures(take, run / "measures.csv")
     (found,) = figures(run)
     assert found["device"] == "cpu, cuda"
-    assert found["numbers"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}
+    assert found["numbers"] == {"walking.steps": 3.0, "walking.right.mean_step_time_s": 0.5}
     assert isinstance(found["numbers"]["walking.steps"], float)
     assert {key: measure.unit for key, measure in found["measures"].items()} == {
         "walking.steps": "",
@@ -93,7 +92,7 @@ def test_the_page_shows_figures_that_takes_are_compared_by_and_counts(made):
             "frames": 60, "cadence_spm": 100.0, "cadence_error_spm": 1.0, "walking_speed": 1.2,
             "walking_speed_error": 0.1, "landings_s": [1.0],
         },
-        "off_keypoints": {"r_arm": {"p50_px": 3.0}},
+        "off_keypoints": {"r_arm": {"median_in_image_px": 3.0}},
         "knee_bends": {"count": 3.0},
         "range_of_motion": {"r_knee_flexion": {"p05_p95_deg": 50.0, "p95_deg": 60.0}},
     }  # fmt: skip

@@ -14,9 +14,8 @@ from golden.measures import rows_of
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.rotations import turn_deg, turned
-from pcnet3d.pipeline.files.measures import read_measures
+from pcnet3d.pipeline.files.atomic import read_summary
 from pcnet3d.pipeline.reading.mocap import Clip, read_mocap, write_mocap
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
 from pcnet3d.stages.study.compare.align import correlated, size_ratio
@@ -181,7 +180,7 @@ def test_circles_of_an_arm_are_resampled_without_the_steps_of_their_range(sides)
 
 def test_no_stride_reaches_across_a_turn_between_two_walks(runs):
     """Of one who walks there and back the feet land on both sides of the turn within three seconds."""
-    measures = nested(read_measures(runs / "side"))
+    measures = read_summary(runs / "side")["measures"]
     measures["walking"]["right"] |= {
         "landings_s": [0.0, 1.1, 3.3, 4.4],
         "stride_start_s": [0.0, 3.3],

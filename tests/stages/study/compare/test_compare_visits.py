@@ -81,7 +81,7 @@ def ranging(side, **ranges):
 def of_visit(side, low_deg, high_deg, speed):
     """The side as a take with one range of motion, known to 4 degrees, and one walking speed, known to 0.05 m/s."""
     ranges = {"r_knee_flexion": {"p05_deg": low_deg, "p95_deg": high_deg, "p05_p95_deg": high_deg - low_deg}}
-    ranges["r_knee_flexion"] |= {"p05_p95_error_deg": 4.0, "sd_deg": 3.0}
+    ranges["r_knee_flexion"] |= {"p05_p95_error_deg": 4.0, "usual_error_deg": 3.0}
     walking = {"walking_speed": speed, "walking_speed_error": 0.05, "steps": 4}
     measures = rows_of({"range_of_motion": ranges, "walking": walking})
     return replace(with_run(side, measures=measures), metric=True)
