@@ -408,7 +408,7 @@ def as_page(name: str, results: Sequence[Sensed]) -> str:
 
 def _over_time(result: Sensed) -> Markup:
     felt, seen = (np.linalg.norm(values, axis=-1) for values in (result.imu, result.video))
-    title = f"{spoken(result.segment).capitalize()}: norm of the acceleration (m/s²)"
+    title = f"{label_of(result.segment).capitalize()}: norm of the acceleration (m/s²)"
     curves = [  # neither has the colour of a body's side
         Curve("sensor", felt, as_hex(GREEN), width=2.4),
         Curve("run", seen, as_hex(PURPLE)),
