@@ -18,7 +18,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.extras import needed_for
 from ...pipeline.core.rotations import rotate, transpose
 from ...pipeline.files.atomic import write_json, write_text
-from ...pipeline.reading.mocap import Clip, write_mocap
+from ...pipeline.reading.mocap import Clip
 from ...pipeline.running.recipe import load_toml
 from ..common.metrics import plain
 from ..rectifier.geometric import Geometric
@@ -28,6 +28,7 @@ from .evaluation.rectifiers import Judged, Take, clean_takes, compare, judge, to
 from .evaluation.tables import Page, Table, written
 from .mocap.clips import Parts
 from .mocap.convert import read_folder
+from .mocap.files import write_mocap
 from .mocap.mmfi import Activities, protocol
 from .training import rectifier as training
 

@@ -189,7 +189,8 @@ def _read_checkpoint(path: Path) -> object:
 
 
 def _clips(folder: Path) -> Path:
-    from pcnet3d.pipeline.reading.mocap import Clip, write_mocap
+    from pcnet3d.models.lab.mocap.files import write_mocap
+    from pcnet3d.pipeline.reading.mocap import Clip
 
     clips = [
         Clip(f"{i:02d}_01", f"{i:02d}", "max", 30.0, Person().standing(40).astype(np.float32))

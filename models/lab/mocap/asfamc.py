@@ -17,7 +17,8 @@ import numpy as np
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.rotations import transpose
 from ....pipeline.files.skeletons import UNITS, Skeleton, h36m17_of_skeleton, place
-from ....pipeline.reading.mocap import Clip, Found, How, joined, label, read_text, require_plausible, z_up
+from ....pipeline.reading.mocap import Clip, z_up
+from .files import Found, How, joined, label, read_text, require_plausible
 
 PATTERN = "**/*.[aA][mM][cC]"
 _FPS = 120.0  # of CMU and HDM05; the files do not say it

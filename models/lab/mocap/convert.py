@@ -18,20 +18,11 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say, show
 from ....pipeline.files.skeletons import UNITS
 from ....pipeline.plugins.options import did_you_mean
-from ....pipeline.reading.mocap import (
-    BVH_FILES,
-    JOINTS_FILES,
-    Clip,
-    Found,
-    How,
-    bvh_clip,
-    joints_clip,
-    upright_share,
-    write_mocap,
-)
+from ....pipeline.reading.mocap import Clip, upright_share
 from ....pipeline.running.progress import each
 from . import asfamc as mocap_asfamc
 from . import mmfi as mocap_mmfi
+from .files import BVH_FILES, JOINTS_FILES, Found, How, bvh_clip, joints_clip, write_mocap
 
 
 def check_upright(clips: Sequence[Clip]) -> None:

@@ -20,9 +20,10 @@ from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many, say
 from ....pipeline.files.atomic import refuse_unwritable, write_json
 from ....pipeline.files.digest import sha256
-from ....pipeline.reading.mocap import Clip, read_mocap, write_mocap
+from ....pipeline.reading.mocap import Clip, read_mocap
 from .clips import PARTS, subject_of
 from .convert import read_folder
+from .files import write_mocap
 
 SPLITS = Path(__file__).with_name("splits.json")
 _MADE = "data.json"  # digests of what was made

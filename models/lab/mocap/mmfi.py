@@ -23,7 +23,8 @@ from ....pipeline.core.messages import how_many
 from ....pipeline.core.rotations import rotate
 from ....pipeline.files.arrays import load
 from ....pipeline.files.skeletons import leg_length
-from ....pipeline.reading.mocap import Clip, Found, How, upright_share
+from ....pipeline.reading.mocap import Clip, upright_share
+from .files import Found, How
 
 PATTERN = "E[0-9][0-9]/S[0-9][0-9]/A[0-9][0-9]/ground_truth.npy"
 FPS = 10.0

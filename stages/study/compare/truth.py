@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ....pipeline.core.anthropometry import STATURES_M, implied_stature
-from ....pipeline.core.errors import InputError, naming
+from ....pipeline.core.errors import InputError, naming, readable
 from ....pipeline.core.frames import Z_UP, change_frame
 from ....pipeline.core.layouts import H36M17, remap
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.files.arrays import keys
-from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_trc
+from ....pipeline.files.bvh import read_motion
+from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_joints, read_trc
 from ....pipeline.files.skeletons import UNITS, h36m17_named, h36m17_of_limbs
 from ....pipeline.plugins.options import call, did_you_mean
 from ....pipeline.reading.bounds import check_fps
 from ....pipeline.reading.find import adapters, recognises
-from ....pipeline.reading.mocap import How, bvh_clip, joints_clip, read_mocap, upright_share, z_up
+from ....pipeline.reading.mocap import read_mocap, upright_share, z_up
 
 
 def read_truth(
@@ -52,12 +52,22 @@ def read_truth(
         if kind in (".trc", ".c3d"):
             poses = _of_markers(read_trc(path) if kind == ".trc" else read_c3d(path), up, unit, fps)
         elif kind == ".bvh":
-            captured, _, left_out = bvh_clip(path, path.parent, How(unit, up, fps))
-            poses = _poses(captured.joints, (left_out + np.arange(len(captured))) / captured.fps)
+            with readable(path, "a BVH file"):
+                text = path.read_text(encoding="utf-8", errors="replace")
+            motion = read_motion(text, unit)
+            joints = z_up(motion.joints, up or "y")
+            poses = _poses(joints, (motion.first + np.arange(len(joints))) / (fps or motion.fps))
+        elif kind == ".npz" and "clip_start" in keys(path):
+            _refuse(up, unit, fps, "a file of several clips is in metres with +Z up and says its frame rate")
+            poses = _clip(path, clip)
         elif kind == ".npz":
-            poses = _npz(path, clip, How(unit, up, fps))
+            if clip is not None:
+                raise InputError(
+                    "option-conflict", "--clip chooses from a file of several clips; this holds one."
+                )
+            poses = _of_markers(read_joints(path, fps), up, unit, None)
         else:
-            poses = _adapted(path, How(unit, up, fps))
+            poses = _adapted(path, up, unit, fps)
     share = upright_share(poses.joints)
     if np.isnan(share):
         raise InputError(
@@ -80,15 +90,15 @@ def read_truth(
     return poses
 
 
-def _of_markers(found: Markers, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
-    unit = unit or found.unit
+def _of_markers(markers: Markers, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
+    unit = unit or markers.unit
     if unit not in UNITS:
         raise InputError(
             "needs-input", f"expected a unit of {', '.join(UNITS)}, got '{unit}'; give it with --unit."
         )
     bodies: dict[str, np.ndarray] = {}
     for body in (h36m17_named, h36m17_of_limbs):
-        for subject, points in by_subject(found).items():
+        for subject, points in by_subject(markers).items():
             with suppress(InputError):
                 bodies.setdefault(subject, body(points.points * UNITS[unit], points.names))
     if len(bodies) > 1:
@@ -100,34 +110,27 @@ def _of_markers(found: Markers, up: Up | None, unit: str | None, fps: float | No
         raise InputError(
             "wrong-content",
             "expected points at the joint centres (hips, knees and ankles at least, under common names), got "
-            f"{', '.join(found.names[:30])}; markers on the skin must be turned into joint centres first.",
+            f"{', '.join(markers.names[:30])}; markers on the skin must be turned into joint centres first.",
         )
     (joints,) = bodies.values()
-    joints = z_up(joints, up or found.up)
-    return _poses(joints, found.time_s if fps is None else np.arange(len(joints)) / fps)
+    joints = z_up(joints, up or markers.up)
+    return _poses(joints, markers.time_s if fps is None else np.arange(len(joints)) / fps)
 
 
-def _npz(path: Path, name: str | None, how: How) -> PoseSequence:
-    several = "clip_start" in keys(path)
-    if not several:
-        if name is not None:
-            raise InputError("option-conflict", "--clip chooses from a file of several clips; this holds one")
-        clip = joints_clip(path, path.parent, how, parts=True).clip
-    else:
-        _refuse(how, "a file of several clips is in metres with +Z up and says its frame rate")
-        clips = {clip.name: clip for clip in read_mocap(path)}
-        if name is None and len(clips) > 1:
-            raise InputError(
-                "choose-entry",
-                f"it holds {len(clips)} clips; name one with --clip, such as {next(iter(clips))}.",
-            )
-        if name is not None and name not in clips:
-            raise InputError("name-unknown", f"it has no clip '{name}'; {did_you_mean(name, clips)}")
-        clip = clips[name] if name else next(iter(clips.values()))
+def _clip(path: Path, name: str | None) -> PoseSequence:
+    clips = {clip.name: clip for clip in read_mocap(path)}
+    if name is None and len(clips) > 1:
+        raise InputError(
+            "choose-entry",
+            f"it holds {len(clips)} clips; name one with --clip, such as {next(iter(clips))}.",
+        )
+    if name is not None and name not in clips:
+        raise InputError("name-unknown", f"it has no clip '{name}'; {did_you_mean(name, clips)}")
+    clip = clips[name] if name else next(iter(clips.values()))
     return _poses(clip.joints, np.arange(len(clip)) / clip.fps)
 
 
-def _adapted(path: Path, how: How) -> PoseSequence:
+def _adapted(path: Path, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
     people = [
         poses
         for adapter in adapters("poses").values()
@@ -140,19 +143,19 @@ def _adapted(path: Path, how: How) -> PoseSequence:
             "format-unknown",
             "expected one person's motion capture: TRC, C3D, BVH, .npz, or a file that FreeMoCap writes.",
         )
-    _refuse(replace(how, fps=None), "this file's format says which")
+    _refuse(up, unit, None, "this file's format says which")
     poses = remap(people[0], H36M17)
-    if how.fps is not None:
-        poses = poses.with_(time_s=poses.frame_index / how.fps)
+    if fps is not None:
+        poses = poses.with_(time_s=poses.frame_index / fps)
     if poses.time_s is None:
         raise InputError("needs-rate", "it does not say its frame rate; give it with --rate.")
     return change_frame(poses, Z_UP.with_(origin=poses.frame.origin))
 
 
-def _refuse(how: How, why: str) -> None:
-    """InputError when anything of `how` is told of a file that leaves no choice."""
-    said = {"--unit": how.unit, "--up": how.up, "--rate": how.fps}
-    if given := [option for option, value in said.items() if value is not None]:
+def _refuse(up: Up | None, unit: str | None, fps: float | None, why: str) -> None:
+    """InputError when any of these is told of a file that leaves no choice."""
+    told = {"--unit": unit, "--up": up, "--rate": fps}
+    if given := [option for option, value in told.items() if value is not None]:
         raise InputError("option-conflict", f"{', '.join(given)}: {why}; leave that out.")
 
 

@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 from golden.acclaim import CMU, TWO, amc, asf
 from golden.skeleton import SKELETON, bent, bvh
 from pcnet3d.models.lab.mocap import asfamc as mocap_asfamc
+from pcnet3d.models.lab.mocap.files import How, bvh_clip
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.reading.mocap import How, bvh_clip
 
 
 def two(axis="0 0 0", dof="rx", length=0.45, angle="deg"):

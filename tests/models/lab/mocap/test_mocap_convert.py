@@ -7,8 +7,9 @@ import commands
 from commands import pcnet3d, succeeded
 from golden.skeleton import bent, bvh
 from pcnet3d.models.lab.mocap.convert import read_folder, resampled
+from pcnet3d.models.lab.mocap.files import How, write_mocap
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.reading.mocap import Clip, How, read_mocap, write_mocap
+from pcnet3d.pipeline.reading.mocap import Clip, read_mocap
 from refusals import refused
 
 

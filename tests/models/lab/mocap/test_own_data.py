@@ -8,10 +8,10 @@ import pytest
 from golden.trainings import tiny
 from pcnet3d.models.lab.evaluation.evaluate import evaluate
 from pcnet3d.models.lab.mocap.clips import read_parts
+from pcnet3d.models.lab.mocap.files import write_mocap
 from pcnet3d.models.lab.synthetic.views import seen, views
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.pipeline.core.rotations import transpose
-from pcnet3d.pipeline.reading.mocap import write_mocap
 
 SPLIT = {"train": ["01", "02"], "val": ["03"], "test": ["04"]}
 

@@ -13,10 +13,12 @@ import commands
 from golden.measures import rows_of
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import SD_90
+from pcnet3d.models.lab.mocap.files import write_mocap
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import turn_deg, turned
 from pcnet3d.pipeline.files.atomic import read_summary
-from pcnet3d.pipeline.reading.mocap import Clip, read_mocap, write_mocap
+from pcnet3d.models.lab.mocap.files import write_mocap
+from pcnet3d.pipeline.reading.mocap import Clip, read_mocap
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
 from pcnet3d.stages.study.compare.align import correlated, size_ratio
 from pcnet3d.stages.study.compare.command import compare

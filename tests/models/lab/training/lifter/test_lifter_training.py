@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from golden.trainings import LIFTER, three_people, tiny
+from pcnet3d.models.lab.mocap.files import write_mocap
 from pcnet3d.models.lifter.builtin import SHIPPED, lift, network, run
 from pcnet3d.models.lifter.features import CHANNELS
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
-from pcnet3d.pipeline.reading.mocap import write_mocap
 from refusals import refused
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")

@@ -8,7 +8,8 @@ import pytest
 
 from commands import pcnet3d, refused
 from golden.trainings import tiny
-from pcnet3d.pipeline.reading.mocap import Clip, write_mocap
+from pcnet3d.models.lab.mocap.files import write_mocap
+from pcnet3d.pipeline.reading.mocap import Clip
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from golden.skeleton import MIXAMO, SKELETON, bent, bvh
+from pcnet3d.models.lab.mocap.files import How, bvh_clip
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.files import bvh as bvh_file
-from pcnet3d.pipeline.reading.mocap import How, bvh_clip
 
 CHAIN = """HIERARCHY
 ROOT a

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from pcnet3d.models.lab.mocap.files import How, joints_clip
 from pcnet3d.pipeline import H36M17, InputError, rotate
-from pcnet3d.pipeline.reading.mocap import How, joints_clip
 from refusals import refused
 
 SMPL = [
