@@ -17,7 +17,6 @@ from pcnet3d.models.lab.mocap.files import write_mocap
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import turn_deg, turned
 from pcnet3d.pipeline.files.atomic import read_summary
-from pcnet3d.models.lab.mocap.files import write_mocap
 from pcnet3d.pipeline.reading.mocap import Clip, read_mocap
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
 from pcnet3d.stages.study.compare.align import correlated, size_ratio
