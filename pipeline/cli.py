@@ -211,11 +211,18 @@ def view(
     report: Annotated[
         bool, typer.Option("--report", help="Open the HTML page instead: of a run, a study or a comparison.")
     ] = False,
+    web: Annotated[
+        bool, typer.Option("--web", help="Open the recording in a browser on this machine.")
+    ] = False,
 ) -> None:
     """Open a run's recording, or its report."""
     from .files import viewer
 
-    viewer.view_page(folder) if report else viewer.view(folder)
+    if report and web:
+        raise InputError(
+            "option-conflict", "--web shows the recording and --report the page; give one of them."
+        )
+    viewer.view_page(folder) if report else viewer.view(folder, web)
 
 
 def inspect(

@@ -1,4 +1,5 @@
-"""Opening a recording in the rerun viewer, on this machine only and without a word to any other."""
+"""Opening a recording in the rerun viewer, on this machine only. The viewer's own window sends no word to any other;
+what its page sends, in a browser, is rerun's."""
 
 from __future__ import annotations
 
@@ -17,17 +18,24 @@ _HERE = "127.0.0.1"
 QUIET = {"CI": "1", "HTTPS_PROXY": f"http://{_HERE}:9", "RUST_LOG": "error"}
 
 
-def view(folder: Path) -> None:
-    """Open a run's folder, or a recording itself, and return when the viewer is closed. InputError when there is no
-    recording, or when no viewer opens."""
+def view(folder: Path, web: bool = False) -> None:
+    """Open a run's folder, or a recording itself, and return when the viewer is closed. web: in a browser on this
+    machine, until interrupted. InputError when there is no recording, or when no viewer opens."""
     # Without an address the viewer would listen to the whole network, and whoever holds its usual port would be handed
     # the recording.
-    own = ["--bind", _HERE, "--port", "auto"]
-    ended = subprocess.run([viewer_executable(), *own, str(find_recording(folder))], env=os.environ | QUIET)
+    own, quiet = ["--bind", _HERE, "--port", "auto"], QUIET
+    if web:
+        own += ["--web-viewer", "--web-viewer-port", "0"]
+        quiet = QUIET | {"RUST_LOG": "error,re_sdk::web_viewer=info"}  # says the page's address
+    command = [viewer_executable(), *own, str(find_recording(folder))]
+    try:
+        ended = subprocess.run(command, env=os.environ | quiet)
+    except KeyboardInterrupt:
+        if web:
+            return
+        raise
     if ended.returncode:
-        raise InputError(
-            "no-device", "The viewer did not open; it needs a screen. --report opens the page instead."
-        )
+        raise InputError("no-device", "The viewer did not open; on a machine without a screen pass --web.")
 
 
 def find_recording(folder: Path) -> Path:

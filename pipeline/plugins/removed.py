@@ -62,7 +62,6 @@ REMOVED: dict[Kind, dict[str, str]] = {
         "run --neutral": "leave it out; angles less those of standing were off by more than the angles themselves",
         "run --person all": "--everyone processes everybody, also of a video alone",
         "run --person pick": "--everyone processes everybody, and a run of one person says who else was visible",
-        "view --web": "open the report (--report), or the recording on a machine with a screen",
     },
     "settings": {
         "calibrate.gravity_network": "give up as that network tells it, --set read.gravity=X,Y,Z in the camera's axes",

@@ -24,7 +24,8 @@ def test_no_recording(tmp_path, name):
         view(tmp_path / name)
 
 
-def test_viewer_is_started_for_this_machine_only_and_silent(run_folder, monkeypatch):
+@pytest.mark.parametrize("web", [False, True])
+def test_viewer_is_started_for_this_machine_only_and_silent(run_folder, monkeypatch, web):
     started = {}
 
     def run(command, env):
@@ -32,8 +33,9 @@ def test_viewer_is_started_for_this_machine_only_and_silent(run_folder, monkeypa
         return type("Ended", (), {"returncode": 0})
 
     monkeypatch.setattr("subprocess.run", run)
-    view(run_folder)
+    view(run_folder, web)
     command = started["command"]
+    assert ("--web-viewer" in command) == web
     assert command[0] == viewer_executable()
     assert command[command.index("--bind") + 1] == "127.0.0.1"
     assert command[-1] == str(run_folder / "take.rrd")
@@ -42,5 +44,5 @@ def test_viewer_is_started_for_this_machine_only_and_silent(run_folder, monkeypa
 
 def test_viewer_that_does_not_open(run_folder, monkeypatch):
     monkeypatch.setattr("subprocess.run", lambda *_, **__: type("Ended", (), {"returncode": 1}))
-    with pytest.raises(InputError, match="--report"):
+    with pytest.raises(InputError, match="--web"):
         view(run_folder)
