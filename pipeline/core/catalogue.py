@@ -346,14 +346,11 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "cutoffs-differ": ("warning", "motion",
         "The runs were filtered at different cut-offs ({cutoffs})."),
     "rates-differ": ("warning", "clock",
-        "The {takes} were lifted at {least_fps:.4g} to {most_fps:.4g} frames per second. This alone changes ranges "
+        "The runs were lifted at {least_fps:.4g} to {most_fps:.4g} frames per second. This alone changes ranges "
         "of motion (in walking, the knee's by 3 degrees between 30 and 60): film at one rate."),
     "angles-weak": ("warning", "motion",
         "The angles of {run} and {other} correlate weakly (r {r:.2f}; 0.75 and more is usual). Check that they show "
         "the same motion, and that the time shift is right."),
-    "mirror-images": ("warning", "motion",
-        "{run} fits {other} better with left and right exchanged (r {of_image:.2f} against {r:.2f}): the video of one "
-        "of them is mirrored, the shift is off by half a stride, or the other side moved."),
     "shift-ambiguous": ("warning", "clock",
         "{run} fits at several shifts (r {r:.2f} and, at another, {runner_up:.2f}), as in a repeated motion. "
         "{so}"),

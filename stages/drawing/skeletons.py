@@ -10,7 +10,7 @@ from markupsafe import Markup
 from ...pipeline.core.layouts import Layout
 from ...pipeline.core.rotations import is_finite
 from . import palette
-from .charts import MIDDLE, SOFT
+from .charts import MIDDLE
 from .page import kit
 
 
@@ -18,14 +18,14 @@ def key_rows(joints: np.ndarray, count: int = 6, doubts: np.ndarray | None = Non
     """Rows that show what happens in a take: of each of `count` equal parts the one whose posture is farther from the
     take's median posture than nine in ten of that part, so that neither rest nor an outlier is shown. joints: (T, J, 3)
     in BODY, any unit. doubts: (T,) of each row; of a part only the quarter with the fewest is looked at."""
-    seen = np.flatnonzero(is_finite(joints).mean(axis=1) > 0.5)
-    if not len(seen):
+    visible = np.flatnonzero(is_finite(joints).mean(axis=1) > 0.5)
+    if not len(visible):
         return []
     there = np.flatnonzero(is_finite(joints).any(axis=0))
     joints = joints if len(there) == joints.shape[1] else joints[:, there]
-    usual = np.stack([np.nanmedian(one[seen], axis=0) for one in joints.swapaxes(0, 1)])
+    usual = np.nanmedian(joints[visible], axis=0)
     rows = []
-    for part in np.array_split(seen, min(count, len(seen))):
+    for part in np.array_split(visible, min(count, len(visible))):
         if doubts is not None:
             part = part[doubts[part] <= np.quantile(doubts[part], 0.25)]
         off = np.nanmean(np.linalg.norm(joints[part] - usual, axis=-1), axis=-1)
@@ -33,30 +33,23 @@ def key_rows(joints: np.ndarray, count: int = 6, doubts: np.ndarray | None = Non
     return rows
 
 
-def skeletons(
-    views: Mapping[str, np.ndarray], layout: Layout, alt: str, behind: Mapping[str, np.ndarray] | None = None
-) -> Markup:
-    """One skeleton from several sides at one scale. views: (J, 2) points to the right and up, by name. behind: those of
-    another skeleton, in grey."""
-    layers = [views] if behind is None else [behind, views]
-    all_of = [np.concatenate([layer[name] for layer in layers]) for name in views]
-    seen = [points[is_finite(points)] for points in all_of]
+def skeletons(views: Mapping[str, np.ndarray], layout: Layout, alt: str) -> Markup:
+    """One skeleton from several sides at one scale. views: (J, 2) points to the right and up, by name."""
+    visible = [points[is_finite(points)] for points in views.values()]
     wide = 200 if len(views) == 1 else 120
     field = np.array([wide - 8.0, 174.0])
-    scale = min((field / np.maximum(np.ptp(points, axis=0), 1e-9)).min() for points in seen if len(points))
+    scale = min((field / np.maximum(np.ptp(points, axis=0), 1e-9)).min() for points in visible if len(points))
     lines: dict[str, str] = {}
-    for i, name in enumerate(views):
-        middle = (np.nanmin(all_of[i], axis=0) + np.nanmax(all_of[i], axis=0)) / 2
-        for layer in layers:
-            at = (layer[name] - middle) * (scale, -scale) + (wide * (i + 0.5), 108)
-            for bone in layout.bones:
-                ends = at[layout.indices(bone)]
-                if is_finite(ends).all():
-                    side = palette.side_colour(*bone)
-                    colour = MIDDLE if side == palette.MIDDLE else palette.as_hex(side)
-                    colour = SOFT if layer is behind else colour
-                    bone_line = "M{:.1f} {:.1f}L{:.1f} {:.1f}".format(*ends.ravel())
-                    lines[colour] = lines.get(colour, "") + bone_line
+    for i, points in enumerate(views.values()):
+        middle = (np.nanmin(points, axis=0) + np.nanmax(points, axis=0)) / 2
+        at = (points - middle) * (scale, -scale) + (wide * (i + 0.5), 108)
+        for bone in layout.bones:
+            ends = at[layout.indices(bone)]
+            if is_finite(ends).all():
+                side = palette.side_colour(*bone)
+                colour = MIDDLE if side == palette.MIDDLE else palette.as_hex(side)
+                bone_line = "M{:.1f} {:.1f}L{:.1f} {:.1f}".format(*ends.ravel())
+                lines[colour] = lines.get(colour, "") + bone_line
     names = [(f"{wide * (i + 0.5):g}", name) for i, name in enumerate(views)]
     return kit("chart.html.j2").skeletons(names, lines, wide * len(views), alt)
 

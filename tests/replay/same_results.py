@@ -107,7 +107,7 @@ batch: batch INPUTS/study/manifest.csv --workers 1 -q
 batch_folder: batch INPUTS/study/folder --set fps=30 --workers 1 -q
 
 compare/estimators: compare poses/boxing poses/boxing_blazepose keypoints/boxing
-compare/motions: compare simulated/take00 simulated/take10 --align cycles
+compare/motions: compare simulated/take00 simulated/take10
 compare/cameras: compare real/cam01 real/cam02 real/cam03 real/cam04 --align stamps
 compare/truth: compare simulated/take00 --truth INPUTS/take00.npz
 compare/truth_trc: compare simulated/take10 --truth INPUTS/take10.trc

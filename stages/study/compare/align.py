@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -26,10 +26,6 @@ UNUSUAL = 0.75
 # shift is wrong; of takes without such a one, of walks with turns, squats, lifts, it is wrong in one of fifty at most.
 AMBIGUOUS = 0.9
 NARROW = "narrow the search with --offset and --search"  # what to do then
-# By which r of the mirror image is larger where one of two takes is mirrored. Of 87 captures against their own mirror
-# image it was in 62, by time stamps in 77; of some 450 pairs of different takes of one person in one, a forehand and a
-# backhand.
-CLEARLY = 0.15
 _FINEST_S = 1 / 60  # step of the search
 LEAST_SHARE = 0.5  # of the largest common motion at any shift; less makes chance peaks
 SAME_PEAK_S = 0.25
@@ -111,12 +107,6 @@ def runner_up(shifts: np.ndarray, scores: np.ndarray, chosen: float) -> float:
     scores = np.nan_to_num(scores, nan=-1.0)
     others = scores[peaks(scores) & (np.abs(shifts - chosen) > SAME_PEAK_S)]
     return float(others.max()) if len(others) else float("nan")
-
-
-def mirrored(side: Side) -> Side:
-    """The side as its mirror image bends the limbs: the other ones, and by the same angles."""
-    other = {name: side.angles[{"r": "l", "l": "r"}[name[0]] + name[1:]] for name in _ANGLES}
-    return replace(side, angles=side.angles | other)
 
 
 def size_ratio(side: np.ndarray, reference: np.ndarray) -> float:

@@ -60,9 +60,8 @@ def compare(
     align: Annotated[
         Align,
         typer.Option(
-            help="How to match the runs in time: by time stamps, by correlating the angles, or by cycles only "
-            "(different motions). auto uses stamps for runs of one recording, correlate for motion capture, and cycles "
-            "otherwise."
+            help="How to match the runs in time: by time stamps, or by correlating the angles. auto uses stamps for "
+            "runs of one recording, correlate for motion capture, and compares others as two motions."
         ),
     ] = "auto",
     offset: Annotated[
@@ -81,7 +80,7 @@ def compare(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Compare runs with each other or with motion capture: all differences with their errors, angles and cycles.
+    """Compare runs with each other or with motion capture: all differences with their errors, and angles.
 
     Or one run with inertial sensors: lag, correlation and error of the accelerations."""
     of_truth = {"--truth": truth, "--clip": clip, "--up": up, "--unit": unit}
@@ -100,7 +99,7 @@ def compare(
         content, html, warnings, lines = against_sensors(
             folders[0], imu, segment or [], given, offset, search
         )
-        _write(folders, imu, output, force, content, html, warnings, [])
+        _write(folders, imu, output, force, content, html, warnings)
         print("\n".join(lines))
     else:
         if segment or option:
@@ -118,9 +117,8 @@ def compare(
         comparison = compared(sides, align, offset, search)
         content = {"what": "comparison", **figures(comparison)}
         warnings = [each.text for each in comparison.notices]
-        agreed = [line for pair in comparison.pairs for line in _table(pair.agreement)]
         read = [] if truth is None else [truth]
-        _write(folders, read, output, force, content, as_page(comparison), warnings, agreed)
+        _write(folders, read, output, force, content, as_page(comparison), warnings)
         print("\n".join(line for pair in comparison.pairs for line in result(pair)))
     point_to(folders[0] / "compare" if output is None else output)
 
@@ -144,14 +142,6 @@ def _with_truth(
     return [first, *(with_trunk_of(side, first) for side in sides)]
 
 
-def _table(agreement: dict[str, dict[str, float | int]]) -> list[str]:
-    head = [f"{'angle':<26}{'bias':>8}{'RMSE':>8}{'r':>8}  (degrees)"] if agreement else []
-    return head + [
-        f"{name:<26}{of['bias_deg']:>z8.1f}{of['rmse_deg']:>8.1f}{of['r']:>8.3f}"
-        for name, of in agreement.items()
-    ]
-
-
 def _write(
     folders: Sequence[Path],
     read: Sequence[Path],
@@ -160,7 +150,6 @@ def _write(
     content: dict[str, Any],
     html: str,
     warnings: list[str],
-    lines: list[str],
 ) -> None:
     """compare.json and compare.html, and what is said on the way."""
     target = folders[0] / "compare" if output is None else output
@@ -169,7 +158,5 @@ def _write(
         (partial / "compare.html").write_text(html, encoding="utf-8")
     if output is None:
         add_to_list(folders[0], "compare")
-    if lines:
-        show("\n".join(lines))
     say_all("warning", warnings)
     show(f"{target}: {', '.join(sorted(file.name for file in target.iterdir()))}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -17,26 +16,16 @@ from ....pipeline.core.notices import Notice, grave, notice, verdict
 from ....pipeline.core.rotations import turn_deg, turned
 from ....pipeline.signals.angles import ANGLES
 from ....pipeline.signals.filters import rate as frame_rate
-from ..rates import is_lifted, rates_apart
-from .align import (
-    AMBIGUOUS,
-    CLEARLY,
-    NARROW,
-    UNUSUAL,
-    WEAK,
-    Alignment,
-    correlated,
-    mirrored,
-    size_ratio,
-    stamped,
-)
+from .align import AMBIGUOUS, NARROW, UNUSUAL, WEAK, Alignment, correlated, size_ratio, stamped
 from .changes import Change, as_figures, changes, from_same_place, summary
-from .cycles import Cycles, cycles
 from .figures import JointAgreement, agreement, joint_agreement, view_spread
 from .side import Side, one_clock
 
-Align = Literal["auto", "stamps", "correlate", "cycles"]
+Align = Literal["auto", "stamps", "correlate"]
 _MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack a second or two of each other
+# Of the higher rate to the lower one, and from which rate on all are lifted alike. Ranges of the built-in walker's knee
+# from five sides: 24 and 30 a second are 0 to 2 degrees apart (1 on average), 60 and 120 by 0.2 at most.
+_APART, _ALIKE_HZ = 1.5, 60.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +45,6 @@ class Pair:
     one_recording: bool
     same_place: bool
     changes: list[Change]
-    cycles: list[Cycles]
     alignment: Alignment | None
     times: np.ndarray
     at_reference: dict[str, np.ndarray] = field(default_factory=dict)
@@ -66,11 +54,6 @@ class Pair:
     scale: float = 1.0
     joints_mm: float | None = None
     joints: JointAgreement = field(default_factory=dict)
-
-    @property
-    def level(self) -> np.ndarray:
-        """(T, 17, 3) the side's joints in the heading and the size of the reference's LEVEL."""
-        return self.scale * turned(self.side.level, self.turn_deg)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,31 +76,30 @@ def compared(
             "needs-input", "Expected two or more runs, or a run and motion capture (--truth FILE), got one."
         )
     reference, *others = sides
-    doubts = {side.name: grave(side.run.judged) for side in sides if side.run}
+    doubtful = {side.name: grave(side.run.judged) for side in sides if side.run}
     notices = [*_of_all(sides)]
     notices += [
-        notice("run-doubtful", run=name, verdict=verdict(found), why=found[0].text.rstrip("."))
-        for name, found in doubts.items()
-        if found
+        notice("run-doubtful", run=name, verdict=verdict(findings), why=findings[0].text.rstrip("."))
+        for name, findings in doubtful.items()
+        if findings
     ]
     pairs = []
     for side in others:
         near = from_same_place(side, reference)
-        doubtful = bool(doubts.get(side.name) or doubts.get(reference.name))
-        differences = changes(side, reference, near, doubtful)
-        how, said = _aligned(side, reference, align, offset_s, search_s)
+        either_doubtful = bool(doubtful.get(side.name) or doubtful.get(reference.name))
+        differences = changes(side, reference, near, either_doubtful)
+        how, doubts = _aligned(side, reference, align, offset_s, search_s)
         pair = Pair(
             side=side,
             reference=reference,
             one_recording=one_clock(side, reference),
             same_place=near,
             changes=differences,
-            cycles=cycles(side, reference, how and how.shift_s),
             alignment=how,
             times=side.time_s + (how.shift_s if how else 0.0),
         )
         pairs.append(pair if how is None else _moment_by_moment(pair))
-        notices += [*said, *_beyond(pairs[-1])]
+        notices += [*doubts, *_beyond(pairs[-1])]
     return Comparison(reference, tuple(pairs), _spread(reference, pairs), tuple(notices))
 
 
@@ -127,8 +109,10 @@ def _of_all(sides: Sequence[Side]) -> Iterator[Notice]:
     cutoffs = {"none" if side.cutoff_hz is None else f"{side.cutoff_hz:g} Hz" for side in sides}
     if len(cutoffs) > 1:
         yield notice("cutoffs-differ", cutoffs=", ".join(sorted(cutoffs)))
-    rates = [frame_rate(side.time_s) for side in sides if side.run and is_lifted(side.run)]
-    yield from rates_apart("runs", rates)
+    lifted = [side for side in sides if side.run and side.run.need("poses").made_by.in_run]
+    rates = sorted(rate for side in lifted if np.isfinite(rate := frame_rate(side.time_s)))
+    if rates and min(rates[-1], _ALIKE_HZ) > _APART * rates[0]:
+        yield notice("rates-differ", least_fps=rates[0], most_fps=rates[-1])
 
 
 def _aligned(
@@ -136,22 +120,13 @@ def _aligned(
 ) -> tuple[Alignment | None, list[Notice]]:
     """How the side's clock is brought to the reference's, None for takes of different motions, and doubts."""
     together = one_clock(side, reference)
-    if align == "auto":
-        align = "stamps" if together else "correlate" if reference.run is None else "cycles"
-    if align == "cycles":
-        if reference.run is None:
-            raise InputError(
-                "files-apart",
-                "Motion capture of another motion is no reference; give that of the take itself.",
-            )
+    if align == "auto" and reference.run is not None and not together:
         return None, []
-
-    def aligned(of: Side) -> Alignment:
-        if align == "stamps":
-            return stamped(of, reference, offset_s)
-        return correlated(of, reference, offset_s, search_s)
-
-    how, doubts = aligned(side), list[Notice]()
+    if align == "stamps" or (align == "auto" and together):
+        how = stamped(side, reference, offset_s)
+    else:
+        how = correlated(side, reference, offset_s, search_s)
+    doubts = list[Notice]()
     both: dict[str, Any] = {"run": side.name, "other": reference.name}
     if not how.r >= WEAK:
         doubts.append(notice("angles-weak", **both, r=how.r))
@@ -161,9 +136,6 @@ def _aligned(
         doubts.append(notice("shift-ambiguous", run=side.name, **values, so=so))
     elif how.r < UNUSUAL and not together:
         doubts.append(notice("angles-weak", **both, r=how.r))
-    with suppress(InputError):  # where one side of the body alone is known
-        if (of_image := aligned(mirrored(side)).r) > UNUSUAL and of_image > how.r + CLEARLY:
-            doubts.append(notice("mirror-images", **both, r=how.r, of_image=of_image))
     return how, doubts
 
 
@@ -201,11 +173,11 @@ def _beyond(pair: Pair) -> list[Notice]:
     if pair.alignment is None or not any(np.isfinite(change.by) for change in pair.changes):
         return []
     spans = np.array([times[[0, -1]] for times in (pair.times, pair.reference.time_s)])
-    common_s, longest_s = spans[:, 1].min() - spans[:, 0].max(), np.ptp(spans, axis=1).max()
+    common_s, longest_s = float(spans[:, 1].min() - spans[:, 0].max()), float(np.ptp(spans, axis=1).max())
     if common_s >= _MOSTLY * longest_s:
         return []
-    both: dict[str, Any] = {"run": pair.side.name, "other": pair.reference.name}
-    return [notice("partly-common", **both, common_s=float(common_s), longest_s=float(longest_s))]
+    names = {"run": pair.side.name, "other": pair.reference.name}
+    return [notice("partly-common", **names, common_s=common_s, longest_s=longest_s)]
 
 
 def _spread(reference: Side, pairs: list[Pair]) -> dict[str, float]:
@@ -272,7 +244,6 @@ def figures(comparison: Comparison) -> dict[str, Any]:
                 "angles": pair.agreement,
                 "same_place": pair.same_place,
                 "changes": as_figures(pair.changes),
-                "cycles": [cycle.figures() for cycle in pair.cycles],
             }
             for pair in comparison.pairs
         },

@@ -7,16 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 from markupsafe import Markup
 
-from ....models.common.canonical import R_world_from_body
 from ....models.common.metrics import SD_90
-from ....pipeline.core.figures import label_of
-from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.figures import GROUPS, label_of
+from ....pipeline.core.measures import Curve as Cycle
 from ....pipeline.core.pose import package_version
-from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Curve, over_time
 from ...drawing.page import Cell, Soft, answer, box, bullets, charts, figure, joined, page, small, table
-from ...drawing.skeletons import body_views, key_rows, skeletons
 from ...drawing.words import errors_of_angles
 from .changes import WHY, Change
 from .comparison import Comparison, Pair, result
@@ -36,9 +33,8 @@ def as_page(comparison: Comparison) -> str:
         sections += [
             (f"Differences{of}", _differences(pair, comparison.spread if of and pair.alignment else {})),
             (f"Distances of the joints{of}", _joints(pair)),
-            (f"At the same moments{of}", _moments(pair)),
             (f"Angles over time{of}", _angles(pair)),
-            (f"Cycles{of}", _cycles(pair)),
+            (f"Mean cycles{of}", _cycles(pair)),
         ]
     sections.append(("How they were aligned", bullets(_together(comparison))))
     sides = [comparison.reference, *(pair.side for pair in comparison.pairs)]
@@ -164,23 +160,6 @@ def _joints(pair: Pair) -> Markup:
     return table(("joint", *(named[key] for key in keys)), rows) + small(words) if rows else Markup("")
 
 
-def _moments(pair: Pair) -> Markup:
-    """Both skeletons at the same moments, one over the other, each turned to face the reader."""
-    if pair.alignment is None:
-        return Markup("")
-    both = (pair.level, pair.reference.joints_at(pair.times))  # LEVEL
-    mine, other = (rotate(transpose(R_world_from_body(joints)), joints) for joints in both)
-    there = is_finite(other)
-    known = there.mean(axis=1, keepdims=True) > 0.5 * there.any(axis=0).mean()  # of what it has in any frame
-    shown = []
-    for row in key_rows(np.where(known[..., None], mine, np.nan)):
-        words = f"{pair.side.name} over {pair.reference.name} at {pair.times[row]:.2f} s"
-        drawn = skeletons(body_views(mine[row]), H36M17, words, behind=body_views(other[row]))
-        shown.append(figure([drawn], f"{pair.times[row]:.2f} s"))
-    words = f"{_colours(pair)}, at the same size. Each is turned to face you."
-    return small(words) + charts(shown, small=True)
-
-
 def _angles(pair: Pair) -> Markup:
     """A row of charts for every angle, right beside left."""
     rows = []
@@ -200,21 +179,38 @@ def _angles(pair: Pair) -> Markup:
 
 
 def _cycles(pair: Pair) -> Markup:
-    """The mean cycles of both with a band of one standard deviation, each kind of cycle on rows of its own."""
-    rows: dict[str, list[Markup]] = {}
-    for cycle in pair.cycles:
-        other, mine = ((of.mean(axis=0), of.std(axis=0, ddof=1)) for of in (cycle.reference, cycle.curves))
-        curves = [
-            Curve(pair.reference.name, other[0], SOFT, other[1], width=_WIDE),
-            Curve(pair.side.name, mine[0], _colour(cycle.angle), mine[1]),
-        ]
-        title = f"{cycle.kind.capitalize()}: {label_of(cycle.angle)} (°)"
-        chart = over_time(curves, np.linspace(0, 100, len(mine[0])), f"{title} over a cycle", "cycle (%)")
-        of = cycle.figures()
-        apart = f"{of['cycles']} and {of['cycles_reference']} cycles, {of['difference_deg']:.1f}° apart"
-        rows.setdefault(cycle.kind, []).append(figure([chart], title, f"{apart} (root mean square)"))
-    words = f"{_colours(pair)}. Mean over the cycles; band: one standard deviation of the cycles."
-    return small(words) + joined(map(charts, rows.values())) if rows else Markup("")
+    """Of two motions the mean cycles of both, from their measures."""
+    if pair.alignment is not None:
+        return Markup("")
+    rows = []
+    for kind in ("knee_bends", "arm_raises", "walking"):
+        reference, compared = (
+            {curve.angle: curve for curve in side.measures.group(kind).curves}
+            for side in (pair.reference, pair.side)
+        )
+        both = [angle for angle in compared if angle in reference]
+        rows.append(charts(_cycle(pair, kind, reference[angle], compared[angle]) for angle in both))
+    words = f"{_colours(pair)}. Mean over the cycles; band: one standard deviation, of six cycles or more."
+    return small(words) + joined(rows) if any(rows) else Markup("")
+
+
+def _cycle(pair: Pair, kind: str, reference: Cycle, compared: Cycle) -> Markup:
+    both = [(pair.reference.name, reference, SOFT), (pair.side.name, compared, _colour(compared.angle))]
+    curves = [
+        Curve(
+            name,
+            np.array(cycle.mean_deg),
+            colour,
+            None if cycle.sd_deg is None else np.array(cycle.sd_deg),
+            width=_WIDE if cycle is reference else 1.6,
+        )
+        for name, cycle, colour in both
+    ]
+    title = f"{GROUPS[kind].title.capitalize()}: {label_of(compared.angle)} (°)"
+    chart = over_time(
+        curves, np.linspace(0, 100, len(curves[0].values)), f"{title} over a cycle", "cycle (%)"
+    )
+    return figure([chart], title, f"{reference.count} and {compared.count} cycles")
 
 
 def _colours(pair: Pair) -> str:

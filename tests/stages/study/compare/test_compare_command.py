@@ -10,19 +10,16 @@ import numpy as np
 import pytest
 
 import commands
-from golden.measures import rows_of
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.lab.mocap.files import write_mocap
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.core.rotations import turn_deg, turned
-from pcnet3d.pipeline.files.atomic import read_summary
 from pcnet3d.pipeline.reading.mocap import Clip, read_mocap
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
 from pcnet3d.stages.study.compare.align import correlated, size_ratio
 from pcnet3d.stages.study.compare.command import compare
 from pcnet3d.stages.study.compare.comparison import compared
-from pcnet3d.stages.study.compare.cycles import spans
 from pcnet3d.stages.study.compare.side import load_side, named_apart
 from refusals import refused
 
@@ -53,15 +50,6 @@ def test_two_cameras_give_the_same_angles(cameras):
     assert abs(pair["turn_deg"]) < 10
     assert pair["joints_mm"] < 40
     assert cameras["view_spread_deg"]["r_knee_flexion"] < 0.1
-
-
-def test_cycles_are_cut_at_the_same_moments(cameras, sides):
-    raises = [c for c in cameras["pairs"]["front"]["cycles"] if c["kind"] == "arm raises"]
-    assert {c["angle"] for c in raises} >= {"r_shoulder_elevation", "l_shoulder_elevation"}
-    for cycle in raises:
-        assert cycle["difference_deg"] < 0.2
-    cut = spans(sides[0].measures)["arm raises", "r_shoulder_elevation"]
-    assert (cut[:, 1] > cut[:, 0]).all()
 
 
 @pytest.mark.parametrize("lacks", ["head", "arms"])
@@ -116,13 +104,11 @@ def test_the_page_is_one_table_of_differences_then_charts(cameras, against_truth
         assert f"{name} against" in head
         names = re.findall(r"<h2>([^<]+)</h2>", page)
         assert names == [
-            "Differences", "Distances of the joints", "At the same moments", "Angles over time", "Cycles",
-            "How they were aligned",
+            "Differences", "Distances of the joints", "Angles over time", "How they were aligned",
         ]  # fmt: skip
         shown = dict(zip(names, sections, strict=True))
         assert shown["Differences"].count("<table") == 1
         assert shown["Differences"].count("<tr") > len(ANGLES)
-        assert shown["At the same moments"].count('class="skeleton"') == 6
         rows = shown["Angles over time"].split('<div class="charts">')[1:]
         assert len(rows) == len(OF_BOTH)
         assert page.count("<script") == 1  # reads off the charts
@@ -177,18 +163,6 @@ def test_circles_of_an_arm_are_resampled_without_the_steps_of_their_range(sides)
     assert known.mean() > 0.9
     assert np.abs(near(found - 180 * between_s, 0.0))[known].max() < 1e-3
     assert np.abs(found[known] - ANGLES["r_shoulder_flexion"].centre_deg).max() <= 180
-
-
-def test_no_stride_reaches_across_a_turn_between_two_walks(runs):
-    """Of one who walks there and back the feet land on both sides of the turn within three seconds."""
-    measures = read_summary(runs / "side")["measures"]
-    measures["walking"]["right"] |= {
-        "landings_s": [0.0, 1.1, 3.3, 4.4],
-        "stride_start_s": [0.0, 3.3],
-        "stride_stop_s": [1.1, 4.4],
-    }
-    cut = spans(rows_of(measures))["strides", "r_knee_flexion"]
-    np.testing.assert_array_equal(cut, [[0.0, 1.1], [3.3, 4.4]])
 
 
 def test_heading_and_size_are_found(sides):

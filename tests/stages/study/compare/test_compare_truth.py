@@ -7,8 +7,6 @@ from golden.worlds import freemocap_rtmpose, trc, y_up
 from pcnet3d.models.lab.mocap.files import write_mocap
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.reading.mocap import Clip
-from pcnet3d.stages.study.compare.command import compared
-from pcnet3d.stages.study.compare.side import load_side, truth_side
 from pcnet3d.stages.study.compare.truth import read_truth
 from refusals import refused
 
@@ -48,24 +46,6 @@ def test_which_axis_is_up_is_checked_and_can_be_told(walk, tmp_path):
     with pytest.raises(InputError, match="--up"):
         read_truth(tmp_path / "x.trc")
     np.testing.assert_allclose(read_truth(tmp_path / "x.trc", up="z").joints, walk.world, atol=1e-4)
-
-
-def test_the_mirror_image_of_a_take_is_recognised_and_another_walk_is_none(runs, walk, tmp_path):
-    """No check of a file can detect a mirrored video. Half a stride of this walk would hide the image."""
-    steps = walk.world[:90]  # the squat and the raised arms after them are the same on both sides
-    worlds = {"own": steps, "mirrored": steps[:, H36M17.mirror] * [1, -1, 1]}
-    told = {}
-    tried = (
-        ("own", 30, "stamps"),
-        ("own", 30, "correlate"),
-        ("own", 24, "correlate"),
-        ("mirrored", 30, "stamps"),
-    )
-    for name, fps, align in tried:
-        np.savez(tmp_path / "x.npz", joints=worlds[name], joint_names=H36M17.joints, fps=fps)
-        sides = [truth_side(read_truth(tmp_path / "x.npz"), name, 6.0), load_side(runs / "side")]
-        told[name, fps, align] = [each.code for each in compared(sides, align).notices]
-    assert [key for key, codes in told.items() if "mirror-images" in codes] == [tried[-1]]
 
 
 @pytest.mark.parametrize(("unit", "size"), [("mm", "0.001"), ("inch", "0.04"), (None, "1.75e")])
